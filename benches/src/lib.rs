@@ -1,0 +1,1 @@
+//! The benches are under `benches/`; this crate exists to keep their dependencies apart.

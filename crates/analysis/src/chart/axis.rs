@@ -1,0 +1,251 @@
+//! Axes: what they are called, which range they show and where their ticks are.
+
+use std::sync::Arc;
+
+use kuva::render::layout::TickFormat;
+
+/// How values are laid out along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal steps for equal differences.
+    Linear,
+    /// Equal steps for equal ratios; only finite values above zero have a place.
+    Log,
+}
+
+/// An axis: its label, with the unit, and its scale.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// The text beside the axis, for instance `time t [s]`.
+    pub label: String,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+}
+
+impl Axis {
+    /// A linear axis.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Linear }
+    }
+
+    /// A logarithmic axis.
+    pub fn log(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Log }
+    }
+
+    /// The coordinate of `value` along this axis (its decimal logarithm on a logarithmic axis), or `None`
+    /// when the axis has no place for it.
+    pub(super) fn place(&self, value: f64) -> Option<f64> {
+        let at = match self.scale {
+            Scale::Linear => value,
+            Scale::Log if value > 0.0 => value.log10(),
+            Scale::Log => return None,
+        };
+        at.is_finite().then_some(at)
+    }
+
+    /// The span that shows all of `coordinates` with a little air at the ends.
+    pub(super) fn span(&self, coordinates: impl Iterator<Item = f64>) -> Span {
+        let (lo, hi) = extent(coordinates).unwrap_or((0.0, 1.0));
+        let (lo, hi) = if is_flat(lo, hi) { (lo, lo) } else { (lo, hi) };
+        let air = if hi > lo { 0.03 * (hi - lo) } else { 0.5 * lo.abs().max(1e-300) };
+        match self.scale {
+            Scale::Linear => {
+                let end = |v: f64, air: f64| if v == 0.0 && hi > lo { 0.0 } else { v + air };
+                self.exactly(end(lo, -air), end(hi, air))
+            }
+            Scale::Log => {
+                let (lo, hi) = if hi > lo { (lo - air, hi + air) } else { (lo - 0.5, hi + 0.5) };
+                // Two labelled decades at least: one alone gives no scale to read from.
+                if decades(lo, hi, 1.0) >= 2.0 {
+                    self.exactly(lo, hi)
+                } else {
+                    self.exactly(lo.floor(), hi.ceil())
+                }
+            }
+        }
+    }
+
+    /// The span from `lo` to `hi`, coordinates along this axis, with its ticks.
+    pub(super) fn exactly(&self, lo: f64, hi: f64) -> Span {
+        let (lo, hi) = if hi > lo { (lo, hi) } else { (lo - 0.5, lo + 0.5) };
+        match self.scale {
+            Scale::Linear => {
+                let step = round_step((hi - lo) / 6.0);
+                Span {
+                    lo,
+                    hi,
+                    step,
+                    minor: Vec::new(),
+                    label: Arc::new(move |v| number(v, step, lo.abs().max(hi.abs()))),
+                }
+            }
+            Scale::Log if decades(lo, hi, 1.0) < 2.0 => {
+                // No two powers of ten in sight: powers of two, or still finer.
+                let step = if hi - lo > 0.62 { 2f64.log10() } else { round_step((hi - lo) / 5.0) };
+                Span { lo, hi, step, minor: Vec::new(), label: Arc::new(|v| three_digits(10f64.powf(v))) }
+            }
+            Scale::Log => {
+                let step = decades_per_label(lo, hi);
+                let minor = if step > 1.0 || hi - lo > 6.5 { Vec::new() } else { between_decades(lo, hi) };
+                Span {
+                    lo,
+                    hi,
+                    step,
+                    minor,
+                    label: Arc::new(|v| format!("10{}", superscript(v.round() as i32))),
+                }
+            }
+        }
+    }
+}
+
+/// The part of an axis that a chart shows, in coordinates along the axis.
+pub(super) struct Span {
+    pub(super) lo: f64,
+    pub(super) hi: f64,
+    /// Labelled ticks stand at the multiples of this.
+    pub(super) step: f64,
+    /// Ticks without a label.
+    pub(super) minor: Vec<f64>,
+    label: Arc<dyn Fn(f64) -> String + Send + Sync>,
+}
+
+impl Span {
+    /// The format of the tick labels.
+    pub(super) fn format(&self) -> TickFormat {
+        TickFormat::Custom(self.label.clone())
+    }
+
+    /// The labelled ticks: where, and with which text.
+    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+        let first = (self.lo / self.step - 1e-9).ceil() as i64;
+        let last = (self.hi / self.step + 1e-9).floor() as i64;
+        (first..=last).map(|k| k as f64 * self.step).map(|v| (v, (self.label)(v))).collect()
+    }
+}
+
+/// The smallest and the largest of the finite values.
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.filter(|v| v.is_finite()).fold(None, |seen, v| match seen {
+        None => Some((v, v)),
+        Some((lo, hi)) => Some((lo.min(v), hi.max(v))),
+    })
+}
+
+/// Whether values from `lo` to `hi` are one value but for rounding.
+pub(super) fn is_flat(lo: f64, hi: f64) -> bool {
+    hi - lo <= 1e-9 * lo.abs().max(hi.abs())
+}
+
+/// How many multiples of `step` there are from `lo` to `hi`.
+fn decades(lo: f64, hi: f64, step: f64) -> f64 {
+    (hi / step).floor() - (lo / step).ceil() + 1.0
+}
+
+/// How many decades lie between labels, so that there are at most eight.
+fn decades_per_label(lo: f64, hi: f64) -> f64 {
+    [1.0, 2.0, 3.0, 4.0, 5.0, 10.0, 20.0, 50.0]
+        .into_iter()
+        .find(|step| decades(lo, hi, *step) <= 8.0)
+        .unwrap_or(100.0)
+}
+
+/// The places of 2, 3, .. 9 times each power of ten.
+fn between_decades(lo: f64, hi: f64) -> Vec<f64> {
+    (lo.floor() as i32..=hi.floor() as i32)
+        .flat_map(|k| (2..=9).map(move |m| f64::from(k) + f64::from(m).log10()))
+        .filter(|v| (lo..=hi).contains(v))
+        .collect()
+}
+
+/// The step of the form 1, 2 or 5 times a power of ten that is nearest above `step`.
+fn round_step(step: f64) -> f64 {
+    let power = 10f64.powf(step.log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|s| *s >= step * 0.999).unwrap_or(10.0 * power)
+}
+
+/// A value that stands alone, to about three digits.
+pub(super) fn lone_number(v: f64) -> String {
+    number(v, round_step(1e-3 * v.abs().max(1e-300)), v.abs())
+}
+
+/// A tick of a linear axis, with as many digits as `step` asks for.
+fn number(v: f64, step: f64, largest: f64) -> String {
+    if v.abs() < 1e-9 * step {
+        return "0".into();
+    }
+    if largest < 1e6 && step >= 0.9e-4 {
+        let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
+        return format!("{v:.decimals$}").replace('-', "−");
+    }
+    let power = largest.log10().floor();
+    let decimals = (power - (step * 1.001).log10().floor()).max(0.0) as usize;
+    format!("{:.decimals$}×10{}", v / 10f64.powf(power), superscript(power as i32)).replace('-', "−")
+}
+
+/// Three significant digits without trailing zeros.
+fn three_digits(v: f64) -> String {
+    let decimals = (2.0 - v.log10().floor()).max(0.0) as usize;
+    let text = format!("{v:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// An exponent in superscript digits.
+fn superscript(exponent: i32) -> String {
+    let raised = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        c => char::from_u32('⁰' as u32 + c as u32 - '0' as u32).unwrap_or(c),
+    };
+    exponent.to_string().chars().map(raised).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(span: &Span) -> Vec<String> {
+        span.ticks().into_iter().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn decades_are_labelled_with_powers_of_ten() {
+        let span = Axis::log("h").span([-3.2, 0.4].into_iter());
+        assert_eq!(labels(&span), ["10⁻³", "10⁻²", "10⁻¹", "10⁰"]);
+    }
+
+    #[test]
+    fn a_log_axis_has_two_to_eight_labels() {
+        for lo in [-320.0, -60.0, -17.3, -9.0, -1.7, -0.4] {
+            for width in [0.0, 0.2, 1.1, 3.0, 8.0, 8.9, 40.0, 300.0] {
+                let span = Axis::log("e").span([lo, lo + width].into_iter());
+                let n = span.ticks().len();
+                assert!((2..=8).contains(&n), "{n} labels from {lo} over {width} decades");
+                assert!(span.ticks().iter().all(|(v, _)| v.fract() == 0.0));
+            }
+        }
+    }
+
+    #[test]
+    fn short_exact_log_axes_count_in_powers_of_two() {
+        let span = Axis::log("h").exactly(0.2f64.log10(), 2.1f64.log10());
+        assert_eq!(labels(&span), ["0.25", "0.5", "1", "2"]);
+    }
+
+    #[test]
+    fn linear_ticks_carry_the_digits_of_their_step() {
+        assert_eq!(labels(&Axis::linear("t").exactly(0.0, 1.0)), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(labels(&Axis::linear("q").exactly(-2e-6, 2e-6))[0], "−2×10⁻⁶");
+        assert_eq!(labels(&Axis::linear("n").exactly(0.0, 4e7))[1], "1×10⁷");
+    }
+
+    #[test]
+    fn a_log_axis_has_no_place_for_zero_or_less() {
+        let axis = Axis::log("e");
+        assert_eq!(axis.place(1e-15), Some(-15.0));
+        assert!([0.0, -1.0, f64::NAN, f64::INFINITY].into_iter().all(|v| axis.place(v).is_none()));
+    }
+}

@@ -1,0 +1,136 @@
+//! The frame of a chart: canvas, axes, titles and the room for a legend.
+
+use kuva::backend::svg::SvgBackend;
+use kuva::render::axis::{add_axes_and_grid, add_labels_and_title};
+use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
+use kuva::render::render::{Primitive, Scene, TextAnchor};
+use kuva::render::theme::Theme;
+
+use super::axis::{Axis, Span};
+use super::look;
+
+/// The size of legend and tick text in pixels.
+pub(super) const TEXT: u32 = 13;
+
+/// A chart under construction: coordinates along the axes go in, pixels come out.
+pub(super) struct Frame {
+    title: String,
+    layout: Layout,
+    computed: ComputedLayout,
+    minor: (Vec<f64>, Vec<f64>),
+    scene: Scene,
+}
+
+impl Frame {
+    /// A frame of `size` pixels with `right` more pixels to its right and `below` more below it.
+    pub(super) fn new(
+        title: &str,
+        (x, x_span): (&Axis, Span),
+        (y, y_span): (&Axis, Span),
+        size: (f64, f64),
+        (right, below): (f64, f64),
+    ) -> Self {
+        let theme = Theme { grid_color: "#e4e4e4".into(), ..Theme::light() };
+        let mut layout = Layout::new((x_span.lo, x_span.hi), (y_span.lo, y_span.hi))
+            .with_width(size.0)
+            .with_height(size.1)
+            .with_theme(theme)
+            .with_box_axes()
+            .with_title(title)
+            .with_title_wrap((size.0 / 9.5) as usize)
+            .with_title_size(16)
+            .with_x_label(&x.label)
+            .with_x_label_wrap((size.0 / 9.0) as usize)
+            .with_y_label(&y.label)
+            .with_y_label_wrap((size.1 / 9.0) as usize)
+            .with_label_size(14)
+            .with_tick_size(TEXT)
+            .with_x_label_overlap(AxisLabelOverlap::Thin)
+            .with_x_tick_format(x_span.format())
+            .with_y_tick_format(y_span.format())
+            .with_x_tick_step(x_span.step)
+            .with_y_tick_step(y_span.step);
+        (layout.x_axis_min, layout.x_axis_max) = (Some(x_span.lo), Some(x_span.hi));
+        (layout.y_axis_min, layout.y_axis_max) = (Some(y_span.lo), Some(y_span.hi));
+        let computed = ComputedLayout::from_layout(&layout);
+        let mut scene = Scene::new(size.0 + right, size.1 + below);
+        scene.font_family = computed.font_family.clone();
+        scene.text_color = Some("#1a1a1a".into());
+        Self { title: title.into(), layout, computed, minor: (x_span.minor, y_span.minor), scene }
+    }
+
+    /// Draws axes and titles, over what is there already; `grid` asks for grid lines.
+    pub(super) fn axes(&mut self, grid: bool) {
+        self.layout.show_grid = grid;
+        add_axes_and_grid(&mut self.scene, &self.computed, &self.layout);
+        add_labels_and_title(&mut self.scene, &self.computed, &self.layout);
+        let (left, _, _, bottom) = self.plot();
+        for x in std::mem::take(&mut self.minor.0) {
+            let x = self.computed.map_x(x);
+            self.add(look::stroke(&[(x, bottom), (x, bottom + 3.0)], "#000000".into(), 0.8, None));
+        }
+        for y in std::mem::take(&mut self.minor.1) {
+            let y = self.computed.map_y(y);
+            self.add(look::stroke(&[(left - 3.0, y), (left, y)], "#000000".into(), 0.8, None));
+        }
+    }
+
+    /// The pixel that belongs to a pair of coordinates.
+    pub(super) fn pixel(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        (self.computed.map_x(x), self.computed.map_y(y))
+    }
+
+    /// The area inside the axes in pixels: left, top, right, bottom.
+    pub(super) fn plot(&self) -> (f64, f64, f64, f64) {
+        let c = &self.computed;
+        (c.margin_left, c.margin_top, c.width - c.margin_right, c.height - c.margin_bottom)
+    }
+
+    /// Adds one thing to the drawing.
+    pub(super) fn add(&mut self, thing: Primitive) {
+        self.scene.add(thing);
+    }
+
+    /// Adds things inside a group that carries SVG attributes.
+    pub(super) fn group(&mut self, attributes: &str, things: impl IntoIterator<Item = Primitive>) {
+        let extra_attrs = Some(attributes.into());
+        self.add(Primitive::GroupStart { transform: None, title: None, extra_attrs });
+        things.into_iter().for_each(|thing| self.add(thing));
+        self.add(Primitive::GroupEnd);
+    }
+
+    /// The chart as SVG text, with a view box so that it can be shown at any width.
+    pub(super) fn svg(self) -> String {
+        let svg = SvgBackend::new().render_scene(&self.scene);
+        let (w, h) = (self.scene.width, self.scene.height);
+        let title = maud::html! { (self.title) }.into_string();
+        svg.replacen("<svg ", &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}" "#), 1)
+    }
+}
+
+/// One line of text; `y` is the middle of its height.
+pub(super) fn text(content: impl Into<String>, (x, y): (f64, f64), anchor: TextAnchor) -> Primitive {
+    let y = y + 0.36 * f64::from(TEXT);
+    Primitive::Text {
+        x,
+        y,
+        content: content.into(),
+        size: TEXT,
+        anchor,
+        rotate: None,
+        bold: false,
+        color: None,
+    }
+}
+
+/// About how many pixels wide a text is, on the wide side.
+pub(super) fn width(text: &str) -> f64 {
+    let em = |c: char| match c {
+        'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | ' ' => 0.33,
+        'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '-' | '/' => 0.42,
+        'm' | 'w' | 'M' | 'W' | '%' => 1.0,
+        c if c.is_uppercase() || !c.is_ascii() => 0.72,
+        _ => 0.62,
+    };
+    f64::from(TEXT) * text.chars().map(em).sum::<f64>()
+}

@@ -1,0 +1,255 @@
+//! Maps of cells over two parameters.
+
+use std::collections::BTreeMap;
+
+use kuva::plot::colormap::ColorMap;
+use kuva::render::color::Color;
+use kuva::render::render::TextAnchor;
+
+use super::axis::{Axis, extent, is_flat, lone_number};
+use super::frame::{Frame, text, width};
+use super::look;
+
+/// The canvas above the key, and the height of the key, in pixels: the same for both kinds of cells, so that
+/// two maps of the same grid side by side have their axes level.
+const CANVAS: (f64, f64) = (560.0, 440.0);
+const ROW: f64 = 22.0;
+const KEY: f64 = 3.3 * ROW;
+/// Shades of a continuous map.
+const SHADES: usize = 64;
+/// Cells without a finite value.
+const BLANK: &str = "#d4d4d4";
+
+/// What the cells of a [`HeatMap`] hold: one entry a cell, row after row from the lowest `y` up, each row from
+/// the lowest `x` on.
+#[derive(Debug, Clone)]
+pub enum Cells {
+    /// A number, shown by a colour bar. A cell that is not finite is grey.
+    Values {
+        /// What the number is, for instance `log₁₀ of the spectral radius`.
+        label: String,
+        /// The numbers.
+        values: Vec<f64>,
+    },
+    /// One of several verdicts, as its index in `names`.
+    Verdicts {
+        /// The verdicts, at most nine, in the order of the legend; colours follow this order.
+        names: Vec<String>,
+        /// The verdict of each cell.
+        verdicts: Vec<usize>,
+    },
+}
+
+/// A map of cells over two parameters. To show two of them side by side, give both the same grid: their axes
+/// are then level.
+#[derive(Debug, Clone)]
+pub struct HeatMap {
+    /// A short title above the plot.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// The middles of the columns, rising.
+    pub xs: Vec<f64>,
+    /// The middles of the rows, rising.
+    pub ys: Vec<f64>,
+    /// The contents of the cells.
+    pub cells: Cells,
+}
+
+impl HeatMap {
+    /// The map as SVG text.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry for each cell, or if a middle has no place on its axis (zero on a logarithmic
+    /// axis, say).
+    pub fn svg(&self) -> String {
+        let columns = edges(&self.x, &self.xs);
+        let rows = edges(&self.y, &self.ys);
+        let entries = match &self.cells {
+            Cells::Values { values, .. } => values.len(),
+            Cells::Verdicts { verdicts, .. } => verdicts.len(),
+        };
+        assert_eq!(entries, self.xs.len() * self.ys.len(), "one entry for each cell");
+        let span = |axis: &Axis, edges: &[f64]| {
+            let (lo, hi) = extent(edges.iter().copied()).unwrap_or((0.0, 1.0));
+            axis.exactly(lo, hi)
+        };
+        let spans = ((&self.x, span(&self.x, &columns)), (&self.y, span(&self.y, &rows)));
+        let key = match &self.cells {
+            Cells::Values { .. } => KEY,
+            Cells::Verdicts { names, .. } => KEY.max(names.len().div_ceil(key_columns(names)) as f64 * ROW),
+        };
+        let mut frame = Frame::new(&self.title, spans.0, spans.1, CANVAS, (0.0, key));
+        let areas = self.areas(&frame, &columns, &rows);
+        frame.group(
+            r#"shape-rendering="crispEdges""#,
+            areas.into_iter().map(|(shade, d)| look::area(d, self.colour(shade))),
+        );
+        frame.axes(false);
+        match &self.cells {
+            Cells::Values { label, values } => colour_bar(&mut frame, label, values),
+            Cells::Verdicts { names, .. } => legend(&mut frame, names),
+        }
+        frame.svg()
+    }
+
+    /// For each shade the path around its cells; neighbours of one shade in a row are one rectangle.
+    fn areas(&self, frame: &Frame, columns: &[f64], rows: &[f64]) -> BTreeMap<usize, String> {
+        let shades = self.shades();
+        let width = self.xs.len().max(1);
+        let mut areas = BTreeMap::<usize, String>::new();
+        for (row, y) in shades.chunks(width).zip(rows.windows(2)) {
+            let mut start = 0;
+            for run in row.chunk_by(|a, b| a == b) {
+                let end = start + run.len();
+                let (left, bottom) = frame.pixel((columns[start], y[0]));
+                let (right, top) = frame.pixel((columns[end], y[1]));
+                let d = areas.entry(run[0]).or_default();
+                d.push_str(&rectangle(left, top, right, bottom));
+                start = end;
+            }
+        }
+        areas
+    }
+
+    /// The shade of each cell; `SHADES` stands for a value that is not finite.
+    fn shades(&self) -> Vec<usize> {
+        match &self.cells {
+            Cells::Verdicts { verdicts, .. } => verdicts.clone(),
+            Cells::Values { values, .. } => {
+                let (lo, hi) = extent(values.iter().copied()).unwrap_or((0.0, 1.0));
+                let shade = |v: &f64| match v.is_finite() {
+                    true if !is_flat(lo, hi) => ((v - lo) / (hi - lo) * (SHADES - 1) as f64).round() as usize,
+                    true => 0,
+                    false => SHADES,
+                };
+                values.iter().map(shade).collect()
+            }
+        }
+    }
+
+    fn colour(&self, shade: usize) -> Color {
+        match &self.cells {
+            Cells::Verdicts { .. } => look::category(shade),
+            Cells::Values { .. } if shade == SHADES => BLANK.into(),
+            Cells::Values { .. } => shade_colour(shade),
+        }
+    }
+}
+
+fn shade_colour(shade: usize) -> Color {
+    ColorMap::Viridis.map(shade as f64 / (SHADES - 1) as f64).as_str().into()
+}
+
+/// The borders of cells around `middles`, in coordinates along the axis: half way between neighbours.
+fn edges(axis: &Axis, middles: &[f64]) -> Vec<f64> {
+    let at: Vec<f64> = middles.iter().filter_map(|v| axis.place(*v)).collect();
+    assert_eq!(at.len(), middles.len(), "each middle has a place on the axis");
+    let inner = at.windows(2).map(|w| 0.5 * (w[0] + w[1]));
+    let (first, last) = match at[..] {
+        [] => return Vec::new(),
+        [only] => (only - 0.5, only + 0.5),
+        [a, b, ..] => (1.5 * a - 0.5 * b, 1.5 * at[at.len() - 1] - 0.5 * at[at.len() - 2]),
+    };
+    std::iter::once(first).chain(inner).chain([last]).collect()
+}
+
+/// A horizontal colour bar below the plot.
+fn colour_bar(frame: &mut Frame, label: &str, values: &[f64]) {
+    let (left, _, right, _) = frame.plot();
+    let (top, height) = (CANVAS.1 + 1.15 * ROW, 0.6 * ROW);
+    frame.add(text(label, (0.5 * (left + right), CANVAS.1 + 0.6 * ROW), TextAnchor::Middle));
+    let Some((lo, hi)) = extent(values.iter().copied()) else { return };
+    let blank = values.iter().any(|v| !v.is_finite());
+    let bar_right = if blank { right - width("not finite") - 34.0 } else { right };
+    let step = (bar_right - left) / SHADES as f64;
+    let flat = is_flat(lo, hi);
+    let bar = (0..SHADES).map(|k| {
+        let x = left + k as f64 * step;
+        look::area(rectangle(x, top, x + step, top + height), shade_colour(if flat { 0 } else { k }))
+    });
+    frame.group(r#"shape-rendering="crispEdges""#, bar);
+    let ticks = if flat { vec![(lo, lone_number(lo))] } else { Axis::linear("").exactly(lo, hi).ticks() };
+    for (v, tick) in ticks {
+        let part = if flat { 0.5 } else { (v - lo) / (hi - lo) };
+        let x = left + part * (bar_right - left);
+        let foot = [(x, top + height), (x, top + height + 4.0)];
+        frame.add(look::stroke(&foot, "#000000".into(), 1.0, None));
+        frame.add(text(tick, (x, top + height + 13.0), TextAnchor::Middle));
+    }
+    if blank {
+        swatch(frame, "not finite", BLANK.into(), (bar_right + 14.0, top + 0.5 * height));
+    }
+}
+
+fn key_columns(names: &[String]) -> usize {
+    let column = names.iter().map(|n| width(n)).fold(0.0, f64::max) + 34.0;
+    (((CANVAS.0 - 80.0) / column) as usize).clamp(1, names.len().max(1))
+}
+
+/// The verdicts in columns below the plot.
+fn legend(frame: &mut Frame, names: &[String]) {
+    let (left, _, right, _) = frame.plot();
+    let columns = key_columns(names);
+    let rows = names.len().div_ceil(columns).max(1);
+    for (nth, name) in names.iter().enumerate() {
+        let x = left + (nth / rows) as f64 * (right - left) / columns as f64;
+        let y = CANVAS.1 + ((nth % rows) as f64 + 0.6) * ROW;
+        swatch(frame, name, look::category(nth), (x, y));
+    }
+}
+
+fn swatch(frame: &mut Frame, name: &str, colour: Color, (x, y): (f64, f64)) {
+    frame.add(look::area(rectangle(x, y - 7.0, x + 14.0, y + 7.0), colour));
+    frame.add(text(name, (x + 20.0, y), TextAnchor::Start));
+}
+
+/// Path data of a rectangle. Corners are rounded to a tenth of a pixel before the sides are measured, so that
+/// neighbours meet without a seam.
+fn rectangle(left: f64, top: f64, right: f64, bottom: f64) -> String {
+    let [left, top, right, bottom] = [left, top, right, bottom].map(|v| (10.0 * v).round() / 10.0);
+    let (w, h) = (right - left, bottom - top);
+    format!("M{left:.1} {top:.1}h{w:.1}v{h:.1}h{:.1}z", -w)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(cells: Cells) -> HeatMap {
+        let (x, y) = (Axis::log("h [s]"), Axis::linear("c [1/s]"));
+        HeatMap { title: "map".into(), x, y, xs: vec![0.01, 0.1, 1.0], ys: vec![1.0, 2.0], cells }
+    }
+
+    #[test]
+    fn edges_lie_half_way_in_the_scale_of_the_axis() {
+        assert_eq!(edges(&Axis::log("h"), &[0.01, 0.1, 1.0]), [-2.5, -1.5, -0.5, 0.5]);
+        assert_eq!(edges(&Axis::linear("c"), &[1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0]);
+        assert_eq!(edges(&Axis::linear("c"), &[3.0]), [2.5, 3.5]);
+    }
+
+    #[test]
+    fn equal_neighbours_are_one_rectangle() {
+        let verdicts = vec![0, 0, 1, 1, 1, 1];
+        let svg = map(Cells::Verdicts { names: vec!["good".into(), "bad".into()], verdicts }).svg();
+        let cells = &svg[svg.find("crispEdges").unwrap()..svg.find("</g>").unwrap()];
+        assert_eq!(cells.matches('z').count(), 3);
+        assert!(svg.contains("good") && svg.contains("bad"));
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_is_shown_as_such() {
+        let with = |values| map(Cells::Values { label: "log₁₀ ρ".into(), values }).svg();
+        assert!(with(vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]).contains("not finite"));
+        assert!(!with(vec![1.5; 6]).contains("not finite"));
+    }
+
+    #[test]
+    fn a_flat_map_has_one_tick_on_its_bar() {
+        let svg = map(Cells::Values { label: "ρ".into(), values: vec![1.5; 6] }).svg();
+        assert_eq!(svg.matches(">1.500<").count(), 1);
+    }
+}

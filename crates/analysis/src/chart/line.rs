@@ -1,0 +1,279 @@
+//! Curves over two axes.
+
+use kuva::render::render::TextAnchor;
+
+use super::axis::{Axis, Scale, Span, extent};
+use super::frame::{Frame, TEXT, text, width};
+use super::look::{self, GREY, Look};
+use super::thin::thin;
+
+/// The canvas, in pixels; a legend too wide to stand beside the plot makes it higher.
+const CANVAS: (f64, f64) = (760.0, 480.0);
+/// No legend wider than this stands beside the plot.
+const BESIDE: f64 = 250.0;
+/// The length of the sample of a curve in the legend, with the gap to its label.
+const SAMPLE: f64 = 46.0;
+const ROW: f64 = 21.0;
+/// Points drawn for a curve, and for all curves of a chart.
+const POINTS: (usize, usize) = (1500, 15_000);
+
+/// How the points of a curve are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A line through the points.
+    Line,
+    /// A line with a marker at each point; on a long curve at some of them.
+    LineMarkers,
+    /// Markers alone.
+    Markers,
+}
+
+/// One curve of a [`LineChart`]. Colour, dash and marker follow from its place in the list.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// The name in the legend.
+    pub label: String,
+    /// The points in the order in which the line runs through them.
+    pub points: Vec<(f64, f64)>,
+    /// Line, markers or both.
+    pub style: Style,
+}
+
+/// Curves over two axes, each linear or logarithmic.
+///
+/// A point that has no place on an axis (not finite, or not above zero on a logarithmic axis) is left out: the
+/// line joins its neighbours, and a note below the chart says how many points are missing. A curve of more
+/// than 1500 points is thinned to that many, keeping the lowest and the highest point of each stretch.
+/// A curve that is alone has no legend.
+#[derive(Debug, Clone)]
+pub struct LineChart {
+    /// A short title above the plot.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// The curves, drawn in this order.
+    pub curves: Vec<Curve>,
+    /// Slopes of guide lines, drawn when both axes are logarithmic: each just below the lowest of the
+    /// curves whose own slope at the coarse end is nearest.
+    pub guides: Vec<f64>,
+}
+
+impl LineChart {
+    /// The chart as SVG text.
+    pub fn svg(&self) -> String {
+        let place = |&(x, y): &(f64, f64)| Some((self.x.place(x)?, self.y.place(y)?));
+        let placed: Vec<Vec<_>> =
+            self.curves.iter().map(|curve| curve.points.iter().filter_map(place).collect()).collect();
+        let missing = self.curves.iter().map(|c| c.points.len()).sum::<usize>()
+            - placed.iter().map(Vec::len).sum::<usize>();
+        let x_span = self.x.span(placed.iter().flatten().map(|p| p.0));
+        let y_span = self.y.span(placed.iter().flatten().map(|p| p.1));
+        let guides = self.guide_lines(&placed, &y_span);
+
+        let legend = Legend::of(&self.curves);
+        let note = if missing > 0 { ROW } else { 0.0 };
+        let size = (CANVAS.0 - legend.right, CANVAS.1);
+        let room = (legend.right + legend.overhang, legend.below + note);
+        let mut frame = Frame::new(&self.title, (&self.x, x_span), (&self.y, y_span), size, room);
+        frame.axes(true);
+        for (_, from, to) in &guides {
+            draw_guide(&mut frame, *from, *to);
+        }
+        let most = POINTS.0.min(POINTS.1 / self.curves.len().max(1));
+        for (nth, (curve, points)) in self.curves.iter().zip(&placed).enumerate() {
+            let pixels: Vec<_> = thin(points, most).into_iter().map(|p| frame.pixel(p)).collect();
+            draw_curve(&mut frame, Look::nth(nth), curve.style, &pixels);
+        }
+        // Guide labels last, with a white rim, so that no curve runs through them.
+        for (slope, from, to) in &guides {
+            label_guide(&mut frame, *slope, *from, *to);
+        }
+        legend.draw(&mut frame, &self.curves);
+        if missing > 0 {
+            let all: usize = self.curves.iter().map(|c| c.points.len()).sum();
+            let why = if [self.x.scale, self.y.scale].contains(&Scale::Log) {
+                "zero, negative or not finite"
+            } else {
+                "not finite"
+            };
+            let note = format!("{missing} of {all} points are not shown: {why}");
+            let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + 0.4 * ROW);
+            frame.group(&format!(r#"fill="{GREY}""#), [text(note, at, TextAnchor::End)]);
+        }
+        frame.svg()
+    }
+
+    /// The guides: slope and ends, in coordinates along the axes.
+    fn guide_lines(&self, placed: &[Vec<Point>], y: &Span) -> Vec<(f64, Point, Point)> {
+        if self.x.scale == Scale::Linear || self.y.scale == Scale::Linear {
+            return Vec::new();
+        }
+        let guide = |&slope: &f64| {
+            let ends: Vec<_> = placed.iter().filter_map(|points| coarse_half(points, slope)).collect();
+            let off = |(a, b): &(Point, Point)| ((b.1 - a.1) / (b.0 - a.0) - slope).abs();
+            let nearest = ends.iter().map(off).min_by(f64::total_cmp)?;
+            // Of the curves about as steep as that, the lowest, so that the guide lies in the clear.
+            let alike = ends.iter().filter(|ends| off(ends) <= nearest + 0.2).map(|ends| ends.0);
+            let height = |p: &Point| p.1 - slope * p.0;
+            let coarse = alike.min_by(|a, b| height(a).total_cmp(&height(b)))?;
+            let base = height(&coarse) - 0.07 * (y.hi - y.lo);
+            let (first, last) = extent(placed.iter().flatten().map(|p| p.0))?;
+            // Cut at the coarse end and where the line leaves the plot.
+            let (mut from, mut to) = if slope > 0.0 { (first, coarse.0) } else { (coarse.0, last) };
+            if slope != 0.0 {
+                let (a, b) = ((y.lo - base) / slope, (y.hi - base) / slope);
+                (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+            }
+            (to > from).then_some((slope, (from, base + slope * from), (to, base + slope * to)))
+        };
+        self.guides.iter().filter_map(guide).collect()
+    }
+}
+
+type Point = (f64, f64);
+
+/// The end of a curve where errors that fall with `slope` are largest, and the point half way along: what lies
+/// beyond may be a floor of round-off.
+fn coarse_half(points: &[Point], slope: f64) -> Option<(Point, Point)> {
+    let mut points = points.to_vec();
+    points.sort_by(|a, b| if slope > 0.0 { b.0.total_cmp(&a.0) } else { a.0.total_cmp(&b.0) });
+    let (coarse, middle) = (*points.first()?, *points.get(points.len() / 2)?);
+    (coarse.0 != middle.0).then_some((coarse, middle))
+}
+
+fn draw_guide(frame: &mut Frame, from: Point, to: Point) {
+    let ends = [frame.pixel(from), frame.pixel(to)];
+    frame.add(look::stroke(&ends, GREY.into(), 1.0, Some("4 3")));
+}
+
+/// The label stands to the lower side of the line, a quarter of the way up.
+fn label_guide(frame: &mut Frame, slope: f64, from: Point, to: Point) {
+    let (from, to) = (frame.pixel(from), frame.pixel(to));
+    let (low, high) = if slope > 0.0 { (from, to) } else { (to, from) };
+    let at = (low.0 + 0.25 * (high.0 - low.0), low.1 + 0.25 * (high.1 - low.1) + 7.0);
+    let label = format!("slope {}", slope.to_string().replace('-', "−"));
+    let label = if slope > 0.0 {
+        text(label, (at.0 + 8.0, at.1), TextAnchor::Start)
+    } else {
+        text(label, (at.0 - 8.0, at.1), TextAnchor::End)
+    };
+    let rim = format!(r##"fill="{GREY}" stroke="#ffffff" stroke-width="3" paint-order="stroke""##);
+    frame.group(&rim, [label]);
+}
+
+fn draw_curve(frame: &mut Frame, look: Look, style: Style, pixels: &[Point]) {
+    if style != Style::Markers && pixels.len() > 1 {
+        let width = if pixels.len() > 400 { 1.3 } else { 1.9 };
+        frame.group(r#"stroke-linejoin="round""#, [look.line(pixels, width)]);
+    }
+    if pixels.len() == 1 || style != Style::Line {
+        let every = if style == Style::LineMarkers { pixels.len().div_ceil(40).max(1) } else { 1 };
+        let radius = if pixels.len() / every > 200 { 2.0 } else { 4.0 };
+        let marked: Vec<_> = pixels.iter().copied().step_by(every).collect();
+        frame.add(look.markers(&marked, radius));
+    }
+}
+
+/// Where the legend stands and how much room it takes.
+struct Legend {
+    /// The width beside the plot.
+    right: f64,
+    /// The height below the plot.
+    below: f64,
+    /// How much wider than the canvas the widest entry is.
+    overhang: f64,
+    columns: usize,
+    column: f64,
+}
+
+impl Legend {
+    fn of(curves: &[Curve]) -> Self {
+        let column = SAMPLE + curves.iter().map(|c| width(&c.label)).fold(0.0, f64::max) + 14.0;
+        let none = Self { right: 0.0, below: 0.0, overhang: 0.0, columns: 1, column };
+        if curves.len() < 2 {
+            return none;
+        }
+        if column <= BESIDE && curves.len() as f64 * ROW < CANVAS.1 - 60.0 {
+            return Self { right: column, ..none };
+        }
+        let columns = (((CANVAS.0 - 60.0) / column) as usize).clamp(1, curves.len());
+        let below = curves.len().div_ceil(columns) as f64 * ROW + 16.0;
+        Self { below, columns, overhang: (column + 60.0 - CANVAS.0).max(0.0), ..none }
+    }
+
+    fn draw(&self, frame: &mut Frame, curves: &[Curve]) {
+        let (left, top, ..) = frame.plot();
+        let origin = match (self.right > 0.0, self.below > 0.0) {
+            (true, _) => (CANVAS.0 - self.right, top + 0.5 * ROW),
+            (_, true) => (left, CANVAS.1 + f64::from(TEXT)),
+            _ => return,
+        };
+        let rows = curves.len().div_ceil(self.columns);
+        for (nth, curve) in curves.iter().enumerate() {
+            let x = origin.0 + (nth / rows) as f64 * self.column;
+            let y = origin.1 + (nth % rows) as f64 * ROW;
+            let look = Look::nth(nth);
+            if curve.style != Style::Markers {
+                frame.add(look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9));
+            }
+            if curve.style != Style::Line {
+                frame.add(look.markers(&[(x + 0.5 * (SAMPLE - 8.0), y)], 4.0));
+            }
+            frame.add(text(&curve.label, (x + SAMPLE, y), TextAnchor::Start));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(points: Vec<(f64, f64)>) -> LineChart {
+        let curve = |label: &str| Curve { label: label.into(), points: points.clone(), style: Style::Line };
+        LineChart {
+            title: "energy".into(),
+            x: Axis::linear("t [s]"),
+            y: Axis::log("|K − K₀| [J]"),
+            curves: vec![curve("a < b"), curve("c")],
+            guides: vec![],
+        }
+    }
+
+    #[test]
+    fn zeros_on_a_log_axis_are_left_out_and_counted() {
+        let svg = chart(vec![(0.0, 0.0), (1.0, 1e-14), (2.0, f64::NAN), (3.0, 1e-12)]).svg();
+        assert!(svg.contains("4 of 8 points are not shown"));
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert!(svg.contains("a &lt; b"));
+    }
+
+    #[test]
+    fn a_long_curve_makes_a_small_chart() {
+        let wave = |i: u32| (f64::from(i) * 0.01, 1e-12 * (2.0 + (f64::from(i) * 0.3).sin()));
+        assert!(chart((0..20_001).map(wave).collect()).svg().len() < 100_000);
+    }
+
+    #[test]
+    fn an_empty_chart_still_has_axes() {
+        assert!(chart(vec![]).svg().contains("t [s]"));
+    }
+
+    #[test]
+    fn a_guide_keeps_its_slope() {
+        let points = vec![(-4.0, -5.9), (-3.0, -6.0), (-2.0, -6.0), (-1.5, -5.0), (-1.0, -4.0)];
+        let mut chart = chart(points.iter().map(|p| (10f64.powf(p.0), 10f64.powf(p.1))).collect());
+        chart.x = Axis::log("h");
+        chart.guides = vec![2.0, 4.0];
+        let y = chart.y.span(points.iter().map(|p| p.1));
+        let lines = chart.guide_lines(&[points], &y);
+        assert_eq!(lines.len(), 2);
+        for (slope, a, b) in lines {
+            assert!(((b.1 - a.1) / (b.0 - a.0) - slope).abs() < 1e-9);
+            assert!(a.1 >= y.lo - 1e-9 && b.1 <= y.hi + 1e-9);
+            assert!(b.0 == -1.0 && b.1 < -4.0 && b.1 > -4.3, "just below the coarse end: {b:?}");
+        }
+        assert!(chart.svg().contains("slope 4"));
+    }
+}

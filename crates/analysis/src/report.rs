@@ -1,0 +1,270 @@
+//! A report as one HTML file: text, verdicts, tables and figures, with nothing fetched from anywhere.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// A report.
+#[derive(Debug, Clone, Default)]
+pub struct Report {
+    /// The title of the page.
+    pub title: String,
+    /// One line below the title: what was run, when, on what.
+    pub subtitle: String,
+    /// The sections, listed at the top of the page.
+    pub sections: Vec<Section>,
+}
+
+/// A section of a [`Report`].
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// The heading, in the table of contents as well.
+    pub heading: String,
+    /// What stands below the heading.
+    pub blocks: Vec<Block>,
+}
+
+/// A piece of a section.
+#[derive(Debug, Clone)]
+pub enum Block {
+    /// A paragraph of plain text.
+    Text(String),
+    /// A paragraph with `code`, `strong` or links in it.
+    Rich(Markup),
+    /// A statement and whether it holds.
+    Verdict(Verdict, String),
+    /// A table.
+    Table(Table),
+    /// A figure over the full width.
+    Figure(Figure),
+    /// Two figures side by side, one below the other on a narrow screen.
+    Pair(Figure, Figure),
+    /// Blocks that are folded away behind one line.
+    Fold(String, Vec<Block>),
+}
+
+/// What came out of checking a statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The statement holds.
+    Holds,
+    /// It does not.
+    Fails,
+    /// A remark, neither of the two.
+    Note,
+}
+
+/// A table. Columns of numbers are set to the right.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// The names of the columns.
+    pub header: Vec<String>,
+    /// The rows.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A figure: a chart and where to find it.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// The chart as SVG text.
+    pub svg: String,
+    /// What there is to see.
+    pub caption: String,
+    /// The file of the chart, relative to the report.
+    pub file: String,
+    /// The file of the numbers in the chart, relative to the report.
+    pub data: String,
+}
+
+impl Report {
+    /// The report as one HTML file.
+    pub fn html(&self) -> String {
+        let mut figures = 0;
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(include_str!("report.css"))) }
+                }
+                body {
+                    header {
+                        h1 { (self.title) }
+                        p.subtitle { (self.subtitle) }
+                    }
+                    nav aria-label="Contents" {
+                        ol {
+                            @for (n, section) in self.sections.iter().enumerate() {
+                                li { a href=(format!("#s{}", n + 1)) { (section.heading) } }
+                            }
+                        }
+                    }
+                    main {
+                        @for (n, section) in self.sections.iter().enumerate() {
+                            section id=(format!("s{}", n + 1)) {
+                                h2 { (n + 1) ". " (section.heading) }
+                                @for block in &section.blocks { (block.html(&mut figures)) }
+                            }
+                        }
+                    }
+                }
+            }
+        };
+        page.into_string()
+    }
+}
+
+impl Block {
+    /// The block as HTML; `figures` counts the figures so far.
+    fn html(&self, figures: &mut usize) -> Markup {
+        match self {
+            Block::Text(text) => html! { p { (text) } },
+            Block::Rich(markup) => html! { p { (markup) } },
+            Block::Verdict(verdict, text) => {
+                let (class, badge) = match verdict {
+                    Verdict::Holds => ("holds", "holds"),
+                    Verdict::Fails => ("fails", "does not hold"),
+                    Verdict::Note => ("note", "note"),
+                };
+                html! { p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } } }
+            }
+            Block::Table(table) => table.html(),
+            Block::Figure(figure) => figure.html(figures),
+            Block::Pair(left, right) => html! { div.pair { (left.html(figures)) (right.html(figures)) } },
+            Block::Fold(summary, blocks) => html! {
+                details {
+                    summary { (summary) }
+                    @for block in blocks { (block.html(figures)) }
+                }
+            },
+        }
+    }
+}
+
+impl Table {
+    fn html(&self) -> Markup {
+        let numeric: Vec<bool> = (0..self.header.len()).map(|n| self.is_numeric(n)).collect();
+        let class = |n: usize| numeric.get(n).is_some_and(|numeric| *numeric).then_some("number");
+        html! {
+            div.scroll tabindex="0" {
+                table {
+                    thead { tr { @for (n, name) in self.header.iter().enumerate() { th class=[class(n)] { (name) } } } }
+                    tbody {
+                        @for row in &self.rows {
+                            tr { @for (n, cell) in row.iter().enumerate() { td class=[class(n)] { (cell) } } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether a column holds numbers, apart from cells that say there is none.
+    fn is_numeric(&self, column: usize) -> bool {
+        let cells = || self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.trim());
+        let none = |cell: &str| matches!(cell, "" | "-" | "–" | "—" | "n/a" | "NaN" | "inf" | "-inf" | "∞");
+        cells().any(starts_with_number) && cells().all(|cell| none(cell) || starts_with_number(cell))
+    }
+}
+
+/// Whether a text is a number, perhaps behind a sign or a relation and before a unit or an error.
+fn starts_with_number(text: &str) -> bool {
+    let text = text.trim_start_matches(['+', '-', '−', '<', '>', '≈', '≤', '≥', '~', ' ']);
+    let tail = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let tail = match tail.strip_prefix(['e', 'E']) {
+        Some(exponent) => {
+            exponent.trim_start_matches(['+', '-', '−']).trim_start_matches(|c: char| c.is_ascii_digit())
+        }
+        None => tail,
+    };
+    text.starts_with(|c: char| c.is_ascii_digit() || c == '.') && !tail.starts_with(char::is_alphabetic)
+}
+
+impl Figure {
+    fn html(&self, figures: &mut usize) -> Markup {
+        *figures += 1;
+        html! {
+            figure id=(format!("f{figures}")) {
+                div.chart tabindex="0" { (PreEscaped(with_own_ids(&self.svg, *figures))) }
+                figcaption {
+                    b { "Figure " (figures) ". " } (self.caption) " "
+                    span.files {
+                        "Chart: " a href=(self.file) { (self.file) } ", data: " a href=(self.data) { (self.data) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The chart with a prefix before each of its ids and each reference to one, as all figures share one page.
+fn with_own_ids(svg: &str, figure: usize) -> String {
+    let mut svg = svg.to_string();
+    for mark in [" id=\"", "url(#", "href=\"#"] {
+        svg = svg.replace(mark, &format!("{mark}f{figure}-"));
+    }
+    svg
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg"><defs><clipPath id="c0"><rect /></clipPath></defs>
+        <g clip-path="url(#c0)"><use href="#c0" /></g></svg>"##;
+
+    fn figure() -> Figure {
+        Figure { svg: SVG.into(), caption: "a & b".into(), file: "a.svg".into(), data: "a.csv".into() }
+    }
+
+    fn report(blocks: Vec<Block>) -> String {
+        let sections = vec![Section { heading: "One <1>".into(), blocks }];
+        Report { title: "T".into(), subtitle: "S".into(), sections }.html()
+    }
+
+    #[test]
+    fn text_is_escaped() {
+        let html = report(vec![
+            Block::Text("x < y".into()),
+            Block::Verdict(Verdict::Fails, "<b>".into()),
+            Block::Fold("<s>".into(), vec![Block::Figure(figure())]),
+        ]);
+        for text in ["One &lt;1&gt;", "x &lt; y", "&lt;b&gt;", "&lt;s&gt;", "a &amp; b", "does not hold"] {
+            assert!(html.contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_fetched() {
+        let html = report(vec![Block::Figure(figure())]).replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+        for sign in ["http", "//", "src=", "@import", "<link", "<script"] {
+            assert!(!html.contains(sign), "{sign}");
+        }
+    }
+
+    #[test]
+    fn ids_are_unique_and_referred_to() {
+        let html = report(vec![Block::Figure(figure()), Block::Pair(figure(), figure())]);
+        let mut ids: Vec<_> = html.split(" id=\"").skip(1).map(|rest| rest.split('"').next()).collect();
+        assert_eq!(ids.len(), 7);
+        ids.sort();
+        ids.dedup();
+        assert_eq!(ids.len(), 7);
+        assert!(
+            html.contains("id=\"f3-c0\"") && html.contains("url(#f3-c0)") && html.contains("href=\"#f3-c0\"")
+        );
+        assert!(!html.contains("(#c0)"));
+    }
+
+    #[test]
+    fn columns_of_numbers_are_told_from_text() {
+        let column = |cells: &[&str]| {
+            let rows = cells.iter().map(|cell| vec![(*cell).to_string()]).collect();
+            Table { header: vec!["h".into()], rows }.is_numeric(0)
+        };
+        assert!(column(&["1.5", "−3e-12", "< 4", "2.00 ± 0.01", "12 %", "—", "10⁻³"]));
+        assert!(!column(&["1.5", "midpoint"]));
+        assert!(!column(&["2nd", "4th"]));
+        assert!(!column(&["—", ""]));
+    }
+}

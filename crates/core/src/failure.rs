@@ -1,0 +1,197 @@
+//! Failures are values that say where, what and how much.
+
+use crate::{Mask, Scalar};
+use thiserror::Error;
+
+/// What a number stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// q
+    Coordinate,
+    /// p
+    Momentum,
+    /// w
+    Reservoir,
+    /// -∂H/∂q or D
+    Force,
+}
+
+impl std::fmt::Display for Quantity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Coordinate => "q",
+            Self::Momentum => "p",
+            Self::Reservoir => "w",
+            Self::Force => "force",
+        })
+    }
+}
+
+/// Why nothing was computed: what was asked for cannot be done.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum InputError {
+    /// A step size that is zero, negative or not finite.
+    #[error("the step h = {h} must be positive and finite")]
+    Step {
+        /// The step asked for.
+        h: f64,
+    },
+    /// An end of time that is zero, negative or not finite.
+    #[error("the end of time {end} must be positive and finite")]
+    End {
+        /// The end asked for.
+        end: f64,
+    },
+    /// The end is not reached by whole steps.
+    #[error("the end {end} is no multiple of the step h = {h}: take h = {nearest}")]
+    NotAMultiple {
+        /// The end asked for.
+        end: f64,
+        /// The step asked for.
+        h: f64,
+        /// The nearest step that divides the end.
+        nearest: f64,
+    },
+    /// A step that vanishes beside the time it is added to.
+    #[error("time stalls: t + h = t at t = {t} with h = {h}: take a larger step or an earlier end")]
+    TimeStalled {
+        /// The time.
+        t: f64,
+        /// The step asked for.
+        h: f64,
+    },
+    /// A vector of the wrong length.
+    #[error("{quantity} has {found} entries, the system has {expected} degrees of freedom")]
+    Length {
+        /// Which vector.
+        quantity: Quantity,
+        /// The number of degrees of freedom.
+        expected: usize,
+        /// The length given.
+        found: usize,
+    },
+    /// A state that is not finite to begin with.
+    #[error("{quantity}{} = {value} is not finite", dof + 1)]
+    NotFinite {
+        /// Which vector.
+        quantity: Quantity,
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The value given.
+        value: f64,
+    },
+    /// A parameter outside its range.
+    #[error("parameter {name} = {value} must be {range}")]
+    Parameter {
+        /// Its name.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// A method that does not apply to this system.
+    #[error("{method} does not apply: {why}")]
+    Unsupported {
+        /// The method.
+        method: &'static str,
+        /// What it needs and the system does not have.
+        why: &'static str,
+    },
+}
+
+/// Why a step could not be taken. The state is as it was before the step.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StepFailure {
+    /// The step would give a number that is not finite.
+    #[error("{quantity}{} becomes {value}: take a smaller step, or a method that is stable here", dof + 1)]
+    NonFinite {
+        /// Which vector.
+        quantity: Quantity,
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The value it would have.
+        value: f64,
+    },
+    /// The simple iteration moves away from the solution.
+    #[error(
+        "the fixed-point iteration of degree of freedom {} does not contract (updates change by the factor \
+         {ratio:.3} after {iterations} iterations): take a smaller step or Newton's method",
+        dof + 1
+    )]
+    NotContracting {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Iterations done.
+        iterations: u32,
+        /// The last update over the one before.
+        ratio: f64,
+    },
+    /// Newton's iteration finds no solution that continues from h → 0.
+    #[error(
+        "Newton's iteration of degree of freedom {} stalls (last update {update:e} after {iterations} iterations): \
+         the equation has no solution that continues from h = 0, take a smaller step",
+        dof + 1
+    )]
+    NewtonStalled {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Iterations done.
+        iterations: u32,
+        /// The last update.
+        update: f64,
+    },
+    /// The linear equation of the step has no solution.
+    #[error("the equation of degree of freedom {} is singular (its slope is {slope:e}): take another step", dof + 1)]
+    Singular {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The slope.
+        slope: f64,
+    },
+    /// δ is not finite: its denominator vanishes.
+    #[error("δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it", dof + 1)]
+    Pole {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The denominator: p for δ(q), V' + D for δ(p).
+        denominator: f64,
+    },
+}
+
+impl StepFailure {
+    /// The first entry that is not finite among the parts of a state that was about to be taken.
+    #[cold]
+    pub fn non_finite<T: Scalar>(parts: &[(Quantity, &[T])]) -> Self {
+        for &(quantity, part) in parts {
+            if let Some(dof) = part.iter().position(|x| !x.is_finite().all()) {
+                return Self::NonFinite { quantity, dof, value: part[dof].to_f64() };
+            }
+        }
+        Self::NonFinite { quantity: Quantity::Force, dof: 0, value: f64::NAN }
+    }
+}
+
+/// A run that ended before its time. The state is that of the last good step.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("step {step} (from t = {t}): {failure}")]
+pub struct RunError {
+    /// The step that failed, counted from 1.
+    pub step: u64,
+    /// The time it started from.
+    pub t: f64,
+    /// Why.
+    #[source]
+    pub failure: StepFailure,
+}
+
+/// Why [`crate::integrate`] did not reach the end.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum IntegrateError {
+    /// Nothing was computed.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A step failed.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}

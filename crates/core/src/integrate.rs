@@ -1,0 +1,62 @@
+//! The time loop.
+
+use crate::{Effort, Grid, IntegrateError, Method, Observer, RunError, Scalar, State, System, Vector};
+use std::ops::ControlFlow;
+
+/// Steps between two looks for what has come to rest.
+const BURST: u64 = 1024;
+
+/// Carries `state` over the grid, showing every state to `observer`; the times are `t + n h` from the state's own t.
+///
+/// # Errors
+/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply: nothing was done.
+/// [`IntegrateError::Run`] if a step fails: `state` is then that of the last good step.
+pub fn integrate<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    state.check(system.dof())?;
+    let mut workspace = method.workspace(system)?;
+    let mut effort = Effort::default();
+    let start = state.t;
+    if observer.observe(0, state).is_break() {
+        return Ok(effort);
+    }
+    let mut done = 0;
+    while done < grid.steps {
+        let burst = done + 1..=grid.steps.min(done + BURST);
+        done = *burst.end();
+        // The state moves to a place of its own, whose address no one else has: small ones live in registers.
+        let mut current = std::mem::replace(state, State::vacant());
+        let mut outcome = Ok(ControlFlow::Continue(()));
+        for n in burst {
+            match method.step(system, grid.h, &mut current, &mut workspace) {
+                Ok(spent) => effort += spent,
+                Err(failure) => {
+                    outcome = Err(RunError { step: n, t: current.t.to_f64(), failure });
+                    break;
+                }
+            }
+            current.t = V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
+            if observer.observe(n, &current).is_break() {
+                outcome = Ok(ControlFlow::Break(()));
+                break;
+            }
+        }
+        *state = current;
+        state.settle();
+        if outcome?.is_break() {
+            break;
+        }
+    }
+    Ok(effort)
+}

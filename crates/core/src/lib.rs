@@ -1,0 +1,37 @@
+//! Dissipative Hamiltonian systems with N degrees of freedom and an energy reservoir,
+//!
+//! ```text
+//! q' = ∂H/∂p        p' = -∂H/∂q - D(q,p)        w_j' = D_j(q,p) ∂H/∂p_j      (j = 1..N)
+//! ```
+//!
+//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`], a [`State`], a [`Method`] and a
+//! failure are, holds the only time loop ([`integrate`]), the divided differences without cancellation
+//! ([`Separable::edge`]) and the solvers of scalar equations ([`solver`]). It knows no method and no system by name.
+
+pub mod edge;
+mod exact;
+mod failure;
+mod grid;
+mod integrate;
+mod method;
+mod observer;
+mod order_raising;
+mod scalar;
+pub mod solver;
+mod state;
+mod system;
+pub mod taylor;
+mod vector;
+
+pub use exact::ExactFlow;
+pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
+pub use grid::Grid;
+pub use integrate::integrate;
+pub use method::{Effort, Method};
+pub use observer::{Every, Observer};
+pub use order_raising::{Correction, Misprinted, OrderRaising};
+pub use qd::Quad;
+pub use scalar::{Mask, Scalar, Series};
+pub use state::State;
+pub use system::{Damping, Drag, Line, Linear, Separable, System};
+pub use vector::Vector;

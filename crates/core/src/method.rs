@@ -1,0 +1,45 @@
+//! What a one-step method is.
+
+use crate::{InputError, State, StepFailure, System, Vector};
+use std::ops::AddAssign;
+
+/// A one-step method for systems `S` with states stored in `V`.
+pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
+    /// Scratch space a step writes to; the caller owns it, so that a step does not allocate.
+    type Workspace;
+
+    /// The workspace for a system.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] where the method does not apply to this system.
+    fn workspace(&self, system: &S) -> Result<Self::Workspace, InputError>;
+
+    /// Takes (q, p, w) one step `h` further. The time in `state` is the caller's to set.
+    ///
+    /// # Errors
+    /// A [`StepFailure`]; the state is then as it was.
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Effort, StepFailure>;
+}
+
+/// What steps cost, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Evaluations of the force (∂H/∂q or its mean along an edge, together with D).
+    pub evaluations: u64,
+    /// Iterations of a nonlinear solver.
+    pub iterations: u64,
+}
+
+impl AddAssign for Effort {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.evaluations += other.evaluations;
+        self.iterations += other.iterations;
+    }
+}

@@ -1,0 +1,51 @@
+//! What is looked at while a run goes on.
+
+use crate::{State, Vector};
+use std::ops::ControlFlow;
+
+/// Sees the state at every step of a run, the initial one (step 0) included, and may end the run.
+/// A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an observer, and `()` looks at nothing.
+pub trait Observer<V: Vector> {
+    /// The state after `step` steps. `Break` ends the run there.
+    fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()>;
+}
+
+impl<V: Vector> Observer<V> for () {
+    #[inline(always)]
+    fn observe(&mut self, _step: u64, _state: &State<V>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl<V: Vector, F: FnMut(u64, &State<V>) -> ControlFlow<()>> Observer<V> for F {
+    #[inline(always)]
+    fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()> {
+        self(step, state)
+    }
+}
+
+/// Passes on every `stride`-th step only, the initial state included.
+#[derive(Clone, Debug)]
+pub struct Every<O> {
+    stride: u64,
+    next: u64,
+    inner: O,
+}
+
+impl<O> Every<O> {
+    /// Every `stride`-th step (0 counts as 1) goes to `inner`.
+    pub fn new(stride: u64, inner: O) -> Self {
+        Self { stride: stride.max(1), next: 0, inner }
+    }
+}
+
+impl<V: Vector, O: Observer<V>> Observer<V> for Every<O> {
+    #[inline(always)]
+    fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()> {
+        if step != self.next {
+            return ControlFlow::Continue(());
+        }
+        self.next += self.stride;
+        self.inner.observe(step, state)
+    }
+}

@@ -1,0 +1,37 @@
+//! Solvers of the scalar equation an implicit step comes down to.
+//!
+//! The equation is written `x = start - F(s, x)` with `F = O(s)`: at s = 0 its solution is `start`, at s = 1 it is the
+//! step wanted, and the solution meant is the one that leads from there to here.
+
+mod fixed_point;
+mod newton;
+
+pub use fixed_point::FixedPoint;
+pub use newton::Newton;
+
+use crate::{Line, Scalar, StepFailure};
+
+/// A way to solve `x = start - F(1, x)` to rounding.
+pub trait Solver {
+    /// The solution, from `start`. `equation(s, x)` gives F and ∂F/∂x; changes of x below a rounding of `reach` are
+    /// lost on F.
+    ///
+    /// # Errors
+    /// A [`StepFailure`] of degree of freedom `dof`.
+    fn solve<T: Scalar>(
+        &self,
+        dof: usize,
+        start: T,
+        reach: T,
+        equation: impl FnMut(T, T) -> Line<T>,
+    ) -> Result<Root<T>, StepFailure>;
+}
+
+/// A solution and what it took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Root<T> {
+    /// The solution.
+    pub x: T,
+    /// Evaluations of F.
+    pub evaluations: u32,
+}

@@ -1,0 +1,86 @@
+//! The state of a system: coordinates, momenta and what the reservoir holds.
+
+use crate::{InputError, Mask, Quantity, Scalar, System, Vector};
+
+/// (q, p, w) at time t. `w[j]` is the energy degree of freedom j has given up since the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<V: Vector> {
+    /// Coordinates.
+    pub q: V,
+    /// Canonical momenta.
+    pub p: V,
+    /// Reservoir, one entry a degree of freedom.
+    pub w: V,
+    /// Time.
+    pub t: V::Scalar,
+}
+
+impl<V: Vector> State<V> {
+    /// The state (q, p) at t = 0 with an empty reservoir.
+    ///
+    /// # Errors
+    /// [`InputError::Length`] if q and p differ in length, [`InputError::NotFinite`] if an entry is not finite.
+    pub fn new(q: V, p: V) -> Result<Self, InputError> {
+        let w = V::zeros(q.as_slice().len());
+        let state = Self { q, p, w, t: V::Scalar::zero() };
+        state.check(state.dof())?;
+        Ok(state)
+    }
+
+    /// The number of degrees of freedom.
+    #[inline(always)]
+    pub fn dof(&self) -> usize {
+        V::LEN.unwrap_or(self.q.as_slice().len())
+    }
+
+    /// Is this a finite state of `dof` degrees of freedom?
+    ///
+    /// # Errors
+    /// [`InputError::Length`] and [`InputError::NotFinite`], with the quantity and the index.
+    pub fn check(&self, dof: usize) -> Result<(), InputError> {
+        let parts =
+            [(Quantity::Coordinate, &self.q), (Quantity::Momentum, &self.p), (Quantity::Reservoir, &self.w)];
+        for (quantity, part) in parts {
+            let part = part.as_slice();
+            if part.len() != dof {
+                return Err(InputError::Length { quantity, expected: dof, found: part.len() });
+            }
+            if let Some(index) = part.iter().position(|x| !x.is_finite().all()) {
+                return Err(InputError::NotFinite { quantity, dof: index, value: part[index].to_f64() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Σ w_j
+    #[inline]
+    pub fn reservoir(&self) -> V::Scalar {
+        self.w.as_slice().iter().fold(V::Scalar::zero(), |sum, &w| sum + w)
+    }
+
+    /// H(q, p)
+    #[inline]
+    pub fn energy<S: System<V::Scalar> + ?Sized>(&self, system: &S) -> V::Scalar {
+        system.energy(self.q.as_slice(), self.p.as_slice())
+    }
+
+    /// K = H(q, p) + Σ w_j, the quantity the exact flow keeps.
+    #[inline]
+    pub fn total<S: System<V::Scalar> + ?Sized>(&self, system: &S) -> V::Scalar {
+        self.energy(system) + self.reservoir()
+    }
+
+    /// A state to be replaced; costs nothing to make.
+    pub(crate) fn vacant() -> Self {
+        Self { q: V::zeros(0), p: V::zeros(0), w: V::zeros(0), t: V::Scalar::zero() }
+    }
+
+    /// Sets what has decayed below 1e-290 to rest. Its energy is below the smallest number, and arithmetic on
+    /// the subnormal numbers a long decay ends in is six times slower.
+    pub(crate) fn settle(&mut self) {
+        let rest = V::Scalar::from_f64(1e-290);
+        for x in self.q.as_mut_slice().iter_mut().chain(self.p.as_mut_slice()) {
+            *x = V::Scalar::select(x.abs().lt(rest), V::Scalar::zero(), *x);
+        }
+    }
+}

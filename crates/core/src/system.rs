@@ -1,0 +1,100 @@
+//! What a system tells of itself: a small trait every system has, and abilities some have.
+
+use crate::{Scalar, edge};
+
+/// A Hamiltonian system with N degrees of freedom and a dissipative force,
+/// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`. Autonomous: with D depending on t, K would not be kept.
+///
+/// All slices have length N, the number of degrees of freedom.
+pub trait System<T: Scalar>: Send + Sync {
+    /// N
+    fn dof(&self) -> usize;
+
+    /// H(q, p)
+    fn energy(&self, q: &[T], p: &[T]) -> T;
+
+    /// Writes ∂H/∂q to `hq` and ∂H/∂p to `hp`.
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]);
+
+    /// Writes D(q, p) to `d`.
+    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]);
+
+    /// What is known of D beforehand; methods take the shortest way it allows.
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        Damping::GENERAL
+    }
+}
+
+/// What is known of the dissipative force D for all (q, p).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Damping {
+    /// D = 0: there is no reservoir to keep.
+    pub zero: bool,
+    /// Each D_j ∂H/∂p_j ≥ 0: the reservoir only fills, whatever the state.
+    pub passive: bool,
+    /// D_j = γ_j(q) p_j, linear in its own momentum and free of the others.
+    pub linear: bool,
+}
+
+impl Damping {
+    /// Nothing is known.
+    pub const GENERAL: Self = Self { zero: false, passive: false, linear: false };
+    /// D = 0.
+    pub const NONE: Self = Self { zero: true, passive: true, linear: true };
+}
+
+/// H = Σ p_j²/(2 m_j) + V(q), and D_j depending on no momentum but p_j.
+pub trait Separable<T: Scalar>: System<T> {
+    /// m_j > 0
+    #[inline(always)]
+    fn mass(&self, _j: usize) -> T {
+        T::one()
+    }
+
+    /// ∂V/∂q_j at the point q with its coordinate j moved to `at`.
+    fn partial(&self, q: &[T], j: usize, at: T) -> T;
+
+    /// The mean of ∂V/∂q_j along the edge from q to the point with coordinate j moved to `to`,
+    /// `[V(.., to, ..) - V(q)] / (to - q_j)` without its cancellation, and its derivative by `to`.
+    ///
+    /// The default integrates [`Separable::partial`] by Gauss-Legendre quadrature ([`edge::by_quadrature`]), exact
+    /// for polynomial V and accurate to rounding while the edge is short against the length on which V changes.
+    /// Give the closed form where there is one.
+    #[inline]
+    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        edge::by_quadrature(q[j], to, |at| self.partial(q, j, at))
+    }
+
+    /// D_j at (q, p) with its derivatives by q_j and p_j. Only the value has to be exact; the derivatives steer
+    /// Newton's iteration.
+    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T>;
+}
+
+/// V = ½ Σ k_ij q_i q_j, m_j = 1 and D_j = b_j p_j: the flow is linear, and an implicit step has a closed form.
+pub trait Linear<T: Scalar>: Separable<T> {
+    /// k_ij = k_ji
+    fn stiffness(&self, i: usize, j: usize) -> T;
+    /// b_j
+    fn friction(&self, j: usize) -> T;
+}
+
+/// A function of one variable at a point: its value and its slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line<T> {
+    /// f(x)
+    pub value: T,
+    /// f'(x)
+    pub slope: T,
+}
+
+/// The dissipative force on one degree of freedom, and how it changes with that degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drag<T> {
+    /// D_j
+    pub value: T,
+    /// ∂D_j/∂q_j
+    pub by_q: T,
+    /// ∂D_j/∂p_j
+    pub by_p: T,
+}

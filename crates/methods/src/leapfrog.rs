@@ -1,0 +1,120 @@
+//! Leap-frog (Störmer-Verlet) with a reservoir, the paper's pqpLF (section 5, after its ref. AK).
+//!
+//! ```text
+//! p½ = p0 - h/2 (V'(q0) + D(q0, p½))        q1 = q0 + h p½/m        p1 = p½ - h/2 (V'(q1) + D(q1, p½))
+//! w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
+//! ```
+//!
+//! Order 2, symmetric, explicit where D is linear in its momentum. Keeps K only up to O(h²). Passive where D is:
+//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D.
+
+use afterbay_core::solver::{Newton, Solver};
+use afterbay_core::{
+    Effort, InputError, Line, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
+};
+
+/// The paper's pqpLF. Applies to separable systems with any number of degrees of freedom.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Leapfrog;
+
+/// The new state while it is being made.
+#[derive(Clone, Debug)]
+pub struct Workspace<V> {
+    p_half: V,
+    drag: V,
+    q: V,
+    p: V,
+    w: V,
+}
+
+impl<V, S> Method<V, S> for Leapfrog
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        let zeros = || V::zeros(system.dof());
+        Ok(Workspace { p_half: zeros(), drag: zeros(), q: zeros(), p: zeros(), w: zeros() })
+    }
+
+    #[inline]
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        let n = state.dof();
+        let damping = system.damping();
+        let half_h = h.half();
+        let mut effort = Effort { evaluations: 2, iterations: 0 };
+        let Workspace { p_half, drag, q: q1, p: p1, w: w1 } = workspace;
+        let (q1, p1, w1) = (q1.as_mut_slice(), p1.as_mut_slice(), w1.as_mut_slice());
+        let (p_half, drag) = (p_half.as_mut_slice(), drag.as_mut_slice());
+        let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
+
+        for j in 0..n {
+            let kicked = (-half_h).mul_add(system.partial(q0, j, q0[j]), p0[j]);
+            p_half[j] = kicked;
+            if damping.linear {
+                if !damping.zero {
+                    let by_p = system.drag(q0, p0, j).by_p;
+                    p_half[j] = kicked * half_h.mul_add(by_p, V::Scalar::one()).recip();
+                    drag[j] = by_p * p_half[j];
+                }
+            } else {
+                let root = Newton.solve(j, kicked, V::Scalar::zero(), |s, p| {
+                    p_half[j] = p;
+                    let drag = system.drag(q0, p_half, j);
+                    Line { value: s * half_h * drag.value, slope: s * half_h * drag.by_p }
+                })?;
+                p_half[j] = root.x;
+                drag[j] = system.drag(q0, p_half, j).value;
+                effort.iterations += u64::from(root.evaluations);
+            }
+            q1[j] = (h / system.mass(j)).mul_add(p_half[j], q0[j]);
+        }
+        let mut finite = V::Scalar::zero().is_finite();
+        for j in 0..n {
+            let force = system.partial(q1, j, q1[j]);
+            if damping.zero {
+                p1[j] = (-half_h).mul_add(force, p_half[j]);
+            } else {
+                let drag1 = system.drag(q1, p_half, j).value;
+                p1[j] = (-half_h).mul_add(force + drag1, p_half[j]);
+                w1[j] = (half_h / system.mass(j) * (drag[j] + drag1)).mul_add(p_half[j], w0[j]);
+                finite = finite.and(w1[j].is_finite());
+            }
+            finite = finite.and(p1[j].is_finite()).and(q1[j].is_finite());
+        }
+        if !finite.all() {
+            return Err(failure(system, half_h, state, [q1, p1, w1]));
+        }
+        state.q.as_mut_slice().copy_from_slice(q1);
+        state.p.as_mut_slice().copy_from_slice(p1);
+        if !damping.zero {
+            state.w.as_mut_slice().copy_from_slice(w1);
+        }
+        Ok(effort)
+    }
+}
+
+/// Why the new state is not finite.
+#[cold]
+fn failure<V, S>(system: &S, half_h: V::Scalar, state: &State<V>, [q, p, w]: [&[V::Scalar]; 3]) -> StepFailure
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    for j in 0..state.dof() {
+        let drag = system.drag(state.q.as_slice(), state.p.as_slice(), j);
+        let slope = half_h.mul_add(drag.by_p, V::Scalar::one());
+        if slope == V::Scalar::zero() {
+            return StepFailure::Singular { dof: j, slope: 0.0 };
+        }
+    }
+    StepFailure::non_finite(&[(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)])
+}

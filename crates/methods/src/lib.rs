@@ -1,0 +1,13 @@
+//! One-step methods for dissipative Hamiltonian systems, one a file.
+//!
+//! Each file opens with the discrete equations, their source, the order, what is kept and when the method fails.
+//! [`registry`] lists them all by name.
+
+mod leapfrog;
+pub mod moddg;
+pub mod registry;
+mod rk4;
+
+pub use leapfrog::Leapfrog;
+pub use moddg::ModDg;
+pub use rk4::Rk4;

@@ -1,0 +1,59 @@
+//! The scheme's solution for linear systems.
+
+use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
+use afterbay_core::{Effort, InputError, Linear, Method, Scalar, State, StepFailure, Vector};
+
+/// For V = k q²/2, D = b p the equation is linear in v:
+///
+/// ```text
+/// v = (p0 - δ(p)/2 k q0) / σ        σ = 1 + δ(p)/2 (b + δ(q) k/2)
+/// ```
+///
+/// The increments of q and p are written on (q0, p0) directly. Their coefficients depend on the step alone, so a loop
+/// computes them once, and being O(h) they spoil K by O(h) roundings only.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ClosedForm;
+
+impl<V, S, D> Method<V, S> for ModDg<D, ClosedForm>
+where
+    V: Vector,
+    S: Linear<V::Scalar> + ?Sized,
+    D: Steps<V::Scalar, S>,
+{
+    type Workspace = ();
+
+    fn workspace(&self, system: &S) -> Result<(), InputError> {
+        one_degree_of_freedom(system.dof())
+    }
+
+    #[inline]
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        _workspace: &mut (),
+    ) -> Result<Effort, StepFailure> {
+        let one = V::Scalar::one();
+        let [q0, p0, w0] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
+        let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q0, p0)?;
+        let (k, b) = (system.stiffness(0, 0), system.friction(0));
+
+        let friction = (delta_q * k).half() + b;
+        let sigma = delta_p.half().mul_add(friction, one);
+        let inverse = sigma.recip();
+        let pull = delta_p * inverse;
+        let reach = delta_q * inverse;
+        let q1 = reach.mul_add(p0, (-reach * (delta_p * k).half()).mul_add(q0, q0));
+        let p1 = (-pull * k).mul_add(q0, (-pull * friction).mul_add(p0, p0));
+        let w1 = (!system.damping().zero).then(|| {
+            let v = (-pull * k.half()).mul_add(q0, inverse * p0);
+            (delta_w * b * v).mul_add(v, w0)
+        });
+        if sigma == V::Scalar::zero() {
+            return Err(StepFailure::Singular { dof: 0, slope: 0.0 });
+        }
+        commit(state, q1, p1, w1)?;
+        Ok(Effort { evaluations: 1, iterations: 0 })
+    }
+}

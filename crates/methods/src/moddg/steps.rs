@@ -1,0 +1,140 @@
+//! The step sizes δ in the three equations of the scheme.
+//!
+//! The paper replaces h by δ = h + δ₃h³ + δ₄h⁴ to raise the order. δ is chosen to make *one* equation more accurate;
+//! put into all three ("shared") it keeps K, put into its own alone ("single") it does not. δ has a pole where p = 0,
+//! or where V' + D = 0.
+
+use afterbay_core::{Mask, Misprinted, OrderRaising, Scalar, Separable, StepFailure};
+
+/// δ in the equations for q, p and w.
+pub trait Steps<T: Scalar, S: ?Sized> {
+    /// δ(q), δ(p), δ(w) of the step from (q, p).
+    ///
+    /// # Errors
+    /// [`StepFailure::Pole`] where δ is not finite.
+    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure>;
+}
+
+/// δ = h.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Plain;
+
+impl<T: Scalar, S: ?Sized> Steps<T, S> for Plain {
+    #[inline(always)]
+    fn sizes(&self, _system: &S, h: T, _q: T, _p: T) -> Result<[T; 3], StepFailure> {
+        Ok([h; 3])
+    }
+}
+
+/// Which equation δ is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Equation {
+    /// The one for q.
+    Q,
+    /// The one for p.
+    P,
+}
+
+/// Which equations get it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// This δ in all three equations: K is kept.
+    Shared(Equation),
+    /// This δ in its own equation, h in the others.
+    Single(Equation),
+    /// δ(q) in q, δ(p) in p, h in w.
+    Each,
+}
+
+/// How far the series of δ goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Degree {
+    /// h + δ₃h³
+    Third,
+    /// h + δ₃h³ + δ₄h⁴
+    Fourth,
+}
+
+/// δ as it follows from the expansion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Raised(pub Placement, pub Degree);
+
+/// δ as the paper prints it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Printed(pub Placement, pub Degree);
+
+impl Placement {
+    #[inline]
+    fn distribute<T: Scalar>(
+        self,
+        h: T,
+        delta: impl Fn(Equation) -> Result<T, StepFailure>,
+    ) -> Result<[T; 3], StepFailure> {
+        Ok(match self {
+            Self::Shared(equation) => [delta(equation)?; 3],
+            Self::Single(Equation::Q) => [delta(Equation::Q)?, h, h],
+            Self::Single(Equation::P) => [h, delta(Equation::P)?, h],
+            Self::Each => [delta(Equation::Q)?, delta(Equation::P)?, h],
+        })
+    }
+}
+
+impl Equation {
+    /// What δ divides by: p m⁻¹ for the equation for q, V' + D for the one for p.
+    pub fn denominator<T: Scalar, S: Separable<T> + ?Sized>(self, system: &S, q: T, p: T) -> T {
+        match self {
+            Self::Q => p / system.mass(0),
+            Self::P => system.partial(&[q], 0, q) + system.drag(&[q], &[p], 0).value,
+        }
+    }
+
+    #[inline]
+    fn check<T: Scalar, S: Separable<T> + ?Sized>(
+        self,
+        delta: T,
+        system: &S,
+        q: T,
+        p: T,
+    ) -> Result<T, StepFailure> {
+        if delta.is_finite().all() {
+            return Ok(delta);
+        }
+        Err(StepFailure::Pole { dof: 0, denominator: self.denominator(system, q, p).to_f64() })
+    }
+}
+
+impl<T: Scalar, S: OrderRaising<T> + ?Sized> Steps<T, S> for Raised {
+    #[inline]
+    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure> {
+        self.0.distribute(h, |equation| {
+            let correction = match equation {
+                Equation::Q => system.delta_q(q, p),
+                Equation::P => system.delta_p(q, p),
+            };
+            equation.check(self.1.size(&correction, h), system, q, p)
+        })
+    }
+}
+
+impl<T: Scalar, S: Misprinted<T> + ?Sized> Steps<T, S> for Printed {
+    #[inline]
+    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure> {
+        self.0.distribute(h, |equation| {
+            let correction = match equation {
+                Equation::Q => system.printed_delta_q(q, p),
+                Equation::P => system.printed_delta_p(q, p),
+            };
+            equation.check(self.1.size(&correction, h), system, q, p)
+        })
+    }
+}
+
+impl Degree {
+    #[inline(always)]
+    fn size<T: Scalar>(self, correction: &afterbay_core::Correction<T>, h: T) -> T {
+        match self {
+            Self::Third => correction.step3(h),
+            Self::Fourth => correction.step4(h),
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! Every method by name: its order, what it keeps, what it needs, and how it is bound to a system.
+
+use crate::moddg::ClosedForm;
+use crate::moddg::steps::{Degree, Equation, Placement, Plain, Printed, Raised};
+use crate::{Leapfrog, ModDg, Rk4};
+use afterbay_core::solver::{FixedPoint, Newton};
+use afterbay_core::{
+    Effort, Every, Grid, InputError, IntegrateError, Linear, Method, Misprinted, OrderRaising, State,
+    StepFailure, System, Vector, integrate,
+};
+use std::ops::ControlFlow;
+
+/// A method in the registry.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Its name in scenes and tables.
+    pub name: &'static str,
+    /// One line on what it is.
+    pub about: &'static str,
+    /// The order of its local error in q, p and w, away from poles. The order of the method is the least of them.
+    pub local_order: [u32; 3],
+    /// K is kept to rounding at every step size.
+    pub keeps_k: bool,
+    /// Every Δw ≥ 0 where the system is passive, at every step size.
+    pub passive: bool,
+    /// What a system must be for the method to apply.
+    pub needs: Needs,
+    kind: Kind,
+}
+
+impl Row {
+    /// The order of the method.
+    pub fn order(&self) -> u32 {
+        self.local_order.into_iter().min().unwrap_or(0)
+    }
+
+    /// The equation whose δ it uses, where it uses one: its pole is there.
+    pub fn pole(&self) -> Option<Equation> {
+        match self.kind {
+            Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _)) => match placement {
+                Placement::Shared(equation) | Placement::Single(equation) => Some(equation),
+                Placement::Each => Some(Equation::Q),
+            },
+            _ => None,
+        }
+    }
+}
+
+/// What a system must be for a method to apply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// Nothing.
+    Any,
+    /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
+    Separable,
+    /// The same with one degree of freedom.
+    OneDegree,
+    /// A system whose δ the paper prints: the damped oscillator.
+    Printed,
+}
+
+impl Needs {
+    /// In words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Any => "any system",
+            Self::Separable => "separable H",
+            Self::OneDegree => "separable H, one degree of freedom",
+            Self::Printed => "damped oscillator",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Leapfrog,
+    Rk4,
+    ModDg,
+    ModDgFixedPoint,
+    Raised(Raised),
+    Printed(Printed),
+}
+
+/// Every method there is.
+pub const METHODS: &[Row] = &[
+    Row {
+        name: "leapfrog",
+        about: "the paper's pqpLF/SV: Störmer-Verlet with a reservoir",
+        local_order: [2, 2, 2],
+        keeps_k: false,
+        passive: true,
+        needs: Needs::Separable,
+        kind: Kind::Leapfrog,
+    },
+    Row {
+        name: "rk4",
+        about: "the paper's eRK4: classical Runge-Kutta on (q, p, w)",
+        local_order: [4, 4, 4],
+        keeps_k: false,
+        passive: false,
+        needs: Needs::Any,
+        kind: Kind::Rk4,
+    },
+    Row {
+        name: "moddg",
+        about: "the paper's modified discrete gradient, solved to rounding",
+        local_order: [2, 2, 2],
+        keeps_k: true,
+        passive: true,
+        needs: Needs::OneDegree,
+        kind: Kind::ModDg,
+    },
+    Row {
+        name: "moddg-fixed-point",
+        about: "moddg solved by simple iteration, as the paper does",
+        local_order: [2, 2, 2],
+        keeps_k: true,
+        passive: true,
+        needs: Needs::OneDegree,
+        kind: Kind::ModDgFixedPoint,
+    },
+    raised("moddg-q3-shared", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Third),
+    raised("moddg-q4-shared", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Fourth),
+    raised("moddg-p3-shared", [2, 3, 2], Placement::Shared(Equation::P), Degree::Third),
+    raised("moddg-p4-shared", [2, 3, 2], Placement::Shared(Equation::P), Degree::Fourth),
+    raised("moddg-q3-single", [3, 2, 2], Placement::Single(Equation::Q), Degree::Third),
+    raised("moddg-q4-single", [3, 2, 2], Placement::Single(Equation::Q), Degree::Fourth),
+    raised("moddg-p3-single", [2, 3, 2], Placement::Single(Equation::P), Degree::Third),
+    raised("moddg-p4-single", [2, 3, 2], Placement::Single(Equation::P), Degree::Fourth),
+    raised("moddg-qp3", [3, 3, 2], Placement::Each, Degree::Third),
+    raised("moddg-qp4", [4, 4, 2], Placement::Each, Degree::Fourth),
+    printed("moddg-q4-shared-printed", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Fourth),
+    printed("moddg-q4-single-printed", [3, 2, 2], Placement::Single(Equation::Q), Degree::Fourth),
+    printed("moddg-p3-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Third),
+    printed("moddg-p3-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Third),
+    printed("moddg-p4-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Fourth),
+    printed("moddg-p4-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Fourth),
+];
+
+const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
+    let (about, keeps_k) = match placement {
+        Placement::Shared(Equation::Q) => ("moddg with δ of the q equation in all three", true),
+        Placement::Shared(Equation::P) => ("moddg with δ of the p equation in all three", true),
+        Placement::Single(Equation::Q) => ("moddg with δ of the q equation in that one only", false),
+        Placement::Single(Equation::P) => ("moddg with δ of the p equation in that one only", false),
+        Placement::Each => ("moddg with its own δ in q and in p, h in w", false),
+    };
+    let kind = Kind::Raised(Raised(placement, degree));
+    // δ may be negative near a pole, and a shared negative step returns energy from the reservoir.
+    Row { name, about, local_order, keeps_k, passive: false, needs: Needs::OneDegree, kind }
+}
+
+const fn printed(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
+    let row = raised(name, local_order, placement, degree);
+    let kind = Kind::Printed(Printed(placement, degree));
+    Row { about: "the same with the paper's misprints", needs: Needs::Printed, kind, ..row }
+}
+
+/// The row of a method.
+pub fn find(name: &str) -> Option<&'static Row> {
+    METHODS.iter().find(|row| row.name == name)
+}
+
+/// What is shown of a run: the number of steps done and the state. `Break` ends the run.
+pub type Show<'a, V> = &'a mut dyn FnMut(u64, &State<V>) -> ControlFlow<()>;
+
+/// A method bound to a system, their types forgotten.
+pub trait Run<V: Vector>: Send + Sync {
+    /// [`integrate`], with every `stride`-th state shown.
+    ///
+    /// # Errors
+    /// Those of [`integrate`].
+    fn run(
+        &self,
+        grid: Grid<V::Scalar>,
+        state: &mut State<V>,
+        stride: u64,
+        show: Show<'_, V>,
+    ) -> Result<Effort, IntegrateError>;
+
+    /// One step.
+    ///
+    /// # Errors
+    /// [`Method::step`]'s; the state is then as it was.
+    fn step(&self, h: V::Scalar, state: &mut State<V>) -> Result<Effort, StepFailure>;
+}
+
+struct Bound<M, S, W> {
+    method: M,
+    system: S,
+    workspace: W,
+}
+
+impl<V, S, M> Run<V> for Bound<M, S, M::Workspace>
+where
+    V: Vector,
+    S: System<V::Scalar>,
+    M: Method<V, S> + Send + Sync,
+    M::Workspace: Clone + Send + Sync,
+{
+    fn run(
+        &self,
+        grid: Grid<V::Scalar>,
+        state: &mut State<V>,
+        stride: u64,
+        show: Show<'_, V>,
+    ) -> Result<Effort, IntegrateError> {
+        integrate(&self.method, &self.system, grid, state, &mut Every::new(stride, show))
+    }
+
+    fn step(&self, h: V::Scalar, state: &mut State<V>) -> Result<Effort, StepFailure> {
+        self.method.step(&self.system, h, state, &mut self.workspace.clone())
+    }
+}
+
+fn bind<'a, V, S, M>(method: M, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+where
+    V: Vector + 'a,
+    S: System<V::Scalar> + 'a,
+    M: Method<V, S> + Send + Sync + 'a,
+    M::Workspace: Clone + Send + Sync + 'a,
+{
+    let workspace = method.workspace(&system)?;
+    Ok(Box::new(Bound { method, system, workspace }))
+}
+
+/// Binds a method to a separable system with one degree of freedom.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn nonlinear<'a, V, S>(row: &Row, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+where
+    V: Vector + 'a,
+    S: OrderRaising<V::Scalar> + 'a,
+{
+    match row.kind {
+        Kind::Leapfrog => bind(Leapfrog, system),
+        Kind::Rk4 => bind(Rk4, system),
+        Kind::ModDg => bind(ModDg::newton(), system),
+        Kind::ModDgFixedPoint => bind(ModDg { steps: Plain, solver: FixedPoint }, system),
+        Kind::Raised(steps) => bind(ModDg { steps, solver: Newton }, system),
+        Kind::Printed(_) => Err(InputError::Unsupported {
+            method: row.name,
+            why: "the paper prints δ for the damped oscillator only",
+        }),
+    }
+}
+
+/// Binds a method to a linear system with one degree of freedom whose δ is printed: implicit steps take their closed
+/// form.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn linear<'a, V, S>(row: &Row, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+where
+    V: Vector + 'a,
+    S: Linear<V::Scalar> + Misprinted<V::Scalar> + 'a,
+{
+    match row.kind {
+        Kind::ModDg => bind(ModDg::linear(), system),
+        Kind::Raised(steps) => bind(ModDg { steps, solver: ClosedForm }, system),
+        Kind::Printed(steps) => bind(ModDg { steps, solver: ClosedForm }, system),
+        Kind::Leapfrog | Kind::Rk4 | Kind::ModDgFixedPoint => nonlinear(row, system),
+    }
+}

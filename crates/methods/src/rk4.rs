@@ -1,0 +1,109 @@
+//! The classical Runge-Kutta method on (q, p, w), the paper's eRK4.
+//!
+//! ```text
+//! z1 = z0 + h/6 (f(z0) + 2 f(Z2) + 2 f(Z3) + f(Z4))      Z2 = z0 + h/2 f(z0)   Z3 = z0 + h/2 f(Z2)   Z4 = z0 + h f(Z3)
+//! f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)
+//! ```
+//!
+//! Order 4, explicit, any system. K is kept to O(h⁴) only, and w may fall where it must rise. Diverges beyond
+//! |hλ| ≈ 2.8.
+
+use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+
+/// The paper's eRK4.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rk4;
+
+/// The point of a stage, the system there, and the increments summed up so far.
+#[derive(Clone, Debug)]
+pub struct Workspace<V> {
+    q: V,
+    p: V,
+    hq: V,
+    hp: V,
+    d: V,
+    dq: V,
+    dp: V,
+    dw: V,
+}
+
+/// Where the next stage lies, in h, and the weight of this one, in h/6.
+const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
+
+impl<V, S> Method<V, S> for Rk4
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        let zeros = || V::zeros(system.dof());
+        Ok(Workspace {
+            q: zeros(),
+            p: zeros(),
+            hq: zeros(),
+            hp: zeros(),
+            d: zeros(),
+            dq: zeros(),
+            dp: zeros(),
+            dw: zeros(),
+        })
+    }
+
+    #[inline]
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        let n = state.dof();
+        let zero = V::Scalar::zero();
+        let dissipative = !system.damping().zero;
+        let Workspace { q, p, hq, hp, d, dq, dp, dw } = workspace;
+        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
+        let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
+        let (dq, dp, dw) = (dq.as_mut_slice(), dp.as_mut_slice(), dw.as_mut_slice());
+        let (q0, p0, w0) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+
+        for j in 0..n {
+            (q[j], p[j]) = (q0[j], p0[j]);
+            (dq[j], dp[j], dw[j]) = (zero, zero, zero);
+        }
+        for (ahead, weight) in STAGES {
+            let ahead = h * V::Scalar::from_f64(ahead);
+            let weight = h * V::Scalar::from_f64(weight / 6.0);
+            system.gradient(q, p, hq, hp);
+            if dissipative {
+                system.dissipation(q, p, d);
+            }
+            for j in 0..n {
+                let force = if dissipative { -(hq[j] + d[j]) } else { -hq[j] };
+                dq[j] = weight.mul_add(hp[j], dq[j]);
+                dp[j] = weight.mul_add(force, dp[j]);
+                if dissipative {
+                    dw[j] = weight.mul_add(d[j] * hp[j], dw[j]);
+                }
+                q[j] = ahead.mul_add(hp[j], q0[j]);
+                p[j] = ahead.mul_add(force, p0[j]);
+            }
+        }
+        let mut finite = zero.is_finite();
+        for j in 0..n {
+            (q[j], p[j], dw[j]) = (q0[j] + dq[j], p0[j] + dp[j], w0[j] + dw[j]);
+            finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
+        }
+        if !finite.all() {
+            let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*dw)];
+            return Err(StepFailure::non_finite(&parts));
+        }
+        q0.copy_from_slice(q);
+        p0.copy_from_slice(p);
+        if dissipative {
+            w0.copy_from_slice(dw);
+        }
+        Ok(Effort { evaluations: 4, iterations: 0 })
+    }
+}
