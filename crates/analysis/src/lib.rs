@@ -1,1 +1,17 @@
-//! x
+//! What the methods are worth: orders, energy books, work against precision, stability, as tables, charts and a report.
+//!
+//! A [`Model`] is a system with its parameters, a [`study`] runs methods on it and gives the rows of one table, the
+//! [`paper`] puts studies together into the paper's experiment, and [`record`] writes it all down.
+
+pub mod chart;
+mod model;
+pub mod paper;
+pub mod progress;
+pub mod record;
+pub mod report;
+pub mod statistics;
+pub mod study;
+mod subject;
+
+pub use model::{Model, SYSTEMS, SystemRow};
+pub use subject::{OneState, Subject};

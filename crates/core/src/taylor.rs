@@ -1,6 +1,6 @@
 //! The exact flow as a Taylor series in time, computed by evaluating the system on [`Series`].
 
-use crate::{Correction, Scalar, Separable, Series, State, System, Vector};
+use crate::{Correction, Quantity, Scalar, Separable, Series, State, StepFailure, System, Vector};
 
 /// Fills in the Taylor coefficients in time of q, p and w from their constant terms.
 ///
@@ -29,18 +29,72 @@ where
     }
 }
 
-/// Carries a state along the exact flow, up to O(h^N): a reference for systems without a closed solution.
-pub fn flow<T, S, const D: usize, const N: usize>(system: &S, h: T, state: &mut State<[T; D]>)
+/// The exact flow from one state as a polynomial in time, and the time it can be trusted for.
+#[derive(Clone, Debug)]
+pub struct Expansion<T: Scalar, const D: usize, const N: usize> {
+    series: State<[Series<T, N>; D]>,
+    /// The polynomial is exact to rounding for |τ| up to this.
+    pub reach: f64,
+}
+
+impl<T: Scalar, const D: usize, const N: usize> Expansion<T, D, N> {
+    /// The expansion about `state`.
+    pub fn about<S: System<Series<T, N>> + ?Sized>(system: &S, state: &State<[T; D]>) -> Self {
+        let lift = |part: [T; D]| part.map(Series::constant);
+        let (q, p, w) = (lift(state.q), lift(state.p), lift(state.w));
+        let mut series = State { q, p, w, t: Series::constant(state.t) };
+        expand(system, &mut series);
+        // The last two terms stay below a rounding of the largest entry.
+        let size = |k: usize| {
+            let entries = series.q.iter().chain(&series.p).map(|x| x.0[k].abs().to_f64());
+            entries.fold(f64::MIN_POSITIVE, f64::max)
+        };
+        let limit = |k: usize| (T::EPSILON * size(0) / size(k)).powf(1.0 / k as f64);
+        let reach = limit(N - 1).min(limit(N - 2));
+        Self { series, reach: if reach.is_finite() { reach } else { 0.0 } }
+    }
+
+    /// The state the time τ after the one expanded about.
+    pub fn at(&self, tau: T) -> State<[T; D]> {
+        let at = |part: &[Series<T, N>; D]| part.map(|x| x.at(tau));
+        let Self { series, .. } = self;
+        State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
+    }
+}
+
+/// The exact flow from `start` at the times `i h`, i = 0..=count: a reference for systems without a closed solution.
+///
+/// # Errors
+/// [`StepFailure::NonFinite`] where the solution leaves the numbers (the expansion's reach shrinks to nothing).
+pub fn trajectory<S, T, const D: usize, const N: usize>(
+    system: &S,
+    start: &State<[T; D]>,
+    h: T,
+    count: usize,
+) -> Result<Vec<State<[T; D]>>, StepFailure>
 where
     T: Scalar,
     S: System<Series<T, N>> + ?Sized,
 {
-    let lift = |part: [T; D]| part.map(Series::<T, N>::constant);
-    let mut series =
-        State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t: Series::constant(state.t) };
-    expand(system, &mut series);
-    let at = |part: [Series<T, N>; D]| part.map(|x| x.at(h));
-    *state = State { q: at(series.q), p: at(series.p), w: at(series.w), t: state.t + h };
+    let mut states = Vec::with_capacity(count + 1);
+    let mut expansion = Expansion::<T, D, N>::about(system, start);
+    // Time since the point expanded about.
+    let mut origin = T::zero();
+    for i in 0..=count {
+        let t = T::from_f64(i as f64) * h;
+        while (t - origin).to_f64().abs() > expansion.reach {
+            let stride = expansion.reach.copysign(h.to_f64());
+            let state = expansion.at(T::from_f64(stride));
+            let parts = [(Quantity::Coordinate, &state.q[..]), (Quantity::Momentum, &state.p[..])];
+            if state.check(D).is_err() || expansion.reach < 1e-12 * t.to_f64().abs() {
+                return Err(StepFailure::non_finite(&parts));
+            }
+            origin += T::from_f64(stride);
+            expansion = Expansion::about(system, &state);
+        }
+        states.push(State { t: start.t + t, ..expansion.at(t - origin) });
+    }
+    Ok(states)
 }
 
 /// δ of the equation for q and of the equation for p at (q, p), for any system with one degree of freedom:

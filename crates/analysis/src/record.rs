@@ -1,0 +1,1 @@
+//! What is written down: tables, figures, the report, and what a run was made of.

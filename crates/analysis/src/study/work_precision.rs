@@ -1,0 +1,122 @@
+//! What accuracy costs: errors against time and evaluations.
+
+use super::{Problem, outcome, values};
+use crate::progress::Progress;
+use afterbay_core::{Effort, Grid, IntegrateError};
+use afterbay_methods::registry::Row;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// A row of `work_precision.csv`. The three figures of a run stand side by side: the error of (q, p), the error of w,
+/// and the drift of K, which says nothing of the other two.
+#[derive(Clone, Debug, Serialize)]
+pub struct WorkRow {
+    /// Name of the method.
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// How the run ended.
+    pub outcome: &'static str,
+    /// max(|Δq|, |Δp|) at the end; none if the run did not reach it.
+    pub error_qp: Option<f64>,
+    /// |Δw| at the end.
+    pub error_w: Option<f64>,
+    /// max |K - K0| over all steps done.
+    pub k_drift: f64,
+    /// Steps with Δw < 0 where Δw ≥ 0 is owed; none where nothing is owed.
+    pub passivity_violations: Option<u64>,
+    /// Wall-clock time of the run alone.
+    pub seconds: Option<f64>,
+    /// Steps done.
+    pub steps: u64,
+    /// Evaluations of the force.
+    pub evaluations: Option<u64>,
+    /// Iterations of a nonlinear solver.
+    pub iterations: Option<u64>,
+    /// What went wrong, in words.
+    pub failure: Option<String>,
+}
+
+/// Runs each method at each step: errors in parallel, then times one after the other.
+///
+/// # Errors
+/// Those of the input. A run that fails keeps its row.
+pub fn run(
+    problem: &Problem,
+    methods: &[&'static Row],
+    steps: &[f64],
+    progress: &dyn Progress,
+) -> Result<Vec<WorkRow>, IntegrateError> {
+    let exact = problem.solution(problem.end, 1)?[1];
+    let tasks: Vec<_> = methods.iter().flat_map(|&row| steps.iter().map(move |&h| (row, h))).collect();
+    let mut rows = tasks
+        .par_iter()
+        .map(|&(row, h)| {
+            let errors = errors(problem, row, h, exact);
+            progress.advance();
+            errors
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    for (row, (method, h)) in rows.iter_mut().zip(tasks) {
+        if row.outcome == outcome::COMPLETED {
+            row.seconds = Some(time(problem, method, h)?.as_secs_f64());
+        }
+        progress.advance();
+    }
+    Ok(rows)
+}
+
+fn errors(problem: &Problem, row: &'static Row, h: f64, exact: [f64; 3]) -> Result<WorkRow, IntegrateError> {
+    let subject = problem.model.subject::<f64>()?;
+    let method = subject.bind(row)?;
+    let mut state = problem.start()?;
+    let total = state.total(&*subject);
+    let (mut drift, mut violations, mut steps, mut w_before) = (0.0_f64, 0, 0, state.w[0]);
+    let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
+        drift = drift.max((state.total(&*subject) - total).abs());
+        violations += u64::from(state.w[0] < w_before);
+        (steps, w_before) = (step, state.w[0]);
+        ControlFlow::Continue(())
+    });
+    let effort: Option<Effort> = result.as_ref().ok().copied();
+    let found = values(&state);
+    let off = |i: usize| effort.map(|_| (found[i] - exact[i]).abs());
+    Ok(WorkRow {
+        method: row.name,
+        h,
+        outcome: outcome::word(&result),
+        error_qp: off(0).zip(off(1)).map(|(q, p)| q.max(p)),
+        error_w: off(2),
+        k_drift: drift,
+        passivity_violations: subject.damping().passive.then_some(violations),
+        seconds: None,
+        steps,
+        evaluations: effort.map(|effort| effort.evaluations),
+        iterations: effort.map(|effort| effort.iterations),
+        failure: result.err().map(|error| error.to_string()),
+    })
+}
+
+/// Runs are repeated until they took this long together, and the fastest counts: what disturbs a run only slows it.
+const LONG_ENOUGH: Duration = Duration::from_millis(3);
+/// ... and at least this often.
+const REPEATS: u32 = 3;
+
+fn time(problem: &Problem, row: &Row, h: f64) -> Result<Duration, IntegrateError> {
+    let method = problem.model.subject::<f64>()?.bind(row)?;
+    let grid = Grid::new(h, problem.end)?;
+    let start = problem.start()?;
+    let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);
+    while repeats < REPEATS || all < LONG_ENOUGH {
+        let mut state = start.clone();
+        let clock = Instant::now();
+        method.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()))?;
+        let elapsed = clock.elapsed();
+        best = best.min(elapsed);
+        all += elapsed;
+        repeats += 1;
+    }
+    Ok(best)
+}

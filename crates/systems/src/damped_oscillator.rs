@@ -1,0 +1,137 @@
+//! The damped harmonic oscillator, the paper's example (there with k = 1).
+//!
+//! ```text
+//! q' = p        p' = -k q - b p        w' = b p²
+//! H = p²/2 + k q²/2                    D = b p
+//! ```
+//!
+//! Parameters, for a unit mass: the stiffness k > 0 in 1/time² and the damping b in 1/time, both finite. b > 0 is
+//! passive, b < 0 active. It swings for b² < 4k and creeps for b² ≥ 4k.
+//!
+//! Invariants: K = H + w; areas in the (q,p) plane shrink by e^{-bt}. The solution is known, see
+//! [`DampedOscillator::increment`], and so is δ of the paper's higher orders.
+
+mod flow;
+mod order_raising;
+
+use crate::{finite, not_negative};
+use afterbay_core::{Damping, Drag, InputError, Line, Linear, Mask, Scalar, Separable, System};
+
+/// V = k q²/2 with D = b p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampedOscillator<T> {
+    k: T,
+    b: T,
+}
+
+impl<T: Scalar> DampedOscillator<T> {
+    /// The oscillator with stiffness k and damping b.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] if one is not finite or k is not positive.
+    pub fn new(k: T, b: T) -> Result<Self, InputError> {
+        if T::zero().lt(k).and(k.is_finite()).all() {
+            Ok(Self { k, b: finite("b", b)? })
+        } else {
+            Err(InputError::Parameter { name: "k", value: k.to_f64(), range: "positive and finite" })
+        }
+    }
+
+    /// The same system in another scalar.
+    pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> DampedOscillator<U> {
+        DampedOscillator { k: f(self.k), b: f(self.b) }
+    }
+}
+
+impl<T: Scalar> System<T> for DampedOscillator<T> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        (p[0] * p[0] + self.k * (q[0] * q[0])).half()
+    }
+
+    #[inline(always)]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        hq[0] = self.k * q[0];
+        hp[0] = p[0];
+    }
+
+    #[inline(always)]
+    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
+        d[0] = self.b * p[0];
+    }
+
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        let passive = not_negative(self.b);
+        Damping { zero: passive && not_negative(-self.b), passive, linear: true }
+    }
+}
+
+impl<T: Scalar> Separable<T> for DampedOscillator<T> {
+    #[inline(always)]
+    fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
+        self.k * at
+    }
+
+    #[inline(always)]
+    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+        let slope = self.k.half();
+        Line { value: slope * (q[0] + to), slope }
+    }
+
+    #[inline(always)]
+    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
+        Drag { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
+    }
+}
+
+impl<T: Scalar> Linear<T> for DampedOscillator<T> {
+    #[inline(always)]
+    fn stiffness(&self, _i: usize, _j: usize) -> T {
+        self.k
+    }
+
+    #[inline(always)]
+    fn friction(&self, _j: usize) -> T {
+        self.b
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_have_their_range() {
+        for k in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = DampedOscillator::new(k, 0.1).unwrap_err();
+            assert!(matches!(error, InputError::Parameter { name: "k", range: "positive and finite", .. }));
+        }
+        for b in [f64::NAN, f64::NEG_INFINITY] {
+            let error = DampedOscillator::new(1.0, b).unwrap_err();
+            assert!(matches!(error, InputError::Parameter { name: "b", range: "finite", .. }));
+        }
+        assert!(DampedOscillator::new(1.0, -0.1).is_ok());
+    }
+
+    #[test]
+    fn the_sign_of_b_decides() {
+        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().damping();
+        assert_eq!(damping(0.0), Damping::NONE);
+        assert_eq!(damping(-0.0), Damping::NONE);
+        assert_eq!(damping(0.1), Damping { zero: false, passive: true, linear: true });
+        assert_eq!(damping(-0.1), Damping { zero: false, passive: false, linear: true });
+    }
+
+    #[test]
+    fn as_a_linear_system_it_is_the_same() {
+        let system = DampedOscillator::new(2.0, 0.3).unwrap();
+        assert_eq!(system.partial(&[0.0], 0, 1.0), system.stiffness(0, 0));
+        assert_eq!(system.drag(&[0.0], &[1.0], 0).value, system.friction(0));
+    }
+}

@@ -1,0 +1,152 @@
+//! The Duffing oscillator, a cubic spring with linear damping.
+//!
+//! ```text
+//! q' = p        p' = -α q - β q³ - c p        w' = c p²
+//! H = p²/2 + α q²/2 + β q⁴/4                  D = c p
+//! ```
+//!
+//! Parameters, all finite, for a unit mass: α in 1/time², β in 1/(length² time²), c in 1/time. β > 0 hardens the
+//! spring, β < 0 softens it and leaves V unbounded below; α < 0 < β is a double well with its minima at
+//! q = ±√(-α/β). c > 0 is passive, c < 0 active.
+//!
+//! Invariants: K = H + w, and H itself at c = 0. Without damping the solution is an elliptic function, with it
+//! there is none in closed form: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//!
+//! The paper names a modified Duffing system and does not define it; this one is ours.
+
+use crate::{finite, not_negative};
+use afterbay_core::{
+    Correction, Damping, Drag, InputError, Line, OrderRaising, Scalar, Separable, Series, System, taylor,
+};
+
+/// V = α q²/2 + β q⁴/4 with D = c p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Duffing<T> {
+    alpha: T,
+    beta: T,
+    c: T,
+}
+
+impl<T: Scalar> Duffing<T> {
+    /// The oscillator with stiffness α + β q² and damping c.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] if one is not finite.
+    pub fn new(alpha: T, beta: T, c: T) -> Result<Self, InputError> {
+        Ok(Self { alpha: finite("alpha", alpha)?, beta: finite("beta", beta)?, c: finite("c", c)? })
+    }
+
+    /// The same system in another scalar.
+    pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> Duffing<U> {
+        Duffing { alpha: f(self.alpha), beta: f(self.beta), c: f(self.c) }
+    }
+}
+
+impl<T: Scalar> System<T> for Duffing<T> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let square = q[0] * q[0];
+        (p[0] * p[0] + square * (self.beta.half() * square + self.alpha)).half()
+    }
+
+    #[inline(always)]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        hq[0] = self.partial(q, 0, q[0]);
+        hp[0] = p[0];
+    }
+
+    #[inline(always)]
+    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
+        d[0] = self.c * p[0];
+    }
+
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        let passive = not_negative(self.c);
+        Damping { zero: passive && not_negative(-self.c), passive, linear: true }
+    }
+}
+
+impl<T: Scalar> Separable<T> for Duffing<T> {
+    #[inline(always)]
+    fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
+        at * self.beta.mul_add(at * at, self.alpha)
+    }
+
+    /// `ΔV/Δq = (a + b) [α/2 + β/4 (a² + b²)]` between a and b.
+    #[inline(always)]
+    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+        let (sum, half_beta) = (q[0] + to, self.beta.half());
+        let stiffness = half_beta.half().mul_add(to.mul_add(to, q[0] * q[0]), self.alpha.half());
+        Line { value: sum * stiffness, slope: (half_beta * to).mul_add(sum, stiffness) }
+    }
+
+    #[inline(always)]
+    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
+        Drag { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
+    }
+}
+
+impl<T: Scalar> OrderRaising<T> for Duffing<T> {
+    fn delta_q(&self, q: T, p: T) -> Correction<T> {
+        taylor::corrections(&self.map(Series::constant), q, p)[0]
+    }
+
+    fn delta_p(&self, q: T, p: T) -> Correction<T> {
+        taylor::corrections(&self.map(Series::constant), q, p)[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_finite() {
+        let nan = f64::NAN;
+        for (system, name) in [
+            (Duffing::new(nan, 1.0, 0.1), "alpha"),
+            (Duffing::new(1.0, f64::INFINITY, 0.1), "beta"),
+            (Duffing::new(-1.0, 1.0, nan), "c"),
+        ] {
+            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+        }
+    }
+
+    #[test]
+    fn the_sign_of_c_decides() {
+        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().damping();
+        assert_eq!(damping(0.0), Damping::NONE);
+        assert_eq!(damping(-0.0), Damping::NONE);
+        assert_eq!(damping(0.1), Damping { zero: false, passive: true, linear: true });
+        assert_eq!(damping(-0.1), Damping { zero: false, passive: false, linear: true });
+    }
+
+    #[test]
+    fn the_wells_are_at_rest() {
+        let system = Duffing::new(-4.0, 1.0, 0.3).unwrap();
+        for q in [-2.0, 0.0, 2.0] {
+            assert_eq!(system.partial(&[q], 0, q), 0.0);
+        }
+        // The bottom is α²/(4β) below the top of the barrier.
+        assert_eq!(system.energy(&[2.0], &[0.0]), -4.0);
+    }
+
+    #[test]
+    fn without_a_cubic_term_the_corrections_are_linear() {
+        let system = Duffing::new(2.5, 0.0, 0.2).unwrap();
+        let linear = crate::DampedOscillator::new(2.5, 0.2).unwrap();
+        let (q, p) = (0.7, -1.3);
+        for (found, expected) in
+            [(system.delta_q(q, p), linear.delta_q(q, p)), (system.delta_p(q, p), linear.delta_p(q, p))]
+        {
+            assert!((found.third - expected.third).abs() < 1e-15, "{found:?} {expected:?}");
+            assert!((found.fourth - expected.fourth).abs() < 1e-15, "{found:?} {expected:?}");
+        }
+    }
+}

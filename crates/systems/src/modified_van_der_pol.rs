@@ -1,0 +1,124 @@
+//! The modified Van der Pol oscillator: the force of [`VanDerPol`] on the potential of [`Duffing`].
+//!
+//! ```text
+//! q' = p        p' = -α q - β q³ + μ (1 - q²) p        w' = -μ (1 - q²) p²
+//! H = p²/2 + α q²/2 + β q⁴/4                           D = -μ (1 - q²) p
+//! ```
+//!
+//! Parameters, all finite, with q in half-widths of the driven strip and a unit mass: μ in 1/time, α and β in
+//! 1/time². α = 1, β = 0 is the Van der Pol oscillator; β < 0 leaves V unbounded below; α < 0 < β puts the
+//! minima of a double well at q = ±√(-α/β).
+//!
+//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
+//! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//!
+//! The paper names a modified Van der Pol system and does not define it; this one is ours.
+
+use crate::{Duffing, VanDerPol};
+use afterbay_core::{
+    Correction, Damping, Drag, InputError, Line, OrderRaising, Scalar, Separable, Series, System, taylor,
+};
+
+/// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModifiedVanDerPol<T> {
+    potential: Duffing<T>,
+    force: VanDerPol<T>,
+}
+
+impl<T: Scalar> ModifiedVanDerPol<T> {
+    /// The oscillator with nonlinearity μ and stiffness α + β q².
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] if one is not finite.
+    pub fn new(mu: T, alpha: T, beta: T) -> Result<Self, InputError> {
+        let force = VanDerPol::new(mu)?;
+        Ok(Self { potential: Duffing::new(alpha, beta, T::zero())?, force })
+    }
+
+    /// The same system in another scalar.
+    pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> ModifiedVanDerPol<U> {
+        ModifiedVanDerPol { potential: self.potential.map(&f), force: self.force.map(&f) }
+    }
+}
+
+impl<T: Scalar> System<T> for ModifiedVanDerPol<T> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        self.potential.energy(q, p)
+    }
+
+    #[inline(always)]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        self.potential.gradient(q, p, hq, hp);
+    }
+
+    #[inline(always)]
+    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
+        self.force.dissipation(q, p, d);
+    }
+
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        self.force.damping()
+    }
+}
+
+impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
+    #[inline(always)]
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        self.potential.partial(q, j, at)
+    }
+
+    #[inline(always)]
+    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        self.potential.edge(q, j, to)
+    }
+
+    #[inline(always)]
+    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+        self.force.drag(q, p, j)
+    }
+}
+
+impl<T: Scalar> OrderRaising<T> for ModifiedVanDerPol<T> {
+    fn delta_q(&self, q: T, p: T) -> Correction<T> {
+        taylor::corrections(&self.map(Series::constant), q, p)[0]
+    }
+
+    fn delta_p(&self, q: T, p: T) -> Correction<T> {
+        taylor::corrections(&self.map(Series::constant), q, p)[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_finite() {
+        let nan = f64::NAN;
+        for (system, name) in [
+            (ModifiedVanDerPol::new(nan, 1.0, 1.0), "mu"),
+            (ModifiedVanDerPol::new(1.0, nan, 1.0), "alpha"),
+            (ModifiedVanDerPol::new(1.0, 1.0, nan), "beta"),
+        ] {
+            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+        }
+    }
+
+    #[test]
+    fn without_a_cubic_term_it_is_van_der_pol() {
+        let (system, plain) = (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
+        let (q, p, to) = ([0.7], [-1.3], 0.9);
+        assert_eq!(system.damping(), plain.damping());
+        assert_eq!(system.drag(&q, &p, 0), plain.drag(&q, &p, 0));
+        assert_eq!(system.edge(&q, 0, to), plain.edge(&q, 0, to));
+        assert_eq!(system.delta_q(q[0], p[0]), plain.delta_q(q[0], p[0]));
+    }
+}

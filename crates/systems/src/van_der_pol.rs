@@ -1,0 +1,130 @@
+//! The Van der Pol oscillator, driven inside |q| < 1 and damped outside.
+//!
+//! ```text
+//! q' = p        p' = -q + μ (1 - q²) p        w' = -μ (1 - q²) p²
+//! H = p²/2 + q²/2                             D = -μ (1 - q²) p
+//! ```
+//!
+//! μ is any finite number and has no unit: q is measured in half-widths of the driven strip, time in periods over
+//! 2π. μ > 0 has an attracting limit cycle, of amplitude 2 as μ → 0 and stiff for large μ; μ < 0 is the same
+//! with time reversed.
+//!
+//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
+//! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+
+use crate::{finite, not_negative};
+use afterbay_core::{
+    Correction, Damping, Drag, InputError, Line, OrderRaising, Scalar, Separable, Series, System, taylor,
+};
+
+/// V = q²/2 with D = -μ (1 - q²) p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VanDerPol<T> {
+    mu: T,
+}
+
+impl<T: Scalar> VanDerPol<T> {
+    /// The oscillator with nonlinearity μ.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] if μ is not finite.
+    pub fn new(mu: T) -> Result<Self, InputError> {
+        Ok(Self { mu: finite("mu", mu)? })
+    }
+
+    /// The same system in another scalar.
+    pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> VanDerPol<U> {
+        VanDerPol { mu: f(self.mu) }
+    }
+
+    /// D/p = μ (q² - 1)
+    #[inline(always)]
+    fn friction(&self, q: T) -> T {
+        self.mu * q.mul_add(q, -T::one())
+    }
+}
+
+impl<T: Scalar> System<T> for VanDerPol<T> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        (p[0] * p[0] + q[0] * q[0]).half()
+    }
+
+    #[inline(always)]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        hq[0] = q[0];
+        hp[0] = p[0];
+    }
+
+    #[inline(always)]
+    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
+        d[0] = self.friction(q[0]) * p[0];
+    }
+
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        let zero = not_negative(self.mu) && not_negative(-self.mu);
+        Damping { zero, passive: zero, linear: true }
+    }
+}
+
+impl<T: Scalar> Separable<T> for VanDerPol<T> {
+    #[inline(always)]
+    fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
+        at
+    }
+
+    #[inline(always)]
+    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+        Line { value: (q[0] + to).half(), slope: T::one().half() }
+    }
+
+    #[inline(always)]
+    fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
+        let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
+        Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
+    }
+}
+
+impl<T: Scalar> OrderRaising<T> for VanDerPol<T> {
+    fn delta_q(&self, q: T, p: T) -> Correction<T> {
+        taylor::corrections(&self.map(Series::constant), q, p)[0]
+    }
+
+    fn delta_p(&self, q: T, p: T) -> Correction<T> {
+        taylor::corrections(&self.map(Series::constant), q, p)[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mu_is_finite() {
+        for mu in [f64::NAN, f64::NEG_INFINITY] {
+            assert!(matches!(VanDerPol::new(mu), Err(InputError::Parameter { name: "mu", .. })));
+        }
+    }
+
+    #[test]
+    fn only_without_mu_is_it_passive() {
+        let damping = |mu: f64| VanDerPol::new(mu).unwrap().damping();
+        assert_eq!(damping(0.0), Damping::NONE);
+        for mu in [5.0, -5.0] {
+            assert_eq!(damping(mu), Damping { zero: false, passive: false, linear: true });
+        }
+    }
+
+    #[test]
+    fn the_strip_drives_and_the_rest_damps() {
+        let system = VanDerPol::new(3.0).unwrap();
+        let power = |q: f64| system.drag(&[q], &[2.0], 0).value * 2.0;
+        assert_eq!((power(0.0), power(1.0), power(-2.0)), (-12.0, 0.0, 36.0));
+    }
+}
