@@ -1,1 +1,171 @@
 //! What is written down: tables, figures, the report, and what a run was made of.
+
+use crate::report::Report;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file of the output, named relative to its folder.
+#[derive(Clone, Debug)]
+pub struct Artifact {
+    /// `data/local_orders.csv`, `figures/figure-3-1.svg`, ...
+    pub name: String,
+    /// What is in it.
+    pub text: String,
+}
+
+impl Artifact {
+    /// A table. Floats print as the shortest text that reads back the same; what is not there is empty.
+    ///
+    /// # Errors
+    /// [`StorageError::Table`] if a row cannot be written as one.
+    pub fn table<R: Serialize>(name: impl Into<String>, rows: &[R]) -> Result<Self, StorageError> {
+        let name = name.into();
+        let write = || -> Result<String, csv::Error> {
+            let mut writer = csv::Writer::from_writer(Vec::new());
+            rows.iter().try_for_each(|row| writer.serialize(row))?;
+            let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
+            Ok(String::from_utf8_lossy(&bytes).into_owned())
+        };
+        match write() {
+            Ok(text) => Ok(Self { name, text }),
+            Err(source) => Err(StorageError::Table { name, source }),
+        }
+    }
+}
+
+/// What made the output: enough to make it again, and to know where it was made.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    /// Version of afterbay.
+    pub version: &'static str,
+    /// The command.
+    pub command: &'static str,
+    /// What was run, defaults filled in.
+    pub scene: serde_json::Value,
+    /// SHA-256 of the scene.
+    pub hash: String,
+    /// The processor.
+    pub cpu: String,
+    /// Threads the sweeps ran on.
+    pub threads: usize,
+    /// How every run ended.
+    pub runs: Vec<RunOutcome>,
+}
+
+/// How one run ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunOutcome {
+    /// The study it belongs to.
+    pub study: &'static str,
+    /// The system.
+    pub system: &'static str,
+    /// The method.
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// One word.
+    pub outcome: String,
+    /// What went wrong, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+impl Manifest {
+    /// The manifest of `scene`, run by `command` on this machine.
+    pub fn new(command: &'static str, scene: serde_json::Value, runs: Vec<RunOutcome>) -> Self {
+        let hash = Sha256::digest(scene.to_string().as_bytes());
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            command,
+            hash: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            scene,
+            cpu: processor(),
+            threads: rayon::current_num_threads(),
+            runs,
+        }
+    }
+}
+
+/// The processor's own name where the system tells it, else its architecture.
+pub fn processor() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name =
+        told.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
+    name.unwrap_or(std::env::consts::ARCH).to_owned()
+}
+
+/// Everything a command leaves behind.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// The report.
+    pub report: Report,
+    /// Tables and figures.
+    pub artifacts: Vec<Artifact>,
+    /// What it was made of.
+    pub manifest: Manifest,
+}
+
+impl Output {
+    /// Writes it all below `folder`. Each file gets its name only when it is whole, the report last.
+    ///
+    /// # Errors
+    /// [`StorageError`] with the file it happened to.
+    pub fn write(&self, folder: &Path) -> Result<(), StorageError> {
+        let manifest = serde_json::to_string_pretty(&self.manifest)
+            .map_err(|source| StorageError::Manifest { source })?;
+        let put = |name: &str, text: &str| {
+            let path = folder.join(name);
+            write_whole(&path, text).map_err(|source| StorageError::File { path, source })
+        };
+        for artifact in &self.artifacts {
+            put(&artifact.name, &artifact.text)?;
+        }
+        put("run.json", &manifest)?;
+        put("report.html", &self.report.html())
+    }
+}
+
+fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::Builder::new().permissions(readable()).tempfile_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.persist(path)?;
+    Ok(())
+}
+
+/// Temporary files are private by default; results are to be read by others.
+#[cfg(unix)]
+fn readable() -> std::fs::Permissions {
+    std::os::unix::fs::PermissionsExt::from_mode(0o644)
+}
+
+/// What could not be written.
+#[derive(Debug, Error)]
+pub enum StorageError {
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A row could not be put in a table.
+    #[error("cannot write the table {name}: {source}")]
+    Table {
+        /// The table.
+        name: String,
+        /// Why.
+        source: csv::Error,
+    },
+    /// The manifest could not be put in JSON.
+    #[error("cannot write run.json: {source}")]
+    Manifest {
+        /// Why.
+        source: serde_json::Error,
+    },
+}

@@ -1,6 +1,7 @@
 //! A report as one HTML file: text, verdicts, tables and figures, with nothing fetched from anywhere.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde::Serialize;
 
 /// A report.
 #[derive(Debug, Clone, Default)]
@@ -42,7 +43,8 @@ pub enum Block {
 }
 
 /// What came out of checking a statement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The statement holds.
     Holds,

@@ -5,7 +5,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, Statistic, order};
 use afterbay_core::Quad;
-use afterbay_methods::registry::find;
+use afterbay_methods::registry::{METHODS, find};
 
 const PAPER: Problem =
     Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, end: 20.0 };
@@ -14,8 +14,8 @@ fn study() -> LocalOrder {
     LocalOrder { base_step: 0.001, steps: vec![0.036, 0.03, 0.028, 0.02, 0.017, 0.01] }
 }
 
-/// Method, maxima of q, p, w, medians of q, p, w.
-const TABLE: [(&str, [f64; 3], [f64; 3]); 9] = [
+/// Method, orders from the maxima of q, p, w, and from the medians.
+const TABLE: [(&str, [f64; 3], [f64; 3]); 8] = [
     ("moddg", [2.000, 2.000, 2.000], [1.998, 1.998, 1.999]),
     ("moddg-q3-shared", [3.179, 1.996, 2.582], [2.988, 1.998, 1.996]),
     ("moddg-qp3", [2.998, 2.998, 2.047], [2.982, 2.992, 1.999]),
@@ -24,22 +24,53 @@ const TABLE: [(&str, [f64; 3], [f64; 3]); 9] = [
     ("moddg-p4-single", [5.394, 4.041, 5.286], [1.998, 3.010, 1.998]),
     ("moddg-p4-single-printed", [5.266, 3.897, 5.269], [2.019, 1.985, 2.015]),
     ("moddg-qp4", [4.136, 4.041, 5.286], [3.982, 3.999, 1.999]),
-    ("moddg-p3-single", [f64::NAN; 3], [f64::NAN; 3]),
 ];
 
+fn orders(end: f64, name: &str, statistic: Statistic) -> [f64; 3] {
+    let problem = Problem { end, ..PAPER };
+    let row = find(name).expect("a registered method");
+    let errors = study().run::<Quad>(&problem, &[row], &Silent).expect("the paper's problem");
+    let errors: Vec<&LocalErrors> = errors.iter().collect();
+    [0, 1, 2].map(|variable| order(&errors, variable, statistic).expect("six steps above rounding").slope)
+}
+
 #[test]
-fn the_table_is_reproduced() {
-    let methods: Vec<_> = TABLE.iter().map(|row| find(row.0).unwrap()).collect();
-    let errors = study().run::<Quad>(&PAPER, &methods, &Silent).unwrap();
+fn every_variant_shows_the_orders_it_was_found_to_have() {
     for (name, maxima, medians) in TABLE {
-        let errors: Vec<&LocalErrors> = errors.iter().filter(|errors| errors.method.name == name).collect();
-        for variable in 0..3 {
-            let max = order(&errors, variable, Statistic::Max).unwrap().slope;
-            let median = order(&errors, variable, Statistic::Median).unwrap().slope;
-            println!(
-                "{name:25} {variable} max {max:.3} ({:.3}) median {median:.3} ({:.3})",
-                maxima[variable], medians[variable]
-            );
+        for (statistic, expected) in [(Statistic::Max, maxima), (Statistic::Median, medians)] {
+            let found = orders(20.0, name, statistic);
+            for variable in 0..3 {
+                let off = (found[variable] - expected[variable]).abs();
+                assert!(off < 0.0011, "{name} {statistic:?} {variable}: {found:?} {expected:?}");
+            }
         }
     }
+}
+
+#[test]
+fn the_maximum_depends_on_the_horizon() {
+    let found = orders(2.0, "moddg-q3-shared", Statistic::Max);
+    for (found, expected) in found.into_iter().zip([2.998, 1.997, 1.996]) {
+        assert!((found - expected).abs() < 0.0011, "{found} {expected}");
+    }
+}
+
+#[test]
+fn every_method_has_the_median_order_of_its_row() {
+    for row in METHODS {
+        let found = orders(20.0, row.name, Statistic::Median);
+        for (found, &claimed) in found.into_iter().zip(&row.local_order) {
+            assert!((found - f64::from(claimed)).abs() < 0.1, "{}: {found} {claimed}", row.name);
+        }
+    }
+}
+
+#[test]
+fn rounding_is_left_out_of_the_regression() {
+    // In f64 the errors of RK4 at these steps drown in rounding; nothing is fitted to noise.
+    let study = LocalOrder { base_step: 1e-4, steps: vec![1e-4, 2e-4, 3e-4, 4e-4] };
+    let problem = Problem { end: 0.5, ..PAPER };
+    let errors = study.run::<f64>(&problem, &[find("rk4").unwrap()], &Silent).unwrap();
+    let errors: Vec<&LocalErrors> = errors.iter().collect();
+    assert_eq!(order(&errors, 0, Statistic::Median), None);
 }

@@ -11,3 +11,8 @@ mod rk4;
 pub use leapfrog::Leapfrog;
 pub use moddg::ModDg;
 pub use rk4::Rk4;
+
+/// The README's code runs with the doc tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -65,7 +65,7 @@ impl Needs {
         match self {
             Self::Any => "any system",
             Self::Separable => "separable H",
-            Self::OneDegree => "separable H, one degree of freedom",
+            Self::OneDegree => "separable H, 1 degree",
             Self::Printed => "damped oscillator",
         }
     }
@@ -138,13 +138,19 @@ pub const METHODS: &[Row] = &[
 ];
 
 const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
-    let (about, keeps_k) = match placement {
-        Placement::Shared(Equation::Q) => ("moddg with δ of the q equation in all three", true),
-        Placement::Shared(Equation::P) => ("moddg with δ of the p equation in all three", true),
-        Placement::Single(Equation::Q) => ("moddg with δ of the q equation in that one only", false),
-        Placement::Single(Equation::P) => ("moddg with δ of the p equation in that one only", false),
-        Placement::Each => ("moddg with its own δ in q and in p, h in w", false),
+    let about = match (placement, degree) {
+        (Placement::Shared(Equation::Q), Degree::Third) => "moddg with δ₃(q) in all three equations",
+        (Placement::Shared(Equation::Q), Degree::Fourth) => "moddg with δ₄(q) in all three equations",
+        (Placement::Shared(Equation::P), Degree::Third) => "moddg with δ₃(p) in all three equations",
+        (Placement::Shared(Equation::P), Degree::Fourth) => "moddg with δ₄(p) in all three equations",
+        (Placement::Single(Equation::Q), Degree::Third) => "moddg with δ₃(q) in the equation for q alone",
+        (Placement::Single(Equation::Q), Degree::Fourth) => "moddg with δ₄(q) in the equation for q alone",
+        (Placement::Single(Equation::P), Degree::Third) => "moddg with δ₃(p) in the equation for p alone",
+        (Placement::Single(Equation::P), Degree::Fourth) => "moddg with δ₄(p) in the equation for p alone",
+        (Placement::Each, Degree::Third) => "moddg with δ₃(q) in q, δ₃(p) in p, h in w",
+        (Placement::Each, Degree::Fourth) => "moddg with δ₄(q) in q, δ₄(p) in p, h in w",
     };
+    let keeps_k = matches!(placement, Placement::Shared(_));
     let kind = Kind::Raised(Raised(placement, degree));
     // δ may be negative near a pole, and a shared negative step returns energy from the reservoir.
     Row { name, about, local_order, keeps_k, passive: false, needs: Needs::OneDegree, kind }
@@ -153,7 +159,7 @@ const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement,
 const fn printed(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
     let row = raised(name, local_order, placement, degree);
     let kind = Kind::Printed(Printed(placement, degree));
-    Row { about: "the same with the paper's misprints", needs: Needs::Printed, kind, ..row }
+    Row { about: "the same as the paper prints it", needs: Needs::Printed, kind, ..row }
 }
 
 /// The row of a method.

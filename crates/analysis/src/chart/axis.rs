@@ -134,7 +134,7 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 /// Whether values from `lo` to `hi` are one value but for rounding.
-pub(super) fn is_flat(lo: f64, hi: f64) -> bool {
+fn is_flat(lo: f64, hi: f64) -> bool {
     hi - lo <= 1e-9 * lo.abs().max(hi.abs())
 }
 
@@ -163,11 +163,6 @@ fn between_decades(lo: f64, hi: f64) -> Vec<f64> {
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|s| *s >= step * 0.999).unwrap_or(10.0 * power)
-}
-
-/// A value that stands alone, to about three digits.
-pub(super) fn lone_number(v: f64) -> String {
-    number(v, round_step(1e-3 * v.abs().max(1e-300)), v.abs())
 }
 
 /// A tick of a linear axis, with as many digits as `step` asks for.

@@ -6,7 +6,7 @@ use kuva::plot::colormap::ColorMap;
 use kuva::render::color::Color;
 use kuva::render::render::TextAnchor;
 
-use super::axis::{Axis, extent, is_flat, lone_number};
+use super::axis::{Axis, extent};
 use super::frame::{Frame, text, width};
 use super::look;
 
@@ -16,7 +16,7 @@ const CANVAS: (f64, f64) = (560.0, 440.0);
 const ROW: f64 = 22.0;
 const KEY: f64 = 3.3 * ROW;
 /// Shades of a continuous map.
-const SHADES: usize = 64;
+const SHADES: usize = 65;
 /// Cells without a finite value.
 const BLANK: &str = "#d4d4d4";
 
@@ -24,10 +24,13 @@ const BLANK: &str = "#d4d4d4";
 /// the lowest `x` on.
 #[derive(Debug, Clone)]
 pub enum Cells {
-    /// A number, shown by a colour bar. A cell that is not finite is grey.
+    /// A number around 0, shown by a colour bar from blue (negative) over white to red. A cell that is not finite is
+    /// grey.
     Values {
         /// What the number is, for instance `log₁₀ of the spectral radius`.
         label: String,
+        /// The bar ends at ± this; what is beyond has the colour of the end. Equal spans make maps comparable.
+        span: f64,
         /// The numbers.
         values: Vec<f64>,
     },
@@ -90,7 +93,7 @@ impl HeatMap {
         );
         frame.axes(false);
         match &self.cells {
-            Cells::Values { label, values } => colour_bar(&mut frame, label, values),
+            Cells::Values { label, span, values } => colour_bar(&mut frame, label, *span, values),
             Cells::Verdicts { names, .. } => legend(&mut frame, names),
         }
         frame.svg()
@@ -119,12 +122,10 @@ impl HeatMap {
     fn shades(&self) -> Vec<usize> {
         match &self.cells {
             Cells::Verdicts { verdicts, .. } => verdicts.clone(),
-            Cells::Values { values, .. } => {
-                let (lo, hi) = extent(values.iter().copied()).unwrap_or((0.0, 1.0));
-                let shade = |v: &f64| match v.is_finite() {
-                    true if !is_flat(lo, hi) => ((v - lo) / (hi - lo) * (SHADES - 1) as f64).round() as usize,
-                    true => 0,
-                    false => SHADES,
+            Cells::Values { values, span, .. } => {
+                let part = |v: f64| (0.5 + 0.5 * v / span).clamp(0.0, 1.0);
+                let shade = |&v: &f64| {
+                    if v.is_finite() { (part(v) * (SHADES - 1) as f64).round() as usize } else { SHADES }
                 };
                 values.iter().map(shade).collect()
             }
@@ -141,7 +142,7 @@ impl HeatMap {
 }
 
 fn shade_colour(shade: usize) -> Color {
-    ColorMap::Viridis.map(shade as f64 / (SHADES - 1) as f64).as_str().into()
+    ColorMap::RedBlue.map(1.0 - shade as f64 / (SHADES - 1) as f64).as_str().into()
 }
 
 /// The borders of cells around `middles`, in coordinates along the axis: half way between neighbours.
@@ -158,24 +159,27 @@ fn edges(axis: &Axis, middles: &[f64]) -> Vec<f64> {
 }
 
 /// A horizontal colour bar below the plot.
-fn colour_bar(frame: &mut Frame, label: &str, values: &[f64]) {
+fn colour_bar(frame: &mut Frame, label: &str, span: f64, values: &[f64]) {
     let (left, _, right, _) = frame.plot();
+    // Room for the widest of the end labels.
+    let (left, right) = (left + 12.0, right - 12.0);
     let (top, height) = (CANVAS.1 + 1.15 * ROW, 0.6 * ROW);
     frame.add(text(label, (0.5 * (left + right), CANVAS.1 + 0.6 * ROW), TextAnchor::Middle));
-    let Some((lo, hi)) = extent(values.iter().copied()) else { return };
     let blank = values.iter().any(|v| !v.is_finite());
     let bar_right = if blank { right - width("not finite") - 34.0 } else { right };
     let step = (bar_right - left) / SHADES as f64;
-    let flat = is_flat(lo, hi);
     let bar = (0..SHADES).map(|k| {
         let x = left + k as f64 * step;
-        look::area(rectangle(x, top, x + step, top + height), shade_colour(if flat { 0 } else { k }))
+        look::area(rectangle(x, top, x + step, top + height), shade_colour(k))
     });
     frame.group(r#"shape-rendering="crispEdges""#, bar);
-    let ticks = if flat { vec![(lo, lone_number(lo))] } else { Axis::linear("").exactly(lo, hi).ticks() };
-    for (v, tick) in ticks {
-        let part = if flat { 0.5 } else { (v - lo) / (hi - lo) };
-        let x = left + part * (bar_right - left);
+    for (v, tick) in Axis::linear("").exactly(-span, span).ticks() {
+        let tick = match v {
+            _ if v >= span && values.iter().any(|&value| value > span) => format!("≥ {tick}"),
+            _ if v <= -span && values.iter().any(|&value| value < -span) => format!("≤ {tick}"),
+            _ => tick,
+        };
+        let x = left + (0.5 + 0.5 * v / span) * (bar_right - left);
         let foot = [(x, top + height), (x, top + height + 4.0)];
         frame.add(look::stroke(&foot, "#000000".into(), 1.0, None));
         frame.add(text(tick, (x, top + height + 13.0), TextAnchor::Middle));
@@ -242,14 +246,17 @@ mod tests {
 
     #[test]
     fn a_value_that_is_not_finite_is_shown_as_such() {
-        let with = |values| map(Cells::Values { label: "log₁₀ ρ".into(), values }).svg();
+        let with = |values| map(Cells::Values { label: "log₁₀ ρ".into(), span: 1.0, values }).svg();
         assert!(with(vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]).contains("not finite"));
         assert!(!with(vec![1.5; 6]).contains("not finite"));
     }
 
     #[test]
-    fn a_flat_map_has_one_tick_on_its_bar() {
-        let svg = map(Cells::Values { label: "ρ".into(), values: vec![1.5; 6] }).svg();
-        assert_eq!(svg.matches(">1.500<").count(), 1);
+    fn values_beyond_the_span_have_the_colour_of_its_end() {
+        let values =
+            Cells::Values {
+                label: "ρ".into(), span: 1.0, values: vec![-1.0, -7.0, 0.0, 0.5, 1.0, f64::MAX]
+            };
+        assert_eq!(map(values).shades(), [0, 0, 32, 48, 64, 64]);
     }
 }

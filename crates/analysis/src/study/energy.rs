@@ -1,8 +1,10 @@
 //! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and what the reservoir is off by.
 
 use super::{Problem, values};
+use crate::progress::Progress;
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -34,6 +36,8 @@ pub struct EnergyRow {
 /// The books of one run.
 #[derive(Clone, Debug)]
 pub struct Books {
+    /// Name of the method.
+    pub method: &'static str,
     /// Every `every`-th state.
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
@@ -44,13 +48,35 @@ pub struct Books {
     pub result: Result<(), IntegrateError>,
 }
 
-/// Follows the books of one method at one step, with every `every`-th state recorded.
+/// Follows the books of each method with steps of size h, every `every`-th state recorded.
 ///
 /// # Errors
-/// Those of the input. A run that fails is in the books.
-pub fn run(problem: &Problem, row: &'static Row, h: f64, every: u64) -> Result<Books, IntegrateError> {
-    let grid = Grid::new(h, problem.end)?;
-    let solution = problem.solution(h, grid.steps as usize)?;
+/// Those of the input. A run that fails is in its books.
+pub fn run(
+    problem: &Problem,
+    methods: &[&'static Row],
+    h: f64,
+    every: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<Books>, IntegrateError> {
+    let solution = problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize)?;
+    methods
+        .par_iter()
+        .map(|row| {
+            let books = follow(problem, row, h, every.max(1), &solution);
+            progress.advance();
+            books
+        })
+        .collect()
+}
+
+fn follow(
+    problem: &Problem,
+    row: &'static Row,
+    h: f64,
+    every: u64,
+    solution: &[[f64; 3]],
+) -> Result<Books, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
     let method = subject.bind(row)?;
     let mut state = problem.start()?;
@@ -61,12 +87,12 @@ pub fn run(problem: &Problem, row: &'static Row, h: f64, every: u64) -> Result<B
     let mut rows = Vec::new();
     let (mut drift, mut violations) = (0.0_f64, 0);
     let (mut energy_before, mut w_before) = (None, state.w[0]);
-    let result = method.run(grid, &mut state, 1, &mut |step, state| {
+    let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
         let energy = state.energy(&*subject);
         let off = state.total(&*subject) - total;
         drift = drift.max(off.abs());
         violations += u64::from(state.w[0] < w_before);
-        if step % every.max(1) == 0 {
+        if step % every == 0 {
             let i = step as usize;
             let ratio = energy_before.and_then(|before| finite(energy / before));
             let exact = i.checked_sub(1).and_then(|before| finite(exact_energy(i) / exact_energy(before)));
@@ -85,5 +111,5 @@ pub fn run(problem: &Problem, row: &'static Row, h: f64, every: u64) -> Result<B
         ControlFlow::Continue(())
     });
     let violations = subject.damping().passive.then_some(violations);
-    Ok(Books { rows, drift, violations, result: result.map(|_| ()) })
+    Ok(Books { method: row.name, rows, drift, violations, result: result.map(|_| ()) })
 }

@@ -2,10 +2,10 @@
 //! step beside it.
 
 use super::{Problem, outcome};
-use crate::Model;
 use crate::progress::Progress;
-use afterbay_core::{Grid, InputError, IntegrateError, State};
-use afterbay_methods::registry::{Row, Run};
+use crate::{Model, Subject};
+use afterbay_core::{Effort, Grid, InputError, IntegrateError, State, StepFailure};
+use afterbay_methods::registry::{self, Row, Run};
 use nalgebra::Matrix2;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -103,87 +103,149 @@ impl Map<'_> {
         methods: &[&'static Row],
         progress: &dyn Progress,
     ) -> Result<Vec<StabilityRow>, IntegrateError> {
-        let columns: Vec<_> =
-            methods.iter().flat_map(|&row| self.values.iter().map(move |&value| (row, value))).collect();
-        let rows = columns
+        let by_value = self
+            .values
             .par_iter()
-            .map(|&(row, value)| {
+            .map(|&value| {
                 let problem = Problem { model: (self.model)(value), ..self.problem };
-                let cells = self
+                let columns = self
                     .steps
                     .iter()
-                    .map(|&h| self.cell(&problem, row, value, h))
+                    .map(|&h| self.column(&problem, methods, value, h))
                     .collect::<Result<Vec<_>, _>>();
                 progress.advance();
-                cells
+                columns
             })
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(rows.into_iter().flatten().collect())
+        let of_method =
+            |i: usize| by_value.iter().flatten().map(move |cells: &Vec<StabilityRow>| cells[i].clone());
+        Ok((0..methods.len()).flat_map(of_method).collect())
     }
 
-    fn cell(
+    /// The cells of every method at one value and step.
+    fn column(
         &self,
         problem: &Problem,
-        row: &'static Row,
+        methods: &[&'static Row],
         value: f64,
         h: f64,
-    ) -> Result<StabilityRow, IntegrateError> {
+    ) -> Result<Vec<StabilityRow>, IntegrateError> {
         let subject = problem.model.subject::<f64>()?;
-        let method = subject.bind(row)?;
         let count = ((problem.end / h).ceil() as u64).max(self.least_steps);
-        let exact = subject.solution(&problem.start()?, h, count as usize);
-        let exact: Option<Vec<f64>> =
-            exact.ok().map(|states| states.iter().map(|state| state.energy(&*subject)).collect());
+        let exact = reference(problem, &*subject, h, count)?;
+        let initial = problem.start()?.energy(&*subject);
+        methods
+            .iter()
+            .map(|row| {
+                let method = subject.bind(row)?;
+                let (found, steps_done, result) = energies(problem, &*subject, &*method, h, count, 1)?;
+                let verdict = match &result {
+                    Err(IntegrateError::Input(error)) => return Err(error.clone().into()),
+                    Err(IntegrateError::Run(error)) => match error.failure {
+                        StepFailure::NonFinite { .. } => Verdict::NotFinite,
+                        StepFailure::Pole { .. } | StepFailure::Singular { .. } => Verdict::Pole,
+                        StepFailure::NotContracting { .. } | StepFailure::NewtonStalled { .. } => {
+                            Verdict::NoConvergence
+                        }
+                    },
+                    Ok(_) if !found.largest.is_finite() => Verdict::NotFinite,
+                    Ok(_) => match exact {
+                        Some(exact) if found.largest > GROWTH * exact.largest => Verdict::Growing,
+                        Some(exact) if found.agrees(&exact, initial, TOLERANCE) => Verdict::Right,
+                        _ => Verdict::Wrong,
+                    },
+                };
+                Ok(StabilityRow {
+                    method: row.name,
+                    h,
+                    parameter: self.parameter,
+                    value,
+                    verdict,
+                    spectral_radius: if subject.is_linear() { spectral_radius(&*method, h)? } else { None },
+                    steps_done,
+                    outcome: outcome::word(&result),
+                })
+            })
+            .collect()
+    }
+}
 
-        let mut state = problem.start()?;
-        let initial = state.energy(&*subject);
-        let ceiling =
-            exact.iter().flatten().fold(initial.abs(), |max, energy| max.max(energy.abs())) * GROWTH;
-        let (mut steps_done, mut sum, mut largest) = (0, 0.0, 0.0_f64);
-        let result = method.run(Grid::of(h, count)?, &mut state, 1, &mut |step, state| {
-            let energy = state.energy(&*subject);
-            steps_done = step;
-            largest = largest.max(energy.abs());
-            if 2 * step >= count {
-                sum += energy;
-            }
-            ControlFlow::Continue(())
-        });
-        let verdict = match &result {
-            Err(IntegrateError::Input(error)) => return Err(error.clone().into()),
-            Err(IntegrateError::Run(error)) => match outcome::step_word(&error.failure) {
-                "not-finite" => Verdict::NotFinite,
-                "pole" | "singular" => Verdict::Pole,
-                _ => Verdict::NoConvergence,
-            },
-            Ok(_) if !largest.is_finite() => Verdict::NotFinite,
-            Ok(_) if largest > ceiling => Verdict::Growing,
-            Ok(_) => match exact {
-                Some(exact) if agrees(sum, exact[(count as usize).div_ceil(2)..].iter().sum(), initial) => {
-                    Verdict::Right
-                }
-                _ => Verdict::Wrong,
-            },
-        };
-        Ok(StabilityRow {
-            method: row.name,
-            h,
-            parameter: self.parameter,
-            value,
-            verdict,
-            spectral_radius: if subject.is_linear() { spectral_radius(&*method, h)? } else { None },
-            steps_done,
-            outcome: outcome::word(&result),
+/// The energy along a run: its sum over the second half, and its largest size.
+#[derive(Clone, Copy, Debug)]
+struct Energies {
+    sum: f64,
+    largest: f64,
+}
+
+impl Energies {
+    /// Are the two the same within the tolerance? What has decayed below any number counts as the smallest one.
+    fn agrees(&self, exact: &Self, initial: f64, tolerance: f64) -> bool {
+        let [found, exact, initial] = [self.sum, exact.sum, initial].map(|energy| energy.max(1e-300).ln());
+        (found - exact).abs() <= tolerance * (1.0 + (exact - initial).abs())
+    }
+
+    fn of(energies: impl Iterator<Item = (u64, f64)>, count: u64) -> Self {
+        energies.fold(Self { sum: 0.0, largest: 0.0 }, |all, (step, energy)| Self {
+            sum: if 2 * step >= count { all.sum + energy } else { all.sum },
+            largest: all.largest.max(energy.abs()),
         })
     }
 }
 
-/// Are the two sums of energies over the same steps the same, within the tolerance? What has decayed below any number
-/// counts as the smallest one.
-fn agrees(sum: f64, exact: f64, initial: f64) -> bool {
-    let [sum, exact, initial] = [sum, exact, initial].map(|energy| energy.max(1e-300).ln());
-    (sum - exact).abs() <= TOLERANCE * (1.0 + (exact - initial).abs())
+/// Runs a method over `count` steps of size h, each cut in `parts`, and looks at the energy at the whole ones.
+fn energies(
+    problem: &Problem,
+    subject: &dyn Subject<f64>,
+    method: &dyn Run<[f64; 1]>,
+    h: f64,
+    count: u64,
+    parts: u64,
+) -> Result<(Energies, u64, Result<Effort, IntegrateError>), IntegrateError> {
+    let mut state = problem.start()?;
+    let mut seen = Vec::with_capacity(count as usize + 1);
+    let grid = Grid::of(h / parts as f64, count * parts)?;
+    let result = method.run(grid, &mut state, parts, &mut |step, state| {
+        seen.push((step / parts, state.energy(subject)));
+        ControlFlow::Continue(())
+    });
+    let steps_done = seen.len() as u64 - 1;
+    Ok((Energies::of(seen.into_iter(), count), steps_done, result))
 }
+
+/// The energies of the exact solution at the same times: from the exact flow, else from RK4 with its step cut until
+/// cutting it further changes a hundredth of the tolerance at most. None where the solution leaves the numbers.
+fn reference(
+    problem: &Problem,
+    subject: &dyn Subject<f64>,
+    h: f64,
+    count: u64,
+) -> Result<Option<Energies>, IntegrateError> {
+    if subject.is_linear() {
+        let Ok(states) = subject.solution(&problem.start()?, h, count as usize) else { return Ok(None) };
+        return Ok(Some(Energies::of((0..).zip(states.iter().map(|state| state.energy(subject))), count)));
+    }
+    let Some(rk4) = registry::find("rk4") else { return Ok(None) };
+    let method = subject.bind(rk4)?;
+    let initial = problem.start()?.energy(subject);
+    let mut parts = (h / COARSEST).ceil() as u64;
+    let mut before: Option<Energies> = None;
+    while h / parts as f64 > FINEST {
+        let (found, _, result) = energies(problem, subject, &*method, h, count, parts)?;
+        let found = result.is_ok().then_some(found);
+        if let Some((before, found)) = before.zip(found)
+            && found.agrees(&before, initial, TOLERANCE / 100.0)
+        {
+            return Ok(Some(found));
+        }
+        before = found;
+        parts *= 2;
+    }
+    Ok(None)
+}
+
+/// The first and the last step RK4 is tried with for a reference.
+const COARSEST: f64 = 0.02;
+const FINEST: f64 = 1e-5;
 
 /// The spectral radius of one step from its action on (1, 0) and (0, 1); none where the step is not linear.
 fn spectral_radius(method: &dyn Run<[f64; 1]>, h: f64) -> Result<Option<f64>, InputError> {

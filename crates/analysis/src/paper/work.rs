@@ -1,0 +1,112 @@
+//! What accuracy costs, a chart per system.
+
+use super::other_systems::PROBLEMS;
+use super::sheet::{Sheet, marked, scientific};
+use super::{Extent, OSCILLATOR, PaperError, methods};
+use crate::chart::{Axis, LineChart};
+use crate::progress::Progress;
+use crate::record::RunOutcome;
+use crate::report::Verdict;
+use crate::study::work_precision::{self, WorkRow};
+
+const COMPARED: [&str; 6] = ["moddg", "leapfrog", "rk4", "moddg-fixed-point", "moddg-q3-shared", "moddg-qp4"];
+
+pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
+    let mut sheet = Sheet::new("Accuracy against cost");
+    sheet.text(
+        "Errors at t = 20 against the time of the whole run. Every time is the fastest of several runs, taken one after \
+         the other on an otherwise idle program. The error of (q, p) and the error of w are charted apart; the drift of \
+         K stands in the table and says nothing of either.",
+    );
+    let count = extent.pick(9, 4);
+    let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
+    let rows = methods(&COMPARED);
+    for (name, problem) in std::iter::once(("damped-oscillator", OSCILLATOR)).chain(PROBLEMS) {
+        progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
+        let found = work_precision::run(&problem, &rows, &steps, progress)?;
+        let folder = if name == OSCILLATOR.model.name() { String::new() } else { format!("{name}/") };
+        let data = format!("{folder}work_precision");
+        sheet.data(&data, &found)?;
+        sheet.runs.extend(found.iter().map(|row| RunOutcome {
+            study: "work-precision",
+            system: problem.model.name(),
+            method: row.method,
+            h: row.h,
+            outcome: row.outcome.into(),
+            failure: row.failure.clone(),
+        }));
+        cheapest(&mut sheet, name, &found);
+        let chart = |title: &str, label: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {
+            title: format!("{name}: {title}"),
+            x: Axis::log("seconds"),
+            y: Axis::log(label),
+            curves: COMPARED
+                .iter()
+                .map(|method| {
+                    let of = found.iter().filter(|row| row.method == *method);
+                    marked(method, of.filter_map(|row| Some((row.seconds?, error(row)?))).collect())
+                })
+                .collect(),
+            guides: Vec::new(),
+        };
+        let qp = chart("error of (q, p)", "error of (q, p) at t = 20", |row| row.error_qp);
+        let w = chart("error of w", "error of w at t = 20", |row| row.error_w);
+        let left = sheet.figure(&format!("{name}-work-qp"), qp.svg(), "Error of (q, p) against time.", &data);
+        let right = sheet.figure(&format!("{name}-work-w"), w.svg(), "Error of w against time.", &data);
+        sheet.show_pair(left, right);
+        let table = found.iter().map(cells).collect();
+        let header = [
+            "method",
+            "h",
+            "outcome",
+            "error of (q, p)",
+            "error of w",
+            "max |K - K₀|",
+            "steps with Δw < 0",
+            "seconds",
+            "evaluations",
+        ];
+        sheet.fold(&format!("{name}: every run"), vec![super::sheet::table(&header, table)]);
+    }
+    Ok(sheet)
+}
+
+/// The answer in one sentence: the cheapest way to an error of 1e-4, with and without K.
+fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
+    const WANTED: f64 = 1e-4;
+    let best = |keeps: bool| {
+        let good = rows.iter().filter(|row| {
+            let accurate = row.error_qp.zip(row.error_w).is_some_and(|(qp, w)| qp <= WANTED && w <= WANTED);
+            let exact = methods(&[row.method]).iter().any(|method| method.keeps_k);
+            accurate && (exact || !keeps)
+        });
+        good.min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)))
+    };
+    let say = |row: Option<&WorkRow>| match row {
+        Some(row) => format!("{} at h = {} ({} s)", row.method, row.h, scientific(row.seconds)),
+        None => "none of these".into(),
+    };
+    sheet.find(
+        &format!("{name}, cost of an error of 1e-4"),
+        Verdict::Note,
+        format!(
+            "in (q, p) and in w the cheapest is {}; with K exact it is {}.",
+            say(best(false)),
+            say(best(true)),
+        ),
+    );
+}
+
+fn cells(row: &WorkRow) -> Vec<String> {
+    vec![
+        row.method.into(),
+        row.h.to_string(),
+        row.failure.clone().unwrap_or_else(|| row.outcome.into()),
+        scientific(row.error_qp),
+        scientific(row.error_w),
+        scientific(Some(row.k_drift)),
+        row.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
+        scientific(row.seconds),
+        row.evaluations.map_or(String::new(), |count| count.to_string()),
+    ]
+}

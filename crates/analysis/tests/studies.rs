@@ -1,0 +1,187 @@
+//! The studies keep their contract: columns, independence of the number of threads, verdicts that are right.
+
+use afterbay_analysis::Model;
+use afterbay_analysis::paper::{self, Extent, OSCILLATOR};
+use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::stability::{Map, Verdict};
+use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
+use afterbay_methods::registry::{METHODS, Row, find};
+use std::collections::BTreeMap;
+
+fn rows(names: &[&str]) -> Vec<&'static Row> {
+    names.iter().map(|name| find(name).expect("a registered method")).collect()
+}
+
+/// The tables of a quick paper by name, without the measured times.
+fn tables(threads: usize) -> BTreeMap<String, String> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    let (output, _) = pool.install(|| paper::run(Extent::Quick, &Silent)).expect("the paper runs");
+    let tables = output.artifacts.into_iter().filter(|artifact| artifact.name.ends_with(".csv"));
+    tables.map(|table| (table.name.clone(), without_seconds(&table.text))).collect()
+}
+
+fn without_seconds(table: &str) -> String {
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let header = reader.headers().expect("a header").clone();
+    let kept: Vec<usize> = (0..header.len()).filter(|&i| &header[i] != "seconds").collect();
+    let line =
+        |record: &csv::StringRecord| kept.iter().map(|&i| &record[i]).collect::<Vec<_>>().join(",") + "\n";
+    let mut text = line(&header);
+    for record in reader.records() {
+        text.push_str(&line(&record.expect("a row")));
+    }
+    text
+}
+
+#[test]
+fn tables_are_the_same_to_the_bit_for_any_number_of_threads() {
+    let one = tables(1);
+    assert!(one.len() >= 20, "{:?}", one.keys());
+    for threads in [2, 5] {
+        for (name, table) in tables(threads) {
+            assert!(table == one[&name], "{name} differs with {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn tables_follow_their_contract() {
+    let (output, _) = paper::run(Extent::Quick, &Silent).expect("the paper runs");
+    for (name, columns) in [
+        ("data/local_orders.csv", "method,variable,statistic,order,ci_low,ci_high,points,printed"),
+        ("data/global_orders.csv", "method,variable,h,error,order"),
+        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error"),
+        (
+            "data/work_precision.csv",
+            "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,evaluations,iterations",
+        ),
+        ("data/stability.csv", "method,h,parameter,value,verdict,spectral_radius,steps_done"),
+    ] {
+        let table = output.artifacts.iter().find(|artifact| artifact.name == name).expect(name);
+        assert!(table.text.starts_with(columns), "{name}: {}", table.text.lines().next().unwrap_or(""));
+        assert!(
+            !table.text.contains("NaN") && !table.text.contains("inf"),
+            "{name} has a number that is none"
+        );
+    }
+    let html = output.report.html();
+    assert!(!html.replace("http://www.w3.org/2000/svg", "").contains("http"), "the report fetches something");
+    for figure in output.artifacts.iter().filter(|artifact| artifact.name.ends_with(".svg")) {
+        assert!(html.contains(&figure.name), "{} is not in the report", figure.name);
+        assert!(figure.text.len() < 300_000, "{} is {} bytes long", figure.name, figure.text.len());
+    }
+}
+
+#[test]
+fn books_tell_the_methods_that_keep_k() {
+    let books =
+        energy::run(&OSCILLATOR, &METHODS.iter().collect::<Vec<_>>(), 0.05, 1, &Silent).expect("runs");
+    for (row, books) in METHODS.iter().zip(&books) {
+        assert_eq!(books.result, Ok(()), "{}", row.name);
+        assert_eq!(books.drift < 1e-12, row.keeps_k, "{}: {:e}", row.name, books.drift);
+        if row.passive {
+            assert_eq!(books.violations, Some(0), "{}", row.name);
+        }
+    }
+    let active = Problem { model: Model::VanDerPol { mu: 1.0 }, ..OSCILLATOR };
+    let books = energy::run(&active, &rows(&["moddg"]), 0.05, 1, &Silent).expect("runs");
+    assert_eq!(books[0].violations, None, "an active system owes nothing");
+}
+
+#[test]
+fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
+    let model = Model::DampedOscillator { k: 1.0, b: 200.0 };
+    let problem = Problem { model, q: 1.0, p: 1.0, end: 1.0 };
+    let books = energy::run(&problem, &rows(&["moddg"]), 0.1, 1, &Silent).expect("runs");
+    let row = &books[0].rows[2];
+    let (found, off) = (row.ratio.expect("a ratio"), row.ratio_error.expect("a ratio"));
+    assert!((found - 0.8504).abs() < 5e-5 && (found - off - 0.9990).abs() < 5e-5, "{found} {off}");
+    assert!(books[0].drift < 1e-15 && books[0].violations == Some(0));
+}
+
+#[test]
+fn global_errors_fall_with_the_order_of_the_method() {
+    let steps = [0.05, 0.025, 0.0125];
+    for model in
+        [OSCILLATOR.model, Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, Model::VanDerPol { mu: 1.0 }]
+    {
+        let problem = Problem { model, end: 5.0, ..OSCILLATOR };
+        for row in
+            global_order::run(&problem, &rows(&["leapfrog", "moddg", "rk4"]), &steps, &Silent).expect("runs")
+        {
+            let claimed = f64::from(find(row.method).expect("registered").order());
+            if row.h == 0.0125 {
+                let order = row.order.expect("an order");
+                assert!((order - claimed).abs() < 0.1, "{model:?} {} {}: {order}", row.method, row.variable);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
+    // Simple iteration does not contract at h = 2.5; the next step size is fine again.
+    let found =
+        work_precision::run(&OSCILLATOR, &rows(&["moddg-fixed-point"]), &[2.5, 0.1], &Silent).expect("runs");
+    assert_eq!(found[0].outcome, "not-contracting");
+    assert!(
+        found[0]
+            .failure
+            .as_ref()
+            .is_some_and(|text| text.contains("step 1 ") && text.contains("degree of freedom 1"))
+    );
+    assert_eq!((found[0].error_qp, found[0].seconds), (None, None));
+    assert_eq!(found[1].outcome, "completed");
+    assert!(found[1].seconds.is_some_and(|seconds| seconds > 0.0));
+}
+
+#[test]
+fn verdicts_and_spectral_radii_are_those_of_theory() {
+    let map = Map {
+        problem: OSCILLATOR,
+        parameter: "b",
+        values: &[0.0, 0.1, 10.0],
+        steps: &[0.1, 1.9, 2.1, 3.0],
+        model: |b| Model::DampedOscillator { k: 1.0, b },
+        least_steps: 200,
+    };
+    let cells = map.run(&rows(&["leapfrog", "rk4", "moddg", "moddg-fixed-point"]), &Silent).expect("runs");
+    let cell = |method: &str, b: f64, h: f64| {
+        cells.iter().find(|row| row.method == method && row.value == b && row.h == h).expect("a cell")
+    };
+    // Undamped: leap-frog is stable up to h = 2, RK4 up to 2√2, the discrete gradient always; radius 1 to rounding.
+    let radius = |method, b, h| cell(method, b, h).spectral_radius.expect("a linear step");
+    assert!((radius("leapfrog", 0.0, 1.9) - 1.0).abs() < 1e-12);
+    assert!(radius("leapfrog", 0.0, 2.1) > 1.5);
+    assert!(radius("rk4", 0.0, 2.1) < 1.0 && radius("rk4", 0.0, 3.0) > 1.3);
+    for h in [0.1, 1.9, 2.1, 3.0] {
+        assert!((radius("moddg", 0.0, h) - 1.0).abs() < 1e-12);
+    }
+    assert_eq!(cell("leapfrog", 0.0, 0.1).verdict, Verdict::Right);
+    assert!(matches!(cell("leapfrog", 0.0, 2.1).verdict, Verdict::Growing | Verdict::NotFinite));
+    assert!(matches!(cell("rk4", 0.1, 3.0).verdict, Verdict::Growing | Verdict::NotFinite));
+    assert_eq!(cell("moddg", 0.1, 0.1).verdict, Verdict::Right);
+    // A-stable, not L-stable: bounded at any step, with the wrong decay.
+    assert_eq!(cell("moddg", 10.0, 3.0).verdict, Verdict::Wrong);
+    assert_eq!(cell("moddg-fixed-point", 0.1, 2.1).verdict, Verdict::NoConvergence);
+}
+
+#[test]
+fn van_der_pol_is_judged_by_its_limit_cycle() {
+    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: 2.0, p: 0.5, end: 20.0 };
+    let map = Map {
+        problem,
+        parameter: "mu",
+        values: &[0.5, 5.0],
+        steps: &[0.01, 0.5],
+        model: |mu| Model::VanDerPol { mu },
+        least_steps: 50,
+    };
+    let cells = map.run(&rows(&["leapfrog", "rk4", "moddg"]), &Silent).expect("runs");
+    for cell in &cells {
+        // At μ = 5 a step of 0.5 is beyond each of them; at μ = 0.5 it is not.
+        let expected_right = cell.h == 0.01 || cell.value == 0.5;
+        assert_eq!(cell.verdict == Verdict::Right, expected_right, "{cell:?}");
+        assert_eq!(cell.spectral_radius, None);
+    }
+}

@@ -1,0 +1,112 @@
+//! The command as its users meet it: what it prints, what it writes, how it ends.
+
+use assert_cmd::Command;
+use predicates::prelude::{PredicateBooleanExt, predicate};
+use predicates::str::contains;
+use std::path::Path;
+
+fn afterbay(arguments: &[&str]) -> Command {
+    let mut command = Command::cargo_bin("afterbay").expect("the binary is built");
+    command.args(arguments);
+    command
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("the file is written")
+}
+
+#[test]
+fn paper_writes_everything_and_says_what_holds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("deep/er");
+    afterbay(&["paper", "--quick", "--threads", "2", "--out"])
+        .arg(&out)
+        .assert()
+        .success()
+        .stdout(contains("does not hold").and(contains("figure 3.1")).and(contains("report.html")))
+        .stderr(predicate::str::is_empty());
+    assert!(read(&out.join("report.html")).starts_with("<!DOCTYPE html>"));
+    let manifest: serde_json::Value = serde_json::from_str(&read(&out.join("run.json"))).expect("JSON");
+    assert_eq!(manifest["threads"], 2);
+    assert_eq!(manifest["scene"]["problem"]["system"]["name"], "damped-oscillator");
+    assert_eq!(manifest["hash"].as_str().map(str::len), Some(64));
+    let mut orders = csv::Reader::from_path(out.join("data/local_orders.csv")).expect("a table");
+    assert_eq!(&orders.headers().expect("a header")[0], "method");
+    let leftovers: Vec<_> = std::fs::read_dir(out.join("data")).expect("a folder").flatten().collect();
+    assert!(leftovers.iter().all(|file| !file.file_name().to_string_lossy().starts_with(".tmp")));
+}
+
+#[test]
+fn findings_come_as_json_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = afterbay(&["paper", "--quick", "--format", "json", "--out"])
+        .arg(folder.path())
+        .output()
+        .expect("runs");
+    let findings: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert!(
+        findings
+            .as_array()
+            .is_some_and(|all| all.len() > 20 && all.iter().any(|one| one["verdict"] == "fails"))
+    );
+}
+
+#[test]
+fn list_shows_every_method_and_system() {
+    afterbay(&["list", "methods"])
+        .assert()
+        .success()
+        .stdout(contains("leapfrog").and(contains("moddg-p4-single-printed")).and(contains("keeps K")));
+    afterbay(&["list", "systems"]).assert().success().stdout(contains("modified-van-der-pol"));
+    let output = afterbay(&["list", "methods", "--format", "json"]).output().expect("runs");
+    let methods: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let moddg =
+        methods.as_array().and_then(|all| all.iter().find(|row| row["name"] == "moddg")).expect("a row");
+    assert_eq!((&moddg["order"], &moddg["keeps_k"]), (&2.into(), &true.into()));
+}
+
+#[test]
+fn the_table_of_the_readme_is_that_of_the_registry() {
+    let readme = include_str!("../../../README.md");
+    let output = afterbay(&["list", "methods", "--format", "json"]).output().expect("runs");
+    let methods: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    for row in methods.as_array().expect("rows").iter().filter(|row| row["needs"] != "damped oscillator") {
+        let text = |key: &str| row[key].as_str().map_or(row[key].to_string(), str::to_owned);
+        let yes = |key: &str| if row[key] == true { "yes " } else { "" };
+        let expected = format!(
+            "| `{}` | {} | {} {} {} | {}| {}| {} |",
+            text("name"),
+            text("order"),
+            text("local_order_q"),
+            text("local_order_p"),
+            text("local_order_w"),
+            yes("keeps_k"),
+            yes("passive"),
+            text("needs"),
+        );
+        assert!(readme.contains(&expected), "{expected}");
+    }
+}
+
+#[test]
+fn a_command_line_that_makes_no_sense_is_refused() {
+    for arguments in
+        [&["papr"][..], &["list", "methds"], &["paper", "--threads", "0"], &["paper", "--out"], &["list"]]
+    {
+        afterbay(arguments).assert().code(2).stdout(predicate::str::is_empty());
+    }
+    afterbay(&["papr"]).assert().stderr(contains("'paper'"));
+    afterbay(&[]).assert().code(2).stderr(contains("Usage"));
+}
+
+#[test]
+fn results_that_cannot_be_written_are_a_failure_of_storage() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let occupied = folder.path().join("occupied");
+    std::fs::write(&occupied, "a file, not a folder").expect("a file");
+    afterbay(&["paper", "--quick", "--out"])
+        .arg(&occupied)
+        .assert()
+        .code(5)
+        .stderr(contains("could not be written").and(contains("--out")));
+}
