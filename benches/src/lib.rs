@@ -1,1 +1,10 @@
-//! The benches are under `benches/`; this crate exists to keep their dependencies apart.
+//! What the cost of a step is measured on: runs through the public API beside the same runs written by hand.
+//!
+//! `benches/step.rs` times each with criterion; `benches/ratios.rs` times the two of a pair in turn and prints one
+//! table of ratios, which a noisy machine disturbs less.
+
+mod by_hand;
+mod conservative;
+mod pairs;
+
+pub use pairs::{Pair, Run, STEPS, Subject, pairs};

@@ -28,8 +28,6 @@ pub struct Section {
 pub enum Block {
     /// A paragraph of plain text.
     Text(String),
-    /// A paragraph with `code`, `strong` or links in it.
-    Rich(Markup),
     /// A statement and whether it holds.
     Verdict(Verdict, String),
     /// A table.
@@ -121,7 +119,6 @@ impl Block {
     fn html(&self, figures: &mut usize) -> Markup {
         match self {
             Block::Text(text) => html! { p { (text) } },
-            Block::Rich(markup) => html! { p { (markup) } },
             Block::Verdict(verdict, text) => {
                 let (class, badge) = match verdict {
                     Verdict::Holds => ("holds", "holds"),

@@ -1,6 +1,7 @@
 //! The state of a system: coordinates, momenta and what the reservoir holds.
 
 use crate::{InputError, Mask, Quantity, Scalar, System, Vector};
+use std::hint::cold_path;
 
 /// (q, p, w) at time t. `w[j]` is the energy degree of freedom j has given up since the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,8 +80,13 @@ impl<V: Vector> State<V> {
     /// the subnormal numbers a long decay ends in is six times slower.
     pub(crate) fn settle(&mut self) {
         let rest = V::Scalar::from_f64(1e-290);
-        for x in self.q.as_mut_slice().iter_mut().chain(self.p.as_mut_slice()) {
-            *x = V::Scalar::select(x.abs().lt(rest), V::Scalar::zero(), *x);
+        for part in [&mut self.q, &mut self.p] {
+            for x in part.as_mut_slice() {
+                if x.abs().lt(rest).any() {
+                    cold_path();
+                    *x = V::Scalar::select(x.abs().lt(rest), V::Scalar::zero(), *x);
+                }
+            }
         }
     }
 }

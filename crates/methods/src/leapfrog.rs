@@ -12,6 +12,7 @@ use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
     Effort, InputError, Line, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
 };
+use std::hint::cold_path;
 
 /// The paper's pqpLF. Applies to separable systems with any number of degrees of freedom.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,7 +40,7 @@ where
         Ok(Workspace { p_half: zeros(), drag: zeros(), q: zeros(), p: zeros(), w: zeros() })
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(
         &self,
         system: &S,
@@ -49,7 +50,7 @@ where
     ) -> Result<Effort, StepFailure> {
         let n = state.dof();
         let damping = system.damping();
-        let half_h = h.half();
+        let (half_h, one) = (h.half(), V::Scalar::one());
         let mut effort = Effort { evaluations: 2, iterations: 0 };
         let Workspace { p_half, drag, q: q1, p: p1, w: w1 } = workspace;
         let (q1, p1, w1) = (q1.as_mut_slice(), p1.as_mut_slice(), w1.as_mut_slice());
@@ -58,13 +59,13 @@ where
 
         for j in 0..n {
             let kicked = (-half_h).mul_add(system.partial(q0, j, q0[j]), p0[j]);
-            p_half[j] = kicked;
+            let rate = h / system.mass(j);
             if damping.linear {
-                if !damping.zero {
-                    let by_p = system.drag(q0, p0, j).by_p;
-                    p_half[j] = kicked * half_h.mul_add(by_p, V::Scalar::one()).recip();
-                    drag[j] = by_p * p_half[j];
-                }
+                let by_p = system.drag(q0, p0, j).by_p;
+                let keep = half_h.mul_add(by_p, one).recip();
+                p_half[j] = kicked * keep;
+                drag[j] = by_p * p_half[j];
+                q1[j] = (rate * keep).mul_add(kicked, q0[j]);
             } else {
                 let root = Newton.solve(j, kicked, V::Scalar::zero(), |s, p| {
                     p_half[j] = p;
@@ -73,19 +74,22 @@ where
                 })?;
                 p_half[j] = root.x;
                 drag[j] = system.drag(q0, p_half, j).value;
+                q1[j] = rate.mul_add(p_half[j], q0[j]);
                 effort.iterations += u64::from(root.evaluations);
             }
-            q1[j] = (h / system.mass(j)).mul_add(p_half[j], q0[j]);
         }
         let mut finite = V::Scalar::zero().is_finite();
         for j in 0..n {
             let force = system.partial(q1, j, q1[j]);
-            if damping.zero {
-                p1[j] = (-half_h).mul_add(force, p_half[j]);
+            let drag1 = system.drag(q1, p_half, j);
+            let dragged = if damping.linear {
+                p_half[j] * (-half_h).mul_add(drag1.by_p, one)
             } else {
-                let drag1 = system.drag(q1, p_half, j).value;
-                p1[j] = (-half_h).mul_add(force + drag1, p_half[j]);
-                w1[j] = (half_h / system.mass(j) * (drag[j] + drag1)).mul_add(p_half[j], w0[j]);
+                (-half_h).mul_add(drag1.value, p_half[j])
+            };
+            p1[j] = (-half_h).mul_add(force, dragged);
+            if !damping.zero {
+                w1[j] = (half_h / system.mass(j) * (drag[j] + drag1.value)).mul_add(p_half[j], w0[j]);
                 finite = finite.and(w1[j].is_finite());
             }
             finite = finite.and(p1[j].is_finite()).and(q1[j].is_finite());
@@ -102,13 +106,14 @@ where
     }
 }
 
-/// Why the new state is not finite.
-#[cold]
+/// Why the new state is not finite. Inlined, so that the address of the state stays with the loop, and the state in registers.
+#[inline(always)]
 fn failure<V, S>(system: &S, half_h: V::Scalar, state: &State<V>, [q, p, w]: [&[V::Scalar]; 3]) -> StepFailure
 where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
+    cold_path();
     for j in 0..state.dof() {
         let drag = system.drag(state.q.as_slice(), state.p.as_slice(), j);
         let slope = half_h.mul_add(drag.by_p, V::Scalar::one());

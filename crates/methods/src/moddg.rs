@@ -61,8 +61,8 @@ fn commit<V: Vector>(
     p: V::Scalar,
     w: Option<V::Scalar>,
 ) -> Result<(), StepFailure> {
-    let finite = q.is_finite().and(p.is_finite());
-    if !w.map_or(finite, |w| finite.and(w.is_finite())).all() {
+    let finite = |x: V::Scalar| x.is_finite().all();
+    if !(finite(q) && finite(p) && w.is_none_or(finite)) {
         let w = w.unwrap_or(V::Scalar::zero());
         return Err(StepFailure::non_finite(&[
             (Quantity::Coordinate, &[q]),

@@ -34,14 +34,15 @@ impl Row {
         self.local_order.into_iter().min().unwrap_or(0)
     }
 
-    /// The equation whose δ it uses, where it uses one: its pole is there.
-    pub fn pole(&self) -> Option<Equation> {
-        match self.kind {
-            Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _)) => match placement {
-                Placement::Shared(equation) | Placement::Single(equation) => Some(equation),
-                Placement::Each => Some(Equation::Q),
-            },
-            _ => None,
+    /// The equations whose δ it uses: its poles are there.
+    pub fn poles(&self) -> &'static [Equation] {
+        let (Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _))) = self.kind else {
+            return &[];
+        };
+        match placement {
+            Placement::Shared(Equation::Q) | Placement::Single(Equation::Q) => &[Equation::Q],
+            Placement::Shared(Equation::P) | Placement::Single(Equation::P) => &[Equation::P],
+            Placement::Each => &[Equation::Q, Equation::P],
         }
     }
 }
@@ -97,7 +98,7 @@ pub const METHODS: &[Row] = &[
         about: "the paper's eRK4: classical Runge-Kutta on (q, p, w)",
         local_order: [4, 4, 4],
         keeps_k: false,
-        passive: false,
+        passive: true,
         needs: Needs::Any,
         kind: Kind::Rk4,
     },
@@ -152,8 +153,10 @@ const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement,
     };
     let keeps_k = matches!(placement, Placement::Shared(_));
     let kind = Kind::Raised(Raised(placement, degree));
-    // δ may be negative near a pole, and a shared negative step returns energy from the reservoir.
-    Row { name, about, local_order, keeps_k, passive: false, needs: Needs::OneDegree, kind }
+    // δ may be negative near a pole, and a shared negative step takes energy back from the reservoir. The others have h
+    // in the equation for w.
+    let passive = !keeps_k;
+    Row { name, about, local_order, keeps_k, passive, needs: Needs::OneDegree, kind }
 }
 
 const fn printed(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {

@@ -5,8 +5,8 @@
 //! f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)
 //! ```
 //!
-//! Order 4, explicit, any system. K is kept to O(h⁴) only, and w may fall where it must rise. Diverges beyond
-//! |hλ| ≈ 2.8.
+//! Order 4, explicit, any system. K is kept to O(h⁴) only. The weights are positive, so Δw ≥ 0 where the system is passive,
+//! whatever H does. Diverges beyond |hλ| ≈ 2.8.
 
 use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
 
@@ -14,7 +14,7 @@ use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, S
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rk4;
 
-/// The point of a stage, the system there, and the increments summed up so far.
+/// The point of a stage, the system there, and what q and w gain and p loses, summed up so far.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
     q: V,
@@ -51,7 +51,7 @@ where
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(
         &self,
         system: &S,
@@ -80,19 +80,21 @@ where
                 system.dissipation(q, p, d);
             }
             for j in 0..n {
-                let force = if dissipative { -(hq[j] + d[j]) } else { -hq[j] };
                 dq[j] = weight.mul_add(hp[j], dq[j]);
-                dp[j] = weight.mul_add(force, dp[j]);
+                dp[j] = weight.mul_add(hq[j], dp[j]);
+                q[j] = ahead.mul_add(hp[j], q0[j]);
+                p[j] = (-ahead).mul_add(hq[j], p0[j]);
                 if dissipative {
+                    // After ∂H/∂q, which is known earlier: q lags a stage behind p.
+                    dp[j] = weight.mul_add(d[j], dp[j]);
+                    p[j] = (-ahead).mul_add(d[j], p[j]);
                     dw[j] = weight.mul_add(d[j] * hp[j], dw[j]);
                 }
-                q[j] = ahead.mul_add(hp[j], q0[j]);
-                p[j] = ahead.mul_add(force, p0[j]);
             }
         }
         let mut finite = zero.is_finite();
         for j in 0..n {
-            (q[j], p[j], dw[j]) = (q0[j] + dq[j], p0[j] + dp[j], w0[j] + dw[j]);
+            (q[j], p[j], dw[j]) = (q0[j] + dq[j], p0[j] - dp[j], w0[j] + dw[j]);
             finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
         }
         if !finite.all() {

@@ -24,8 +24,6 @@ pub enum Style {
     Line,
     /// A line with a marker at each point; on a long curve at some of them.
     LineMarkers,
-    /// Markers alone.
-    Markers,
 }
 
 /// One curve of a [`LineChart`]. Colour, dash and marker follow from its place in the list.
@@ -35,7 +33,7 @@ pub struct Curve {
     pub label: String,
     /// The points in the order in which the line runs through them.
     pub points: Vec<(f64, f64)>,
-    /// Line, markers or both.
+    /// With or without markers.
     pub style: Style,
 }
 
@@ -164,15 +162,13 @@ fn label_guide(frame: &mut Frame, slope: f64, from: Point, to: Point) {
 }
 
 fn draw_curve(frame: &mut Frame, look: Look, style: Style, pixels: &[Point]) {
-    if style != Style::Markers && pixels.len() > 1 {
+    if pixels.len() > 1 {
         let width = if pixels.len() > 400 { 1.3 } else { 1.9 };
         frame.group(r#"stroke-linejoin="round""#, [look.line(pixels, width)]);
     }
     if pixels.len() == 1 || style != Style::Line {
-        let every = if style == Style::LineMarkers { pixels.len().div_ceil(40).max(1) } else { 1 };
-        let radius = if pixels.len() / every > 200 { 2.0 } else { 4.0 };
-        let marked: Vec<_> = pixels.iter().copied().step_by(every).collect();
-        frame.add(look.markers(&marked, radius));
+        let marked: Vec<_> = pixels.iter().copied().step_by(pixels.len().div_ceil(40).max(1)).collect();
+        frame.add(look.markers(&marked, 4.0));
     }
 }
 
@@ -215,9 +211,7 @@ impl Legend {
             let x = origin.0 + (nth / rows) as f64 * self.column;
             let y = origin.1 + (nth % rows) as f64 * ROW;
             let look = Look::nth(nth);
-            if curve.style != Style::Markers {
-                frame.add(look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9));
-            }
+            frame.add(look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9));
             if curve.style != Style::Line {
                 frame.add(look.markers(&[(x + 0.5 * (SAMPLE - 8.0), y)], 4.0));
             }

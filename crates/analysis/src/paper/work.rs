@@ -6,10 +6,13 @@ use super::{Extent, OSCILLATOR, PaperError, methods};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
-use crate::report::Verdict;
+use crate::report::{Block, Verdict};
 use crate::study::work_precision::{self, WorkRow};
 
 const COMPARED: [&str; 6] = ["moddg", "leapfrog", "rk4", "moddg-fixed-point", "moddg-q3-shared", "moddg-qp4"];
+
+/// What a run costs: a name and the figure.
+type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
 pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
     let mut sheet = Sheet::new("Accuracy against cost");
@@ -36,24 +39,43 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
             failure: row.failure.clone(),
         }));
         cheapest(&mut sheet, name, &found);
-        let chart = |title: &str, label: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {
+        let seconds: Cost = ("seconds", |row| row.seconds);
+        let evaluations: Cost = ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));
+        let chart = |title: &str, cost: Cost, error: fn(&WorkRow) -> Option<f64>| LineChart {
             title: format!("{name}: {title}"),
-            x: Axis::log("seconds"),
-            y: Axis::log(label),
+            x: Axis::log(cost.0),
+            y: Axis::log(format!("{title} at t = 20")),
             curves: COMPARED
                 .iter()
                 .map(|method| {
                     let of = found.iter().filter(|row| row.method == *method);
-                    marked(method, of.filter_map(|row| Some((row.seconds?, error(row)?))).collect())
+                    marked(method, of.filter_map(|row| Some(((cost.1)(row)?, error(row)?))).collect())
                 })
                 .collect(),
             guides: Vec::new(),
         };
-        let qp = chart("error of (q, p)", "error of (q, p) at t = 20", |row| row.error_qp);
-        let w = chart("error of w", "error of w at t = 20", |row| row.error_w);
-        let left = sheet.figure(&format!("{name}-work-qp"), qp.svg(), "Error of (q, p) against time.", &data);
-        let right = sheet.figure(&format!("{name}-work-w"), w.svg(), "Error of w against time.", &data);
-        sheet.show_pair(left, right);
+        let charts = [
+            (
+                "work-qp",
+                "Error of (q, p) against time.",
+                chart("error of (q, p)", seconds, |row| row.error_qp),
+            ),
+            ("work-w", "Error of w against time.", chart("error of w", seconds, |row| row.error_w)),
+            (
+                "evaluations-qp",
+                "Error of (q, p) against evaluations.",
+                chart("error of (q, p)", evaluations, |row| row.error_qp),
+            ),
+            (
+                "evaluations-w",
+                "Error of w against evaluations.",
+                chart("error of w", evaluations, |row| row.error_w),
+            ),
+        ];
+        let [qp, w, by_evaluations @ ..] = charts.map(|(file, caption, chart)| {
+            sheet.figure(&format!("{name}-{file}"), chart.svg(), caption, &data)
+        });
+        sheet.show_pair(qp, w);
         let table = found.iter().map(cells).collect();
         let header = [
             "method",
@@ -66,7 +88,11 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
             "seconds",
             "evaluations",
         ];
-        sheet.fold(&format!("{name}: every run"), vec![super::sheet::table(&header, table)]);
+        let [qp, w] = by_evaluations;
+        sheet.fold(
+            &format!("{name}: every run, and errors against evaluations"),
+            vec![super::sheet::table(&header, table), Block::Pair(qp, w)],
+        );
     }
     Ok(sheet)
 }

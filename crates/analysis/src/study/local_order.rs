@@ -106,7 +106,7 @@ pub struct OrderRow {
     pub printed: Option<f64>,
     /// Time of the worst grid point at the largest step.
     pub worst_t: f64,
-    /// Its distance to the pole: |p/m| for δ(q), |V' + D| for δ(p).
+    /// Its distance to the nearest pole: |p/m| for δ(q), |V' + D| for δ(p).
     pub pole_distance: Option<f64>,
     /// Grid points that failed, over all steps.
     pub failed: usize,
@@ -214,7 +214,8 @@ impl LocalOrder {
         let worst = variables.map(|summary: Summary| {
             let state = &solution[summary.worst];
             let distance = |equation| subject.denominator(equation, state.q[0], state.p[0]).abs().to_f64();
-            (summary.worst as f64 * self.base_step, row.pole().map(distance))
+            let nearest = row.poles().iter().map(|&equation| distance(equation)).reduce(f64::min);
+            (summary.worst as f64 * self.base_step, nearest)
         });
         let failed = trace.iter().filter(|errors| errors.is_none()).count();
         // A few roundings of the largest number, divided by h as T is.

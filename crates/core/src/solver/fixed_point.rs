@@ -10,6 +10,8 @@ pub struct FixedPoint;
 
 /// Iterations after which a contraction, however slow, is given up.
 const LIMIT: u32 = 10_000;
+/// Iterations without a smaller update that end a fast contraction. One alone may be a detour on the way.
+const PATIENCE: u32 = 3;
 
 impl Solver for FixedPoint {
     fn solve<T: Scalar>(
@@ -20,8 +22,8 @@ impl Solver for FixedPoint {
         mut equation: impl FnMut(T, T) -> Line<T>,
     ) -> Result<Root<T>, StepFailure> {
         let mut x = start;
-        let mut update = T::from_f64(f64::MAX);
-        let mut ratio = f64::INFINITY;
+        let mut smallest = T::from_f64(f64::MAX);
+        let (mut before, mut ratio, mut waited) = (smallest, f64::INFINITY, 0);
         for evaluations in 1..=LIMIT {
             let f = equation(T::one(), x);
             if !f.value.is_finite().all() {
@@ -31,21 +33,32 @@ impl Solver for FixedPoint {
                     value: f.value.to_f64(),
                 });
             }
-            let next = start - f.value;
-            let shift = (next - x).abs();
-            x = next;
-            if !shift.lt(update).all() {
-                // Rounding is all that is left, or there is no contraction.
-                let floor = (start.abs() + x.abs() + f.slope.abs() * reach) * T::from_f64(16.0 * T::EPSILON);
-                if shift.le(floor).all() {
-                    return Ok(Root { x, evaluations });
-                }
-                if evaluations > 3 {
-                    ratio = (shift / update).to_f64();
-                    return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
-                }
+            let last = x;
+            x = start - f.value;
+            let update = (x - last).abs();
+            if update.le(T::zero()).all() {
+                return Ok(Root { x, evaluations });
             }
-            update = shift;
+            ratio = (update / before).to_f64();
+            waited = if update.lt(smallest).all() { 0 } else { waited + 1 };
+            // Noise hides the shrinking of a slow contraction: at the rate |F'| it takes 1/(1 - |F'|) iterations to show.
+            let gap = T::one() - f.slope.abs();
+            if waited >= PATIENCE && gap.le(T::zero()).any() {
+                return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
+            }
+            if T::from_f64(f64::from(PATIENCE)).le(T::from_f64(f64::from(waited)) * gap).all() {
+                // What a contraction stops shrinking at is the noise of F, unless it never got close.
+                let small = T::from_f64(T::EPSILON.sqrt()) * (start.abs() + x.abs() + reach);
+                // Where F rises, iterates alternate around the solution, by many roundings if F' is near 1.
+                let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
+                return if smallest.le(small).all() {
+                    Ok(Root { x, evaluations })
+                } else {
+                    Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio })
+                };
+            }
+            smallest = T::select(update.lt(smallest), update, smallest);
+            before = update;
         }
         Err(StepFailure::NotContracting { dof, iterations: LIMIT, ratio })
     }

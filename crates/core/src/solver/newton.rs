@@ -45,40 +45,43 @@ fn iterate<T: Scalar>(
     reach: T,
     mut equation: impl FnMut(T) -> Line<T>,
 ) -> Result<Root<T>, Stalled> {
-    let first = equation(x);
-    let mut rising = T::zero().lt(T::one() + first.slope);
-    let mut slope = first.slope;
-    let mut inverse = (T::one() + slope).recip();
-    // Where F is nearly flat 1 - F' + F'² will do for the inverse, and nothing waits for the division.
-    let steep = T::from_f64(0.0625).lt(slope.abs()).any();
-    let gain = if steep { inverse } else { slope.mul_add(slope - T::one(), T::one()) };
-    let residual = start - x - first.value;
-    let mut update = residual * gain;
-    x = residual.mul_add(gain, x);
-    let mut evaluations = 1;
-    while evaluations < LIMIT {
+    let one = T::one();
+    let (mut inverse, mut rest) = (one, T::zero());
+    let mut update = T::from_f64(f64::NAN);
+    let mut rising = T::zero().lt(one);
+    for evaluations in 1..=LIMIT {
         let f = equation(x);
-        evaluations += 1;
-        rising = rising.and(T::zero().lt(T::one() + f.slope));
-        // What a correction with the old slope leaves of the error. One that gains less than a digit is replaced by
-        // Newton's own, of which nothing is known before the next slope.
-        let mut contraction = (f.slope - slope).abs() * inverse.abs();
-        if T::from_f64(0.1).lt(contraction).any() {
+        let derivative = one + f.slope;
+        rising = rising.and(T::zero().lt(derivative));
+        // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses, and nothing waits for a
+        // division. An inverse that misses much is made anew.
+        let before = rest;
+        let missing = (-derivative).mul_add(inverse, one);
+        rest = missing * missing;
+        inverse = (-f.slope).mul_add(inverse * inverse, inverse * (one + one - inverse));
+        if T::from_f64(0.0625).lt(missing.abs()).any() {
             cold_path();
-            slope = f.slope;
-            inverse = (T::one() + slope).recip();
-            contraction = T::one();
+            rest = T::zero();
+            inverse = derivative.recip();
         }
-        let previous = update.abs();
+        let previous = update;
         let residual = start - x - f.value;
         update = residual * inverse;
         x = residual.mul_add(inverse, x);
         let size = update.abs();
-        let scale = f.slope.abs().mul_add(reach, start.abs()).mul_add(inverse.abs(), x.abs());
-        let resolution = T::from_f64(T::EPSILON) * scale;
-        // Done where the next correction would be lost in rounding, or corrections stopped shrinking at the noise of F.
-        let lost = (contraction * size).le(resolution);
-        let noise = size.le(T::from_f64(T::EPSILON.sqrt()) * scale).and(previous.le(size + size));
+        let scale = start.abs().mul_add(inverse.abs(), x.abs());
+        // An error e becomes e (r + c + d): r the rest the inverse misses, c what the slope changes over e/2, d what a
+        // slope that is not quite the derivative is off by. The correction before shows them: it shrank by r + c + d,
+        // and the slope has changed by 2 c since, so that r + 2 c was missing. The next r and c are smaller by a
+        // factor, d is not. All of this compares false after the first correction, which has none before it.
+        let shrunk = update / previous;
+        let off = (shrunk - (before + missing).half()).abs();
+        let contraction = missing.abs() + shrunk.abs();
+        let lost = (contraction.mul_add(contraction, off) * size).le(T::from_f64(T::EPSILON) * scale);
+        // Corrections that stopped shrinking are the noise of F.
+        let small = T::from_f64(T::EPSILON.sqrt()) * (f.slope * inverse).abs().mul_add(reach, scale);
+        let noise = size.le(small).and(previous.abs().le(size + size));
+        // Done where the next correction would be lost in rounding.
         if lost.or(noise).all() {
             return if rising.all() {
                 Ok(Root { x, evaluations })
@@ -87,7 +90,7 @@ fn iterate<T: Scalar>(
             };
         }
     }
-    Err(Stalled { update: update.to_f64(), evaluations })
+    Err(Stalled { update: update.to_f64(), evaluations: LIMIT })
 }
 
 /// Follows the solution from s = 0 to s = 1.

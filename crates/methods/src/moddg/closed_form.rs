@@ -1,7 +1,8 @@
 //! The scheme's solution for linear systems.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
-use afterbay_core::{Effort, InputError, Linear, Method, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Effort, InputError, Linear, Mask, Method, Scalar, State, StepFailure, Vector};
+use std::hint::cold_path;
 
 /// For V = k q²/2, D = b p the equation is linear in v:
 ///
@@ -26,7 +27,7 @@ where
         one_degree_of_freedom(system.dof())
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(
         &self,
         system: &S,
@@ -43,17 +44,21 @@ where
         let sigma = delta_p.half().mul_add(friction, one);
         let inverse = sigma.recip();
         let pull = delta_p * inverse;
+        let v = (-pull * k.half()).mul_add(q0, inverse * p0);
         let reach = delta_q * inverse;
-        let q1 = reach.mul_add(p0, (-reach * (delta_p * k).half()).mul_add(q0, q0));
-        let p1 = (-pull * k).mul_add(q0, (-pull * friction).mul_add(p0, p0));
-        let w1 = (!system.damping().zero).then(|| {
-            let v = (-pull * k.half()).mul_add(q0, inverse * p0);
-            (delta_w * b * v).mul_add(v, w0)
-        });
-        if sigma == V::Scalar::zero() {
-            return Err(StepFailure::Singular { dof: 0, slope: 0.0 });
+        let mut q1 = reach.mul_add(p0, (-reach * (delta_p * k).half()).mul_add(q0, q0));
+        let mut p1 = (-pull * k).mul_add(q0, (-pull * friction).mul_add(p0, p0));
+        if sigma.lt(one.half()).any() {
+            // Beside a singular step the coefficients lose digits. All from one v, the equations keep K all the same.
+            cold_path();
+            (q1, p1) = (delta_q.mul_add(v, q0), (one + one).mul_add(v, -p0));
         }
-        commit(state, q1, p1, w1)?;
+        let w1 = (!system.damping().zero).then(|| (delta_w * b * v).mul_add(v, w0));
+        let singular = |failure| match sigma == V::Scalar::zero() {
+            true => StepFailure::Singular { dof: 0, slope: 0.0 },
+            false => failure,
+        };
+        commit(state, q1, p1, w1).map_err(singular)?;
         Ok(Effort { evaluations: 1, iterations: 0 })
     }
 }

@@ -17,7 +17,7 @@ where
         one_degree_of_freedom(system.dof())
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(
         &self,
         system: &S,
@@ -42,8 +42,11 @@ where
                 return Line { value: pull * edge.value, slope: pull * width * edge.slope };
             }
             let drag = dissipation(share, v);
-            let slope = width.mul_add(edge.slope, width.half().mul_add(drag.by_q, drag.by_p));
-            Line { value: pull.mul_add(edge.value, pull * drag.value), slope: pull * slope }
+            let drag_slope = width.half().mul_add(drag.by_q, drag.by_p);
+            Line {
+                value: pull.mul_add(edge.value, pull * drag.value),
+                slope: (pull * width).mul_add(edge.slope, pull * drag_slope),
+            }
         })?;
 
         let v = root.x;

@@ -1,0 +1,46 @@
+//! A system whose type says that nothing dissipates: what `damping()` answers folds away.
+
+use afterbay_core::{Damping, Drag, Line, Separable, System};
+use afterbay_systems::Duffing;
+
+/// The Duffing oscillator without its damping.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conservative(pub(crate) Duffing<f64>);
+
+impl System<f64> for Conservative {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        1
+    }
+    #[inline(always)]
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        self.0.energy(q, p)
+    }
+    #[inline(always)]
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        self.0.gradient(q, p, hq, hp);
+    }
+    #[inline(always)]
+    fn dissipation(&self, _q: &[f64], _p: &[f64], d: &mut [f64]) {
+        d[0] = 0.0;
+    }
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        Damping::NONE
+    }
+}
+
+impl Separable<f64> for Conservative {
+    #[inline(always)]
+    fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
+        self.0.partial(q, j, at)
+    }
+    #[inline(always)]
+    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+        self.0.edge(q, j, to)
+    }
+    #[inline(always)]
+    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
+        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    }
+}
