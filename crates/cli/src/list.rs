@@ -1,7 +1,7 @@
 //! `afterbay list`
 
 use crate::arguments::{Format, What};
-use crate::paper::Failure;
+use crate::failure::Failure;
 use crate::table;
 use afterbay_analysis::SYSTEMS;
 use afterbay_methods::registry::{METHODS, Row};

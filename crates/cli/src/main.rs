@@ -2,6 +2,7 @@
 
 mod arguments;
 mod bars;
+mod failure;
 mod list;
 mod paper;
 mod table;
@@ -9,14 +10,6 @@ mod table;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use std::process::ExitCode;
-
-/// How the command ended, for scripts.
-mod exit {
-    /// Results could not be written.
-    pub(crate) const STORAGE: u8 = 5;
-    /// The command line was not understood.
-    pub(crate) const USAGE: u8 = 2;
-}
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();

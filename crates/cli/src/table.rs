@@ -1,6 +1,6 @@
 //! Tables and JSON on stdout.
 
-use crate::paper::Failure;
+use crate::failure::Failure;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde::Serialize;
 use std::io::{self, Write};

@@ -15,9 +15,7 @@
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::{finite, not_negative};
-use afterbay_core::{
-    Correction, Damping, Drag, InputError, Line, OrderRaising, Scalar, Separable, Series, System, taylor,
-};
+use afterbay_core::{Damping, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,19 +90,10 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
     }
 }
 
-impl<T: Scalar> OrderRaising<T> for Duffing<T> {
-    fn delta_q(&self, q: T, p: T) -> Correction<T> {
-        taylor::corrections(&self.map(Series::constant), q, p)[0]
-    }
-
-    fn delta_p(&self, q: T, p: T) -> Correction<T> {
-        taylor::corrections(&self.map(Series::constant), q, p)[1]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use afterbay_core::OrderRaising;
 
     #[test]
     fn parameters_are_finite() {

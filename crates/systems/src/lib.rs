@@ -9,6 +9,7 @@
 mod damped_oscillator;
 mod duffing;
 mod modified_van_der_pol;
+mod order_raising;
 mod van_der_pol;
 
 pub use damped_oscillator::DampedOscillator;

@@ -15,9 +15,7 @@
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
 use crate::{Duffing, VanDerPol};
-use afterbay_core::{
-    Correction, Damping, Drag, InputError, Line, OrderRaising, Scalar, Separable, Series, System, taylor,
-};
+use afterbay_core::{Damping, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,19 +84,10 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     }
 }
 
-impl<T: Scalar> OrderRaising<T> for ModifiedVanDerPol<T> {
-    fn delta_q(&self, q: T, p: T) -> Correction<T> {
-        taylor::corrections(&self.map(Series::constant), q, p)[0]
-    }
-
-    fn delta_p(&self, q: T, p: T) -> Correction<T> {
-        taylor::corrections(&self.map(Series::constant), q, p)[1]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use afterbay_core::OrderRaising;
 
     #[test]
     fn parameters_are_finite() {

@@ -13,9 +13,7 @@
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
 use crate::{finite, not_negative};
-use afterbay_core::{
-    Correction, Damping, Drag, InputError, Line, OrderRaising, Scalar, Separable, Series, System, taylor,
-};
+use afterbay_core::{Damping, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,16 +86,6 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
         let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
         Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
-    }
-}
-
-impl<T: Scalar> OrderRaising<T> for VanDerPol<T> {
-    fn delta_q(&self, q: T, p: T) -> Correction<T> {
-        taylor::corrections(&self.map(Series::constant), q, p)[0]
-    }
-
-    fn delta_p(&self, q: T, p: T) -> Correction<T> {
-        taylor::corrections(&self.map(Series::constant), q, p)[1]
     }
 }
 
