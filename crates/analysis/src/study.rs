@@ -46,9 +46,7 @@ impl Problem {
     /// Those of the input, and of a solution that leaves the numbers.
     pub fn solution(&self, h: f64, count: usize) -> Result<Vec<[f64; 3]>, IntegrateError> {
         let subject = self.model.subject::<Quad>()?;
-        let states = subject
-            .solution(&self.start()?, Quad::from_f64(h), count)
-            .map_err(|failure| afterbay_core::RunError { step: 0, t: 0.0, failure })?;
+        let states = subject.solution(&self.start()?, Quad::from_f64(h), count)?;
         Ok(states.iter().map(values).collect())
     }
 }

@@ -1,6 +1,6 @@
 //! A system as the studies see it: with a solution to compare to and methods to run.
 
-use afterbay_core::{ExactFlow, InputError, Scalar, Series, State, StepFailure, System, taylor};
+use afterbay_core::{ExactFlow, InputError, Scalar, Series, State, System, taylor};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
@@ -13,8 +13,8 @@ pub trait Subject<T: Scalar>: System<T> {
     /// The exact solution from `start` at the times `i h`, i = 0..=count.
     ///
     /// # Errors
-    /// [`StepFailure::NonFinite`] where the solution leaves the numbers.
-    fn solution(&self, start: &OneState<T>, h: T, count: usize) -> Result<Vec<OneState<T>>, StepFailure>;
+    /// [`InputError::SolutionEnds`] where it leaves the numbers.
+    fn solution(&self, start: &OneState<T>, h: T, count: usize) -> Result<Vec<OneState<T>>, InputError>;
 
     /// The method of a row, bound to this system.
     ///
@@ -32,14 +32,15 @@ pub trait Subject<T: Scalar>: System<T> {
 }
 
 impl<T: Scalar> Subject<T> for DampedOscillator<T> {
-    fn solution(&self, start: &OneState<T>, h: T, count: usize) -> Result<Vec<OneState<T>>, StepFailure> {
-        Ok((0..=count)
+    fn solution(&self, start: &OneState<T>, h: T, count: usize) -> Result<Vec<OneState<T>>, InputError> {
+        (0..=count)
             .map(|i| {
                 let mut state = start.clone();
                 self.flow(T::from_f64(i as f64) * h, &mut state);
-                state
+                state.check(1).map_err(|_| InputError::SolutionEnds { t: state.t.to_f64() })?;
+                Ok(state)
             })
-            .collect())
+            .collect()
     }
 
     fn bind(&self, row: &Row) -> Result<Box<dyn Run<[T; 1]>>, InputError> {
@@ -66,7 +67,7 @@ macro_rules! solved_by_series {
                 start: &OneState<T>,
                 h: T,
                 count: usize,
-            ) -> Result<Vec<OneState<T>>, StepFailure> {
+            ) -> Result<Vec<OneState<T>>, InputError> {
                 taylor::trajectory::<_, T, 1, TERMS>(&self.map(Series::constant), start, h, count)
             }
 

@@ -5,6 +5,7 @@ use afterbay_analysis::paper::{self, Extent, OSCILLATOR};
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::stability::{Map, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
+use afterbay_core::{InputError, IntegrateError};
 use afterbay_methods::registry::{METHODS, Row, find};
 use std::collections::BTreeMap;
 
@@ -183,5 +184,41 @@ fn van_der_pol_is_judged_by_its_limit_cycle() {
         let expected_right = cell.h == 0.01 || cell.value == 0.5;
         assert_eq!(cell.verdict == Verdict::Right, expected_right, "{cell:?}");
         assert_eq!(cell.spectral_radius, None);
+    }
+}
+
+#[test]
+fn references_know_rest_decay_and_their_end() {
+    let duffing = |alpha, beta, c| Model::Duffing { alpha, beta, c };
+    let at_rest = Problem { model: duffing(1.0, 1.0, 0.1), q: 0.0, p: 0.0, end: 5.0 };
+    assert_eq!(at_rest.solution(0.5, 10).expect("rest lasts")[10], [0.0; 3]);
+    let decay = Problem { model: duffing(1.0, 1.0, 2.0), q: 1.0, p: 0.0, end: 1000.0 };
+    let [q, p, w] = decay.solution(100.0, 10).expect("a decay lasts")[10];
+    assert!(q.abs() < 1e-280 && p.abs() < 1e-280 && (w - 0.75).abs() < 1e-15, "{q} {p} {w}");
+    // q'' = q + 5 q³ leaves the numbers in finite time.
+    let escape = Problem { model: duffing(-1.0, -5.0, 0.1), q: 2.0, p: 1.0, end: 10.0 };
+    let error = escape.solution(1.0, 10).expect_err("the solution ends");
+    let IntegrateError::Input(InputError::SolutionEnds { t }) = error else { panic!("{error}") };
+    assert!(t > 0.1 && t < 1.0, "{t}");
+}
+
+#[test]
+fn a_map_with_a_step_that_cannot_be_taken_is_refused() {
+    for (h, steps) in [(0.0, None), (-1.0, None), (f64::NAN, None), (1e-300, Some(())), (1e-9, Some(()))] {
+        let map = Map {
+            problem: OSCILLATOR,
+            parameter: "b",
+            values: &[0.1],
+            steps: &[h],
+            model: |b| Model::DampedOscillator { k: 1.0, b },
+            least_steps: 50,
+        };
+        let error = map.run(&rows(&["moddg"]), &Silent).expect_err("no such step");
+        match steps {
+            None => assert!(matches!(error, IntegrateError::Input(InputError::Step { .. })), "{h}: {error}"),
+            Some(_) => {
+                assert!(matches!(error, IntegrateError::Input(InputError::Budget { .. })), "{h}: {error}");
+            }
+        }
     }
 }

@@ -1,7 +1,6 @@
 //! The command line.
 
 use clap::{Parser, Subcommand, ValueEnum};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Integrates dissipative Hamiltonian systems with an energy reservoir, so that K = H + Σ w is kept exactly, and
@@ -13,9 +12,9 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
 
-    /// Threads for the sweeps [default: all]. Results are the same to the bit for any number.
-    #[arg(long, global = true, value_name = "N")]
-    pub(crate) threads: Option<NonZeroUsize>,
+    /// Threads for the sweeps, 1 to 1024 [default: all]. Results are the same to the bit for any number.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
 
     /// What to print on stdout.
     #[arg(long, global = true, value_enum, default_value_t = Format::Table)]

@@ -21,6 +21,9 @@ pub(crate) enum Trouble {
     #[error("the results could not be written")]
     #[diagnostic(help("give a folder that can be written to with --out DIR"))]
     Storage(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error("the threads could not be started")]
+    #[diagnostic(help("ask for fewer with --threads N"))]
+    Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
     #[error("the study could not be run")]
     Study(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
@@ -28,6 +31,10 @@ pub(crate) enum Trouble {
 impl Failure {
     pub(crate) fn storage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self { diagnostic: Trouble::Storage(Box::new(error)), code: STORAGE }
+    }
+
+    pub(crate) fn threads(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self { diagnostic: Trouble::Threads(Box::new(error)), code: USAGE }
     }
 }
 

@@ -13,12 +13,8 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    if let Some(threads) = arguments.threads {
-        // Fails only if the pool exists already, which it does not yet.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
-    }
     let result = match arguments.command {
-        Command::Paper { out, quick } => paper::run(&out, quick, arguments.format),
+        Command::Paper { out, quick } => paper::run(&out, quick, arguments.threads, arguments.format),
         Command::List { what } => list::run(what, arguments.format),
     };
     match result {

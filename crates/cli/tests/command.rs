@@ -90,9 +90,14 @@ fn the_table_of_the_readme_is_that_of_the_registry() {
 
 #[test]
 fn a_command_line_that_makes_no_sense_is_refused() {
-    for arguments in
-        [&["papr"][..], &["list", "methds"], &["paper", "--threads", "0"], &["paper", "--out"], &["list"]]
-    {
+    for arguments in [
+        &["papr"][..],
+        &["list", "methds"],
+        &["paper", "--threads", "0"],
+        &["list", "systems", "--threads", "100000"],
+        &["paper", "--out"],
+        &["list"],
+    ] {
         afterbay(arguments).assert().code(2).stdout(predicate::str::is_empty());
     }
     afterbay(&["papr"]).assert().stderr(contains("'paper'"));

@@ -31,19 +31,19 @@ impl std::fmt::Display for Quantity {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InputError {
     /// A step size that is zero, negative or not finite.
-    #[error("the step h = {h} must be positive and finite")]
+    #[error("the step h = {h:?} must be positive and finite")]
     Step {
         /// The step asked for.
         h: f64,
     },
     /// An end of time that is zero, negative or not finite.
-    #[error("the end of time {end} must be positive and finite")]
+    #[error("the end of time {end:?} must be positive and finite")]
     End {
         /// The end asked for.
         end: f64,
     },
     /// The end is not reached by whole steps.
-    #[error("the end {end} is no multiple of the step h = {h}: take h = {nearest}")]
+    #[error("the end {end:?} is no multiple of the step h = {h:?}: take h = {nearest:?}")]
     NotAMultiple {
         /// The end asked for.
         end: f64,
@@ -53,15 +53,29 @@ pub enum InputError {
         nearest: f64,
     },
     /// A step that vanishes beside the time it is added to.
-    #[error("time stalls: t + h = t at t = {t} with h = {h}: take a larger step or an earlier end")]
+    #[error("time stalls: t + h = t at t = {t:?} with h = {h:?}: take a larger step or an earlier end")]
     TimeStalled {
         /// The time.
         t: f64,
         /// The step asked for.
         h: f64,
     },
+    /// A study that needs the exact solution beyond its end.
+    #[error("the exact solution leaves the numbers at t = {t:?}: end before")]
+    SolutionEnds {
+        /// The time it was followed to.
+        t: f64,
+    },
+    /// More steps than anyone can wait for.
+    #[error("{steps:e} steps are more than {limit:e}: take larger steps or an earlier end")]
+    Budget {
+        /// The steps asked for.
+        steps: f64,
+        /// The most there may be.
+        limit: f64,
+    },
     /// A vector of the wrong length.
-    #[error("{quantity} has {found} entries, the system has {expected} degrees of freedom")]
+    #[error("{quantity} has {found} entries and the number of degrees of freedom is {expected}")]
     Length {
         /// Which vector.
         quantity: Quantity,
@@ -71,7 +85,7 @@ pub enum InputError {
         found: usize,
     },
     /// A state that is not finite to begin with.
-    #[error("{quantity}{} = {value} is not finite", dof + 1)]
+    #[error("{quantity}{} = {value:?} is not finite", dof + 1)]
     NotFinite {
         /// Which vector.
         quantity: Quantity,
@@ -81,7 +95,7 @@ pub enum InputError {
         value: f64,
     },
     /// A parameter outside its range.
-    #[error("parameter {name} = {value} must be {range}")]
+    #[error("parameter {name} = {value:?} must be {range}")]
     Parameter {
         /// Its name.
         name: &'static str,
@@ -104,7 +118,7 @@ pub enum InputError {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepFailure {
     /// The step would give a number that is not finite.
-    #[error("{quantity}{} becomes {value}: take a smaller step, or a method that is stable here", dof + 1)]
+    #[error("{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here", dof + 1)]
     NonFinite {
         /// Which vector.
         quantity: Quantity,
@@ -174,7 +188,7 @@ impl StepFailure {
 
 /// A run that ended before its time. The state is that of the last good step.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("step {step} (from t = {t}): {failure}")]
+#[error("step {step} (from t = {t:?}): {failure}")]
 pub struct RunError {
     /// The step that failed, counted from 1.
     pub step: u64,

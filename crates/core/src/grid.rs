@@ -37,9 +37,14 @@ impl<T: Scalar> Grid<T> {
     /// `steps` steps of size `h`.
     ///
     /// # Errors
-    /// [`InputError::Step`] for anything but a positive finite step.
+    /// [`InputError::Step`] for anything but a positive finite step, [`InputError::End`] where they lead beyond the
+    /// numbers.
     pub fn of(h: f64, steps: u64) -> Result<Self, InputError> {
         check_step(h)?;
+        let end = h * steps as f64;
+        if !end.is_finite() {
+            return Err(InputError::End { end });
+        }
         Ok(Self { h: T::from_f64(h), steps })
     }
 }

@@ -1,6 +1,8 @@
 //! The time loop.
 
-use crate::{Effort, Grid, IntegrateError, Method, Observer, RunError, Scalar, State, System, Vector};
+use crate::{
+    Effort, Grid, InputError, IntegrateError, Mask, Method, Observer, RunError, Scalar, State, System, Vector,
+};
 use std::ops::ControlFlow;
 
 /// Steps between two looks for what has come to rest.
@@ -28,6 +30,10 @@ where
     let mut workspace = method.workspace(system)?;
     let mut effort = Effort::default();
     let start = state.t;
+    let end = V::Scalar::from_f64(grid.steps as f64).mul_add(grid.h, start);
+    if end + grid.h == end || !end.is_finite().all() {
+        return Err(InputError::TimeStalled { t: end.to_f64(), h: grid.h.to_f64() }.into());
+    }
     if observer.observe(0, state).is_break() {
         return Ok(effort);
     }

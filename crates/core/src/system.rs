@@ -33,7 +33,7 @@ pub struct Damping {
     pub zero: bool,
     /// Each D_j ∂H/∂p_j ≥ 0: the reservoir only fills, whatever the state.
     pub passive: bool,
-    /// D_j = γ_j(q) p_j, linear in its own momentum and free of the others.
+    /// D_j = γ_j(q) p_j, linear in its own momentum and free of the others: `by_p` of [`Separable::drag`] is γ_j.
     pub linear: bool,
 }
 
@@ -66,8 +66,8 @@ pub trait Separable<T: Scalar>: System<T> {
         edge::by_quadrature(q[j], to, |at| self.partial(q, j, at))
     }
 
-    /// D_j at (q, p) with its derivatives by q_j and p_j. Only the value has to be exact; the derivatives steer
-    /// Newton's iteration.
+    /// D_j at (q, p) with its derivatives by q_j and p_j. The derivatives steer Newton's iteration and need not be exact,
+    /// but for `by_p` where [`Damping::linear`] is claimed: it then stands for D itself.
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T>;
 }
 

@@ -1,6 +1,6 @@
 //! The exact flow as a Taylor series in time, computed by evaluating the system on [`Series`].
 
-use crate::{Correction, Quantity, Scalar, Separable, Series, State, StepFailure, System, Vector};
+use crate::{Correction, InputError, Scalar, Separable, Series, State, System, Vector};
 
 /// Fills in the Taylor coefficients in time of q, p and w from their constant terms.
 ///
@@ -47,11 +47,14 @@ impl<T: Scalar, const D: usize, const N: usize> Expansion<T, D, N> {
         // The last two terms stay below a rounding of the largest entry.
         let size = |k: usize| {
             let entries = series.q.iter().chain(&series.p).map(|x| x.0[k].abs().to_f64());
-            entries.fold(f64::MIN_POSITIVE, f64::max)
+            entries.fold(0.0, f64::max)
         };
-        let limit = |k: usize| (T::EPSILON * size(0) / size(k)).powf(1.0 / k as f64);
+        let limit = |k: usize| match size(k) {
+            0.0 => f64::INFINITY,
+            last => (T::EPSILON * (size(0) / last)).powf(1.0 / k as f64),
+        };
         let reach = limit(N - 1).min(limit(N - 2));
-        Self { series, reach: if reach.is_finite() { reach } else { 0.0 } }
+        Self { series, reach: if reach.is_nan() { 0.0 } else { reach } }
     }
 
     /// The state the time τ after the one expanded about.
@@ -65,13 +68,13 @@ impl<T: Scalar, const D: usize, const N: usize> Expansion<T, D, N> {
 /// The exact flow from `start` at the times `i h`, i = 0..=count: a reference for systems without a closed solution.
 ///
 /// # Errors
-/// [`StepFailure::NonFinite`] where the solution leaves the numbers (the expansion's reach shrinks to nothing).
+/// [`InputError::SolutionEnds`] where it leaves the numbers: the reach of the expansions shrinks to nothing.
 pub fn trajectory<S, T, const D: usize, const N: usize>(
     system: &S,
     start: &State<[T; D]>,
     h: T,
     count: usize,
-) -> Result<Vec<State<[T; D]>>, StepFailure>
+) -> Result<Vec<State<[T; D]>>, InputError>
 where
     T: Scalar,
     S: System<Series<T, N>> + ?Sized,
@@ -84,11 +87,11 @@ where
         let t = T::from_f64(i as f64) * h;
         while (t - origin).to_f64().abs() > expansion.reach {
             let stride = expansion.reach.copysign(h.to_f64());
-            let state = expansion.at(T::from_f64(stride));
-            let parts = [(Quantity::Coordinate, &state.q[..]), (Quantity::Momentum, &state.p[..])];
-            if state.check(D).is_err() || expansion.reach < 1e-12 * t.to_f64().abs() {
-                return Err(StepFailure::non_finite(&parts));
+            let mut state = expansion.at(T::from_f64(stride));
+            if state.check(D).is_err() || expansion.reach <= 1e-12 * t.to_f64().abs() {
+                return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
+            state.settle();
             origin += T::from_f64(stride);
             expansion = Expansion::about(system, &state);
         }

@@ -48,7 +48,11 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
         sheet.find(
             &format!("coefficient {name}"),
             verdict,
-            format!("{reason}. Relative to the flow the printed form is off by up to {theirs:.1e}, the closed form by {ours:.0e}."),
+            format!(
+                "{reason}. Beside the flow the printed form is off by {}, the closed form by {}.",
+                share(theirs),
+                share(ours)
+            ),
         );
     }
     let cells = |row: &Erratum| {
@@ -64,6 +68,11 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
         rows.iter().map(cells).collect(),
     );
     Ok(sheet)
+}
+
+/// A relative error in words.
+fn share(error: f64) -> String {
+    if error < 1e-15 { "no more than rounding".into() } else { format!("up to {error:.1e}") }
 }
 
 fn errata(b: f64, q: f64, p: f64) -> Result<Vec<Erratum>, InputError> {

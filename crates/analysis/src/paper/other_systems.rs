@@ -73,7 +73,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         } else {
             "active: it feeds and drains the reservoir by turns"
         };
-        sheet.find(name, if holds { Verdict::Holds } else { Verdict::Fails }, format!(
+        sheet.find(&format!("modDG on {name}"), if holds { Verdict::Holds } else { Verdict::Fails }, format!(
             "modDG has order 2 in q, p and w (medians {least:.3} to {most:.3}) and keeps K to {:.0e} where leap-frog drifts by {:.0e} and RK4 by {:.0e}. The system is {nature}.",
             drift("moddg"), drift("leapfrog"), drift("rk4"),
         ));

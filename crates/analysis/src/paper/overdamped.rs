@@ -1,6 +1,6 @@
 //! Perfect books, wrong decay: the overdamped oscillator at a step the explicit methods cannot take.
 
-use super::sheet::{Sheet, decimal, line, marked, over_time};
+use super::sheet::{Sheet, line, marked, over_time};
 use super::{PaperError, methods};
 use crate::Model;
 use crate::chart::Axis;
@@ -43,7 +43,8 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
         if filling { "rising at every step" } else { "falling at some steps" },
     ));
     let table = (1..=8).map(|step| {
-        let mut cells = vec![step.to_string(), decimal(exact(moddg, step))];
+        let mut cells =
+            vec![step.to_string(), exact(moddg, step).map_or(String::new(), |ratio| format!("{ratio:.4}"))];
         cells.extend(
             books.iter().map(|books| ratio(books, step).map_or(String::new(), |ratio| format!("{ratio:.4}"))),
         );

@@ -85,15 +85,12 @@ pub(super) fn summary(findings: &[Finding]) -> Section {
     let mut blocks = vec![Block::Text(
         "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures stand side by side \
          throughout and are never mixed: the error of (q, p), the error of w against the exact solution, and the drift \
-         of K; and where a system is passive, the number of steps that took energy back from the reservoir. The paper \
+         of K; and where a system is passive, the number of steps that took energy back from the reservoir. The sections below give the figures behind each \
+         line. The paper \
          gives no horizon for its figures: it is [0, 20] here unless another is named."
             .into(),
     )];
-    blocks.extend(
-        findings.iter().map(|finding| {
-            Block::Verdict(finding.verdict, format!("{}: {}", finding.topic, finding.statement))
-        }),
-    );
+    blocks.extend(findings.iter().map(|finding| Block::Verdict(finding.verdict, finding.topic.clone())));
     Section { heading: "What holds".into(), blocks }
 }
 

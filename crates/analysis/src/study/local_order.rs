@@ -150,7 +150,8 @@ impl LocalOrder {
     /// # Errors
     /// As for [`LocalOrder::run`].
     pub fn trace<T: Scalar>(&self, problem: &Problem, row: &Row, h: f64) -> Result<Trace, IntegrateError> {
-        self.trace_along(problem, &self.solution::<T>(problem)?, row, h)
+        let alone = Self { steps: vec![h], ..self.clone() };
+        alone.trace_along(problem, &alone.solution::<T>(problem)?, row, h)
     }
 
     fn solution<T: Scalar>(&self, problem: &Problem) -> Result<Vec<OneState<T>>, IntegrateError> {
@@ -158,8 +159,7 @@ impl LocalOrder {
         let beyond = self.steps.iter().map(|&h| self.multiple(h)).collect::<Result<Vec<_>, _>>()?;
         let count = grid.steps as usize + beyond.into_iter().max().unwrap_or(0);
         let subject = problem.model.subject::<T>()?;
-        let solution = subject.solution(&problem.start()?, grid.h, count);
-        Ok(solution.map_err(|failure| afterbay_core::RunError { step: 0, t: 0.0, failure })?)
+        Ok(subject.solution(&problem.start()?, grid.h, count)?)
     }
 
     fn trace_along<T: Scalar>(

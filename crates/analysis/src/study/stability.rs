@@ -52,6 +52,9 @@ impl Verdict {
 /// the energy where there is none.
 pub const TOLERANCE: f64 = 0.1;
 
+/// The most steps a run may have.
+const MOST_STEPS: f64 = 1e7;
+
 /// Energy beyond this multiple of the exact solution's largest is growing.
 pub const GROWTH: f64 = 1e3;
 
@@ -122,6 +125,16 @@ impl Map<'_> {
         Ok((0..methods.len()).flat_map(of_method).collect())
     }
 
+    /// How many steps of size h a run takes.
+    fn steps_of(&self, h: f64) -> Result<u64, InputError> {
+        Grid::<f64>::of(h, self.least_steps)?;
+        let steps = (self.problem.end / h).ceil();
+        if steps.is_nan() || steps > MOST_STEPS {
+            return Err(InputError::Budget { steps, limit: MOST_STEPS });
+        }
+        Ok((steps as u64).max(self.least_steps))
+    }
+
     /// The cells of every method at one value and step.
     fn column(
         &self,
@@ -131,7 +144,7 @@ impl Map<'_> {
         h: f64,
     ) -> Result<Vec<StabilityRow>, IntegrateError> {
         let subject = problem.model.subject::<f64>()?;
-        let count = ((problem.end / h).ceil() as u64).max(self.least_steps);
+        let count = self.steps_of(h)?;
         let exact = reference(problem, &*subject, h, count)?;
         let initial = problem.start()?.energy(&*subject);
         methods
@@ -184,11 +197,15 @@ impl Energies {
         (found - exact).abs() <= tolerance * (1.0 + (exact - initial).abs())
     }
 
-    fn of(energies: impl Iterator<Item = (u64, f64)>, count: u64) -> Self {
-        energies.fold(Self { sum: 0.0, largest: 0.0 }, |all, (step, energy)| Self {
-            sum: if 2 * step >= count { all.sum + energy } else { all.sum },
-            largest: all.largest.max(energy.abs()),
-        })
+    /// Nothing seen yet.
+    const NONE: Self = Self { sum: 0.0, largest: 0.0 };
+
+    /// Takes in the energy after `step` of `count` steps.
+    fn see(&mut self, step: u64, count: u64, energy: f64) {
+        self.largest = self.largest.max(energy.abs());
+        if 2 * step >= count {
+            self.sum += energy;
+        }
     }
 }
 
@@ -202,14 +219,14 @@ fn energies(
     parts: u64,
 ) -> Result<(Energies, u64, Result<Effort, IntegrateError>), IntegrateError> {
     let mut state = problem.start()?;
-    let mut seen = Vec::with_capacity(count as usize + 1);
+    let (mut seen, mut steps_done) = (Energies::NONE, 0);
     let grid = Grid::of(h / parts as f64, count * parts)?;
     let result = method.run(grid, &mut state, parts, &mut |step, state| {
-        seen.push((step / parts, state.energy(subject)));
+        steps_done = step / parts;
+        seen.see(steps_done, count, state.energy(subject));
         ControlFlow::Continue(())
     });
-    let steps_done = seen.len() as u64 - 1;
-    Ok((Energies::of(seen.into_iter(), count), steps_done, result))
+    Ok((seen, steps_done, result))
 }
 
 /// The energies of the exact solution at the same times: from the exact flow, else from RK4 with its step cut until
@@ -222,7 +239,9 @@ fn reference(
 ) -> Result<Option<Energies>, IntegrateError> {
     if subject.is_linear() {
         let Ok(states) = subject.solution(&problem.start()?, h, count as usize) else { return Ok(None) };
-        return Ok(Some(Energies::of((0..).zip(states.iter().map(|state| state.energy(subject))), count)));
+        let mut energies = Energies::NONE;
+        (0..).zip(&states).for_each(|(step, state)| energies.see(step, count, state.energy(subject)));
+        return Ok(Some(energies));
     }
     let Some(rk4) = registry::find("rk4") else { return Ok(None) };
     let method = subject.bind(rk4)?;

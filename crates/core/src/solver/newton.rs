@@ -54,12 +54,13 @@ fn iterate<T: Scalar>(
         let derivative = one + f.slope;
         rising = rising.and(T::zero().lt(derivative));
         // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses, and nothing waits for a
-        // division. An inverse that misses much is made anew.
+        // division. An inverse that misses much, or whose square vanishes, is made anew.
         let before = rest;
         let missing = (-derivative).mul_add(inverse, one);
         rest = missing * missing;
+        let tiny = inverse.abs().lt(T::from_f64(1e-100));
         inverse = (-f.slope).mul_add(inverse * inverse, inverse * (one + one - inverse));
-        if T::from_f64(0.0625).lt(missing.abs()).any() {
+        if tiny.or(T::from_f64(0.0625).lt(missing.abs())).any() {
             cold_path();
             rest = T::zero();
             inverse = derivative.recip();
