@@ -8,6 +8,7 @@
 //! failure are, holds the only time loop ([`integrate`]), the divided differences without cancellation
 //! ([`Separable::edge`]) and the solvers of scalar equations ([`solver`]). It knows no method and no system by name.
 
+mod curvature;
 pub mod edge;
 mod exact;
 mod failure;
@@ -23,6 +24,7 @@ mod system;
 pub mod taylor;
 mod vector;
 
+pub use curvature::{Block, Coupling, Curvature};
 pub use exact::ExactFlow;
 pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
 pub use grid::Grid;

@@ -3,12 +3,19 @@
 //! Each file opens with the discrete equations, their source, the order, what is kept and when the method fails.
 //! [`registry`] lists them all by name.
 
+mod coordinate;
+mod gonzalez;
+mod increment;
 mod leapfrog;
+mod linear;
 pub mod moddg;
 pub mod registry;
 mod rk4;
 
+pub use gonzalez::Gonzalez;
+pub use increment::{Composition, Increment};
 pub use leapfrog::Leapfrog;
+pub use linear::LinearSolver;
 pub use moddg::ModDg;
 pub use rk4::Rk4;
 

@@ -2,11 +2,11 @@
 
 use crate::moddg::ClosedForm;
 use crate::moddg::steps::{Degree, Equation, Placement, Plain, Printed, Raised};
-use crate::{Leapfrog, ModDg, Rk4};
+use crate::{Composition, Increment, Leapfrog, ModDg, Rk4};
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
-    Effort, Every, Grid, InputError, IntegrateError, Linear, Method, Misprinted, OrderRaising, State,
-    StepFailure, System, Vector, integrate,
+    Effort, Every, Grid, InputError, IntegrateError, Linear, Method, Misprinted, OrderRaising, Separable,
+    State, StepFailure, System, Vector, integrate,
 };
 use std::ops::ControlFlow;
 
@@ -80,6 +80,8 @@ enum Kind {
     ModDgFixedPoint,
     Raised(Raised),
     Printed(Printed),
+    /// A composition of sweeps.
+    Increment(fn() -> Composition),
 }
 
 /// Every method there is.
@@ -136,7 +138,42 @@ pub const METHODS: &[Row] = &[
     printed("moddg-p3-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Third),
     printed("moddg-p4-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Fourth),
     printed("moddg-p4-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Fourth),
+    increment("increment-1", 1, true, "coordinate increments: one sweep", Composition::sweep),
+    increment("increment-2", 2, true, "coordinate increments: a sweep and its adjoint", Composition::pair),
+    increment(
+        "increment-4",
+        4,
+        false,
+        "coordinate increments, 5 pairs of sweeps (Suzuki)",
+        Composition::suzuki4,
+    ),
+    increment(
+        "increment-6",
+        6,
+        false,
+        "coordinate increments, 7 pairs of sweeps (Yoshida)",
+        Composition::yoshida6,
+    ),
+    increment(
+        "increment-8",
+        8,
+        false,
+        "coordinate increments, 17 pairs of sweeps (Kahan, Li)",
+        Composition::kahan_li8,
+    ),
 ];
+
+/// For one degree of freedom the single sweep is its own adjoint, and its order is 2.
+const fn increment(
+    name: &'static str,
+    order: u32,
+    passive: bool,
+    about: &'static str,
+    composition: fn() -> Composition,
+) -> Row {
+    let kind = Kind::Increment(composition);
+    Row { name, about, local_order: [order; 3], keeps_k: true, passive, needs: Needs::Separable, kind }
+}
 
 const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
     let about = match (placement, degree) {
@@ -233,6 +270,27 @@ where
     Ok(Box::new(Bound { method, system, workspace }))
 }
 
+/// Binds a method to a separable system with any number of degrees of freedom.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn separable<'a, V, S>(row: &Row, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+where
+    V: Vector + 'a,
+    S: Separable<V::Scalar> + 'a,
+{
+    match row.kind {
+        Kind::Leapfrog => bind(Leapfrog, system),
+        Kind::Rk4 => bind(Rk4, system),
+        Kind::Increment(composition) => bind(Increment::new(composition()), system),
+        Kind::ModDg => bind(ModDg::newton(), system),
+        Kind::ModDgFixedPoint => bind(ModDg { steps: Plain, solver: FixedPoint }, system),
+        Kind::Raised(_) | Kind::Printed(_) => {
+            Err(InputError::Unsupported { method: row.name, why: "the system does not know its δ" })
+        }
+    }
+}
+
 /// Binds a method to a separable system with one degree of freedom.
 ///
 /// # Errors
@@ -243,15 +301,12 @@ where
     S: OrderRaising<V::Scalar> + 'a,
 {
     match row.kind {
-        Kind::Leapfrog => bind(Leapfrog, system),
-        Kind::Rk4 => bind(Rk4, system),
-        Kind::ModDg => bind(ModDg::newton(), system),
-        Kind::ModDgFixedPoint => bind(ModDg { steps: Plain, solver: FixedPoint }, system),
         Kind::Raised(steps) => bind(ModDg { steps, solver: Newton }, system),
         Kind::Printed(_) => Err(InputError::Unsupported {
             method: row.name,
             why: "the paper prints δ for the damped oscillator only",
         }),
+        _ => separable(row, system),
     }
 }
 
@@ -269,6 +324,6 @@ where
         Kind::ModDg => bind(ModDg::linear(), system),
         Kind::Raised(steps) => bind(ModDg { steps, solver: ClosedForm }, system),
         Kind::Printed(steps) => bind(ModDg { steps, solver: ClosedForm }, system),
-        Kind::Leapfrog | Kind::Rk4 | Kind::ModDgFixedPoint => nonlinear(row, system),
+        _ => separable(row, system),
     }
 }

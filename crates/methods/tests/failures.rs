@@ -316,7 +316,7 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
         assert_eq!(error, IntegrateError::Input(expected.clone()));
         assert_eq!(wrong.check(1), Err(expected));
         assert_eq!(state, wrong);
-        assert_says(&error, &[&quantity.to_string(), &format!("{found} entries"), "1 degrees of freedom"]);
+        assert_says(&error, &[&quantity.to_string(), &format!("{found} entries"), "degrees of freedom is 1"]);
     }
     for (wrong, quantity) in [
         (vec(&[f64::INFINITY], &[1.0], &[0.0]), Quantity::Coordinate),
@@ -338,7 +338,10 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
         }
     }
     assert_says(&State::new([1.0], [f64::NAN]).unwrap_err(), &["p1 = NaN"]);
-    assert_says(&State::new(vec![1.0, 2.0], vec![1.0]).unwrap_err(), &["p has 1 entries", "2 degrees"]);
+    assert_says(
+        &State::new(vec![1.0, 2.0], vec![1.0]).unwrap_err(),
+        &["p has 1 entries", "degrees of freedom is 2"],
+    );
 }
 
 #[test]
@@ -353,4 +356,37 @@ fn the_scheme_for_one_degree_of_freedom_refuses_two() {
     );
     assert_says(&error, &["moddg", "one degree of freedom"]);
     assert_eq!(state, start);
+}
+
+#[test]
+fn time_that_stands_still_is_refused() {
+    let system = oscillator(1.0, 0.1);
+    for (t, h, steps) in [(1e20, 0.1, 10), (f64::NAN, 0.1, 10), (1e16, 0.5, 1)] {
+        let mut late = State { t, ..state(1.0, 0.5) };
+        let error = integrate(&ModDg::linear(), &system, Grid::of(h, steps).unwrap(), &mut late, &mut ())
+            .unwrap_err();
+        assert!(matches!(error, IntegrateError::Input(InputError::TimeStalled { .. })), "{t}: {error}");
+        assert_eq!((late.q, late.p), ([1.0], [0.5]));
+    }
+    assert!(matches!(Grid::<f64>::of(1e307, 100), Err(InputError::End { .. })));
+}
+
+#[test]
+fn steps_beyond_the_numbers_fail_by_name() {
+    for h in [1e155, 1e160, 1e200, 1e300] {
+        let found = failure(&*closed("moddg", oscillator(1.0, 0.1)), h, &state(1.3, 0.7));
+        assert!(matches!(found, StepFailure::NonFinite { .. }), "{h}: {found}");
+    }
+}
+
+#[test]
+fn huge_steps_keep_k_or_fail_by_name() {
+    let system = oscillator(1.0, 0.1);
+    for exponent in 1..150 {
+        let mut after = state(1.3, 0.7);
+        if bound("moddg", system).step(10.0_f64.powi(exponent), &mut after).is_ok() {
+            let drift = (after.total(&system) - state(1.3, 0.7).total(&system)).abs();
+            assert!(drift < 1e-14, "h = 1e{exponent}: {drift:e} at {after:?}");
+        }
+    }
 }

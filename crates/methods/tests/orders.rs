@@ -79,9 +79,14 @@ fn assert_orders(row: &Row, found: [f64; 3]) {
     }
 }
 
+/// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more (increment.rs).
+fn rows() -> impl Iterator<Item = &'static Row> {
+    METHODS.iter().filter(|row| !row.name.starts_with("increment"))
+}
+
 /// Checks the local orders of every method that binds, at each point in 31 digits, and says how many did.
 fn check_fine<S: System<Series<Quad, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<Quad>) -> usize {
-    let bound = METHODS.iter().filter_map(|row| Some((row, bind(row).ok()?)));
+    let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
     bound
         .map(|(row, run)| {
             for point in POINTS {
@@ -94,7 +99,7 @@ fn check_fine<S: System<Series<Quad, 24>>>(system: &S, bind: impl Fn(&Row) -> Bo
 /// The same in f64 for the root mean square over all points: with steps this large a point where the leading term is
 /// small shows the next one.
 fn check<S: System<Series<f64, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<f64>) -> usize {
-    let bound = METHODS.iter().filter_map(|row| Some((row, bind(row).ok()?)));
+    let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
     bound
         .map(|(row, run)| {
             let mut squares = [[0.0; 3]; STEPS.len()];
@@ -110,7 +115,7 @@ fn check<S: System<Series<f64, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<f6
 }
 
 fn nonlinear_rows() -> usize {
-    METHODS.iter().filter(|row| row.needs != Needs::Printed).count()
+    rows().filter(|row| row.needs != Needs::Printed).count()
 }
 
 #[test]
@@ -140,13 +145,13 @@ fn local_orders_on_modified_van_der_pol_in_31_digits() {
 #[test]
 fn local_orders_on_the_damped_oscillator() {
     let count = check(&oscillator(), |row| linear(row, oscillator()));
-    assert_eq!(count, METHODS.len());
+    assert_eq!(count, rows().count());
 }
 
 #[test]
 fn local_orders_on_the_damped_oscillator_in_31_digits() {
     let count = check_fine(&oscillator(), |row| linear(row, oscillator()));
-    assert_eq!(count, METHODS.len());
+    assert_eq!(count, rows().count());
 }
 
 /// The slopes of the largest errors of q, p and w over [0, 2].

@@ -14,8 +14,8 @@
 mod flow;
 mod order_raising;
 
-use crate::{finite, not_negative};
-use afterbay_core::{Damping, Drag, InputError, Line, Linear, Mask, Scalar, Separable, System};
+use crate::{finite, not_negative, positive};
+use afterbay_core::{Damping, Drag, InputError, Line, Linear, Scalar, Separable, System};
 
 /// V = k q²/2 with D = b p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +30,7 @@ impl<T: Scalar> DampedOscillator<T> {
     /// # Errors
     /// [`InputError::Parameter`] if one is not finite or k is not positive.
     pub fn new(k: T, b: T) -> Result<Self, InputError> {
-        if T::zero().lt(k).and(k.is_finite()).all() {
-            Ok(Self { k, b: finite("b", b)? })
-        } else {
-            Err(InputError::Parameter { name: "k", value: k.to_f64(), range: "positive and finite" })
-        }
+        Ok(Self { k: positive("k", k)?, b: finite("b", b)? })
     }
 
     /// The same system in another scalar.

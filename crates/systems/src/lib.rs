@@ -3,19 +3,27 @@
 //! Parameters are scalars like the state, so a system lives in any [`Scalar`]: `map` lifts the parameters of one
 //! system into another scalar, `f64` into [`afterbay_core::Quad`] for a reference, into
 //! [`afterbay_core::Series`] for Taylor coefficients, into dual numbers for derivatives. What a system knows of
-//! itself is what it implements: every one here is [`afterbay_core::Separable`] with its edge in closed form and
-//! [`afterbay_core::OrderRaising`]; the [`DampedOscillator`] is also linear, exactly solvable and misprinted.
+//! itself is what it implements. With one degree of freedom every one here is [`afterbay_core::Separable`], its edge
+//! in closed form, and [`afterbay_core::OrderRaising`]; the [`DampedOscillator`] is also linear, exactly solvable and
+//! misprinted. With more, every one has its [`afterbay_core::Curvature`]; all but the [`DampedDoublePendulum`] are
+//! separable, their edges in closed form.
 
+mod damped_double_pendulum;
 mod damped_oscillator;
 mod duffing;
+mod fput_chain;
 mod modified_van_der_pol;
 mod order_raising;
 mod van_der_pol;
+mod van_der_pol_ring;
 
+pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;
+pub use fput_chain::FputChain;
 pub use modified_van_der_pol::ModifiedVanDerPol;
 pub use van_der_pol::VanDerPol;
+pub use van_der_pol_ring::VanDerPolRing;
 
 use afterbay_core::{InputError, Mask, Scalar};
 
@@ -28,8 +36,36 @@ fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
     }
 }
 
+/// `value`, if every number it holds is finite and above 0.
+fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
+    if T::zero().lt(value).and(value.is_finite()).all() {
+        Ok(value)
+    } else {
+        Err(InputError::Parameter { name, value: value.to_f64(), range: "positive and finite" })
+    }
+}
+
+/// The number of degrees of freedom, if there is one.
+fn at_least_one(n: usize) -> Result<usize, InputError> {
+    if n > 0 { Ok(n) } else { Err(InputError::Parameter { name: "n", value: 0.0, range: "at least 1" }) }
+}
+
 /// Is every number `value` holds at least 0?
 #[inline(always)]
 fn not_negative<T: Scalar>(value: T) -> bool {
     T::zero().le(value).all()
+}
+
+/// The sum of `term` over every K neighbours in `x`. Eight partial sums side by side: eight times fewer roundings, and
+/// lanes.
+#[inline]
+fn sum<T: Scalar, const K: usize>(x: &[T], term: impl Fn(&[T; K]) -> T) -> T {
+    let (mut sums, mut rest) = ([T::zero(); 8], x);
+    while let Some(block) = rest.get(..7 + K) {
+        sums.iter_mut().zip(block.array_windows()).for_each(|(sum, window)| *sum += term(window));
+        rest = &rest[8..];
+    }
+    let last = rest.array_windows().fold(T::zero(), |sum, window| sum + term(window));
+    // Short ones, of a length the compiler knows, add no zeros.
+    if x.len() < 7 + K { last } else { sums.into_iter().fold(last, |sum, part| sum + part) }
 }

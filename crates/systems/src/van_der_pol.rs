@@ -37,7 +37,7 @@ impl<T: Scalar> VanDerPol<T> {
 
     /// D/p = μ (q² - 1)
     #[inline(always)]
-    fn friction(&self, q: T) -> T {
+    pub(crate) fn friction(&self, q: T) -> T {
         self.mu * q.mul_add(q, -T::one())
     }
 }

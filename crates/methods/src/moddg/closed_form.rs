@@ -1,7 +1,7 @@
 //! The scheme's solution for linear systems.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
-use afterbay_core::{Effort, InputError, Linear, Mask, Method, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Effort, InputError, Linear, Mask, Method, Quantity, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
 /// For V = k q²/2, D = b p the equation is linear in v:
@@ -48,9 +48,16 @@ where
         let reach = delta_q * inverse;
         let mut q1 = reach.mul_add(p0, (-reach * (delta_p * k).half()).mul_add(q0, q0));
         let mut p1 = (-pull * k).mul_add(q0, (-pull * friction).mul_add(p0, p0));
-        if sigma.lt(one.half()).any() {
-            // Beside a singular step the coefficients lose digits. All from one v, the equations keep K all the same.
+        if !one.half().le(sigma).and(sigma.is_finite()).all() {
             cold_path();
+            if !sigma.is_finite().all() {
+                return Err(StepFailure::NonFinite {
+                    quantity: Quantity::Force,
+                    dof: 0,
+                    value: sigma.to_f64(),
+                });
+            }
+            // Beside a singular step the coefficients lose digits. All from one v, the equations keep K all the same.
             (q1, p1) = (delta_q.mul_add(v, q0), (one + one).mul_add(v, -p0));
         }
         let w1 = (!system.damping().zero).then(|| (delta_w * b * v).mul_add(v, w0));

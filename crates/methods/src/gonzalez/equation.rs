@@ -1,0 +1,228 @@
+//! The equation of the step, Δz = h (∇̄H_p, -∇̄H_q - D̄): what it misses at Δz, and the correction of Δz.
+
+use super::jacobian::Jacobian;
+use crate::linear::LinearSolver;
+use afterbay_core::{Curvature, InputError, Mask, Scalar, State, Vector};
+
+/// The new state while it is being made.
+#[derive(Clone, Debug)]
+pub struct Workspace<V> {
+    jacobian: Jacobian,
+    dissipative: bool,
+    /// Δz
+    pub(super) dq: V,
+    pub(super) dp: V,
+    /// z̄ = z0 + Δz/2, and the system there
+    pub(super) q_mean: V,
+    pub(super) p_mean: V,
+    pub(super) hq: V,
+    pub(super) hp: V,
+    pub(super) d: V,
+    /// z1 = z0 + Δz and w1
+    pub(super) q: V,
+    pub(super) p: V,
+    pub(super) w: V,
+    /// ∇H at z1
+    ends: [V; 2],
+    /// A Δz to come back to
+    pub(super) kept: [V; 2],
+    /// The residual of each equation, then the correction to it
+    pub(super) missing: [Vec<f64>; 2],
+    /// ∂λ/∂Δz and h (-Δp, Δq): the part of the Jacobian that is of rank one, the latter divided by the rest of the Jacobian
+    slope: [Vec<f64>; 2],
+    turned: [Vec<f64>; 2],
+    /// h/2 times the largest second derivative where the iteration began: what rounding of q makes of p, and of p of q
+    pub(super) gain: f64,
+    /// 1 + slope · turned, where there is such a part
+    coupled: Option<f64>,
+}
+
+/// λ, its numerator's rounding over ε|Δz|² and 1/|Δz|²; all 0 where λ is 0 beforehand.
+pub(super) struct Correction<T> {
+    pub(super) lambda: T,
+    pub(super) rough: f64,
+    pub(super) inverse: f64,
+}
+
+impl<T: Scalar> Correction<T> {
+    /// λ = 0
+    pub(super) fn drop(&mut self) {
+        *self = Self { lambda: T::zero(), rough: 0.0, inverse: 0.0 };
+    }
+}
+
+impl<V: Vector> Workspace<V> {
+    pub(super) fn new<S>(system: &S, solver: Option<LinearSolver>) -> Result<Self, InputError>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let n = system.dof();
+        let zeros = || V::zeros(n);
+        let reals = || [vec![0.0; n], vec![0.0; n]];
+        Ok(Self {
+            jacobian: Jacobian::new(system, solver)?,
+            dissipative: !system.damping().zero,
+            dq: zeros(),
+            dp: zeros(),
+            q_mean: zeros(),
+            p_mean: zeros(),
+            hq: zeros(),
+            hp: zeros(),
+            d: zeros(),
+            q: zeros(),
+            p: zeros(),
+            w: zeros(),
+            ends: [zeros(), zeros()],
+            kept: [zeros(), zeros()],
+            missing: reals(),
+            slope: reals(),
+            turned: reals(),
+            gain: 0.0,
+            coupled: None,
+        })
+    }
+
+    /// Δz = 0
+    pub(super) fn rest(&mut self) {
+        self.dq.as_mut_slice().fill(V::Scalar::zero());
+        self.dp.as_mut_slice().fill(V::Scalar::zero());
+    }
+
+    /// z̄ and z1 of Δz.
+    pub(super) fn place(&mut self, state: &State<V>) {
+        let n = state.dof();
+        let sides = [
+            (&state.q, &self.dq, &mut self.q_mean, &mut self.q),
+            (&state.p, &self.dp, &mut self.p_mean, &mut self.p),
+        ];
+        for (start, increment, mean, end) in sides {
+            let (start, increment) = (&start.as_slice()[..n], &increment.as_slice()[..n]);
+            let (mean, end) = (&mut mean.as_mut_slice()[..n], &mut end.as_mut_slice()[..n]);
+            for j in 0..n {
+                mean[j] = start[j] + increment[j].half();
+                end[j] = start[j] + increment[j];
+            }
+        }
+    }
+
+    /// ∇H and D at z̄.
+    pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
+        let (q, p) = (self.q_mean.as_slice(), self.p_mean.as_slice());
+        system.gradient(q, p, self.hq.as_mut_slice(), self.hp.as_mut_slice());
+        if self.dissipative {
+            system.dissipation(q, p, self.d.as_mut_slice());
+        }
+    }
+
+    /// λ of Δz, where H was `start` at z0.
+    pub(super) fn correction<S>(&self, system: &S, start: V::Scalar) -> Correction<V::Scalar>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let (dq, dp) = (self.dq.as_slice(), self.dp.as_slice());
+        let square = dot(dq, dq) + dot(dp, dp);
+        // Where squares are lost to underflow there is nothing to divide by.
+        if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
+            return Correction { lambda: V::Scalar::zero(), rough: 0.0, inverse: 0.0 };
+        }
+        let end = system.energy(self.q.as_slice(), self.p.as_slice());
+        let along = dot(self.hq.as_slice(), dq) + dot(self.hp.as_slice(), dp);
+        let inverse = 1.0 / square.to_f64();
+        let rough = (start.abs() + end.abs()).to_f64() * inverse;
+        Correction { lambda: (end - start - along) / square, rough, inverse }
+    }
+
+    /// The Jacobian at z̄, factorised (`first`: where the iteration begins); the degree of freedom of a vanishing pivot is the failure.
+    pub(super) fn renew<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        correction: &Correction<V::Scalar>,
+        first: bool,
+    ) -> Result<(), usize>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let (h, lambda) = (h.to_f64(), correction.lambda.to_f64());
+        self.coupled = None;
+        self.jacobian.factorise(system, [h, lambda], self.q_mean.as_slice(), self.p_mean.as_slice())?;
+        // Not later, where an iterate may be far out.
+        if first {
+            self.gain = self.jacobian.gain();
+        }
+        if correction.inverse == 0.0 {
+            return Ok(());
+        }
+        // ∂λ/∂Δz = [∇H(z1) - ∇H(z̄) - ½ ∇∇H(z̄) Δz - 2 λ Δz] / |Δz|²
+        let [hq, hp] = &mut self.ends;
+        system.gradient(self.q.as_slice(), self.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+        let [dq, dp] = &mut self.turned;
+        for (to, from) in [(&mut *dq, &self.dq), (&mut *dp, &self.dp)] {
+            for (to, from) in to.iter_mut().zip(from.as_slice()) {
+                *to = from.to_f64();
+            }
+        }
+        let [slope_q, slope_p] = &mut self.slope;
+        slope_q.fill(0.0);
+        slope_p.fill(0.0);
+        self.jacobian.add_half_hessian([dq, dp], [slope_q, slope_p]);
+        let sides = [(&mut *slope_q, &self.hq, &*hq, &self.dq), (&mut *slope_p, &self.hp, &*hp, &self.dp)];
+        for (slope, mean, end, increment) in sides {
+            let given = mean.as_slice().iter().zip(end.as_slice()).zip(increment.as_slice());
+            for (slope, ((&mean, &end), &increment)) in slope.iter_mut().zip(given) {
+                let twice = 2.0 * lambda * increment.to_f64();
+                *slope = ((end - mean).to_f64() - *slope - twice) * correction.inverse;
+            }
+        }
+        std::mem::swap(dq, dp);
+        dq.iter_mut().for_each(|x| *x *= -h);
+        dp.iter_mut().for_each(|x| *x *= h);
+        self.jacobian.solve(dq, dp);
+        self.coupled = Some(1.0 + dot(slope_q, dq) + dot(slope_p, dp));
+        Ok(())
+    }
+
+    /// What the equation misses at Δz.
+    pub(super) fn residual(&mut self, h: V::Scalar, &Correction { lambda, .. }: &Correction<V::Scalar>) {
+        let [a, b] = &mut self.missing;
+        let n = a.len();
+        let (dq, dp) = (&self.dq.as_slice()[..n], &self.dp.as_slice()[..n]);
+        let (hq, hp) = (&self.hq.as_slice()[..n], &self.hp.as_slice()[..n]);
+        // D stays 0 where there is none.
+        let d = &self.d.as_slice()[..n];
+        for j in 0..n {
+            a[j] = h.mul_add(lambda.mul_add(dp[j], hp[j]), -dq[j]).to_f64();
+            b[j] = (-h).mul_add(lambda.mul_add(dq[j], hq[j]) + d[j], -dp[j]).to_f64();
+        }
+    }
+
+    /// The correction for it, by the formula of Sherman and Morrison.
+    pub(super) fn correct(&mut self) {
+        let [a, b] = &mut self.missing;
+        self.jacobian.solve(a, b);
+        if let Some(coupled) = self.coupled {
+            let share = (dot(&self.slope[0], a) + dot(&self.slope[1], b)) / coupled;
+            for (x, turned) in [(a, &self.turned[0]), (b, &self.turned[1])] {
+                for (x, turned) in x.iter_mut().zip(turned) {
+                    *x = (-share).mul_add(*turned, *x);
+                }
+            }
+        }
+    }
+}
+
+/// a · b, in eight sums: fast, and the more accurate for it.
+pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [T::zero(); 8];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] = a[k].mul_add(b[k], sums[k]);
+        }
+    }
+    for (sum, (&a, &b)) in sums.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        *sum = a.mul_add(b, *sum);
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}

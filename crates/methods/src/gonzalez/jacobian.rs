@@ -1,0 +1,222 @@
+//! The Jacobian of the step's equation and the solution of its linear equations, in `f64`.
+//!
+//! With c = h/2 and the second derivatives at z̄, the correction (δq, δp) to a residual (a, b) is
+//!
+//! ```text
+//! δq - c Hpq δq - (c Hpp + hλ) δp = a        δp + (c (Hqq + Dq) + hλ) δq + c (Hqp + Dp) δp = b
+//! ```
+//!
+//! What λ itself changes is left out here. Where H has no mixed derivatives and Hpp is diagonal, δq = a + C δp with
+//! C = c Hpp + hλ is eliminated, and N unknowns are left. Nothing is divided by:
+//!
+//! ```text
+//! [1 + c Dp + (c (Hqq + Dq) + hλ) C] δp = b - (c (Hqq + Dq) + hλ) a
+//! ```
+
+use crate::linear::{LinearSolver, Matrix, SMALL, Solver};
+use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
+
+/// A derivative the system gives, and the places in the matrix its value goes to.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    block: Block,
+    i: usize,
+    j: usize,
+    slots: [usize; 2],
+}
+
+/// The matrix, its factors, and what they were made from.
+#[derive(Clone, Debug)]
+pub(super) struct Jacobian {
+    entries: Vec<Entry>,
+    values: Vec<f64>,
+    /// C, where δq is eliminated.
+    eliminated: Option<Vec<f64>>,
+    /// The places of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; the same four times where δq is eliminated.
+    diagonal: Vec<[usize; 4]>,
+    matrix: Matrix,
+    unknowns: Vec<f64>,
+    half_h: f64,
+    h_lambda: f64,
+}
+
+impl Jacobian {
+    pub(super) fn new<T, S>(system: &S, wanted: Option<LinearSolver>) -> Result<Self, InputError>
+    where
+        T: Scalar,
+        S: Curvature<T> + ?Sized,
+    {
+        let n = system.dof();
+        let origin = vec![T::zero(); n];
+        let mut entries = Vec::new();
+        system.curvature(&origin, &origin, |block, i, j, _| {
+            entries.push(Entry { block, i, j, slots: [0; 2] });
+        });
+        let unsupported = |why| InputError::Unsupported { method: "gonzalez", why };
+        if entries.iter().any(|entry| entry.i >= n || entry.j >= n) {
+            return Err(unsupported("a second derivative belongs to no degree of freedom"));
+        }
+        let eliminate = entries.iter().all(|entry| match entry.block {
+            Block::Hqp => false,
+            Block::Hpp => entry.i == entry.j,
+            Block::Hqq | Block::Dq | Block::Dp => true,
+        });
+        let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
+        let size = if eliminate { n } else { 2 * n };
+        let solver = wanted.unwrap_or(match system.coupling() {
+            _ if chain => LinearSolver::Chain,
+            _ if size <= SMALL => LinearSolver::Small,
+            Coupling::Dense => LinearSolver::Dense,
+            Coupling::Chain | Coupling::Ring => LinearSolver::Sparse,
+        });
+        if solver == LinearSolver::Chain && !chain {
+            return Err(unsupported("Thomas' algorithm is for chains with separable H"));
+        }
+
+        let places = |entry: &Entry| match eliminate {
+            true => [(entry.i, entry.j); 2],
+            false => places(entry),
+        };
+        let own = |i: usize| match eliminate {
+            true => [(i, i); 4],
+            false => [(2 * i, 2 * i), (2 * i + 1, 2 * i + 1), (2 * i, 2 * i + 1), (2 * i + 1, 2 * i)],
+        };
+        let pattern = entries.iter().flat_map(places).chain((0..n).flat_map(own)).collect();
+        let matrix = Matrix::new(solver, size, pattern)?;
+        let slot = |(row, column)| matrix.slot(row, column).unwrap_or(0);
+        for entry in &mut entries {
+            entry.slots = places(entry).map(slot);
+        }
+        let diagonal = (0..n).map(|i| own(i).map(slot)).collect();
+        Ok(Self {
+            values: vec![0.0; entries.len()],
+            entries,
+            eliminated: eliminate.then(|| vec![0.0; n]),
+            diagonal,
+            matrix,
+            unknowns: vec![0.0; size],
+            half_h: 0.0,
+            h_lambda: 0.0,
+        })
+    }
+
+    /// Evaluates the derivatives at (q, p) and factorises. The degree of freedom of a vanishing pivot is the failure.
+    pub(super) fn factorise<T, S>(
+        &mut self,
+        system: &S,
+        [h, lambda]: [f64; 2],
+        q: &[T],
+        p: &[T],
+    ) -> Result<(), usize>
+    where
+        T: Scalar,
+        S: Curvature<T> + ?Sized,
+    {
+        let Self { entries, values, matrix, .. } = self;
+        (self.half_h, self.h_lambda) = (0.5 * h, h * lambda);
+        let (half_h, h_lambda) = (self.half_h, self.h_lambda);
+        let mut next = values.iter_mut();
+        system.curvature(q, p, |_, _, _, value| {
+            if let Some(place) = next.next() {
+                *place = value.to_f64();
+            }
+        });
+        let given = entries.iter().zip(values.iter());
+        let to = matrix.values();
+        to.fill(0.0);
+        if let Some(c) = &mut self.eliminated {
+            c.fill(h_lambda);
+            for (entry, value) in given.clone().filter(|(entry, _)| entry.block == Block::Hpp) {
+                c[entry.i] = half_h.mul_add(*value, c[entry.i]);
+            }
+            for (entry, value) in given {
+                match entry.block {
+                    Block::Hqq | Block::Dq => to[entry.slots[0]] += half_h * value * c[entry.j],
+                    Block::Dp => to[entry.slots[0]] += half_h * value,
+                    Block::Hqp | Block::Hpp => {}
+                }
+            }
+            for (own, c) in self.diagonal.iter().zip(c) {
+                to[own[0]] += h_lambda.mul_add(*c, 1.0);
+            }
+            return self.matrix.factorise();
+        }
+        for (Entry { block, slots: [first, second], .. }, value) in given {
+            let value = half_h * value;
+            match block {
+                Block::Hqq | Block::Dq | Block::Dp => to[*first] += value,
+                Block::Hpp => to[*first] -= value,
+                Block::Hqp => {
+                    to[*first] -= value;
+                    to[*second] += value;
+                }
+            }
+        }
+        for own in &self.diagonal {
+            for (slot, value) in own.iter().zip([1.0, 1.0, -h_lambda, h_lambda]) {
+                to[*slot] += value;
+            }
+        }
+        self.matrix.factorise().map_err(|row| row / 2)
+    }
+
+    /// Replaces the residual (a, b) by the correction (δq, δp).
+    pub(super) fn solve(&mut self, a: &mut [f64], b: &mut [f64]) {
+        let x = &mut self.unknowns;
+        let Some(c) = &self.eliminated else {
+            for ((x, a), b) in x.as_chunks_mut::<2>().0.iter_mut().zip(&*a).zip(&*b) {
+                *x = [*a, *b];
+            }
+            self.matrix.solve(x);
+            for ((x, a), b) in x.as_chunks::<2>().0.iter().zip(a).zip(b) {
+                [*a, *b] = *x;
+            }
+            return;
+        };
+        for ((x, a), b) in x.iter_mut().zip(&*a).zip(&*b) {
+            *x = (-self.h_lambda).mul_add(*a, *b);
+        }
+        for (entry, value) in self.entries.iter().zip(&self.values) {
+            if matches!(entry.block, Block::Hqq | Block::Dq) {
+                x[entry.i] = (-self.half_h * value).mul_add(a[entry.j], x[entry.i]);
+            }
+        }
+        self.matrix.solve(x);
+        for (((x, c), a), b) in x.iter().zip(c).zip(a).zip(b) {
+            *a = c.mul_add(*x, *a);
+            *b = *x;
+        }
+    }
+
+    /// Adds ½ ∇∇H (x, y) to (u, v).
+    pub(super) fn add_half_hessian(&self, [x, y]: [&[f64]; 2], [u, v]: [&mut [f64]; 2]) {
+        for (&Entry { block, i, j, .. }, value) in self.entries.iter().zip(&self.values) {
+            let half = 0.5 * value;
+            match block {
+                Block::Hqq => u[i] = half.mul_add(x[j], u[i]),
+                Block::Hpp => v[i] = half.mul_add(y[j], v[i]),
+                Block::Hqp => {
+                    u[i] = half.mul_add(y[j], u[i]);
+                    v[j] = half.mul_add(x[i], v[j]);
+                }
+                Block::Dq | Block::Dp => {}
+            }
+        }
+    }
+
+    /// The largest of the derivatives, times h/2: what a change of z makes of itself in one step.
+    pub(super) fn gain(&self) -> f64 {
+        self.half_h * self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+    }
+}
+
+/// Where a derivative goes among the rows a_0, b_0, a_1, .. and the columns q_0, p_0, q_1, ..
+fn places(&Entry { block, i, j, .. }: &Entry) -> [(usize, usize); 2] {
+    match block {
+        Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
+        Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
+        Block::Hpp => [(2 * i, 2 * j + 1); 2],
+        // ∂²H/∂q_i∂p_j changes ∂H/∂p_j with q_i, and ∂H/∂q_i with p_j.
+        Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
+    }
+}

@@ -1,0 +1,155 @@
+//! The coordinate-increment discrete gradient (Itoh-Abe) with a vector reservoir, for N degrees of freedom.
+//!
+//! The coordinates move one after the other, each along an edge of the box between the old state and the new one:
+//!
+//! ```text
+//! q1_j - q0_j = h p̄_j/m_j        p1_j - p0_j = -h (ΔV_j/Δq_j + D̄_j)        w1_j - w0_j = h D̄_j p̄_j/m_j
+//! ΔV_j = V(q1_1 .. q1_j, q0_{j+1} ..) - V(q1_1 .. q1_{j-1}, q0_j ..)        D̄_j = D_j at the middle of the edge, p̄_j
+//! ```
+//!
+//! The ΔV_j add up to V(q1) - V(q0), so K is kept exactly, for any step, any N and any D. Each equation is a scalar one:
+//! no linear algebra, O(N) a sweep where V couples neighbours only. One sweep has order 1; its adjoint is the sweep in
+//! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
+//! is, as long as no part of the step runs backwards, which beyond order 2 some do.
+
+mod composition;
+
+pub use composition::Composition;
+
+use crate::coordinate::Coordinate;
+use afterbay_core::solver::Newton;
+use afterbay_core::{
+    Drag, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
+};
+
+/// The coordinate-increment discrete gradient, composed of sweeps to and fro.
+#[derive(Clone, Debug)]
+pub struct Increment {
+    composition: Composition,
+    order: Option<Vec<usize>>,
+}
+
+impl Increment {
+    /// The composition given, the coordinates in their natural order.
+    pub fn new(composition: Composition) -> Self {
+        Self { composition, order: None }
+    }
+
+    /// The same with the coordinates in another order, for instance coloured ([`afterbay_core::Coupling::coloured`]).
+    pub fn in_order(self, order: Vec<usize>) -> Self {
+        Self { order: Some(order), ..self }
+    }
+}
+
+/// The state before the step, to go back to, and the order of the coordinates.
+#[derive(Clone, Debug)]
+pub struct Workspace<V> {
+    q: V,
+    p: V,
+    w: V,
+    order: Vec<usize>,
+}
+
+impl<V, S> Method<V, S> for Increment
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        let n = system.dof();
+        let order = self.order.clone().unwrap_or_else(|| (0..n).collect());
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        if !sorted.into_iter().eq(0..n) {
+            let why = "the order of the coordinates must name each of them once";
+            return Err(InputError::Unsupported { method: "increment", why });
+        }
+        let zeros = || V::zeros(n);
+        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order })
+    }
+
+    #[inline]
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        let Workspace { q, p, w, order } = workspace;
+        q.as_mut_slice().copy_from_slice(state.q.as_slice());
+        p.as_mut_slice().copy_from_slice(state.p.as_slice());
+        w.as_mut_slice().copy_from_slice(state.w.as_slice());
+        let mut effort = Effort::default();
+        let mut sweeps = || {
+            for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
+                let h = fraction * h;
+                effort += match i % 2 {
+                    0 => sweep(system, h, state, order.iter().copied())?,
+                    _ => sweep(system, h, state, order.iter().rev().copied())?,
+                };
+            }
+            check(state)
+        };
+        if let Err(failure) = sweeps() {
+            std::mem::swap(&mut state.q, q);
+            std::mem::swap(&mut state.p, p);
+            std::mem::swap(&mut state.w, w);
+            return Err(failure);
+        }
+        Ok(effort)
+    }
+}
+
+/// Moves every coordinate once, in the order given.
+#[inline]
+fn sweep<V, S>(
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    order: impl Iterator<Item = usize>,
+) -> Result<Effort, StepFailure>
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    let dissipative = !system.damping().zero;
+    let zero = V::Scalar::zero();
+    let mut evaluations = 0;
+    let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+    for j in order {
+        let (from, rate) = (q[j], h / system.mass(j));
+        let coordinate = Coordinate { dof: j, q: from, p: p[j], steps: [rate, h, rate], dissipative };
+        let moved = coordinate.advance(&Newton, |to, middle, v| {
+            let edge = system.edge(q, j, to);
+            if !dissipative {
+                return (edge, Drag { value: zero, by_q: zero, by_p: zero });
+            }
+            (q[j], p[j]) = (middle, v);
+            let drag = system.drag(q, p, j);
+            q[j] = from;
+            (edge, drag)
+        })?;
+        (q[j], p[j]) = (moved.q, moved.p);
+        if dissipative {
+            w[j] += moved.dw;
+        }
+        evaluations += moved.evaluations;
+    }
+    Ok(Effort { evaluations, iterations: evaluations })
+}
+
+/// Is the state finite?
+fn check<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
+    let parts = [
+        (Quantity::Coordinate, state.q.as_slice()),
+        (Quantity::Momentum, state.p.as_slice()),
+        (Quantity::Reservoir, state.w.as_slice()),
+    ];
+    let finite = |part: &[V::Scalar]| {
+        part.iter().fold(V::Scalar::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
+    };
+    if parts.iter().all(|(_, part)| finite(part)) { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
+}

@@ -1,0 +1,199 @@
+//! The damped β-chain of Fermi, Pasta, Ulam and Tsingou: n equal masses between two walls, neighbours joined by
+//! springs that harden.
+//!
+//! ```text
+//! q_j' = p_j        p_j' = f(r_j) - f(r_{j-1}) - c p_j        w_j' = c p_j²        j = 1..n
+//! H = Σ p_j²/2 + Σ_{i=0..n} (r_i²/2 + β r_i⁴/4)               D_j = c p_j
+//! r_i = q_{i+1} - q_i        f(r) = r + β r³                  q_0 = q_{n+1} = 0
+//! ```
+//!
+//! Parameters: n ≥ 1 masses; β in 1/length² and c in 1/time, both any finite number. A mass of 1 on a spring of
+//! stiffness 1 fixes the unit of time. β < 0 softens the springs and leaves V unbounded below. c > 0 is passive, in
+//! every degree of freedom; c < 0 is active.
+//!
+//! Invariants: K = H + Σ w_j, and H itself at c = 0; volumes in phase space shrink by e^{-nct}; the mirror image of a
+//! solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For β = 0 mode i, q_j = sin(πij/(n+1)), is a
+//! damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise references come from `tests/data/many_degrees.py`, made
+//! by another library, and from [`afterbay_core::taylor::trajectory`].
+
+use crate::{at_least_one, finite, not_negative, sum};
+use afterbay_core::{Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+
+/// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FputChain<T> {
+    n: usize,
+    beta: T,
+    c: T,
+}
+
+impl<T: Scalar> FputChain<T> {
+    /// The chain of n masses with springs of stiffness 1 + 3 β r² and damping c.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] if n is 0 or another is not finite.
+    pub fn new(n: usize, beta: T, c: T) -> Result<Self, InputError> {
+        Ok(Self { n: at_least_one(n)?, beta: finite("beta", beta)?, c: finite("c", c)? })
+    }
+
+    /// The same system in another scalar.
+    pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> FputChain<U> {
+        FputChain { n: self.n, beta: f(self.beta), c: f(self.c) }
+    }
+
+    /// r²/2 + β r⁴/4
+    #[inline(always)]
+    fn stored(&self, r: T) -> T {
+        let square = r * r;
+        (square * self.beta.half().mul_add(square, T::one())).half()
+    }
+
+    /// f(r) = r + β r³
+    #[inline(always)]
+    fn tension(&self, r: T) -> T {
+        r * self.beta.mul_add(r * r, T::one())
+    }
+
+    /// f'(r) = 1 + 3 β r²
+    #[inline(always)]
+    fn stiffness(&self, r: T) -> T {
+        let slope = self.beta * (r * r);
+        T::one() + (slope + slope + slope)
+    }
+
+    /// The mean of f from r to s, `(r + s) [1/2 + β/4 (r² + s²)]`, and its derivative by s.
+    #[inline(always)]
+    fn mean_tension(&self, r: T, s: T) -> Line<T> {
+        let (sum, half_beta) = (r + s, self.beta.half());
+        let stiffness = half_beta.half().mul_add(s.mul_add(s, r * r), T::one().half());
+        Line { value: sum * stiffness, slope: (half_beta * s).mul_add(sum, stiffness) }
+    }
+}
+
+/// The neighbours of j, the walls included.
+#[inline(always)]
+fn beside<T: Scalar>(q: &[T], j: usize) -> (T, T) {
+    let left = if j == 0 { T::zero() } else { q[j - 1] };
+    let right = if j + 1 == q.len() { T::zero() } else { q[j + 1] };
+    (left, right)
+}
+
+impl<T: Scalar> System<T> for FputChain<T> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        self.n
+    }
+
+    #[inline]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let walls = self.stored(q[0]) + self.stored(q[q.len() - 1]);
+        sum(p, |&[p]| p * p).half() + (sum(q, |&[a, b]| self.stored(b - a)) + walls)
+    }
+
+    #[inline]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        let last = q.len() - 1;
+        hq[0] = self.partial(q, 0, q[0]);
+        hq[last] = self.partial(q, last, q[last]);
+        // Two tensions a mass, each of them computed twice: no order among the masses, so lanes.
+        for (hq, &[left, at, right]) in hq.iter_mut().skip(1).zip(q.array_windows()) {
+            *hq = self.tension(at - left) - self.tension(right - at);
+        }
+        hp.copy_from_slice(p);
+    }
+
+    #[inline(always)]
+    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
+        d.iter_mut().zip(p).for_each(|(d, &p)| *d = self.c * p);
+    }
+
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        let passive = not_negative(self.c);
+        Damping { zero: passive && not_negative(-self.c), passive, linear: true }
+    }
+}
+
+impl<T: Scalar> Separable<T> for FputChain<T> {
+    #[inline(always)]
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        let (left, right) = beside(q, j);
+        self.tension(at - left) - self.tension(right - at)
+    }
+
+    /// The mean tension of the bond to the left less that of the bond to the right, each a polynomial.
+    #[inline(always)]
+    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        let (left, right) = beside(q, j);
+        let before = self.mean_tension(q[j] - left, to - left);
+        let after = self.mean_tension(right - q[j], right - to);
+        Line { value: before.value - after.value, slope: before.slope + after.slope }
+    }
+
+    #[inline(always)]
+    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
+        Drag { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for FputChain<T> {
+    fn coupling(&self) -> Coupling {
+        Coupling::Chain
+    }
+
+    #[inline]
+    fn curvature(&self, q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let last = q.len() - 1;
+        let mut left = self.stiffness(q[0]);
+        for j in 0..=last {
+            let right = self.stiffness(if j == last { q[j] } else { q[j + 1] - q[j] });
+            if j > 0 {
+                put(Block::Hqq, j, j - 1, -left);
+            }
+            put(Block::Hqq, j, j, left + right);
+            if j < last {
+                put(Block::Hqq, j, j + 1, -right);
+            }
+            put(Block::Hpp, j, j, T::one());
+            put(Block::Dp, j, j, self.c);
+            left = right;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_have_their_range() {
+        let nan = f64::NAN;
+        for (system, name) in [
+            (FputChain::new(0, 1.0, 0.1), "n"),
+            (FputChain::new(3, nan, 0.1), "beta"),
+            (FputChain::new(3, 1.0, f64::INFINITY), "c"),
+        ] {
+            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+        }
+    }
+
+    #[test]
+    fn the_sign_of_c_decides() {
+        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().damping();
+        assert_eq!(damping(0.0), Damping::NONE);
+        assert_eq!(damping(0.1), Damping { zero: false, passive: true, linear: true });
+        assert_eq!(damping(-0.1), Damping { zero: false, passive: false, linear: true });
+    }
+
+    /// One mass hangs on two bonds of length q: V = q² + β q⁴/2.
+    #[test]
+    fn one_mass_is_a_duffing_oscillator() {
+        let (chain, duffing) =
+            (FputChain::new(1, 0.5, 0.25).unwrap(), crate::Duffing::new(2.0, 1.0, 0.25).unwrap());
+        let (q, p, to) = ([1.5], [-0.5], -0.75);
+        assert_eq!(chain.energy(&q, &p), duffing.energy(&q, &p));
+        assert_eq!(chain.partial(&q, 0, to), duffing.partial(&q, 0, to));
+        assert_eq!(chain.edge(&q, 0, to), duffing.edge(&q, 0, to));
+        assert_eq!(chain.drag(&q, &p, 0), duffing.drag(&q, &p, 0));
+    }
+}
