@@ -21,7 +21,7 @@ impl System<f64> for Conservative {
         self.0.gradient(q, p, hq, hp);
     }
     #[inline(always)]
-    fn dissipation(&self, _q: &[f64], _p: &[f64], d: &mut [f64]) {
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d[0] = 0.0;
     }
     #[inline(always)]

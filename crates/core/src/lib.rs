@@ -8,6 +8,7 @@
 //! failure are, holds the only time loop ([`integrate`]), the divided differences without cancellation
 //! ([`Separable::edge`]) and the solvers of scalar equations ([`solver`]). It knows no method and no system by name.
 
+mod coupling;
 mod curvature;
 pub mod edge;
 mod exact;
@@ -24,7 +25,8 @@ mod system;
 pub mod taylor;
 mod vector;
 
-pub use curvature::{Block, Coupling, Curvature};
+pub use coupling::Coupling;
+pub use curvature::{Block, Curvature};
 pub use exact::ExactFlow;
 pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
 pub use grid::Grid;
@@ -35,5 +37,5 @@ pub use order_raising::{Correction, Misprinted, OrderRaising};
 pub use qd::Quad;
 pub use scalar::{Mask, Scalar, Series};
 pub use state::State;
-pub use system::{Damping, Drag, Line, Linear, Separable, System};
+pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
 pub use vector::Vector;

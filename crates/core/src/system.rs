@@ -1,6 +1,6 @@
 //! What a system tells of itself: a small trait every system has, and abilities some have.
 
-use crate::{Scalar, edge};
+use crate::{Coupling, Scalar, edge};
 
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
 /// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`. Autonomous: with D depending on t, K would not be kept.
@@ -16,13 +16,22 @@ pub trait System<T: Scalar>: Send + Sync {
     /// Writes ∂H/∂q to `hq` and ∂H/∂p to `hp`.
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]);
 
-    /// Writes D(q, p) to `d`.
-    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]);
+    /// Writes D(q, p) to `d`, given the velocities v = ∂H/∂p at (q, p).
+    ///
+    /// Where D is friction, D = R(q, p) v, compute it from v: a discrete gradient puts its own mean velocity in its place,
+    /// and `D·v = vᵀ R v ≥ 0` then holds of the step as it does of the system.
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
 
     /// What is known of D beforehand; methods take the shortest way it allows.
     #[inline(always)]
     fn damping(&self) -> Damping {
         Damping::GENERAL
+    }
+
+    /// Who acts on whom.
+    #[inline(always)]
+    fn coupling(&self) -> Coupling {
+        Coupling::Dense
     }
 }
 
@@ -31,20 +40,42 @@ pub trait System<T: Scalar>: Send + Sync {
 pub struct Damping {
     /// D = 0: there is no reservoir to keep.
     pub zero: bool,
-    /// Each D_j ∂H/∂p_j ≥ 0: the reservoir only fills, whatever the state.
-    pub passive: bool,
-    /// D_j = γ_j(q) p_j, linear in its own momentum and free of the others: `by_p` of [`Separable::drag`] is γ_j.
+    /// Where the reservoir only fills, whatever the state.
+    pub passive: Passive,
+    /// D is linear in p. Where it is not coupled, D_j = γ_j(q) p_j, and `by_p` of [`Separable::drag`] is γ_j.
     pub linear: bool,
+    /// D_j may depend on the momenta of others, as in D = C p.
+    pub coupled: bool,
+}
+
+/// Where Δw ≥ 0 is owed: it is where D = R(q, p) ∂H/∂p with R positive semidefinite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passive {
+    /// Nowhere: the system is active, or nothing is known.
+    No,
+    /// In the sum over the degrees of freedom, Σ D_j ∂H/∂p_j ≥ 0.
+    InSum,
+    /// In each of them, D_j ∂H/∂p_j ≥ 0: R is diagonal.
+    Each,
+}
+
+impl Passive {
+    /// In each degree of freedom if it is `true`, else nowhere.
+    pub fn each_if(passive: bool) -> Self {
+        if passive { Self::Each } else { Self::No }
+    }
 }
 
 impl Damping {
     /// Nothing is known.
-    pub const GENERAL: Self = Self { zero: false, passive: false, linear: false };
+    pub const GENERAL: Self = Self { zero: false, passive: Passive::No, linear: false, coupled: false };
+    /// D_j = γ_j(q) p_j, active.
+    pub const LINEAR: Self = Self { linear: true, ..Self::GENERAL };
     /// D = 0.
-    pub const NONE: Self = Self { zero: true, passive: true, linear: true };
+    pub const NONE: Self = Self { zero: true, passive: Passive::Each, linear: true, coupled: false };
 }
 
-/// H = Σ p_j²/(2 m_j) + V(q), and D_j depending on no momentum but p_j.
+/// H = Σ p_j²/(2 m_j) + V(q), and D_j depending on no momentum but p_j unless [`Damping::coupled`] is said.
 pub trait Separable<T: Scalar>: System<T> {
     /// m_j > 0
     #[inline(always)]

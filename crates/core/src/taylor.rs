@@ -17,7 +17,7 @@ where
     for _ in 1..N {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
-        system.dissipation(q, p, d.as_mut_slice());
+        system.dissipation(q, p, hp.as_slice(), d.as_mut_slice());
         for j in 0..n {
             let (hq, hp, d) = (hq.as_slice()[j], hp.as_slice()[j], d.as_slice()[j]);
             let [q, p, w] =

@@ -3,13 +3,12 @@
 //! ```text
 //! q1 - q0 = h ∇̄H_p        p1 - p0 = -h (∇̄H_q + D̄)        w1_j - w0_j = h D̄_j ∇̄H_p,j = D̄_j (q1 - q0)_j
 //! ∇̄H = ∇H(z̄) + λ Δz       λ = [H(z1) - H(z0) - ∇H(z̄)·Δz] / |Δz|²
-//! z̄ = (z0 + z1)/2         D̄ = D(z̄)         z = (q, p)
+//! z̄ = (z0 + z1)/2         D̄ = D(z̄), with the velocity ∇̄H_p for ∂H/∂p         z = (q, p)
 //! ```
 //!
 //! O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467, with the reservoir of the paper. Order 2 in q, p and w,
 //! symmetric, A-stable on linear systems but not L-stable. K is exact at any step: `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`.
-//! It promises no passivity: D̄_j has the sign of ∂H/∂p_j at z̄, and ∇̄H_p differs from it by λ Δp. Only where H is
-//! quadratic, and λ = 0, is each Δw_j ≥ 0 as owed.
+//! Passive where the system is: with D = R(z) ∂H/∂p, `Σ Δw_j = h ∇̄H_p·R(z̄) ∇̄H_p ≥ 0`.
 //!
 //! **Rounding.** λ is of the size of Δz, but its numerator is only known to ε|H|. What that does to H1 is ε|H| again, which K
 //! has anyway; to z1 it does h ε|H|/|Δz|, a rounding of z where |H| is about |∇H||z|. Beside an equilibrium where H is not 0 it is
@@ -61,14 +60,18 @@ where
         let n = state.dof();
         let dissipative = !system.damping().zero;
         let effort = workspace.find(system, h, state)?;
-        let Workspace { dq, d, q_mean, p_mean, q, p, w, .. } = workspace;
+        let Workspace { dq, v, d, q_mean, p_mean, q, p, w, .. } = workspace;
         let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_mut_slice());
         let mut finite = V::Scalar::zero().is_finite();
         for j in 0..n {
             finite = finite.and(q1[j].is_finite()).and(p1[j].is_finite());
         }
         if dissipative {
-            system.dissipation(q_mean.as_slice(), p_mean.as_slice(), d.as_mut_slice());
+            // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
+            for (v, &dq) in v.as_mut_slice().iter_mut().zip(dq.as_slice()) {
+                *v = dq / h;
+            }
+            system.dissipation(q_mean.as_slice(), p_mean.as_slice(), v.as_slice(), d.as_mut_slice());
             let (dq, d, w0) = (dq.as_slice(), d.as_slice(), state.w.as_slice());
             for j in 0..n {
                 w1[j] = d[j].mul_add(dq[j], w0[j]);

@@ -77,7 +77,7 @@ where
             let weight = h * V::Scalar::from_f64(weight / 6.0);
             system.gradient(q, p, hq, hp);
             if dissipative {
-                system.dissipation(q, p, d);
+                system.dissipation(q, p, hp, d);
             }
             for j in 0..n {
                 dq[j] = weight.mul_add(hp[j], dq[j]);

@@ -31,7 +31,7 @@ impl System<f64> for Wall {
     fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
         (hq[0], hp[0]) = (Self::force(q[0]), p[0]);
     }
-    fn dissipation(&self, _q: &[f64], p: &[f64], d: &mut [f64]) {
+    fn dissipation(&self, _q: &[f64], p: &[f64], _v: &[f64], d: &mut [f64]) {
         d[0] = 0.1 * p[0];
     }
 }
@@ -59,7 +59,7 @@ impl System<f64> for Pair {
         hp.copy_from_slice(p);
         (hq[0], hq[1]) = (self.partial(q, 0, q[0]), self.partial(q, 1, q[1]));
     }
-    fn dissipation(&self, _q: &[f64], _p: &[f64], d: &mut [f64]) {
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
 }

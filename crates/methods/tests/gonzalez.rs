@@ -80,7 +80,7 @@ fn drift<S: Curvature<f64>>(system: &S, h: f64, state: &mut State<Vec<f64>>) -> 
     let (q, p) = (mean(&before.q, &state.q), mean(&before.p, &state.p));
     let (mut hq, mut hp, mut d) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     system.gradient(&q, &p, &mut hq, &mut hp);
-    system.dissipation(&q, &p, &mut d);
+    system.dissipation(&q, &p, &hp, &mut d);
     let size = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     let mut bend = 0.0_f64;
@@ -236,12 +236,13 @@ fn the_equations_as_they_are_written_are_solved() {
             let (q, p) = (mean(&q0, &q1), mean(&p0, &p1));
             let ([mut hq, mut hp], mut d) = ([[0.0; 2]; 2], [0.0; 2]);
             system.gradient(&q, &p, &mut hq, &mut hp);
-            system.dissipation(&q, &p, &mut d);
             let (dq, dp) = ([0, 1].map(|j| q1[j] - q0[j]), [0, 1].map(|j| p1[j] - p0[j]));
             let square: f64 = dq.iter().chain(&dp).map(|x| x * x).sum();
             let along: f64 = [0, 1].map(|j| hq[j] * dq[j] + hp[j] * dp[j]).iter().sum();
             let rest = energy(&q1, &p1) - energy(&q0, &p0) - along;
             let lambda = if square == 0.0 { 0.0 } else { rest / square };
+            let v = [0, 1].map(|j| hp[j] + lambda * dp[j]);
+            system.dissipation(&q, &p, &v, &mut d);
             for j in 0..2 {
                 q1[j] = q0[j] + h * (hp[j] + lambda * dp[j]);
                 p1[j] = p0[j] - h * (hq[j] + lambda * dq[j] + d[j]);
@@ -257,8 +258,7 @@ fn the_equations_as_they_are_written_are_solved() {
 }
 
 #[test]
-fn no_passivity_is_promised() {
-    // Each Δw_j is owed where D_j = c p_j, and λ Δp takes some back.
+fn each_reservoir_only_fills() {
     let system = Springs::chain(2, 0.5);
     let mut workspace = Method::<[f64; 2], _>::workspace(&METHOD, &system).unwrap();
     let mut least = 0.0_f64;
@@ -266,9 +266,9 @@ fn no_passivity_is_promised() {
         let angle = f64::from(i) * 0.7;
         let mut state = State::new([angle.sin(), 0.3], [(1.3 * angle).cos(), -0.2]).unwrap();
         METHOD.step(&system, 0.5, &mut state, &mut workspace).unwrap();
-        least = least.min(state.w[0]);
+        least = least.min(state.w[0]).min(state.w[1]);
     }
-    assert!(least < -1e-6, "{least:e}");
+    assert!(least >= 0.0, "{least:e}");
 }
 
 #[test]
@@ -307,18 +307,18 @@ impl System<f64> for Endless {
     fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
         (hq[0], hp[0]) = (-self.0 * q[0] * q[0] - self.1 * q[0], p[0]);
     }
-    fn dissipation(&self, _q: &[f64], _p: &[f64], d: &mut [f64]) {
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d[0] = 0.0;
     }
     fn damping(&self) -> Damping {
         Damping::NONE
     }
-}
-
-impl Curvature<f64> for Endless {
     fn coupling(&self) -> Coupling {
         Coupling::Chain
     }
+}
+
+impl Curvature<f64> for Endless {
     fn curvature(&self, q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
         put(Block::Hqq, 0, 0, -2.0 * self.0 * q[0] - self.1);
         put(Block::Hpp, 0, 0, 1.0);

@@ -6,7 +6,7 @@ mod slope;
 
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Coupling, Damping, Drag, Grid, InputError, Line, Method, Quad, Scalar, Separable, Series, State,
+    Coupling, Damping, Drag, Grid, InputError, Line, Method, Passive, Quad, Scalar, Separable, Series, State,
     StepFailure, System, Vector, integrate,
 };
 use afterbay_methods::registry::{METHODS, Row};
@@ -188,12 +188,16 @@ impl System<f64> for Net {
             hp[j] = p[j] / self.masses[j];
         }
     }
-    fn dissipation(&self, q: &[f64], p: &[f64], d: &mut [f64]) {
+    fn dissipation(&self, q: &[f64], p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.iter_mut().enumerate().for_each(|(j, d)| *d = self.drag(q, p, j).value);
     }
     fn damping(&self) -> Damping {
         let zero = self.friction.iter().all(|&c| c == 0.0);
-        Damping { zero, passive: self.friction.iter().all(|&c| c >= 0.0), linear: true }
+        Damping {
+            zero,
+            passive: Passive::each_if(self.friction.iter().all(|&c| c >= 0.0)),
+            ..Damping::LINEAR
+        }
     }
 }
 

@@ -449,7 +449,7 @@ impl<T: Scalar> System<T> for Exponential {
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
         (hq[0], hp[0]) = (q[0].exp_m1(), p[0]);
     }
-    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
+    fn dissipation(&self, _q: &[T], p: &[T], _v: &[T], d: &mut [T]) {
         d[0] = T::from_f64(self.c) * p[0];
     }
 }

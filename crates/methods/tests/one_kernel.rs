@@ -84,8 +84,8 @@ impl<S: System<f64>> System<f64> for Unaware<S> {
     fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
         self.0.gradient(q, p, hq, hp);
     }
-    fn dissipation(&self, q: &[f64], p: &[f64], d: &mut [f64]) {
-        self.0.dissipation(q, p, d);
+    fn dissipation(&self, q: &[f64], p: &[f64], v: &[f64], d: &mut [f64]) {
+        self.0.dissipation(q, p, v, d);
     }
 }
 
@@ -190,7 +190,7 @@ impl<T: Scalar> System<T> for Coupled {
             (hq[j], hp[j]) = (self.partial(q, j, q[j]), p[j] / T::from_f64(MASS[j]));
         }
     }
-    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
+    fn dissipation(&self, _q: &[T], p: &[T], _v: &[T], d: &mut [T]) {
         (d[0], d[1]) = (T::from_f64(FRICTION[0]) * p[0], T::from_f64(FRICTION[1]) * p[1]);
     }
 }

@@ -26,7 +26,7 @@
 //! another library from Lagrange's equations, and from [`afterbay_core::taylor::trajectory`].
 
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Block, Coupling, Curvature, Damping, InputError, Scalar, System};
+use afterbay_core::{Block, Coupling, Curvature, Damping, InputError, Passive, Scalar, System};
 
 /// Two point masses m on rods of length l under gravity g, with D_j = c_j q_j'.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,8 +114,7 @@ impl<T: Scalar> System<T> for DampedDoublePendulum<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
-        let Motion { v, .. } = self.motion(q, p);
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
         (d[0], d[1]) = (self.c[0] * v[0], self.c[1] * v[1]);
     }
 
@@ -124,15 +123,16 @@ impl<T: Scalar> System<T> for DampedDoublePendulum<T> {
     fn damping(&self) -> Damping {
         let passive = self.c.into_iter().all(not_negative);
         let zero = passive && self.c.into_iter().all(|c| not_negative(-c));
-        Damping { zero, passive, linear: zero }
+        Damping { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
+    }
+
+    #[inline(always)]
+    fn coupling(&self) -> Coupling {
+        Coupling::Dense
     }
 }
 
 impl<T: Scalar> Curvature<T> for DampedDoublePendulum<T> {
-    fn coupling(&self) -> Coupling {
-        Coupling::Dense
-    }
-
     #[inline]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
         let (Motion { arm: [sin, cos], diagonal, beside, v }, weight) = (self.motion(q, p), self.weight());
@@ -182,7 +182,7 @@ mod tests {
     fn it_is_passive_if_both_rods_are() {
         let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().damping();
         assert_eq!(damping([0.0, -0.0]), Damping::NONE);
-        assert_eq!(damping([0.0, 0.1]), Damping { zero: false, passive: true, linear: false });
+        assert_eq!(damping([0.0, 0.1]), Damping { passive: Passive::Each, ..Damping::GENERAL });
         assert_eq!(damping([0.1, -0.1]), Damping::GENERAL);
     }
 

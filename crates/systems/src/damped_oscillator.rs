@@ -15,7 +15,7 @@ mod flow;
 mod order_raising;
 
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Damping, Drag, InputError, Line, Linear, Scalar, Separable, System};
+use afterbay_core::{Damping, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System};
 
 /// V = k q²/2 with D = b p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,14 +57,18 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
-        d[0] = self.b * p[0];
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        d[0] = self.b * v[0];
     }
 
     #[inline(always)]
     fn damping(&self) -> Damping {
         let passive = not_negative(self.b);
-        Damping { zero: passive && not_negative(-self.b), passive, linear: true }
+        Damping {
+            zero: passive && not_negative(-self.b),
+            passive: Passive::each_if(passive),
+            ..Damping::LINEAR
+        }
     }
 }
 
@@ -120,8 +124,8 @@ mod tests {
         let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().damping();
         assert_eq!(damping(0.0), Damping::NONE);
         assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { zero: false, passive: true, linear: true });
-        assert_eq!(damping(-0.1), Damping { zero: false, passive: false, linear: true });
+        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
+        assert_eq!(damping(-0.1), Damping::LINEAR);
     }
 
     #[test]

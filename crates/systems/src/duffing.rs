@@ -15,7 +15,7 @@
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::{finite, not_negative};
-use afterbay_core::{Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,14 +59,18 @@ impl<T: Scalar> System<T> for Duffing<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
-        d[0] = self.c * p[0];
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        d[0] = self.c * v[0];
     }
 
     #[inline(always)]
     fn damping(&self) -> Damping {
         let passive = not_negative(self.c);
-        Damping { zero: passive && not_negative(-self.c), passive, linear: true }
+        Damping {
+            zero: passive && not_negative(-self.c),
+            passive: Passive::each_if(passive),
+            ..Damping::LINEAR
+        }
     }
 }
 
@@ -112,8 +116,8 @@ mod tests {
         let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().damping();
         assert_eq!(damping(0.0), Damping::NONE);
         assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { zero: false, passive: true, linear: true });
-        assert_eq!(damping(-0.1), Damping { zero: false, passive: false, linear: true });
+        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
+        assert_eq!(damping(-0.1), Damping::LINEAR);
     }
 
     #[test]

@@ -17,7 +17,9 @@
 //! by another library, and from [`afterbay_core::taylor::trajectory`].
 
 use crate::{at_least_one, finite, not_negative, sum};
-use afterbay_core::{Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System,
+};
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,14 +105,23 @@ impl<T: Scalar> System<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
-        d.iter_mut().zip(p).for_each(|(d, &p)| *d = self.c * p);
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        d.iter_mut().zip(v).for_each(|(d, &v)| *d = self.c * v);
     }
 
     #[inline(always)]
     fn damping(&self) -> Damping {
         let passive = not_negative(self.c);
-        Damping { zero: passive && not_negative(-self.c), passive, linear: true }
+        Damping {
+            zero: passive && not_negative(-self.c),
+            passive: Passive::each_if(passive),
+            ..Damping::LINEAR
+        }
+    }
+
+    #[inline(always)]
+    fn coupling(&self) -> Coupling {
+        Coupling::Chain
     }
 }
 
@@ -137,10 +148,6 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
 }
 
 impl<T: Scalar> Curvature<T> for FputChain<T> {
-    fn coupling(&self) -> Coupling {
-        Coupling::Chain
-    }
-
     #[inline]
     fn curvature(&self, q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
         let last = q.len() - 1;
@@ -181,8 +188,8 @@ mod tests {
     fn the_sign_of_c_decides() {
         let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().damping();
         assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { zero: false, passive: true, linear: true });
-        assert_eq!(damping(-0.1), Damping { zero: false, passive: false, linear: true });
+        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
+        assert_eq!(damping(-0.1), Damping::LINEAR);
     }
 
     /// One mass hangs on two bonds of length q: V = q² + β q⁴/2.

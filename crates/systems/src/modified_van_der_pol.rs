@@ -57,8 +57,8 @@ impl<T: Scalar> System<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
-        self.force.dissipation(q, p, d);
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        self.force.dissipation(q, p, v, d);
     }
 
     #[inline(always)]

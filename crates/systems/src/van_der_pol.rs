@@ -60,14 +60,14 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
-        d[0] = self.friction(q[0]) * p[0];
+    fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        d[0] = self.friction(q[0]) * v[0];
     }
 
     #[inline(always)]
     fn damping(&self) -> Damping {
         let zero = not_negative(self.mu) && not_negative(-self.mu);
-        Damping { zero, passive: zero, linear: true }
+        if zero { Damping::NONE } else { Damping::LINEAR }
     }
 }
 
@@ -105,7 +105,7 @@ mod tests {
         let damping = |mu: f64| VanDerPol::new(mu).unwrap().damping();
         assert_eq!(damping(0.0), Damping::NONE);
         for mu in [5.0, -5.0] {
-            assert_eq!(damping(mu), Damping { zero: false, passive: false, linear: true });
+            assert_eq!(damping(mu), Damping::LINEAR);
         }
     }
 

@@ -81,15 +81,20 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
-    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
-        for ((d, &q), &p) in d.iter_mut().zip(q).zip(p) {
-            *d = self.single.friction(q) * p;
+    fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        for ((d, &q), &v) in d.iter_mut().zip(q).zip(v) {
+            *d = self.single.friction(q) * v;
         }
     }
 
     #[inline(always)]
     fn damping(&self) -> Damping {
         self.single.damping()
+    }
+
+    #[inline(always)]
+    fn coupling(&self) -> Coupling {
+        Coupling::Ring
     }
 }
 
@@ -113,10 +118,6 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
 }
 
 impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
-    fn coupling(&self) -> Coupling {
-        Coupling::Ring
-    }
-
     #[inline]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
         let twice = self.coupling + self.coupling;
@@ -158,7 +159,7 @@ mod tests {
     fn only_without_mu_is_it_passive() {
         let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().damping();
         assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(5.0), Damping { zero: false, passive: false, linear: true });
+        assert_eq!(damping(5.0), Damping::LINEAR);
     }
 
     #[test]

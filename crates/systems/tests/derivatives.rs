@@ -50,11 +50,11 @@ fn gradients_are_derivatives(system: &Trio, q: f64, p: f64) {
     assert_close(hp[0], system.dual.energy(&by_p.0, &by_p.1).eps, p.abs());
     assert_close(system.plain.partial(&[q], 0, q), hq[0], force);
 
-    system.plain.dissipation(&[q], &[p], &mut d);
+    system.plain.dissipation(&[q], &[p], &[p], &mut d);
     let drag = system.plain.drag(&[q], &[p], 0);
     let of = |(q, p): ([Dual64; 1], [Dual64; 1])| {
         let mut d = [Dual64::from_f64(0.0)];
-        system.dual.dissipation(&q, &p, &mut d);
+        system.dual.dissipation(&q, &p, &p, &mut d);
         d[0].eps
     };
     assert_close(drag.value, d[0], c * (1.0 + q * q) * p.abs());

@@ -17,7 +17,7 @@ fn assert_close(found: f64, exact: f64, size: f64) {
 fn fields<T: Scalar>(system: &impl System<T>, q: &[T], p: &[T]) -> [Vec<T>; 3] {
     let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![T::zero(); q.len()]);
     system.gradient(q, p, &mut hq, &mut hp);
-    system.dissipation(q, p, &mut d);
+    system.dissipation(q, p, &hp, &mut d);
     [hq, hp, d]
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Problem, values};
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError};
+use afterbay_core::{Grid, IntegrateError, Passive};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -110,6 +110,6 @@ fn follow(
         (energy_before, w_before) = (Some(energy), state.w[0]);
         ControlFlow::Continue(())
     });
-    let violations = subject.damping().passive.then_some(violations);
+    let violations = (subject.damping().passive != Passive::No).then_some(violations);
     Ok(Books { method: row.name, rows, drift, violations, result: result.map(|_| ()) })
 }

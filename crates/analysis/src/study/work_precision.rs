@@ -2,7 +2,7 @@
 
 use super::{Problem, outcome, values};
 use crate::progress::Progress;
-use afterbay_core::{Effort, Grid, IntegrateError};
+use afterbay_core::{Effort, Grid, IntegrateError, Passive};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -90,7 +90,7 @@ fn errors(problem: &Problem, row: &'static Row, h: f64, exact: [f64; 3]) -> Resu
         error_qp: off(0).zip(off(1)).map(|(q, p)| q.max(p)),
         error_w: off(2),
         k_drift: drift,
-        passivity_violations: subject.damping().passive.then_some(violations),
+        passivity_violations: (subject.damping().passive != Passive::No).then_some(violations),
         seconds: None,
         steps,
         evaluations: effort.map(|effort| effort.evaluations),

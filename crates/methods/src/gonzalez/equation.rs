@@ -8,7 +8,7 @@ use afterbay_core::{Curvature, InputError, Mask, Scalar, State, Vector};
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
     jacobian: Jacobian,
-    dissipative: bool,
+    pub(super) dissipative: bool,
     /// Δz
     pub(super) dq: V,
     pub(super) dp: V,
@@ -17,6 +17,8 @@ pub struct Workspace<V> {
     pub(super) p_mean: V,
     pub(super) hq: V,
     pub(super) hp: V,
+    /// ∇̄H_p and D̄
+    pub(super) v: V,
     pub(super) d: V,
     /// z1 = z0 + Δz and w1
     pub(super) q: V,
@@ -68,6 +70,7 @@ impl<V: Vector> Workspace<V> {
             p_mean: zeros(),
             hq: zeros(),
             hp: zeros(),
+            v: zeros(),
             d: zeros(),
             q: zeros(),
             p: zeros(),
@@ -105,13 +108,10 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// ∇H and D at z̄.
+    /// ∇H at z̄.
     pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let (q, p) = (self.q_mean.as_slice(), self.p_mean.as_slice());
         system.gradient(q, p, self.hq.as_mut_slice(), self.hp.as_mut_slice());
-        if self.dissipative {
-            system.dissipation(q, p, self.d.as_mut_slice());
-        }
     }
 
     /// λ of Δz, where H was `start` at z0.
@@ -182,16 +182,35 @@ impl<V: Vector> Workspace<V> {
         Ok(())
     }
 
+    /// D̄ = D(z̄) at the mean velocity in `v`.
+    pub(super) fn dissipate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
+        let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_slice());
+        system.dissipation(q, p, v, self.d.as_mut_slice());
+    }
+
     /// What the equation misses at Δz.
-    pub(super) fn residual(&mut self, h: V::Scalar, &Correction { lambda, .. }: &Correction<V::Scalar>) {
+    pub(super) fn residual<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        &Correction { lambda, .. }: &Correction<V::Scalar>,
+    ) {
+        let n = self.missing[0].len();
+        let (v, dp, hp) =
+            (&mut self.v.as_mut_slice()[..n], &self.dp.as_slice()[..n], &self.hp.as_slice()[..n]);
+        for j in 0..n {
+            v[j] = lambda.mul_add(dp[j], hp[j]);
+        }
+        if self.dissipative {
+            self.dissipate(system);
+        }
         let [a, b] = &mut self.missing;
-        let n = a.len();
         let (dq, dp) = (&self.dq.as_slice()[..n], &self.dp.as_slice()[..n]);
-        let (hq, hp) = (&self.hq.as_slice()[..n], &self.hp.as_slice()[..n]);
+        let (hq, v) = (&self.hq.as_slice()[..n], &self.v.as_slice()[..n]);
         // D stays 0 where there is none.
         let d = &self.d.as_slice()[..n];
         for j in 0..n {
-            a[j] = h.mul_add(lambda.mul_add(dp[j], hp[j]), -dq[j]).to_f64();
+            a[j] = h.mul_add(v[j], -dq[j]).to_f64();
             b[j] = (-h).mul_add(lambda.mul_add(dq[j], hq[j]) + d[j], -dp[j]).to_f64();
         }
     }

@@ -78,7 +78,7 @@ impl<V: Vector> Workspace<V> {
                 return stalled(StepFailure::Singular { dof, slope: 0.0 });
             }
             let fresh = stale;
-            self.residual(h, &correction);
+            self.residual(system, h, &correction);
             self.correct();
             let update = self.take(h, state, &correction);
             if !update.size.is_finite() {
@@ -125,6 +125,10 @@ impl<V: Vector> Workspace<V> {
         self.rest();
         self.place(state);
         self.evaluate(system);
+        self.v.as_mut_slice().copy_from_slice(self.hp.as_slice());
+        if self.dissipative {
+            self.dissipate(system);
+        }
         self.check_force()?;
         let mut spent = stalled.iterations;
         let (mut s, mut stride) = (0.0_f64, 0.25_f64);

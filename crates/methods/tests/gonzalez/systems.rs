@@ -1,6 +1,6 @@
 //! Systems of several degrees of freedom: one without a separable H, and springs in any pattern.
 
-use afterbay_core::{Block, Coupling, Curvature, Damping, Scalar, System};
+use afterbay_core::{Block, Coupling, Curvature, Damping, Passive, Scalar, System};
 
 /// H = (1 + q1²/4) p1²/2 + p2²/2 + 0.3 q1 p2 + q1² q2 + (q1² + q2²)²/4 + (q1² + q2²)/2,
 /// D = c (∂H/∂p1 + ½ ∂H/∂p2, ½ ∂H/∂p1 + ∂H/∂p2): coupled, and positive semidefinite in sum.
@@ -32,22 +32,21 @@ impl<T: Scalar> System<T> for Twisted {
         hp[0] = (q[0] * q[0] * T::from_f64(0.25) + T::one()) * p[0];
         hp[1] = p[1] + twist * q[0];
     }
-    fn dissipation(&self, q: &[T], p: &[T], d: &mut [T]) {
-        let (mut hq, mut hp) = ([T::zero(); 2], [T::zero(); 2]);
-        self.gradient(q, p, &mut hq, &mut hp);
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
         let c = T::from_f64(self.c);
-        d[0] = c * (hp[0] + hp[1].half());
-        d[1] = c * (hp[1] + hp[0].half());
+        d[0] = c * (v[0] + v[1].half());
+        d[1] = c * (v[1] + v[0].half());
     }
     fn damping(&self) -> Damping {
-        if self.c == 0.0 { Damping::NONE } else { Damping::GENERAL }
+        let passive = if self.c > 0.0 { Passive::InSum } else { Passive::No };
+        if self.c == 0.0 { Damping::NONE } else { Damping { passive, coupled: true, ..Damping::GENERAL } }
+    }
+    fn coupling(&self) -> Coupling {
+        Coupling::Dense
     }
 }
 
 impl<T: Scalar> Curvature<T> for Twisted {
-    fn coupling(&self) -> Coupling {
-        Coupling::Dense
-    }
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
         let (x, y) = (q[0], q[1]);
         let (three, quarter, twist) = (T::from_f64(3.0), T::from_f64(0.25), T::from_f64(0.3));
@@ -125,24 +124,24 @@ impl<T: Scalar> System<T> for Springs {
             hq[i] -= pull;
         }
     }
-    fn dissipation(&self, _q: &[T], p: &[T], d: &mut [T]) {
-        for (d, p) in d.iter_mut().zip(p) {
-            *d = T::from_f64(self.c) * *p;
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        for ((d, v), mass) in d.iter_mut().zip(v).zip(&self.masses) {
+            *d = T::from_f64(self.c * mass) * *v;
         }
     }
     fn damping(&self) -> Damping {
         if self.c == 0.0 {
             Damping::NONE
         } else {
-            Damping { zero: false, passive: self.c > 0.0, linear: true }
+            Damping { passive: Passive::each_if(self.c > 0.0), ..Damping::LINEAR }
         }
+    }
+    fn coupling(&self) -> Coupling {
+        self.coupling.clone()
     }
 }
 
 impl<T: Scalar> Curvature<T> for Springs {
-    fn coupling(&self) -> Coupling {
-        self.coupling.clone()
-    }
     fn curvature(&self, q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
         for (j, &mass) in self.masses.iter().enumerate() {
             put(Block::Hqq, j, j, T::one());
