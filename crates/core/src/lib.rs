@@ -23,6 +23,7 @@ pub mod solver;
 mod state;
 mod system;
 pub mod taylor;
+mod uniform;
 mod vector;
 
 pub use coupling::Coupling;
@@ -38,4 +39,6 @@ pub use qd::Quad;
 pub use scalar::{Mask, Scalar, Series};
 pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
+pub use uniform::Uniform;
 pub use vector::Vector;
+pub use wide::f64x8;

@@ -13,11 +13,14 @@
 //! is, as long as no part of the step runs backwards, which beyond order 2 some do.
 
 mod composition;
+mod tile;
+mod tiled;
 
 pub use composition::Composition;
+pub use tiled::Tiled;
 
-use crate::coordinate::Coordinate;
-use afterbay_core::solver::Newton;
+use crate::coordinate::{Coordinate, Moved};
+use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
     Drag, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
 };
@@ -99,7 +102,7 @@ where
             std::mem::swap(&mut state.w, w);
             return Err(failure);
         }
-        Ok(effort)
+        Ok(effort.shared_by(order.len()))
     }
 }
 
@@ -116,22 +119,10 @@ where
     S: Separable<V::Scalar> + ?Sized,
 {
     let dissipative = !system.damping().zero;
-    let zero = V::Scalar::zero();
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     for j in order {
-        let (from, rate) = (q[j], h / system.mass(j));
-        let coordinate = Coordinate { dof: j, q: from, p: p[j], steps: [rate, h, rate], dissipative };
-        let moved = coordinate.advance(&Newton, |to, middle, v| {
-            let edge = system.edge(q, j, to);
-            if !dissipative {
-                return (edge, Drag { value: zero, by_q: zero, by_p: zero });
-            }
-            (q[j], p[j]) = (middle, v);
-            let drag = system.drag(q, p, j);
-            q[j] = from;
-            (edge, drag)
-        })?;
+        let moved = advance(system, &Newton, h, [j, j], [q, p], dissipative)?;
         (q[j], p[j]) = (moved.q, moved.p);
         if dissipative {
             w[j] += moved.dw;
@@ -139,6 +130,34 @@ where
         evaluations += moved.evaluations;
     }
     Ok(Effort { evaluations, iterations: evaluations })
+}
+
+/// Coordinate j moved along its edge; failures call it `dof`. Entry j of p is left changed.
+#[inline(always)]
+fn advance<T, S>(
+    system: &S,
+    solver: &impl Solver,
+    h: T,
+    [j, dof]: [usize; 2],
+    [q, p]: [&mut [T]; 2],
+    dissipative: bool,
+) -> Result<Moved<T>, StepFailure>
+where
+    T: Scalar,
+    S: Separable<T> + ?Sized,
+{
+    let (from, rate, zero) = (q[j], h / system.mass(j), T::zero());
+    let coordinate = Coordinate { dof, q: from, p: p[j], steps: [rate, h, rate], dissipative };
+    coordinate.advance(solver, |to, middle, v| {
+        let edge = system.edge(q, j, to);
+        if !dissipative {
+            return (edge, Drag { value: zero, by_q: zero, by_p: zero });
+        }
+        (q[j], p[j]) = (middle, v);
+        let drag = system.drag(q, p, j);
+        q[j] = from;
+        (edge, drag)
+    })
 }
 
 /// Is the state finite?
