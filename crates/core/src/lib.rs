@@ -8,6 +8,7 @@
 //! failure are, holds the only time loop ([`integrate`]), the divided differences without cancellation
 //! ([`Separable::edge`]) and the solvers of scalar equations ([`solver`]). It knows no method and no system by name.
 
+pub mod check;
 mod coupling;
 mod curvature;
 pub mod edge;

@@ -61,6 +61,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        afterbay_core::check::masses(system)?;
         let n = system.dof();
         let order = self.order.clone().unwrap_or_else(|| (0..n).collect());
         let mut sorted = order.clone();

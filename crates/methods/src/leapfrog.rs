@@ -10,7 +10,7 @@
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
+    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
 };
 use std::hint::cold_path;
 
@@ -36,6 +36,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        check::masses(system)?;
         let zeros = || V::zeros(system.dof());
         Ok(Workspace { p_half: zeros(), drag: zeros(), q: zeros(), p: zeros(), w: zeros() })
     }
