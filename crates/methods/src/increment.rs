@@ -11,8 +11,13 @@
 //! no linear algebra, O(N) a sweep where V couples neighbours only. One sweep has order 1; its adjoint is the sweep in
 //! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
 //! is, as long as no part of the step runs backwards, which beyond order 2 some do.
+//!
+//! Where D = C(q) p couples the momenta it acts between the sweeps, one momentum after the other: see [`friction`], and there
+//! why that keeps K, the orders and passivity (in sum, for D = R(q) ∂H/∂p with R symmetric). What is coupled and not linear is
+//! refused.
 
 mod composition;
+mod friction;
 
 pub use composition::Composition;
 
@@ -48,6 +53,8 @@ pub struct Workspace<V> {
     p: V,
     w: V,
     order: Vec<usize>,
+    /// Twice the mean momenta, where friction couples them.
+    means: Option<V>,
 }
 
 impl<V, S> Method<V, S> for Increment
@@ -66,8 +73,10 @@ where
             let why = "the order of the coordinates must name each of them once";
             return Err(InputError::Unsupported { method: "increment", why });
         }
+        friction::check(system.damping())?;
         let zeros = || V::zeros(n);
-        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order })
+        let means = system.damping().coupled.then(zeros);
+        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order, means })
     }
 
     #[inline]
@@ -78,7 +87,7 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { q, p, w, order } = workspace;
+        let Workspace { q, p, w, order, means } = workspace;
         q.as_mut_slice().copy_from_slice(state.q.as_slice());
         p.as_mut_slice().copy_from_slice(state.p.as_slice());
         w.as_mut_slice().copy_from_slice(state.w.as_slice());
@@ -86,9 +95,12 @@ where
         let mut sweeps = || {
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
-                effort += match i % 2 {
-                    0 => sweep(system, h, state, order.iter().copied())?,
-                    _ => sweep(system, h, state, order.iter().rev().copied())?,
+                let (there, back) = (order.iter().copied(), order.iter().rev().copied());
+                effort += match (means.as_mut(), i % 2) {
+                    (None, 0) => sweep(system, h, state, there)?,
+                    (None, _) => sweep(system, h, state, back)?,
+                    (Some(means), 0) => rubbed(system, h, state, means, there, back)?,
+                    (Some(means), _) => rubbed(system, h, state, means, back, there)?,
                 };
             }
             check(state)
@@ -103,6 +115,25 @@ where
     }
 }
 
+/// A sweep there, with half of the friction before it and half after it, on the way back.
+fn rubbed<V, S>(
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    means: &mut V,
+    there: impl Iterator<Item = usize> + Clone,
+    back: impl Iterator<Item = usize>,
+) -> Result<Effort, StepFailure>
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    friction::pass(system, h.half(), state, means, there.clone())?;
+    let effort = sweep(system, h, state, there)?;
+    friction::pass(system, h.half(), state, means, back)?;
+    Ok(effort)
+}
+
 /// Moves every coordinate once, in the order given.
 #[inline]
 fn sweep<V, S>(
@@ -115,7 +146,9 @@ where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
-    let dissipative = !system.damping().zero;
+    let damping = system.damping();
+    // Friction that couples the momenta is not the sweep's.
+    let dissipative = !damping.zero && !damping.coupled;
     let zero = V::Scalar::zero();
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
