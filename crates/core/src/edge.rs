@@ -12,7 +12,7 @@ use crate::{Line, Scalar};
 #[inline]
 pub fn by_quadrature<T: Scalar>(a: T, b: T, f: impl Fn(T) -> T) -> Line<T> {
     let width = b - a;
-    let value = mean(a, width, &f);
+    let [value] = mean(a, b, |at, _| [f(at)]);
     // On an edge shorter than this the slope would be rounding noise: it is half of f' there.
     let reach = T::from_f64(1e-6) * (T::one() + a.abs());
     let short = width.abs().lt(reach);
@@ -21,14 +21,19 @@ pub fn by_quadrature<T: Scalar>(a: T, b: T, f: impl Fn(T) -> T) -> Line<T> {
     Line { value, slope: T::select(short, rise.half(), rise) }
 }
 
+/// The means of some functions over the edge from `a` to `b`, by the same quadrature. `f` is given the point and the share of the
+/// edge before it, which is what the point moves by as `b` does.
 #[inline]
-fn mean<T: Scalar>(a: T, width: T, f: impl Fn(T) -> T) -> T {
+pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -> [T; K] {
     let rule: &[[f64; 4]] = if T::EPSILON < 1e-20 { &NODES_16 } else { &NODES_8 };
+    let (width, half) = (b - a, T::one().half());
     let middle = a + width.half();
-    rule.iter().fold(T::zero(), |sum, &[x, x_low, weight, weight_low]| {
-        let offset = (T::from_f64(x) + T::from_f64(x_low)) * width;
+    rule.iter().fold([T::zero(); K], |sums, &[x, x_low, weight, weight_low]| {
+        let x = T::from_f64(x) + T::from_f64(x_low);
         let weight = T::from_f64(weight) + T::from_f64(weight_low);
-        weight.mul_add(f(middle - offset) + f(middle + offset), sum)
+        let offset = x * width;
+        let (before, after) = (f(middle - offset, half - x), f(middle + offset, half + x));
+        std::array::from_fn(|k| weight.mul_add(before[k] + after[k], sums[k]))
     })
 }
 

@@ -18,8 +18,10 @@
 
 mod composition;
 mod friction;
+mod general;
 
 pub use composition::Composition;
+pub use general::GeneralIncrement;
 
 use crate::coordinate::Coordinate;
 use afterbay_core::solver::Newton;
@@ -66,13 +68,7 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let n = system.dof();
-        let order = self.order.clone().unwrap_or_else(|| (0..n).collect());
-        let mut sorted = order.clone();
-        sorted.sort_unstable();
-        if !sorted.into_iter().eq(0..n) {
-            let why = "the order of the coordinates must name each of them once";
-            return Err(InputError::Unsupported { method: "increment", why });
-        }
+        let order = ordering("increment", self.order.as_ref(), n)?;
         friction::check(system.damping())?;
         let zeros = || V::zeros(n);
         let means = system.damping().coupled.then(zeros);
@@ -113,6 +109,18 @@ where
         }
         Ok(effort)
     }
+}
+
+/// The order given, or the natural one.
+fn ordering(method: &'static str, order: Option<&Vec<usize>>, n: usize) -> Result<Vec<usize>, InputError> {
+    let order = order.cloned().unwrap_or_else(|| (0..n).collect());
+    let mut sorted = order.clone();
+    sorted.sort_unstable();
+    if !sorted.into_iter().eq(0..n) {
+        let why = "the order of the coordinates must name each of them once";
+        return Err(InputError::Unsupported { method, why });
+    }
+    Ok(order)
 }
 
 /// A sweep there, with half of the friction before it and half after it, on the way back.
