@@ -6,7 +6,8 @@
 //! ```
 //!
 //! Order 2, symmetric, explicit where D is linear in its momentum. Keeps K only up to O(h²). Passive where D is:
-//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D.
+//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one momentum at a
+//! time, so D that couples them is refused.
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
@@ -37,6 +38,11 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         check::masses(system)?;
+        if system.damping().coupled {
+            let why =
+                "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
+            return Err(InputError::Unsupported { method: "leapfrog", why });
+        }
         let zeros = || V::zeros(system.dof());
         Ok(Workspace { p_half: zeros(), drag: zeros(), q: zeros(), p: zeros(), w: zeros() })
     }

@@ -9,7 +9,9 @@
 use super::tile::{TILE, Tile};
 use super::{Composition, advance};
 use afterbay_core::solver::{Newton, Root, Sample, Solver};
-use afterbay_core::{Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, f64x8};
+use afterbay_core::{
+    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, check, f64x8,
+};
 use bytemuck::{bytes_of, pod_read_unaligned};
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -50,12 +52,16 @@ where
     type Workspace = Workspace;
 
     fn workspace(&self, system: &S) -> Result<Workspace, InputError> {
+        check::masses(system)?;
         let n = system.dof();
         let unsupported = |why| Err(InputError::Unsupported { method: "increment", why });
         match system.coupling() {
             Coupling::Dense => return unsupported("colours are for chains and rings"),
             Coupling::Ring if n % 2 == 1 => {
                 return unsupported("a ring of two colours has an even number of members");
+            }
+            _ if system.damping().coupled => {
+                return unsupported("friction that couples momenta acts on one at a time");
             }
             Coupling::Chain | Coupling::Ring => {}
         }
