@@ -24,6 +24,7 @@ mod state;
 mod system;
 pub mod taylor;
 mod vector;
+mod view;
 
 pub use coupling::Coupling;
 pub use curvature::{Block, Curvature};
@@ -39,3 +40,4 @@ pub use scalar::{Mask, Scalar, Series};
 pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
 pub use vector::Vector;
+pub use view::View;
