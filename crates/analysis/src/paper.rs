@@ -25,8 +25,9 @@ use serde::Serialize;
 use thiserror::Error;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
-pub const OSCILLATOR: Problem =
-    Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, end: 20.0 };
+pub fn oscillator() -> Problem {
+    Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: vec![2.3], p: vec![-3.1], end: 20.0 }
+}
 
 /// The paper's base grid.
 const BASE_STEP: f64 = 0.001;
@@ -86,8 +87,8 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
         overdamped::sheet()?,
     ];
     let scene = serde_json::json!({
-        "problem": OSCILLATOR,
-        "others": other_systems::PROBLEMS,
+        "problem": oscillator(),
+        "others": other_systems::problems(),
         "base_step": BASE_STEP,
         "steps": STEPS,
         "figure_step": FIGURE_STEP,

@@ -1,8 +1,8 @@
 //! What accuracy costs, a chart per system.
 
-use super::other_systems::PROBLEMS;
+use super::other_systems::problems;
 use super::sheet::{Sheet, marked, scientific};
-use super::{Extent, OSCILLATOR, PaperError, methods};
+use super::{Extent, PaperError, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
@@ -26,10 +26,10 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
     let count = extent.pick(9, 4);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
     let rows = methods(&COMPARED);
-    for (name, problem) in std::iter::once(("damped-oscillator", OSCILLATOR)).chain(PROBLEMS) {
+    for (name, problem) in std::iter::once(("damped-oscillator", oscillator())).chain(problems()) {
         progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
         let found = work_precision::run(&problem, &rows, &steps, progress)?;
-        let folder = if name == OSCILLATOR.model.name() { String::new() } else { format!("{name}/") };
+        let folder = if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| RunOutcome {

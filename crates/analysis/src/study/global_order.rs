@@ -1,6 +1,7 @@
 //! Global errors and the order they show.
 
-use super::{Problem, VARIABLES, values};
+use super::{Problem, VARIABLES, distance};
+use crate::Solution;
 use crate::progress::Progress;
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
@@ -17,7 +18,7 @@ pub struct GlobalRow {
     pub variable: &'static str,
     /// The step.
     pub h: f64,
-    /// max_i |x_i - x(t_i)| over the run; none if it did not reach its end.
+    /// max |x - x(t)| over the run and over the degrees of freedom; none if it did not reach its end.
     pub error: Option<f64>,
     /// log(error/error before) / log(h/h before), against the step before it.
     pub order: Option<f64>,
@@ -75,15 +76,14 @@ fn largest_error(
     problem: &Problem,
     row: &Row,
     h: f64,
-    solution: &[[f64; 3]],
+    solution: &Solution<f64>,
 ) -> Result<Option<[f64; 3]>, IntegrateError> {
     let method = problem.model.subject::<f64>()?.bind(row)?;
     let mut state = problem.start()?;
     let mut largest = [0.0_f64; 3];
     let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
-        let found = values(state);
-        for ((largest, found), exact) in largest.iter_mut().zip(found).zip(solution[step as usize]) {
-            *largest = largest.max((found - exact).abs());
+        for (largest, now) in largest.iter_mut().zip(distance(state, solution.at(step as usize))) {
+            *largest = largest.max(now);
         }
         ControlFlow::Continue(())
     });
