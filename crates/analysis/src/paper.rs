@@ -5,6 +5,7 @@
 
 mod books;
 mod errata;
+mod many_degrees;
 mod orders;
 mod other_systems;
 mod overdamped;
@@ -85,10 +86,12 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
         work::sheet(extent, progress)?,
         stability::sheet(extent, progress)?,
         overdamped::sheet()?,
+        many_degrees::sheet(extent, progress)?,
     ];
     let scene = serde_json::json!({
         "problem": oscillator(),
         "others": other_systems::problems(),
+        "many_degrees": many_degrees::problems(extent),
         "base_step": BASE_STEP,
         "steps": STEPS,
         "figure_step": FIGURE_STEP,

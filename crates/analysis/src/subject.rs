@@ -60,8 +60,7 @@ impl<T: Scalar> Subject<T> for DampedOscillator<T> {
     }
 }
 
-/// Terms of the Taylor series that stand in for an exact solution: the number at which they cost least, in 53 bits and in
-/// 106, within a few per cent.
+/// Terms of the Taylor series that stand in for an exact solution.
 const TERMS: usize = 24;
 
 /// The solution by series, its states stored in `V` on the way.

@@ -37,7 +37,8 @@ fn without_seconds(table: &str) -> String {
 #[test]
 fn tables_are_the_same_to_the_bit_for_any_number_of_threads() {
     let one = tables(1);
-    assert!(one.len() >= 20, "{:?}", one.keys());
+    assert!(one.len() >= 36, "{:?}", one.keys());
+    assert!(one.contains_key("data/fput-chain/size.csv") && one.contains_key("data/trajectory.csv"));
     for threads in [2, 5] {
         for (name, table) in tables(threads) {
             assert!(table == one[&name], "{name} differs with {threads} threads");
@@ -51,7 +52,10 @@ fn tables_follow_their_contract() {
     for (name, columns) in [
         ("data/local_orders.csv", "method,variable,statistic,order,ci_low,ci_high,points,printed"),
         ("data/global_orders.csv", "method,variable,h,error,order"),
-        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error"),
+        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,w1\n"),
+        ("data/fput-chain/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,w1,w2,w3\n"),
+        ("data/trajectory.csv", "method,step,t,q1,p1,w1,H,K\n"),
+        ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
         (
             "data/work_precision.csv",
             "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,evaluations,iterations",

@@ -12,6 +12,19 @@ use crate::study::work_precision::{self, WorkRow};
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
 
+/// The columns of a table of runs, see [`cells`].
+pub(super) const HEADER: [&str; 9] = [
+    "method",
+    "h",
+    "outcome",
+    "error of (q, p)",
+    "error of w",
+    "max |K - K₀|",
+    "steps with Δw < 0",
+    "seconds",
+    "evaluations",
+];
+
 /// What a run costs: a name and the figure.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
@@ -79,28 +92,17 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         });
         sheet.show_pair(qp, w);
         let table = found.iter().map(cells).collect();
-        let header = [
-            "method",
-            "h",
-            "outcome",
-            "error of (q, p)",
-            "error of w",
-            "max |K - K₀|",
-            "steps with Δw < 0",
-            "seconds",
-            "evaluations",
-        ];
         let [qp, w] = by_evaluations;
         sheet.fold(
             &format!("{name}: every run, and errors against evaluations"),
-            vec![super::sheet::table(&header, table), Block::Pair(qp, w)],
+            vec![super::sheet::table(&HEADER, table), Block::Pair(qp, w)],
         );
     }
     Ok(sheet)
 }
 
 /// The answer in one sentence: the cheapest way to an error of 1e-4, with and without K.
-fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
+pub(super) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     const WANTED: f64 = 1e-4;
     let best = |keeps: bool| {
         let good = rows.iter().filter(|row| {
@@ -125,7 +127,8 @@ fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     );
 }
 
-fn cells(row: &WorkRow) -> Vec<String> {
+/// The cells of a run.
+pub(super) fn cells(row: &WorkRow) -> Vec<String> {
     vec![
         row.method.into(),
         row.h.to_string(),
