@@ -45,7 +45,8 @@ pub(in crate::paper) fn add(
     extent: Extent,
     progress: &dyn Progress,
 ) -> Result<(), PaperError> {
-    let steps: Vec<f64> = (0..extent.pick(6, 4)).map(|k| 0.4 / f64::from(1 << k)).collect();
+    let (coarsest, count) = extent.pick((0.4, 6), (0.2, 4));
+    let steps: Vec<f64> = (0..count).map(|k| coarsest / f64::from(1 << k)).collect();
     let (end, mut figures) = (end(extent), Vec::new());
     for (name, problem, names) in [
         ("fput-chain", chain(masses(extent), end), &SEPARABLE[..]),
