@@ -20,8 +20,8 @@ pub struct Row {
     pub name: &'static str,
     /// One line on what it is.
     pub about: &'static str,
-    /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, on any system it applies to; some
-    /// systems see higher ones. The order of the method is the least of them.
+    /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, where H is separable if it need be
+    /// no more general; some systems see higher ones. The order of the method is the least of them, on any system it applies to.
     pub local_order: [u32; 3],
     /// K is kept to rounding at every step size.
     pub keeps_k: bool,
@@ -60,7 +60,10 @@ pub enum Needs {
     Curvature,
     /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
     Separable,
-    /// The same with one degree of freedom.
+    /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and p_j ([`PhasePlane`]), D_j free
+    /// of the other velocities.
+    SeparableOrPlanes,
+    /// H = p²/(2m) + V(q), one degree of freedom.
     OneDegree,
     /// A system whose δ the paper prints: the damped oscillator.
     Printed,
@@ -73,6 +76,7 @@ impl Needs {
             Self::Any => "any system",
             Self::Curvature => "any H, 2nd derivatives",
             Self::Separable => "separable H",
+            Self::SeparableOrPlanes => "separable H or phase planes",
             Self::OneDegree => "separable H, 1 degree",
             Self::Printed => "damped oscillator",
         }
@@ -187,7 +191,8 @@ pub const METHODS: &[Row] = &[
 ];
 
 /// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and of order 1 in w where D_j
-/// feels its neighbours. For one degree of freedom it is its own adjoint, and all of its orders are 2.
+/// feels its neighbours. With one degree of freedom and H separable it is its own adjoint, and all of its orders are 2. With
+/// phase planes the velocity is taken at a corner too, and q is of order 1 as well.
 const fn increment(
     name: &'static str,
     local_order: [u32; 3],
@@ -196,7 +201,7 @@ const fn increment(
     composition: fn() -> Composition,
 ) -> Row {
     let kind = Kind::Increment(composition);
-    Row { name, about, local_order, keeps_k: true, passive, needs: Needs::Separable, kind }
+    Row { name, about, local_order, keeps_k: true, passive, needs: Needs::SeparableOrPlanes, kind }
 }
 
 const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
