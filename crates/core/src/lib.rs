@@ -4,9 +4,12 @@
 //! q' = ∂H/∂p        p' = -∂H/∂q - D(q,p)        w_j' = D_j(q,p) ∂H/∂p_j      (j = 1..N)
 //! ```
 //!
-//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`], a [`State`], a [`Method`] and a
-//! failure are, holds the only time loop ([`integrate`]), the divided differences without cancellation
-//! ([`Separable::edge`]) and the solvers of scalar equations ([`solver`]). It knows no method and no system by name.
+//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some know besides ([`Separable`],
+//! [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`], [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`]
+//! and a failure are, and which numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], eight lanes [`f64x8`]). It holds the only
+//! time loop ([`integrate`]), the divided differences without cancellation ([`edge`]), the solvers of scalar equations
+//! ([`solver`]), solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]). It knows no
+//! method and no system by name.
 
 pub mod check;
 mod coupling;

@@ -3,10 +3,10 @@
 //! Parameters are scalars like the state, so a system lives in any [`Scalar`]: `map` lifts the parameters of one
 //! system into another scalar, `f64` into [`afterbay_core::Quad`] for a reference, into
 //! [`afterbay_core::Series`] for Taylor coefficients, into dual numbers for derivatives. What a system knows of
-//! itself is what it implements. With one degree of freedom every one here is [`afterbay_core::Separable`], its edge
-//! in closed form, and [`afterbay_core::OrderRaising`]; the [`DampedOscillator`] is also linear, exactly solvable and
-//! misprinted. With more, every one has its [`afterbay_core::Curvature`]; all but the [`DampedDoublePendulum`] are
-//! separable, their edges in closed form.
+//! itself is what it implements. Every one here has its [`afterbay_core::Curvature`]. All but the [`DampedDoublePendulum`] are
+//! [`afterbay_core::Separable`], their edges in closed form; the pendulum knows its [`afterbay_core::PhasePlane`]s, in closed
+//! form too. Those with one degree of freedom are [`afterbay_core::OrderRaising`], and the [`DampedOscillator`] is also linear,
+//! exactly solvable and misprinted; the [`FputChain`] and the [`VanDerPolRing`] are [`afterbay_core::Uniform`].
 
 mod damped_double_pendulum;
 mod damped_oscillator;
