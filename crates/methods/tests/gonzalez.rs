@@ -145,6 +145,57 @@ proptest! {
         };
         checked(&system, h, q, p)?;
     }
+
+    /// D_j = c m_j v_j: Δw_j = c m_j (Δq_j/h) Δq_j is of one sign, and rounding keeps order.
+    #[test]
+    fn every_reservoir_only_fills_where_r_is_diagonal(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
+        (masses, q, p) in (1_usize..20).prop_flat_map(|n| {
+            let part = || prop::collection::vec(-1.5..1.5, n);
+            (prop::collection::vec(0.1..10.0, n), part(), part())
+        }),
+        kind in 0..3,
+    ) {
+        let n = q.len();
+        let springs = match kind {
+            0 => Springs::chain(n, c),
+            1 if n > 2 => Springs::ring(n, c),
+            _ => Springs::dense(n, c),
+        };
+        let system = Springs { masses, ..springs };
+        let mut state = State::new(q, p).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        for _ in 0..6 {
+            let before = state.w.clone();
+            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+                break;
+            }
+            for (before, after) in before.iter().zip(&state.w) {
+                prop_assert!(after >= before, "{before:e} {after:e}");
+            }
+        }
+    }
+
+    /// D = R v, R coupled and positive definite, so one reservoir may drain into the other. What is computed of Δq·R Δq/h is
+    /// positive, the roundings of its products being less than a part of it; each w_j then is rounded once.
+    #[test]
+    fn the_reservoirs_together_only_fill_where_r_is_coupled(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),
+    ) {
+        let system = Twisted { c, offset: 0.0 };
+        let mut state = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        for _ in 0..6 {
+            let before = state.w;
+            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+                break;
+            }
+            let sum = |w: [f64; 2]| Quad::from_f64(w[0]) + Quad::from_f64(w[1]);
+            let gained = (sum(state.w) - sum(before)).to_f64();
+            let rounding = f64::EPSILON / 2.0 * state.w.iter().map(|w| w.abs()).sum::<f64>();
+            prop_assert!(gained >= -rounding, "{gained:e} {rounding:e}");
+        }
+    }
 }
 
 /// The state after some steps of h = 0.1.
@@ -345,4 +396,31 @@ fn failures_have_names_and_leave_the_state_alone() {
     assert!(matches!(singular, StepFailure::Singular { dof: 0, .. }), "{singular}");
     assert!(matches!(fails((f64::NAN, 0.0), 0.1, 1.0), StepFailure::NonFinite { dof: 0, .. }));
     assert!(matches!(fails((f64::MAX, 0.0), 0.1, 1e3), StepFailure::NonFinite { dof: 0, .. }));
+}
+
+#[test]
+fn what_was_before_is_no_part_of_a_step() {
+    let system = Springs::chain(30, 0.2);
+    let (q, p) = start::<f64>(30);
+    let (mut state, mut other) = (State::new(q.clone(), p.clone()).unwrap(), State::new(p, q).unwrap());
+    let mut used = METHOD.workspace(&system).unwrap();
+    let (mut with, mut without) = (0, 0);
+    for i in 0..60 {
+        // The same step from the same state, with a guess and without.
+        let mut fresh = METHOD.workspace(&system).unwrap();
+        let mut alone = state.clone();
+        without += METHOD.step(&system, 0.02, &mut alone, &mut fresh).unwrap().iterations;
+        with += METHOD.step(&system, 0.02, &mut state, &mut used).unwrap().iterations;
+        for (a, b) in numbers(&state).iter().zip(&numbers(&alone)) {
+            assert!((a - b).abs() < 2e-15 * (1.0 + a.abs()), "step {i}: {a:e} {b:e}");
+        }
+    }
+    assert!(with < without, "{with} {without}");
+    // From an unrelated state, or with another h, to the bit.
+    for h in [0.02, 0.03] {
+        let mut alone = other.clone();
+        METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap()).unwrap();
+        METHOD.step(&system, h, &mut other, &mut used).unwrap();
+        assert_eq!(alone, other);
+    }
 }

@@ -35,7 +35,15 @@ pub(super) struct History<V: Vector> {
 impl<V: Vector> History<V> {
     pub(super) fn new(n: usize) -> Self {
         let zeros = || [V::zeros(n), V::zeros(n)];
-        Self { before: [zeros(), zeros()], steps: 0, h: V::Scalar::zero(), least: None, worn: false, rate: f64::NAN, blind: false }
+        Self {
+            before: [zeros(), zeros()],
+            steps: 0,
+            h: V::Scalar::zero(),
+            least: None,
+            worn: false,
+            rate: f64::NAN,
+            blind: false,
+        }
     }
 
     /// Starts afresh.

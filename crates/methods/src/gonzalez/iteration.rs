@@ -7,15 +7,16 @@
 //!
 //! **Which root.** There may be several, and the one wanted is that which continues from Δz = 0 at h = 0. The equation is
 //! Δz = s h f(Δz) at s = 1, so it is lost on the way from s = 0 only where I - s h f' is singular. An iteration is believed if
-//! 1. the second correction is at most a quarter of the first, both by the same Jacobian J. It is Kantorovich's condition for
-//!    one root and a regular Jacobian around, with the Lipschitz constant seen in the two corrections: for one quadratic
-//!    equation it is exactly that the discriminant is not negative; in general it is an estimate, in the direction of the
-//!    corrections;
+//! 1. every correction above the noise is at most a sixteenth of the one before, the first two by the same Jacobian J. It
+//!    is Kantorovich's condition for one root and a regular Jacobian around, the Lipschitz constant being the one seen in the
+//!    two corrections. For one quadratic equation a quarter would do exactly; since what is seen is an estimate, in the
+//!    direction of the corrections, a quarter was found to let other roots pass;
 //! 2. J is itself joined to I. From Δz = 0 it is J(0), and I - s h f'(0) has to be regular for all s (a bound over its rows,
-//!    which may be too strict but is never wrong). Along the solution it is the J of the last s; from a guess that of a step before.
+//!    which may be too strict but is never wrong). Along the solution it is the J of the last s. From a guess it is that of a
+//!    step before, or at the guess, and the guess has to be right to a hundredth of z: steps so short follow the solution in time.
 //!
 //! Where Δz = 0 fails, the solution is followed in strides of s, each under the same condition. What is not guaranteed: a root
-//! that branches off in a direction no correction has, and one lost and found again within the quarter.
+//! that branches off in a direction no correction has, and one lost and found again within the sixteenth.
 
 use super::equation::Workspace;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
@@ -24,13 +25,13 @@ use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 const LIMIT: u32 = 40;
 /// Corrections without a smaller one among them that end it: in the noise of the equation, and far from it.
 const PATIENCE: [u32; 2] = [2, 8];
-/// The most that the second correction may be of the first.
-const TRUSTED: f64 = 0.25;
+/// The most that a correction may be of the one before.
+const TRUSTED: f64 = 0.0625;
 /// The shortest stride in s where the solution is followed from s h = 0 to h.
 const SHORTEST: f64 = 1e-3;
 /// A correction that leaves more than this of the one before asks for a new Jacobian.
 const SLOW: f64 = 0.0625;
-/// So does one larger than this share of z, but for the first.
+/// So does one larger than this share of z, but for the first; a first one that large ends a guess.
 const FAR: f64 = 0.01;
 /// Unless it is a few roundings itself, and may be noise.
 const FLOOR: f64 = 1e3;
@@ -46,6 +47,8 @@ const NOISY: f64 = 1e-3;
 enum From {
     /// At Δz = 0, with its Jacobian.
     Rest,
+    /// At the solution for less of h, with its Jacobian.
+    Along,
     /// At a guess, with the Jacobian there is.
     Guess,
     /// At a guess, with its Jacobian.
@@ -95,29 +98,24 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// The iteration from the Δz, z̄ and z1 there are, which are then those found. Gives the number of corrections.
-    fn iterate<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        from: From,
-    ) -> Result<u32, Stalled>
+    fn iterate<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, from: From) -> Result<u32, Stalled>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let epsilon = V::Scalar::EPSILON;
         let start = state.energy(system);
-        let (mut stale, mut renewed, mut resolved) = (from != From::Guess, false, None);
-        let (mut before, mut least, mut waited) = (f64::NAN, f64::INFINITY, 0);
+        let (mut stale, mut renewed, mut resolved, mut units) =
+            (matches!(from, From::Rest | From::GuessAnew), false, None, None);
+        let (mut before, mut moved, mut least, mut waited) = (f64::NAN, f64::NAN, f64::INFINITY, 0);
         // What a correction leaves of itself, and the most that was seen of it above the noise.
         let (mut rate, mut seen) = (self.history.rate(), f64::NAN);
         for iterations in 1..=LIMIT {
             let stalled = |failure| Err(Stalled { failure, iterations });
             self.evaluate(system);
             let mut correction = self.correction(system, start);
+            let noise = h.to_f64().abs() * epsilon * correction.rough;
             if correction.inverse > 0.0 {
                 // Decided once, so that the equation stays the same while it is solved.
-                let noise = h.to_f64().abs() * epsilon * correction.rough;
                 if !*resolved.get_or_insert(noise < NOISY) {
                     correction.drop();
                 }
@@ -154,10 +152,15 @@ impl<V: Vector> Workspace<V> {
             waited = if update.size < least { 0 } else { waited + 1 };
             least = least.min(update.size);
             let done = lost || (small && waited >= PATIENCE[0]);
+            // In the same units all along: what is lost in noise may be so because it is far out.
+            let moves = update.within(*units.get_or_insert(update.z));
             let doubtful = match iterations {
-                1 => from == From::Rest && !self.jacobian.is_regular_from_rest(),
-                2 => ratio > TRUSTED && !noisy,
-                _ => false,
+                1 => match from {
+                    From::Rest => !self.jacobian.is_regular_from_rest(),
+                    From::Along => false,
+                    From::Guess | From::GuessAnew => moves > FAR,
+                },
+                _ => moves > TRUSTED * moved && moves > NOISE.mul_add(noise.min(NOISY), FLOOR * epsilon),
             };
             // On a way that needed new Jacobians, only the correction by one made there is believed.
             if done && !doubtful && (!renewed || (fresh && small)) {
@@ -172,7 +175,7 @@ impl<V: Vector> Workspace<V> {
             let far = iterations > 1 && update.size > FAR;
             stale = (ratio > SLOW && !noisy) || far || done;
             renewed |= stale;
-            before = update.size;
+            (before, moved) = (update.size, moves);
         }
         let failure = StepFailure::NewtonStalled { dof: 0, iterations: LIMIT, update: before };
         Err(Stalled { failure, iterations: LIMIT })
@@ -206,7 +209,7 @@ impl<V: Vector> Workspace<V> {
             let found = if s == 0.0 {
                 self.begin(system, h(next), state)
             } else {
-                self.iterate(system, h(next), state, From::Guess)
+                self.iterate(system, h(next), state, From::Along)
             };
             match found {
                 Ok(iterations) => {

@@ -83,7 +83,8 @@ impl Solver for Tridiagonal {
         let half = self.size / 2;
         let (left, right) = self.values.as_chunks::<3>().0.split_at(half);
         let (x_left, x_right) = x.split_at_mut(half);
-        let (Some((middle, right)), Some((x, x_right))) = (right.split_first(), x_right.split_first_mut()) else {
+        let (Some((middle, right)), Some((x, x_right))) = (right.split_first(), x_right.split_first_mut())
+        else {
             return;
         };
         // For an even number the left has one row more.
