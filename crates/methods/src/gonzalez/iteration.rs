@@ -10,7 +10,7 @@
 //! 1. every correction above the noise is at most a sixteenth of the one before, the first two by the same Jacobian J. It
 //!    is Kantorovich's condition for one root and a regular Jacobian around, the Lipschitz constant being the one seen in the
 //!    two corrections. For one quadratic equation a quarter would do exactly; since what is seen is an estimate, in the
-//!    direction of the corrections, a quarter was found to let other roots pass;
+//!    direction of the corrections, a quarter was found to let other roots pass.;
 //! 2. J is itself joined to I. From Δz = 0 it is J(0), and I - s h f'(0) has to be regular for all s (a bound over its rows,
 //!    which may be too strict but is never wrong). Along the solution it is the J of the last s. From a guess it is that of a
 //!    step before, or at the guess, and the guess has to be right to a hundredth of z: steps so short follow the solution in time.
@@ -28,7 +28,7 @@ const PATIENCE: [u32; 2] = [2, 8];
 /// The most that a correction may be of the one before.
 const TRUSTED: f64 = 0.0625;
 /// The shortest stride in s where the solution is followed from s h = 0 to h.
-const SHORTEST: f64 = 1e-3;
+const SHORTEST: f64 = 1e-4;
 /// A correction that leaves more than this of the one before asks for a new Jacobian.
 const SLOW: f64 = 0.0625;
 /// So does one larger than this share of z, but for the first; a first one that large ends a guess.
