@@ -10,7 +10,7 @@
 //! 1. every correction above the noise is at most a sixteenth of the one before, the first two by the same Jacobian J. It
 //!    is Kantorovich's condition for one root and a regular Jacobian around, the Lipschitz constant being the one seen in the
 //!    two corrections. For one quadratic equation a quarter would do exactly; since what is seen is an estimate, in the
-//!    direction of the corrections, a quarter was found to let other roots pass.;
+//!    direction of the corrections, a quarter was found to let other roots pass;
 //! 2. J is itself joined to I. From Δz = 0 it is J(0), and I - s h f'(0) has to be regular for all s (a bound over its rows,
 //!    which may be too strict but is never wrong). Along the solution it is the J of the last s. From a guess it is that of a
 //!    step before, or at the guess, and the guess has to be right to a hundredth of z: steps so short follow the solution in time.
