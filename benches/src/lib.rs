@@ -4,6 +4,7 @@
 //! table of ratios, which a noisy machine disturbs less.
 
 mod by_hand;
+pub mod chain;
 mod conservative;
 mod pairs;
 

@@ -12,6 +12,16 @@ pub enum Coupling {
 }
 
 impl Coupling {
+    /// May i and j, of `n` degrees of freedom, act on each other?
+    pub fn joins(&self, n: usize, i: usize, j: usize) -> bool {
+        let apart = i.abs_diff(j);
+        match self {
+            Self::Chain => apart <= 1,
+            Self::Ring => apart <= 1 || apart + 1 == n,
+            Self::Dense => true,
+        }
+    }
+
     /// The `n` degrees of freedom colour by colour, no two of a colour acting on each other: red-black for a chain and
     /// an even ring, a third colour for the last of an odd ring. What is dense stays in its natural order.
     pub fn coloured(&self, n: usize) -> Vec<usize> {

@@ -17,6 +17,20 @@ pub enum Block {
     Dp,
 }
 
+impl Block {
+    /// Its entry in this row and column, both counted from 0 here and from 1 in the name.
+    pub(crate) fn of(self, row: usize, column: usize) -> String {
+        let (i, j) = (row.saturating_add(1), column.saturating_add(1));
+        match self {
+            Self::Hqq => format!("∂²H/∂q{i}∂q{j}"),
+            Self::Hqp => format!("∂²H/∂q{i}∂p{j}"),
+            Self::Hpp => format!("∂²H/∂p{i}∂p{j}"),
+            Self::Dq => format!("∂D{i}/∂q{j}"),
+            Self::Dp => format!("∂D{i}/∂p{j}"),
+        }
+    }
+}
+
 /// A system that knows its second derivatives.
 pub trait Curvature<T: Scalar>: System<T> {
     /// Gives every entry of every block at (q, p) that is not zero everywhere, always the same ones in the same order.

@@ -1,6 +1,6 @@
 //! Failures are values that say where, what and how much.
 
-use crate::{Mask, Scalar};
+use crate::{Block, Mask, Scalar};
 use thiserror::Error;
 
 /// What a number stands for.
@@ -14,6 +14,36 @@ pub enum Quantity {
     Reservoir,
     /// -∂H/∂q or D
     Force,
+    /// H
+    Energy,
+    /// ∂H/∂q
+    Slope,
+    /// ∂H/∂p
+    Velocity,
+    /// ∂V/∂q
+    Partial,
+    /// The mean of ∂V/∂q along an edge.
+    Increment,
+    /// m
+    Mass,
+    /// D
+    Dissipation,
+    /// ∂D_j/∂p_j
+    Friction,
+    /// D_j ∂H/∂p_j, what the reservoir gains.
+    Loss,
+    /// Σ D_j ∂H/∂p_j
+    TotalLoss,
+}
+
+impl Quantity {
+    /// Its name with the degree of freedom, counted from 1, where it belongs to one.
+    fn of(self, dof: usize) -> String {
+        match self {
+            Self::Energy | Self::TotalLoss => self.to_string(),
+            _ => format!("{self}{}", dof + 1),
+        }
+    }
 }
 
 impl std::fmt::Display for Quantity {
@@ -23,6 +53,16 @@ impl std::fmt::Display for Quantity {
             Self::Momentum => "p",
             Self::Reservoir => "w",
             Self::Force => "force",
+            Self::Energy => "H",
+            Self::Slope => "∂H/∂q",
+            Self::Velocity => "∂H/∂p",
+            Self::Partial => "∂V/∂q",
+            Self::Increment => "the mean of ∂V/∂q",
+            Self::Mass => "m",
+            Self::Dissipation => "D",
+            Self::Friction => "∂D/∂p of ",
+            Self::Loss => "w'",
+            Self::TotalLoss => "Σ w'",
         })
     }
 }
@@ -84,8 +124,8 @@ pub enum InputError {
         /// The length given.
         found: usize,
     },
-    /// A state that is not finite to begin with.
-    #[error("{quantity}{} = {value:?} is not finite", dof + 1)]
+    /// A state that is not finite to begin with, or a system that is not at a state that is.
+    #[error("{} = {value:?} is not finite", quantity.of(*dof))]
     NotFinite {
         /// Which vector.
         quantity: Quantity,
@@ -103,6 +143,44 @@ pub enum InputError {
         value: f64,
         /// What is allowed.
         range: &'static str,
+    },
+    /// A mass that is zero, negative or not finite.
+    #[error("m{} = {value:?} must be positive and finite", dof + 1)]
+    Mass {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The mass given.
+        value: f64,
+    },
+    /// A system that contradicts itself, see [`crate::check`].
+    #[error("{} is given as {given:?} and found to be {found:?}: {rule}", quantity.of(*dof))]
+    Contradiction {
+        /// What is contradicted.
+        quantity: Quantity,
+        /// Which degree of freedom, from 0; for a sum, the one that contributes most to what is wrong.
+        dof: usize,
+        /// The value given, or the bound claimed.
+        given: f64,
+        /// The value found.
+        found: f64,
+        /// What should hold and does not.
+        rule: &'static str,
+    },
+    /// The same of a derivative of one degree of freedom by another.
+    #[error("{} is given as {given:?} and found to be {found:?}: {rule}", block.of(*row, *column))]
+    ContradictionBetween {
+        /// Which derivative.
+        block: Block,
+        /// The degree of freedom differentiated, from 0.
+        row: usize,
+        /// The degree of freedom it is differentiated by, from 0.
+        column: usize,
+        /// The value given.
+        given: f64,
+        /// The value found.
+        found: f64,
+        /// What should hold and does not.
+        rule: &'static str,
     },
     /// A method that does not apply to this system.
     #[error("{method} does not apply: {why}")]

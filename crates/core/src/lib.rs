@@ -8,6 +8,7 @@
 //! failure are, holds the only time loop ([`integrate`]), the divided differences without cancellation
 //! ([`Separable::edge`]) and the solvers of scalar equations ([`solver`]). It knows no method and no system by name.
 
+pub mod check;
 mod coupling;
 mod curvature;
 pub mod edge;
@@ -18,11 +19,13 @@ mod integrate;
 mod method;
 mod observer;
 mod order_raising;
+mod phase_plane;
 mod scalar;
 pub mod solver;
 mod state;
 mod system;
 pub mod taylor;
+mod uniform;
 mod vector;
 
 pub use coupling::Coupling;
@@ -34,8 +37,11 @@ pub use integrate::integrate;
 pub use method::{Effort, Method};
 pub use observer::{Every, Observer};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
+pub use phase_plane::{Mean, PhasePlane, Resistance, Slopes};
 pub use qd::Quad;
 pub use scalar::{Mask, Scalar, Series};
 pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
+pub use uniform::Uniform;
 pub use vector::Vector;
+pub use wide::f64x8;

@@ -27,13 +27,22 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
     ) -> Result<Effort, StepFailure>;
 }
 
-/// What steps cost, counted.
+/// What steps cost, counted for all degrees of freedom at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
     /// Evaluations of the force (∂H/∂q or its mean along an edge, together with D).
     pub evaluations: u64,
     /// Iterations of a nonlinear solver.
     pub iterations: u64,
+}
+
+impl Effort {
+    /// What `n` degrees of freedom took one at a time, as what each of them took, rounded up.
+    #[inline(always)]
+    pub fn shared_by(self, n: usize) -> Self {
+        let share = |all: u64| if n > 1 { all.div_ceil(n as u64) } else { all };
+        Self { evaluations: share(self.evaluations), iterations: share(self.iterations) }
+    }
 }
 
 impl AddAssign for Effort {

@@ -7,6 +7,7 @@
 
 #[cfg(feature = "num-dual")]
 mod dual;
+mod lanes;
 mod quad;
 mod series;
 

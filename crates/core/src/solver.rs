@@ -9,12 +9,11 @@ mod newton;
 pub use fixed_point::FixedPoint;
 pub use newton::Newton;
 
-use crate::{Line, Scalar, StepFailure};
+use crate::{Scalar, StepFailure};
 
 /// A way to solve `x = start - F(1, x)` to rounding.
 pub trait Solver {
-    /// The solution, from `start`. `equation(s, x)` gives F and ∂F/∂x; changes of x below a rounding of `reach` are
-    /// lost on F.
+    /// The solution, from `start`. `equation(s, x)` gives F.
     ///
     /// # Errors
     /// A [`StepFailure`] of degree of freedom `dof`.
@@ -22,9 +21,19 @@ pub trait Solver {
         &self,
         dof: usize,
         start: T,
-        reach: T,
-        equation: impl FnMut(T, T) -> Line<T>,
+        equation: impl FnMut(T, T) -> Sample<T>,
     ) -> Result<Root<T>, StepFailure>;
+}
+
+/// F at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<T> {
+    /// F
+    pub value: T,
+    /// ∂F/∂x
+    pub slope: T,
+    /// What F changes by, at the most, where what it is computed from is rounded: this times the unit roundoff.
+    pub rough: T,
 }
 
 /// A solution and what it took.

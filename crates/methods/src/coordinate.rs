@@ -5,7 +5,7 @@
 //! Δw = δ(w)/m D̄ v        D̄ = D((q0 + q1)/2, v)
 //! ```
 
-use afterbay_core::solver::Solver;
+use afterbay_core::solver::{Sample, Solver};
 use afterbay_core::{Drag, Line, Scalar, StepFailure};
 
 /// A coordinate before its step.
@@ -39,16 +39,18 @@ impl<T: Scalar> Coordinate<T> {
         let Self { dof, q: q0, p: p0, steps: [rate, delta_p, drain], dissipative } = self;
         let half_p = delta_p.half();
         // The step sizes shrink with `share`, from the step wanted (1) to none (0).
-        let root = solver.solve(dof, p0, q0.abs() / rate.abs(), |share, v| {
+        let root = solver.solve(dof, p0, |share, v| {
             let (width, pull) = (share * rate, share * half_p);
             let (edge, drag) = force(width.mul_add(v, q0), width.half().mul_add(v, q0), v);
             if !dissipative {
-                return Line { value: pull * edge.value, slope: pull * width * edge.slope };
+                let by_q = pull * edge.slope;
+                return Sample { value: pull * edge.value, slope: width * by_q, rough: (by_q * q0).abs() };
             }
-            let drag_slope = width.half().mul_add(drag.by_q, drag.by_p);
-            Line {
+            let by_q = pull * (edge.slope + drag.by_q.half());
+            Sample {
                 value: pull.mul_add(edge.value, pull * drag.value),
-                slope: (pull * width).mul_add(edge.slope, pull * drag_slope),
+                slope: width.mul_add(by_q, pull * drag.by_p),
+                rough: (by_q * q0).abs(),
             }
         })?;
         let v = root.x;

@@ -11,15 +11,25 @@
 //! no linear algebra, O(N) a sweep where V couples neighbours only. One sweep has order 1; its adjoint is the sweep in
 //! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
 //! is, as long as no part of the step runs backwards, which beyond order 2 some do.
+//!
+//! Where D = C(q) p couples the momenta it acts between the sweeps, one momentum after the other: see [`friction`], and there
+//! why that keeps K, the orders and passivity (in sum, for D = R(q) ∂H/∂p with R symmetric). What is coupled and not linear is
+//! refused.
 
 mod composition;
+mod friction;
+mod general;
+mod tile;
+mod tiled;
 
 pub use composition::Composition;
+pub use general::GeneralIncrement;
+pub use tiled::Tiled;
 
-use crate::coordinate::Coordinate;
-use afterbay_core::solver::Newton;
+use crate::coordinate::{Coordinate, Moved};
+use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
-    Drag, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
+    Drag, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
 };
 
 /// The coordinate-increment discrete gradient, composed of sweeps to and fro.
@@ -48,6 +58,8 @@ pub struct Workspace<V> {
     p: V,
     w: V,
     order: Vec<usize>,
+    /// Twice the mean momenta, where friction couples them.
+    means: Option<V>,
 }
 
 impl<V, S> Method<V, S> for Increment
@@ -58,16 +70,13 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        check::masses(system)?;
         let n = system.dof();
-        let order = self.order.clone().unwrap_or_else(|| (0..n).collect());
-        let mut sorted = order.clone();
-        sorted.sort_unstable();
-        if !sorted.into_iter().eq(0..n) {
-            let why = "the order of the coordinates must name each of them once";
-            return Err(InputError::Unsupported { method: "increment", why });
-        }
+        let order = ordering("increment", self.order.as_ref(), n)?;
+        friction::check(system.damping())?;
         let zeros = || V::zeros(n);
-        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order })
+        let means = system.damping().coupled.then(zeros);
+        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order, means })
     }
 
     #[inline]
@@ -78,7 +87,7 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { q, p, w, order } = workspace;
+        let Workspace { q, p, w, order, means } = workspace;
         q.as_mut_slice().copy_from_slice(state.q.as_slice());
         p.as_mut_slice().copy_from_slice(state.p.as_slice());
         w.as_mut_slice().copy_from_slice(state.w.as_slice());
@@ -86,12 +95,15 @@ where
         let mut sweeps = || {
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
-                effort += match i % 2 {
-                    0 => sweep(system, h, state, order.iter().copied())?,
-                    _ => sweep(system, h, state, order.iter().rev().copied())?,
+                let (there, back) = (order.iter().copied(), order.iter().rev().copied());
+                effort += match (means.as_mut(), i % 2) {
+                    (None, 0) => sweep(system, h, state, there)?,
+                    (None, _) => sweep(system, h, state, back)?,
+                    (Some(means), 0) => rubbed(system, h, state, means, there, back)?,
+                    (Some(means), _) => rubbed(system, h, state, means, back, there)?,
                 };
             }
-            check(state)
+            finite(state)
         };
         if let Err(failure) = sweeps() {
             std::mem::swap(&mut state.q, q);
@@ -99,8 +111,39 @@ where
             std::mem::swap(&mut state.w, w);
             return Err(failure);
         }
-        Ok(effort)
+        Ok(effort.shared_by(order.len()))
     }
+}
+
+/// The order given, or the natural one.
+fn ordering(method: &'static str, order: Option<&Vec<usize>>, n: usize) -> Result<Vec<usize>, InputError> {
+    let order = order.cloned().unwrap_or_else(|| (0..n).collect());
+    let mut sorted = order.clone();
+    sorted.sort_unstable();
+    if !sorted.into_iter().eq(0..n) {
+        let why = "the order of the coordinates must name each of them once";
+        return Err(InputError::Unsupported { method, why });
+    }
+    Ok(order)
+}
+
+/// A sweep there, with half of the friction before it and half after it, on the way back.
+fn rubbed<V, S>(
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    means: &mut V,
+    there: impl Iterator<Item = usize> + Clone,
+    back: impl Iterator<Item = usize>,
+) -> Result<Effort, StepFailure>
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    friction::pass(system, h.half(), state, means, there.clone())?;
+    let effort = sweep(system, h, state, there)?;
+    friction::pass(system, h.half(), state, means, back)?;
+    Ok(effort)
 }
 
 /// Moves every coordinate once, in the order given.
@@ -115,23 +158,13 @@ where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
-    let dissipative = !system.damping().zero;
-    let zero = V::Scalar::zero();
+    let damping = system.damping();
+    // Friction that couples the momenta is not the sweep's.
+    let dissipative = !damping.zero && !damping.coupled;
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     for j in order {
-        let (from, rate) = (q[j], h / system.mass(j));
-        let coordinate = Coordinate { dof: j, q: from, p: p[j], steps: [rate, h, rate], dissipative };
-        let moved = coordinate.advance(&Newton, |to, middle, v| {
-            let edge = system.edge(q, j, to);
-            if !dissipative {
-                return (edge, Drag { value: zero, by_q: zero, by_p: zero });
-            }
-            (q[j], p[j]) = (middle, v);
-            let drag = system.drag(q, p, j);
-            q[j] = from;
-            (edge, drag)
-        })?;
+        let moved = advance(system, &Newton, h, [j, j], [q, p], dissipative)?;
         (q[j], p[j]) = (moved.q, moved.p);
         if dissipative {
             w[j] += moved.dw;
@@ -141,15 +174,43 @@ where
     Ok(Effort { evaluations, iterations: evaluations })
 }
 
+/// Coordinate j moved along its edge; failures call it `dof`. Entry j of p is left changed.
+#[inline(always)]
+fn advance<T, S>(
+    system: &S,
+    solver: &impl Solver,
+    h: T,
+    [j, dof]: [usize; 2],
+    [q, p]: [&mut [T]; 2],
+    dissipative: bool,
+) -> Result<Moved<T>, StepFailure>
+where
+    T: Scalar,
+    S: Separable<T> + ?Sized,
+{
+    let (from, rate, zero) = (q[j], h / system.mass(j), T::zero());
+    let coordinate = Coordinate { dof, q: from, p: p[j], steps: [rate, h, rate], dissipative };
+    coordinate.advance(solver, |to, middle, v| {
+        let edge = system.edge(q, j, to);
+        if !dissipative {
+            return (edge, Drag { value: zero, by_q: zero, by_p: zero });
+        }
+        (q[j], p[j]) = (middle, v);
+        let drag = system.drag(q, p, j);
+        q[j] = from;
+        (edge, drag)
+    })
+}
+
 /// Is the state finite?
-fn check<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
+fn finite<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
     let parts = [
         (Quantity::Coordinate, state.q.as_slice()),
         (Quantity::Momentum, state.p.as_slice()),
         (Quantity::Reservoir, state.w.as_slice()),
     ];
-    let finite = |part: &[V::Scalar]| {
+    let all = |part: &[V::Scalar]| {
         part.iter().fold(V::Scalar::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
     };
-    if parts.iter().all(|(_, part)| finite(part)) { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
+    if parts.iter().all(|(_, part)| all(part)) { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
 }

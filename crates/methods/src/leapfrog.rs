@@ -6,11 +6,12 @@
 //! ```
 //!
 //! Order 2, symmetric, explicit where D is linear in its momentum. Keeps K only up to O(h²). Passive where D is:
-//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D.
+//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one momentum at a
+//! time, so D that couples them is refused.
 
-use afterbay_core::solver::{Newton, Solver};
+use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Line, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
+    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
 };
 use std::hint::cold_path;
 
@@ -36,6 +37,12 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        check::masses(system)?;
+        if system.damping().coupled {
+            let why =
+                "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
+            return Err(InputError::Unsupported { method: "leapfrog", why });
+        }
         let zeros = || V::zeros(system.dof());
         Ok(Workspace { p_half: zeros(), drag: zeros(), q: zeros(), p: zeros(), w: zeros() })
     }
@@ -67,10 +74,14 @@ where
                 drag[j] = by_p * p_half[j];
                 q1[j] = (rate * keep).mul_add(kicked, q0[j]);
             } else {
-                let root = Newton.solve(j, kicked, V::Scalar::zero(), |s, p| {
+                let root = Newton.solve(j, kicked, |s, p| {
                     p_half[j] = p;
                     let drag = system.drag(q0, p_half, j);
-                    Line { value: s * half_h * drag.value, slope: s * half_h * drag.by_p }
+                    Sample {
+                        value: s * half_h * drag.value,
+                        slope: s * half_h * drag.by_p,
+                        rough: V::Scalar::zero(),
+                    }
                 })?;
                 p_half[j] = root.x;
                 drag[j] = system.drag(q0, p_half, j).value;

@@ -13,7 +13,7 @@ pub mod registry;
 mod rk4;
 
 pub use gonzalez::Gonzalez;
-pub use increment::{Composition, Increment};
+pub use increment::{Composition, GeneralIncrement, Increment, Tiled};
 pub use leapfrog::Leapfrog;
 pub use linear::LinearSolver;
 pub use moddg::ModDg;

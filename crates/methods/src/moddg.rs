@@ -20,7 +20,7 @@ mod implicit;
 pub use closed_form::ClosedForm;
 
 use afterbay_core::solver::Newton;
-use afterbay_core::{InputError, Mask, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, check};
 use steps::Plain;
 
 /// The modified discrete gradient with the step sizes `D` ([`Plain`], [`steps::Raised`], [`steps::Printed`]), its
@@ -47,10 +47,13 @@ impl ModDg<Plain, ClosedForm> {
     }
 }
 
-/// [`ModDg`] has one degree of freedom.
-fn one_degree_of_freedom(dof: usize) -> Result<(), InputError> {
+/// [`ModDg`] has one degree of freedom, and it has a mass.
+fn one_degree_of_freedom<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), InputError> {
     let why = "it is the scheme for one degree of freedom";
-    if dof == 1 { Ok(()) } else { Err(InputError::Unsupported { method: "moddg", why }) }
+    if system.dof() != 1 {
+        return Err(InputError::Unsupported { method: "moddg", why });
+    }
+    check::masses(system)
 }
 
 /// Takes the new state if it is finite. A system without dissipation has no reservoir to write.

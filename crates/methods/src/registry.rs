@@ -17,7 +17,8 @@ pub struct Row {
     pub name: &'static str,
     /// One line on what it is.
     pub about: &'static str,
-    /// The order of its local error in q, p and w, away from poles. The order of the method is the least of them.
+    /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, on any system it applies to; some
+    /// systems see higher ones. The order of the method is the least of them.
     pub local_order: [u32; 3],
     /// K is kept to rounding at every step size.
     pub keeps_k: bool,
@@ -138,41 +139,48 @@ pub const METHODS: &[Row] = &[
     printed("moddg-p3-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Third),
     printed("moddg-p4-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Fourth),
     printed("moddg-p4-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Fourth),
-    increment("increment-1", 1, true, "coordinate increments: one sweep", Composition::sweep),
-    increment("increment-2", 2, true, "coordinate increments: a sweep and its adjoint", Composition::pair),
+    increment("increment-1", [2, 1, 1], true, "coordinate increments: one sweep", Composition::sweep),
+    increment(
+        "increment-2",
+        [2; 3],
+        true,
+        "coordinate increments: a sweep and its adjoint",
+        Composition::pair,
+    ),
     increment(
         "increment-4",
-        4,
+        [4; 3],
         false,
         "coordinate increments, 5 pairs of sweeps (Suzuki)",
         Composition::suzuki4,
     ),
     increment(
         "increment-6",
-        6,
+        [6; 3],
         false,
         "coordinate increments, 7 pairs of sweeps (Yoshida)",
         Composition::yoshida6,
     ),
     increment(
         "increment-8",
-        8,
+        [8; 3],
         false,
         "coordinate increments, 17 pairs of sweeps (Kahan, Li)",
         Composition::kahan_li8,
     ),
 ];
 
-/// For one degree of freedom the single sweep is its own adjoint, and its order is 2.
+/// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and of order 1 in w where D_j
+/// feels its neighbours. For one degree of freedom it is its own adjoint, and all of its orders are 2.
 const fn increment(
     name: &'static str,
-    order: u32,
+    local_order: [u32; 3],
     passive: bool,
     about: &'static str,
     composition: fn() -> Composition,
 ) -> Row {
     let kind = Kind::Increment(composition);
-    Row { name, about, local_order: [order; 3], keeps_k: true, passive, needs: Needs::Separable, kind }
+    Row { name, about, local_order, keeps_k: true, passive, needs: Needs::Separable, kind }
 }
 
 const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {

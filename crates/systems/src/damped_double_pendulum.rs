@@ -25,6 +25,8 @@
 //! can be chaotic. There is no closed solution: references come from `tests/data/many_degrees.py`, made by
 //! another library from Lagrange's equations, and from [`afterbay_core::taylor::trajectory`].
 
+mod phase_plane;
+
 use crate::{finite, not_negative, positive};
 use afterbay_core::{Block, Coupling, Curvature, Damping, InputError, Passive, Scalar, System};
 
@@ -46,6 +48,14 @@ struct Motion<T> {
     beside: T,
     /// v = M⁻¹ p
     v: [T; 2],
+}
+
+impl<T: Scalar> Motion<T> {
+    /// u_j = ∂v_j/∂q1 = -∂v_j/∂q2
+    #[inline(always)]
+    fn by_angle(&self, j: usize) -> T {
+        self.arm[0] * self.diagonal[j].mul_add(self.v[1 - j], self.beside * self.v[j])
+    }
 }
 
 impl<T: Scalar> DampedDoublePendulum<T> {
@@ -135,8 +145,9 @@ impl<T: Scalar> System<T> for DampedDoublePendulum<T> {
 impl<T: Scalar> Curvature<T> for DampedDoublePendulum<T> {
     #[inline]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let (Motion { arm: [sin, cos], diagonal, beside, v }, weight) = (self.motion(q, p), self.weight());
-        let u = [0, 1].map(|j| sin * diagonal[j].mul_add(v[1 - j], beside * v[j]));
+        let (motion, weight) = (self.motion(q, p), self.weight());
+        let u = [0, 1].map(|j| motion.by_angle(j));
+        let Motion { arm: [sin, cos], diagonal, beside, v } = motion;
         let whirl = (cos * v[0]).mul_add(v[1], sin * (u[0] * v[1] + v[0] * u[1]));
         for i in 0..2 {
             for j in 0..2 {

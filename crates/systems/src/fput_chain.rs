@@ -18,7 +18,8 @@
 
 use crate::{at_least_one, finite, not_negative, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System,
+    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System, Uniform,
+    f64x8,
 };
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
@@ -144,6 +145,14 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
     #[inline(always)]
     fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
         Drag { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
+    }
+}
+
+impl Uniform for FputChain<f64> {
+    type Lanes = FputChain<f64x8>;
+
+    fn lanes(&self) -> FputChain<f64x8> {
+        self.map(f64x8::from)
     }
 }
 

@@ -16,7 +16,9 @@
 //! library, and from [`afterbay_core::taylor::trajectory`].
 
 use crate::{VanDerPol, at_least_one, finite, sum};
-use afterbay_core::{Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System, Uniform, f64x8,
+};
 
 /// V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], around the circle, with D_j = -μ (1 - q_j²) p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,6 +116,14 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
     #[inline(always)]
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
         self.single.drag(&q[j..], &p[j..], 0)
+    }
+}
+
+impl Uniform for VanDerPolRing<f64> {
+    type Lanes = VanDerPolRing<f64x8>;
+
+    fn lanes(&self) -> VanDerPolRing<f64x8> {
+        self.map(f64x8::from)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Simple iteration, as in the paper.
 
-use super::{Root, Solver};
-use crate::{Line, Mask, Quantity, Scalar, StepFailure};
+use super::{Root, Sample, Solver};
+use crate::{Mask, Quantity, Scalar, StepFailure};
 
 /// `x ← start - F(1, x)`, until the update no longer shrinks. (The paper's tolerance of 1e-18 is below the rounding
 /// of `f64` and is never reached there.) Contracts where |∂F/∂x| < 1, which bounds the step.
@@ -18,8 +18,7 @@ impl Solver for FixedPoint {
         &self,
         dof: usize,
         start: T,
-        reach: T,
-        mut equation: impl FnMut(T, T) -> Line<T>,
+        mut equation: impl FnMut(T, T) -> Sample<T>,
     ) -> Result<Root<T>, StepFailure> {
         let mut x = start;
         let mut smallest = T::from_f64(f64::MAX);
@@ -48,7 +47,7 @@ impl Solver for FixedPoint {
             }
             if T::from_f64(f64::from(PATIENCE)).le(T::from_f64(f64::from(waited)) * gap).all() {
                 // What a contraction stops shrinking at is the noise of F, unless it never got close.
-                let small = T::from_f64(T::EPSILON.sqrt()) * (start.abs() + x.abs() + reach);
+                let small = T::from_f64(T::EPSILON.sqrt()) * (start.abs() + x.abs() + f.rough);
                 // Where F rises, iterates alternate around the solution, by many roundings if F' is near 1.
                 let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
                 return if smallest.le(small).all() {
@@ -68,20 +67,25 @@ impl Solver for FixedPoint {
 mod tests {
     use super::*;
 
-    fn kepler(eccentricity: f64) -> impl FnMut(f64, f64) -> Line<f64> {
-        move |s, x| Line { value: -s * eccentricity * x.sin(), slope: -s * eccentricity * x.cos() }
+    fn kepler(eccentricity: f64) -> impl FnMut(f64, f64) -> Sample<f64> {
+        move |s, x| Sample {
+            value: -s * eccentricity * x.sin(),
+            slope: -s * eccentricity * x.cos(),
+            rough: 0.0,
+        }
     }
 
     #[test]
     fn contracts_to_rounding() {
-        let root = FixedPoint.solve(0, 1.0, 0.0, kepler(0.5)).unwrap();
+        let root = FixedPoint.solve(0, 1.0, kepler(0.5)).unwrap();
         assert!((root.x - 1.0 - 0.5 * root.x.sin()).abs() < 4e-16);
         assert!(root.evaluations > 10, "{root:?}");
     }
 
     #[test]
     fn says_that_it_does_not_contract() {
-        let failure = FixedPoint.solve(3, 1.0, 0.0, |_, x| Line { value: 2.0 * x, slope: 2.0 }).unwrap_err();
+        let failure =
+            FixedPoint.solve(3, 1.0, |_, x| Sample { value: 2.0 * x, slope: 2.0, rough: 0.0 }).unwrap_err();
         let StepFailure::NotContracting { dof: 3, iterations: 4, ratio } = failure else {
             panic!("{failure}")
         };

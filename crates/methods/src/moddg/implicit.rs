@@ -15,7 +15,7 @@ where
     type Workspace = ();
 
     fn workspace(&self, system: &S) -> Result<(), InputError> {
-        one_degree_of_freedom(system.dof())
+        one_degree_of_freedom(system)
     }
 
     #[inline(always)]

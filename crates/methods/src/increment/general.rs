@@ -1,0 +1,137 @@
+//! Coordinate increments where H is not separable.
+//!
+//! The degrees of freedom move one after the other, and each moves q_j along an edge, then p_j:
+//!
+//! ```text
+//! Δq_j = h b̄_j        Δp_j = -h (ā_j + D̄_j)        Δw_j = D̄_j Δq_j        D̄_j = D_j at the middle, with the velocity Δq_j/h
+//! ā_j = mean of ∂H/∂q_j from (q0_j, p0_j) to (q1_j, p0_j)        b̄_j = mean of ∂H/∂p_j from (q1_j, p0_j) to (q1_j, p1_j)
+//! ```
+//!
+//! The others stand where they are. H changes by `ā Δq + b̄ Δp = -D̄ Δq`, so K is kept exactly, for any step, any N and any D,
+//! as far as ā and b̄ are means to rounding ([`PhasePlane`]). Two equations for each degree of freedom, no linear algebra, O(N)
+//! a sweep where the coupling is local. One sweep has order 1, also with one degree of freedom. Its adjoint is the same read
+//! from the end: the degrees of freedom in reversed order, and in each p_j first, at q0_j, then q_j at p1_j. Half a step of each
+//! is symmetric and has order 2; [`Composition`]s go higher. Where H is separable this is [`super::Increment`].
+//!
+//! Passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no part of the step runs backwards, which
+//! beyond order 2 some do. D that couples the velocities is refused. **Fails** by name, with the state as it was, where the
+//! equations have no solution that continues from h = 0.
+
+mod newton;
+mod plane;
+
+use super::{Composition, finite, ordering};
+use afterbay_core::{Effort, InputError, Method, PhasePlane, Scalar, State, StepFailure, Vector};
+use plane::{First, Plane};
+
+/// The coordinate-increment discrete gradient for any H, composed of sweeps to and fro.
+#[derive(Clone, Debug)]
+pub struct GeneralIncrement {
+    composition: Composition,
+    order: Option<Vec<usize>>,
+}
+
+impl GeneralIncrement {
+    /// The composition given, the degrees of freedom in their natural order.
+    pub fn new(composition: Composition) -> Self {
+        Self { composition, order: None }
+    }
+
+    /// The same with the degrees of freedom in another order.
+    pub fn in_order(self, order: Vec<usize>) -> Self {
+        Self { order: Some(order), ..self }
+    }
+}
+
+/// The state before the step, to go back to, and the order of the degrees of freedom.
+#[derive(Clone, Debug)]
+pub struct Workspace<V> {
+    q: V,
+    p: V,
+    w: V,
+    order: Vec<usize>,
+}
+
+impl<V, S> Method<V, S> for GeneralIncrement
+where
+    V: Vector,
+    S: PhasePlane<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        const METHOD: &str = "general increment";
+        if system.damping().coupled {
+            let why = "D couples the velocities: take gonzalez";
+            return Err(InputError::Unsupported { method: METHOD, why });
+        }
+        let n = system.dof();
+        let order = ordering(METHOD, self.order.as_ref(), n)?;
+        let zeros = || V::zeros(n);
+        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order })
+    }
+
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        let Workspace { q, p, w, order } = workspace;
+        q.as_mut_slice().copy_from_slice(state.q.as_slice());
+        p.as_mut_slice().copy_from_slice(state.p.as_slice());
+        w.as_mut_slice().copy_from_slice(state.w.as_slice());
+        let mut effort = Effort::default();
+        let mut sweeps = || {
+            for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
+                let h = fraction * h;
+                // Nothing moves, and there is no velocity Δq/h.
+                if h == V::Scalar::zero() {
+                    continue;
+                }
+                effort += match i % 2 {
+                    0 => sweep(system, h, state, First::Coordinate, order.iter().copied())?,
+                    _ => sweep(system, h, state, First::Momentum, order.iter().rev().copied())?,
+                };
+            }
+            finite(state)
+        };
+        if let Err(failure) = sweeps() {
+            std::mem::swap(&mut state.q, q);
+            std::mem::swap(&mut state.p, p);
+            std::mem::swap(&mut state.w, w);
+            return Err(failure);
+        }
+        Ok(effort.shared_by(order.len()))
+    }
+}
+
+/// Moves every degree of freedom once, in the order given.
+fn sweep<V, S>(
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    first: First,
+    order: impl Iterator<Item = usize>,
+) -> Result<Effort, StepFailure>
+where
+    V: Vector,
+    S: PhasePlane<V::Scalar> + ?Sized,
+{
+    let dissipative = !system.damping().zero;
+    let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+    let largest = |part: &[V::Scalar]| {
+        part.iter().fold(V::Scalar::zero(), |most, x| V::Scalar::select(most.lt(x.abs()), x.abs(), most))
+    };
+    let reach = [largest(q), largest(p)];
+    let mut evaluations = 0;
+    for j in order {
+        let plane = Plane { dof: j, from: [q[j], p[j]], h, first, dissipative, reach };
+        let moved = plane.advance(system, q, p)?;
+        [q[j], p[j]] = moved.to;
+        w[j] += moved.dw;
+        evaluations += moved.evaluations;
+    }
+    Ok(Effort { evaluations, iterations: evaluations })
+}

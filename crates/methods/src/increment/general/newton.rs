@@ -1,0 +1,192 @@
+//! Newton's method for two equations, to rounding, with continuation.
+
+use afterbay_core::{Mask, Quantity, Scalar, StepFailure};
+use std::hint::cold_path;
+
+/// Two equations at a point: what is left of each, and their derivatives beyond the identity.
+pub(super) struct Equations<T> {
+    pub(super) residual: [T; 2],
+    /// The Jacobian less 1.
+    pub(super) excess: [[T; 2]; 2],
+}
+
+/// The solution and what it took.
+pub(super) struct Root<T> {
+    pub(super) x: [T; 2],
+    pub(super) evaluations: u32,
+}
+
+/// No solution was found to which the determinant stays positive.
+struct Stalled {
+    update: f64,
+    evaluations: u32,
+}
+
+/// Corrections before the direct iteration is given up.
+const LIMIT: u32 = 50;
+/// The shortest step in s of the continuation.
+const SHORTEST: f64 = 1e-6;
+
+/// The solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where `equations(s, x) = x + O(s)`. x is what is
+/// added to `start`; numbers up to `reach` stand behind the equations, and what their rounding does is lost.
+///
+/// # Errors
+/// A [`StepFailure`] of degree of freedom `dof`.
+pub(super) fn solve<T: Scalar>(
+    dof: usize,
+    start: [T; 2],
+    reach: [T; 2],
+    mut equations: impl FnMut(T, [T; 2]) -> Equations<T>,
+) -> Result<Root<T>, StepFailure> {
+    match iterate([T::zero(); 2], start, reach, |x| equations(T::one(), x)) {
+        Ok(root) => Ok(root),
+        Err(stalled) => follow(dof, start, reach, equations, stalled.evaluations),
+    }
+}
+
+/// Solves `equations(x) = 0` from `x`.
+#[inline]
+fn iterate<T: Scalar>(
+    mut x: [T; 2],
+    start: [T; 2],
+    reach: [T; 2],
+    mut equations: impl FnMut([T; 2]) -> Equations<T>,
+) -> Result<Root<T>, Stalled> {
+    let (zero, one) = (T::zero(), T::one());
+    let mut size = T::from_f64(f64::NAN);
+    let mut regular = zero.lt(one);
+    for evaluations in 1..=LIMIT {
+        let Equations { residual: [f, g], excess: [[a, b], [c, d]] } = equations(x);
+        // ad - bc of 1 + (a, b; c, d), without the cancellation of small entries.
+        let determinant = one + (a + d) + (a * d - b * c);
+        regular = regular.and(zero.lt(determinant));
+        let inverse = determinant.recip();
+        let update = [(b * g - (one + d) * f) * inverse, (c * f - (one + a) * g) * inverse];
+        x = [x[0] + update[0], x[1] + update[1]];
+        if !(update[0] + update[1]).is_finite().all() {
+            return Err(Stalled { update: f64::NAN, evaluations });
+        }
+        let scale = [0, 1].map(|k| start[k].abs() + x[k].abs() + T::from_f64(1e-290));
+        let share = |scale: [T; 2]| {
+            let [u, v] = [update[0].abs() / scale[0], update[1].abs() / scale[1]];
+            T::select(u.lt(v), v, u)
+        };
+        let previous = size;
+        size = share(scale);
+        // Where updates shrink by a factor, the next is smaller by it at least: done where that would be lost in rounding.
+        let lost = (size * size).le(T::from_f64(T::EPSILON) * previous);
+        // Updates that stopped shrinking are the noise of the equations, if they are no larger than that.
+        let noise = if previous.le(size + size).any() {
+            cold_path();
+            let blur = [a.abs() * reach[0] + b.abs() * reach[1], c.abs() * reach[0] + d.abs() * reach[1]];
+            let spread = [
+                ((one + d).abs() * blur[0] + b.abs() * blur[1]) * inverse.abs(),
+                (c.abs() * blur[0] + (one + a).abs() * blur[1]) * inverse.abs(),
+            ];
+            let small = share([scale[0] + spread[0], scale[1] + spread[1]]);
+            small.le(T::from_f64(T::EPSILON.sqrt())).and(previous.le(size + size))
+        } else {
+            one.lt(zero)
+        };
+        if lost.or(noise).all() {
+            return if regular.all() {
+                Ok(Root { x, evaluations })
+            } else {
+                Err(Stalled { update: 0.0, evaluations })
+            };
+        }
+    }
+    Err(Stalled { update: size.to_f64(), evaluations: LIMIT })
+}
+
+/// Follows the solution from s = 0 to s = 1.
+#[cold]
+fn follow<T: Scalar>(
+    dof: usize,
+    start: [T; 2],
+    reach: [T; 2],
+    mut equations: impl FnMut(T, [T; 2]) -> Equations<T>,
+    mut evaluations: u32,
+) -> Result<Root<T>, StepFailure> {
+    let [f, g] = equations(T::one(), [T::zero(); 2]).residual;
+    if !(f + g).is_finite().all() {
+        return Err(StepFailure::NonFinite { quantity: Quantity::Force, dof, value: (f + g).to_f64() });
+    }
+    let (mut x, mut s, mut stride) = ([T::zero(); 2], 0.0_f64, 0.25_f64);
+    while s < 1.0 {
+        let next = (s + stride).min(1.0);
+        match iterate(x, start, reach, |x| equations(T::from_f64(next), x)) {
+            Ok(root) => {
+                evaluations += root.evaluations;
+                (x, s) = (root.x, next);
+                stride *= 2.0;
+            }
+            Err(stalled) => {
+                evaluations += stalled.evaluations;
+                stride *= 0.25;
+                if stride < SHORTEST {
+                    let update = stalled.update;
+                    return Err(StepFailure::NewtonStalled { dof, iterations: evaluations, update });
+                }
+            }
+        }
+    }
+    Ok(Root { x, evaluations })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x - s (b y + 1) = 0, y + s (c x³ - 1) = 0
+    fn cubic(b: f64, c: f64) -> impl FnMut(f64, [f64; 2]) -> Equations<f64> {
+        move |s, [x, y]| Equations {
+            residual: [x - s * (b * y + 1.0), y + s * (c * x.powi(3) - 1.0)],
+            excess: [[0.0, -s * b], [3.0 * s * c * x * x, 0.0]],
+        }
+    }
+
+    #[test]
+    fn equations_are_solved_to_rounding() {
+        for (b, c) in [(1e-3, 1e-4), (0.5, 2.0), (3.0, 1e8), (1e4, 1e4)] {
+            let Root { x: [x, y], evaluations } =
+                solve(0, [0.0; 2], [1.0; 2], cubic(b, c)).unwrap_or_else(|e| panic!("{e}"));
+            let [f, g] = cubic(b, c)(1.0, [x, y]).residual;
+            let (terms, others) = (x.abs() + b * y.abs() + 1.0, y.abs() + c * x.abs().powi(3) + 1.0);
+            assert!(f.abs() <= 4e-16 * terms && g.abs() <= 1e-15 * others, "{b} {c}: {f:e} {g:e}");
+            assert!(b > 0.1 || evaluations <= 4, "{evaluations}");
+        }
+    }
+
+    #[test]
+    fn a_lost_solution_is_a_failure() {
+        // x + s (x² - 4x + 6) = 0 has no real solution once s > 0.11.
+        let failure = solve(1, [0.0; 2], [1.0; 2], |s: f64, [x, y]: [f64; 2]| Equations {
+            residual: [x + s * (x * x - 4.0 * x + 6.0), y],
+            excess: [[s * (2.0 * x - 4.0), 0.0], [0.0; 2]],
+        });
+        assert!(
+            matches!(failure, Err(StepFailure::NewtonStalled { dof: 1, iterations, .. }) if iterations > 50)
+        );
+    }
+
+    #[test]
+    fn the_solution_taken_continues_from_none() {
+        // x - 11 x + 0.1 x³ = 1 has solutions about -10, -0.1 and 10.05; only the last is led to with a positive slope.
+        let root = solve(0, [0.0; 2], [1.0; 2], |s: f64, [x, y]: [f64; 2]| Equations {
+            residual: [x - 1.0 + s * (-11.0 * x + 0.1 * x.powi(3)), y],
+            excess: [[s * (-11.0 + 0.3 * x * x), 0.0], [0.0; 2]],
+        });
+        assert!(root.is_ok_and(|root| (root.x[0] - 10.05).abs() < 0.1));
+    }
+
+    #[test]
+    fn what_rounding_hides_is_not_looked_for() {
+        // x + 1e6 x = 1e-10, of which only 1 + x is known: x is below a rounding of 1.
+        let root = solve(0, [0.0; 2], [1.0; 2], |s: f64, [x, y]: [f64; 2]| Equations {
+            residual: [x + s * (1e6 * ((1.0 + x) - 1.0) - 1e-10), y],
+            excess: [[s * 1e6, 0.0], [0.0; 2]],
+        });
+        assert!(root.is_ok_and(|root| root.x[0].abs() < 4e-16 && root.evaluations < 10));
+    }
+}

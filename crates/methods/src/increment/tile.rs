@@ -1,0 +1,122 @@
+//! A tile of a chain or a ring: some members in a row and their neighbours on both sides, apart by colour.
+
+use afterbay_core::{Quantity, State, StepFailure};
+use std::ops::Range;
+
+/// Members of a tile, an even number: with q, p and w of both colours they take 24 KiB.
+pub(super) const TILE: usize = 1024;
+
+/// Entry e of colour c is the member `first - margin + 2 e + c`.
+#[derive(Clone, Debug)]
+pub(super) struct Tile {
+    pub(super) q: [Vec<f64>; 2],
+    pub(super) p: [Vec<f64>; 2],
+    pub(super) w: [Vec<f64>; 2],
+    /// Members of the system, and whether the last is beside the first.
+    n: usize,
+    ring: bool,
+    /// Neighbours on either side, an even number.
+    margin: usize,
+    /// The first of the tile's own members, and how many there are.
+    first: usize,
+    len: usize,
+}
+
+impl Tile {
+    /// A tile of a system of `n` members for a step that changes colour `changes` times.
+    pub(super) fn new(n: usize, ring: bool, changes: usize) -> Self {
+        let margin = (changes + 1).next_multiple_of(2);
+        let zeros = || [0; 2].map(|_| vec![0.0; (TILE.min(n.next_multiple_of(2)) + 2 * margin) / 2]);
+        Self { q: zeros(), p: zeros(), w: zeros(), n, ring, margin, first: 0, len: 0 }
+    }
+
+    /// Takes in the members `first..first + len` and their neighbours.
+    pub(super) fn load(&mut self, state: &State<Vec<f64>>, first: usize, len: usize) {
+        (self.first, self.len) = (first, len);
+        let window = len.next_multiple_of(2) + 2 * self.margin;
+        let edge = self.member(0, 0);
+        for (to, from) in [(&mut self.q, &state.q), (&mut self.p, &state.p), (&mut self.w, &state.w)] {
+            if self.ring {
+                let mut at = 0;
+                while at < window {
+                    let member = (edge + at) % self.n;
+                    let run = (self.n - member).min(window - at);
+                    deal(&from[member..member + run], to, at / 2);
+                    at += run;
+                }
+            } else {
+                let before = self.margin.saturating_sub(first);
+                let members =
+                    &from[first + before - self.margin..from.len().min(first + window - self.margin)];
+                if members.len() < window {
+                    // The walls; no one looks behind them.
+                    to.iter_mut().for_each(|colour| colour.fill(0.0));
+                }
+                deal(members, to, before / 2);
+            }
+        }
+    }
+
+    /// The entries of a colour that belong to the tile, and to `beyond` members on either side of it.
+    pub(super) fn range(&self, colour: usize, beyond: usize) -> Range<usize> {
+        let (mut start, mut end) = (self.margin - beyond, self.margin + self.len + beyond);
+        if !self.ring {
+            start = start.max(self.margin.saturating_sub(self.first));
+            end = end.min(self.margin + self.n - self.first);
+        }
+        (start + 1 - colour) / 2..(end + 1 - colour) / 2
+    }
+
+    /// The member an entry stands for; on a ring, up to turns of it.
+    pub(super) fn member(&self, colour: usize, entry: usize) -> usize {
+        (self.first + self.n * self.margin + 2 * entry + colour) - self.margin
+    }
+
+    /// Gives the tile's own members back.
+    ///
+    /// # Errors
+    /// [`StepFailure::NonFinite`]
+    pub(super) fn store(&self, new: [&mut [f64]; 3]) -> Result<(), StepFailure> {
+        let quantities = [Quantity::Coordinate, Quantity::Momentum, Quantity::Reservoir];
+        for ((from, to), quantity) in [&self.q, &self.p, &self.w].into_iter().zip(new).zip(quantities) {
+            let [even, odd] = from.each_ref().map(|colour| &colour[self.margin / 2..]);
+            let (pairs, last) = to.as_chunks_mut::<2>();
+            for ((pair, &even), &odd) in pairs.iter_mut().zip(even).zip(odd) {
+                *pair = [even, odd];
+            }
+            if let ([last], Some(&even)) = (last, even.get(self.len / 2)) {
+                *last = even;
+            }
+            if !all_finite(to)
+                && let Some(j) = to.iter().position(|x| !x.is_finite())
+            {
+                return Err(StepFailure::NonFinite { quantity, dof: self.first + j, value: to[j] });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Looks at sixteen numbers at a time: a sum stays 0 until one of them is not finite.
+fn all_finite(numbers: &[f64]) -> bool {
+    let (chunks, rest) = numbers.as_chunks::<16>();
+    let mut sums = [0.0; 16];
+    for chunk in chunks {
+        for (sum, x) in sums.iter_mut().zip(chunk) {
+            *sum += x * 0.0;
+        }
+    }
+    sums.iter().all(|sum| *sum == 0.0) && rest.iter().all(|x| x.is_finite())
+}
+
+/// Deals the members out to their colours, from entry `at` on.
+fn deal(members: &[f64], [even, odd]: &mut [Vec<f64>; 2], at: usize) {
+    let (even, odd) = (&mut even[at..], &mut odd[at..]);
+    let (pairs, last) = members.as_chunks::<2>();
+    for ((&[a, b], even), odd) in pairs.iter().zip(&mut *even).zip(odd) {
+        (*even, *odd) = (a, b);
+    }
+    if let (&[last], Some(even)) = (last, even.get_mut(pairs.len())) {
+        *even = last;
+    }
+}

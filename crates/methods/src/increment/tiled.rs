@@ -1,0 +1,240 @@
+//! The coloured sweeps of a chain or a ring of equal members, eight of them at a time.
+//!
+//! No two members of a colour act on each other, so a colour is moved in lanes and by any number of threads. The coordinates
+//! are cut into tiles that fit the nearest cache. Each sweep carries what lies beyond a tile's ends one member further in: a
+//! tile is loaded with one neighbour more than there are sweeps on either side, takes the whole step alone and gives back its own
+//! part. So memory is read once and written once a step, however many the sweeps. The tiles are the same for any
+//! number of threads, and a lane computes what it would alone: so are the results, to the bit.
+
+use super::tile::{TILE, Tile};
+use super::{Composition, advance};
+use afterbay_core::solver::{Newton, Root, Sample, Solver};
+use afterbay_core::{
+    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, check, f64x8,
+};
+use bytemuck::{bytes_of, pod_read_unaligned};
+use rayon::prelude::*;
+use std::array::from_fn;
+
+/// Members moved at a time.
+const LANES: usize = 8;
+
+/// The coordinate-increment discrete gradient with red-black sweeps ([`Coupling::coloured`]), vectorised.
+#[derive(Clone, Debug)]
+pub struct Tiled {
+    composition: Composition,
+    threads: usize,
+}
+
+impl Tiled {
+    /// The composition given, on one thread.
+    pub fn new(composition: Composition) -> Self {
+        Self { composition, threads: 1 }
+    }
+
+    /// The same on up to so many threads of the current pool.
+    pub fn on_threads(self, threads: usize) -> Self {
+        Self { threads: threads.max(1), ..self }
+    }
+}
+
+/// The new state, and a tile for each thread.
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    new: [Vec<f64>; 3],
+    tiles: Vec<Tile>,
+}
+
+impl<S> Method<Vec<f64>, S> for Tiled
+where
+    S: Uniform + ?Sized,
+{
+    type Workspace = Workspace;
+
+    fn workspace(&self, system: &S) -> Result<Workspace, InputError> {
+        check::masses(system)?;
+        let n = system.dof();
+        let unsupported = |why| Err(InputError::Unsupported { method: "increment", why });
+        match system.coupling() {
+            Coupling::Dense => return unsupported("colours are for chains and rings"),
+            Coupling::Ring if n % 2 == 1 => {
+                return unsupported("a ring of two colours has an even number of members");
+            }
+            _ if system.damping().coupled => {
+                return unsupported("friction that couples momenta acts on one at a time");
+            }
+            Coupling::Chain | Coupling::Ring => {}
+        }
+        let tile = Tile::new(n, system.coupling() == Coupling::Ring, self.composition.sweeps());
+        let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE));
+        Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads] })
+    }
+
+    fn step(
+        &self,
+        system: &S,
+        h: f64,
+        state: &mut State<Vec<f64>>,
+        workspace: &mut Workspace,
+    ) -> Result<Effort, StepFailure> {
+        let Workspace { new, tiles } = workspace;
+        let n = state.q.len();
+        let step = Step { system, lanes: system.lanes(), h, dissipative: !system.damping().zero, old: state };
+        let share = n.div_ceil(TILE).div_ceil(tiles.len()) * TILE;
+        let part = |(first, (tile, new)): (usize, (&mut Tile, [&mut [f64]; 3]))| {
+            step.carry(&self.composition, tile, first * share, new)
+        };
+        let [q, p, w] = new;
+        let evaluations = match &mut tiles[..] {
+            [tile] => part((0, (tile, [q, p, w]))),
+            tiles => (q.par_chunks_mut(share), p.par_chunks_mut(share), w.par_chunks_mut(share))
+                .into_par_iter()
+                .map(|(q, p, w)| [q, p, w])
+                .zip(tiles)
+                .map(|(new, tile)| (tile, new))
+                .enumerate()
+                .map(part)
+                // In order, so that of several failures it is always the first.
+                .reduce(|| Ok(0), |before, after| Ok(before? + after?)),
+        }?;
+        std::mem::swap(&mut state.q, q);
+        std::mem::swap(&mut state.p, p);
+        if !system.damping().zero {
+            std::mem::swap(&mut state.w, w);
+        }
+        Ok(Effort { evaluations, iterations: evaluations }.shared_by(n))
+    }
+}
+
+/// What every tile of a step needs to know.
+struct Step<'a, S: Uniform + ?Sized> {
+    system: &'a S,
+    lanes: S::Lanes,
+    h: f64,
+    dissipative: bool,
+    old: &'a State<Vec<f64>>,
+}
+
+impl<S: Uniform + ?Sized> Step<'_, S> {
+    /// Carries the members from `first` on to their new places, tile by tile. Gives the number of evaluations.
+    fn carry(
+        &self,
+        composition: &Composition,
+        tile: &mut Tile,
+        first: usize,
+        [q, p, w]: [&mut [f64]; 3],
+    ) -> Result<u64, StepFailure> {
+        let mut evaluations = 0;
+        let new = q.chunks_mut(TILE).zip(p.chunks_mut(TILE)).zip(w.chunks_mut(TILE));
+        for (i, ((q, p), w)) in new.enumerate() {
+            tile.load(self.old, first + i * TILE, q.len());
+            let mut changes = composition.sweeps();
+            for (sweep, fraction) in composition.fractions::<f64>().enumerate() {
+                for colour in if sweep % 2 == 0 { [0, 1] } else { [1, 0] } {
+                    evaluations += self.sweep(fraction * self.h, tile, colour, changes)?;
+                    // The next sweep begins with the colour this one ends with.
+                    changes -= usize::from(colour == sweep % 2);
+                }
+            }
+            tile.store([q, p, w])?;
+        }
+        Ok(evaluations)
+    }
+
+    /// Moves the members of a colour: the tile's own, and as many beyond its ends as there are changes of colour to come.
+    #[inline]
+    fn sweep(&self, h: f64, tile: &mut Tile, colour: usize, beyond: usize) -> Result<u64, StepFailure> {
+        let range = tile.range(colour, beyond);
+        let mut member = tile.member(colour, range.start);
+        let [[q, beside], [p, _], [w, _]] = [&mut tile.q, &mut tile.p, &mut tile.w]
+            .map(|[even, odd]| if colour == 0 { [even, odd] } else { [odd, even] });
+        let left = &beside[range.start + colour - 1..range.end + colour - 1];
+        let right = &beside[range.start + colour..range.end + colour];
+        let (left, left_rest) = left.as_chunks();
+        let (right, right_rest) = right.as_chunks();
+        let (q, q_rest) = q[range.clone()].as_chunks_mut();
+        let (p, p_rest) = p[range.clone()].as_chunks_mut();
+        let (w, w_rest) = w[range].as_chunks_mut();
+        let mut evaluations = 0;
+        for ((((q, p), w), left), right) in q.iter_mut().zip(p).zip(w).zip(left).zip(right) {
+            evaluations += self.lanes(h, member, [left, right], [q, p, w])?;
+            member += 2 * LANES;
+        }
+        if !q_rest.is_empty() {
+            // The lanes without a member repeat the last one.
+            let fill = |rest: &[f64]| -> [f64; LANES] { from_fn(|k| rest[k.min(rest.len() - 1)]) };
+            let (mut q, mut p, mut w) = (fill(q_rest), fill(p_rest), fill(w_rest));
+            let beside = [&fill(left_rest), &fill(right_rest)];
+            evaluations += self.lanes(h, member, beside, [&mut q, &mut p, &mut w])?;
+            for (rest, lanes) in [(q_rest, q), (p_rest, p), (w_rest, w)] {
+                let len = rest.len();
+                rest.copy_from_slice(&lanes[..len]);
+            }
+        }
+        Ok(evaluations)
+    }
+
+    /// Moves eight members between the neighbours given: `member`, and every second one from there.
+    #[inline(always)]
+    fn lanes(
+        &self,
+        h: f64,
+        member: usize,
+        [left, right]: [&[f64; LANES]; 2],
+        [q, p, w]: [&mut [f64; LANES]; 3],
+    ) -> Result<u64, StepFailure> {
+        let zero = f64x8::from_f64(0.0);
+        // One load each: by value, the arrays would go over the stack.
+        let load = |x: &[f64; LANES]| -> f64x8 { pod_read_unaligned(bytes_of(x)) };
+        let [left8, q8, right8, p8, w8] = [load(left), load(q), load(right), load(p), load(w)];
+        let (mut window, mut momenta) = ([left8, q8, right8], [zero, p8, zero]);
+        let (step, beside) = (f64x8::from_f64(h), [&mut window[..], &mut momenta]);
+        if let Ok(moved) = advance(&self.lanes, &Direct, step, [1, member], beside, self.dissipative) {
+            (*q, *p) = (moved.q.to_array(), moved.p.to_array());
+            if self.dissipative {
+                *w = (w8 + moved.dw).to_array();
+            }
+            return Ok(LANES as u64 * moved.evaluations);
+        }
+        self.one_by_one(h, member, [*left, *right], [q, p, w])
+    }
+
+    /// The same without lanes.
+    #[cold]
+    #[inline(never)]
+    fn one_by_one(
+        &self,
+        h: f64,
+        member: usize,
+        [left, right]: [[f64; LANES]; 2],
+        [q, p, w]: [&mut [f64; LANES]; 3],
+    ) -> Result<u64, StepFailure> {
+        let mut evaluations = 0;
+        for k in 0..LANES {
+            let dof = (member + 2 * k) % self.old.q.len();
+            let (mut window, mut momenta) = ([left[k], q[k], right[k]], [0.0, p[k], 0.0]);
+            let beside = [&mut window[..], &mut momenta];
+            let moved = advance(self.system, &Newton, h, [1, dof], beside, self.dissipative)?;
+            (q[k], p[k]) = (moved.q, moved.p);
+            w[k] += moved.dw;
+            evaluations += moved.evaluations;
+        }
+        Ok(evaluations)
+    }
+}
+
+/// Newton's direct iteration; where a lane needs more than that, each is solved alone.
+struct Direct;
+
+impl Solver for Direct {
+    #[inline(always)]
+    fn solve<T: Scalar>(
+        &self,
+        dof: usize,
+        start: T,
+        mut equation: impl FnMut(T, T) -> Sample<T>,
+    ) -> Result<Root<T>, StepFailure> {
+        let root = Newton::direct(start, |x| equation(T::one(), x));
+        root.ok_or(StepFailure::NewtonStalled { dof, iterations: 0, update: 0.0 })
+    }
+}

@@ -1,0 +1,124 @@
+//! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the bit.
+
+#![cfg(test)]
+
+use afterbay_core::{Grid, InputError, IntegrateError, Separable, State, Uniform, integrate};
+use afterbay_methods::{Composition, Increment, Tiled};
+use afterbay_systems::{FputChain, VanDerPolRing};
+use proptest::prelude::*;
+
+fn start(n: usize, seed: f64) -> State<Vec<f64>> {
+    let at =
+        |phase: f64| (0..n).map(|j| (phase + 1.7 * j as f64).sin() * (1.0 + 0.1 * (j % 7) as f64)).collect();
+    State::new(at(seed), at(seed + 2.1)).unwrap()
+}
+
+/// q, p and w after some steps, one member at a time in coloured order.
+fn one_at_a_time<S: Separable<f64>>(
+    system: &S,
+    composition: &Composition,
+    grid: Grid<f64>,
+    mut state: State<Vec<f64>>,
+) -> State<Vec<f64>> {
+    let method = Increment::new(composition.clone()).in_order(system.coupling().coloured(system.dof()));
+    integrate(&method, system, grid, &mut state, &mut ()).unwrap();
+    state
+}
+
+fn side_by_side<S: Uniform>(
+    system: &S,
+    composition: &Composition,
+    threads: usize,
+    grid: Grid<f64>,
+    mut state: State<Vec<f64>>,
+) -> State<Vec<f64>> {
+    let method = Tiled::new(composition.clone()).on_threads(threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| integrate(&method, system, grid, &mut state, &mut ())).unwrap();
+    state
+}
+
+fn compositions() -> [Composition; 5] {
+    [
+        Composition::sweep(),
+        Composition::pair(),
+        Composition::suzuki4(),
+        Composition::blanes_moan4(),
+        Composition::kahan_li8(),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_chain_is_moved_as_it_is_one_at_a_time(
+        n in 1usize..70, beta in 0.0..2.0, c in -0.2..0.5, h in 0.01..1.0, seed in 0.0..6.0, which in 0usize..5,
+    ) {
+        let (system, grid) = (FputChain::new(n, beta, c).unwrap(), Grid::of(h, 3).unwrap());
+        let composition = &compositions()[which];
+        let found = side_by_side(&system, composition, 1, grid, start(n, seed));
+        prop_assert_eq!(found, one_at_a_time(&system, composition, grid, start(n, seed)));
+    }
+
+    #[test]
+    fn a_ring_is_moved_as_it_is_one_at_a_time(
+        half in 1usize..35, mu in -1.0..2.0, coupling in 0.0..2.0, h in 0.01..0.5, seed in 0.0..6.0, which in 0usize..5,
+    ) {
+        let (system, grid) = (VanDerPolRing::new(2 * half, mu, coupling).unwrap(), Grid::of(h, 3).unwrap());
+        let composition = &compositions()[which];
+        let found = side_by_side(&system, composition, 1, grid, start(2 * half, seed));
+        prop_assert_eq!(found, one_at_a_time(&system, composition, grid, start(2 * half, seed)));
+    }
+}
+
+/// Tiles meet, the last is not full, and the threads share them in different ways.
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let grid = Grid::of(0.1, 3).unwrap();
+    for composition in &compositions() {
+        for n in [1024, 2049, 5000] {
+            let chain = FputChain::new(n, 1.0, 0.1).unwrap();
+            let expected = one_at_a_time(&chain, composition, grid, start(n, 0.3));
+            for threads in [1, 2, 5] {
+                assert_eq!(side_by_side(&chain, composition, threads, grid, start(n, 0.3)), expected, "{n}");
+            }
+        }
+        let ring = VanDerPolRing::new(4098, 0.5, 0.3).unwrap();
+        let expected = one_at_a_time(&ring, composition, grid, start(4098, 0.3));
+        for threads in [1, 3] {
+            assert_eq!(side_by_side(&ring, composition, threads, grid, start(4098, 0.3)), expected);
+        }
+    }
+}
+
+#[test]
+fn a_step_that_fails_has_a_name_and_changes_nothing() {
+    // Springs that soften: far out nothing holds, and a long step has no solution.
+    let chain = FputChain::new(3000, -1.0, 0.1).unwrap();
+    let before = start(3000, 0.3);
+    let failures = [1, 2, 5].map(|threads| {
+        let mut state = before.clone();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let method = Tiled::new(Composition::pair()).on_threads(threads);
+        let error =
+            pool.install(|| integrate(&method, &chain, Grid::of(3.0, 1).unwrap(), &mut state, &mut ()));
+        assert_eq!(state, before);
+        error.unwrap_err().to_string()
+    });
+    assert!(failures[0].contains("Newton"), "{}", failures[0]);
+    assert!(failures.iter().all(|failure| *failure == failures[0]), "{failures:?}");
+}
+
+#[test]
+fn two_colours_are_for_chains_and_even_rings() {
+    let ring = VanDerPolRing::new(7, 0.5, 0.3).unwrap();
+    let refused = integrate(
+        &Tiled::new(Composition::pair()),
+        &ring,
+        Grid::of(0.1, 1).unwrap(),
+        &mut start(7, 0.3),
+        &mut (),
+    );
+    assert!(matches!(refused, Err(IntegrateError::Input(InputError::Unsupported { .. }))), "{refused:?}");
+}

@@ -1,0 +1,82 @@
+//! Every system here is what it says it is, at states and with parameters of many orders of magnitude.
+
+#![cfg(test)]
+
+use afterbay_core::{Curvature, InputError, Separable, check};
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+};
+use proptest::prelude::*;
+
+/// Numbers of either sign between 1e-12 and `10^largest`, and 0.
+fn number(largest: f64) -> impl Strategy<Value = f64> {
+    let any =
+        (-12.0..largest, prop::bool::ANY).prop_map(|(x, up)| (if up { 1.0 } else { -1.0 }) * 10f64.powf(x));
+    prop_oneof![12 => any, 1 => Just(0.0)]
+}
+
+fn positive(decades: f64) -> impl Strategy<Value = f64> {
+    (-decades..decades).prop_map(|x| 10f64.powf(x))
+}
+
+/// Up to `n` of them, all of one size or each of its own.
+fn numbers(n: usize, largest: f64) -> impl Strategy<Value = Vec<f64>> {
+    let similar = (number(largest), prop::collection::vec(-1.0..1.0_f64, n))
+        .prop_map(|(size, shares)| shares.into_iter().map(|share| share * size).collect());
+    prop_oneof![prop::collection::vec(number(largest), n), similar]
+}
+
+/// Whether the energies and forces at a state are numbers at all is not the system's fault.
+fn good(outcome: Result<(), InputError>) -> Result<(), TestCaseError> {
+    prop_assert!(outcome.is_ok(), "{}", outcome.unwrap_err());
+    Ok(())
+}
+
+fn separable<S: Separable<f64>>(
+    system: Result<S, InputError>,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), TestCaseError> {
+    let system = system.unwrap();
+    good(check::separable(&system, &q[..system.dof()], &p[..system.dof()]))
+}
+
+fn curvature<S: Curvature<f64>>(
+    system: Result<S, InputError>,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), TestCaseError> {
+    let system = system.unwrap();
+    good(check::curvature(&system, &q[..system.dof()], &p[..system.dof()]))
+}
+
+proptest! {
+    #[test]
+    fn one_degree_of_freedom(
+        k in positive(9.0), x in number(6.0), y in number(6.0), z in number(6.0), q in number(9.0), p in number(9.0),
+    ) {
+        let (q, p) = (&[q], &[p]);
+        separable(DampedOscillator::new(k, x), q, p)?;
+        separable(Duffing::new(x, y, z), q, p)?;
+        separable(VanDerPol::new(x), q, p)?;
+        separable(ModifiedVanDerPol::new(x, y, z), q, p)?;
+    }
+
+    #[test]
+    fn chain_and_ring(
+        n in 1..12_usize, x in number(6.0), y in number(6.0), q in numbers(12, 9.0), p in numbers(12, 9.0),
+    ) {
+        separable(FputChain::new(n, x, y), &q, &p)?;
+        separable(VanDerPolRing::new(n, x, y), &q, &p)?;
+        curvature(FputChain::new(n, x, y), &q, &p)?;
+        curvature(VanDerPolRing::new(n, x, y), &q, &p)?;
+    }
+
+    #[test]
+    fn double_pendulum(
+        m in [positive(3.0), positive(3.0)], l in [positive(3.0), positive(3.0)], g in number(3.0),
+        c in [number(3.0), number(3.0)], q in numbers(2, 6.0), p in numbers(2, 6.0),
+    ) {
+        curvature(DampedDoublePendulum::new(m, l, g, c), &q, &p)?;
+    }
+}
