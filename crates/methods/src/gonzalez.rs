@@ -20,7 +20,6 @@
 //! from h = 0. For scalars that hold one number: the linear equations are solved in `f64`.
 
 mod equation;
-mod history;
 mod iteration;
 mod jacobian;
 mod update;

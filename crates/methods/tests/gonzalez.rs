@@ -402,25 +402,13 @@ fn failures_have_names_and_leave_the_state_alone() {
 fn what_was_before_is_no_part_of_a_step() {
     let system = Springs::chain(30, 0.2);
     let (q, p) = start::<f64>(30);
-    let (mut state, mut other) = (State::new(q.clone(), p.clone()).unwrap(), State::new(p, q).unwrap());
+    let mut state = State::new(q, p).unwrap();
     let mut used = METHOD.workspace(&system).unwrap();
-    let (mut with, mut without) = (0, 0);
-    for i in 0..60 {
-        // The same step from the same state, with a guess and without.
-        let mut fresh = METHOD.workspace(&system).unwrap();
+    // Also after a longer step, and after one that failed.
+    for h in [0.02, 0.02, 5.0, 0.02, f64::NAN, 0.3, 0.02] {
         let mut alone = state.clone();
-        without += METHOD.step(&system, 0.02, &mut alone, &mut fresh).unwrap().iterations;
-        with += METHOD.step(&system, 0.02, &mut state, &mut used).unwrap().iterations;
-        for (a, b) in numbers(&state).iter().zip(&numbers(&alone)) {
-            assert!((a - b).abs() < 2e-15 * (1.0 + a.abs()), "step {i}: {a:e} {b:e}");
-        }
-    }
-    assert!(with < without, "{with} {without}");
-    // From an unrelated state, or with another h, to the bit.
-    for h in [0.02, 0.03] {
-        let mut alone = other.clone();
-        METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap()).unwrap();
-        METHOD.step(&system, h, &mut other, &mut used).unwrap();
-        assert_eq!(alone, other);
+        let fresh = METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap());
+        assert_eq!(METHOD.step(&system, h, &mut state, &mut used).is_ok(), fresh.is_ok());
+        assert_eq!(alone, state, "{h}");
     }
 }

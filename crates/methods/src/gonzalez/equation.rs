@@ -1,13 +1,12 @@
 //! The equation of the step, Δz = h (∇̄H_p, -∇̄H_q - D̄): what it misses at Δz, and the correction of Δz.
 
-use super::history::History;
 use super::jacobian::Jacobian;
 use crate::linear::LinearSolver;
 use afterbay_core::{Curvature, InputError, Mask, Scalar, State, Vector};
 
 /// The new state while it is being made.
 #[derive(Clone, Debug)]
-pub struct Workspace<V: Vector> {
+pub struct Workspace<V> {
     pub(super) jacobian: Jacobian,
     pub(super) dissipative: bool,
     /// Δz
@@ -29,7 +28,6 @@ pub struct Workspace<V: Vector> {
     ends: [V; 2],
     /// A Δz to come back to
     pub(super) kept: [V; 2],
-    pub(super) history: History<V>,
     /// The residual of each equation, then the correction to it
     pub(super) missing: [Vec<f64>; 2],
     /// ∂λ/∂Δz and h (-Δp, Δq): the part of the Jacobian that is of rank one, the latter divided by the rest of the Jacobian
@@ -84,7 +82,6 @@ impl<V: Vector> Workspace<V> {
             missing: reals(),
             slope: reals(),
             turned: reals(),
-            history: History::new(n),
             gain: 0.0,
             dragged: 0.0,
             coupled: None,

@@ -48,8 +48,6 @@ pub(super) struct Jacobian {
     diagonal: Vec<[usize; 4]>,
     matrix: Matrix,
     unknowns: Vec<f64>,
-    /// Sums over rows
-    rows: Vec<[f64; 4]>,
     half_h: f64,
     h_lambda: f64,
 }
@@ -110,7 +108,6 @@ impl Jacobian {
             diagonal,
             matrix,
             unknowns: vec![0.0; size],
-            rows: vec![[0.0; 4]; n],
             half_h: 0.0,
             h_lambda: 0.0,
         })
@@ -227,42 +224,6 @@ impl Jacobian {
     /// The largest of the derivatives, times h/2: what a change of z makes of itself in one step.
     pub(super) fn gain(&self) -> f64 {
         self.half_h.abs() * self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
-    }
-
-    /// Is I - s A regular for every s in [0, 1], I - A being this matrix at λ = 0? `false` is no proof that it is not.
-    ///
-    /// Where δq is eliminated, the matrix is I + s c Dp + s² c² (Hqq + Dq) Hpp, and its diagonal outweighs the rest of each
-    /// row at every s if it does so with what either term takes away at s = 1 (Gershgorin): for springs, whatever h. Elsewhere
-    /// c times the norm of [Hpq Hpp; -Hqq-Dq -Hqp-Dp] is below 1, in the unit of p that makes it least.
-    pub(super) fn is_regular_from_rest(&mut self) -> bool {
-        let Self { entries, values, rows, half_h, .. } = self;
-        rows.fill([0.0; 4]);
-        let given = entries.iter().zip(values.iter().map(|value| *half_h * value));
-        if let Some(Eliminated { c, .. }) = &self.eliminated {
-            for (&Entry { block, i, j, .. }, value) in given {
-                let (term, value) = match block {
-                    Block::Hqq | Block::Dq => (0, value * c[j][0]),
-                    Block::Dp => (1, value),
-                    Block::Hqp | Block::Hpp => continue,
-                };
-                rows[i][term] += if i == j { value } else { -value.abs() };
-            }
-            return rows.iter().all(|[twice, once, ..]| 1.0 + twice.min(0.0) + once.min(0.0) > 0.0);
-        }
-        for (&Entry { block, i, j, .. }, value) in given {
-            let value = value.abs();
-            match block {
-                Block::Hqp => {
-                    rows[j][0] += value;
-                    rows[i][3] += value;
-                }
-                Block::Hpp => rows[i][1] += value,
-                Block::Hqq | Block::Dq => rows[i][2] += value,
-                Block::Dp => rows[i][3] += value,
-            }
-        }
-        let most = |block: usize| rows.iter().fold(0.0, |most: f64, row| most.max(row[block]));
-        most(0).max(most(3)) + (most(1) * most(2)).sqrt() < 1.0
     }
 }
 

@@ -7,16 +7,6 @@ use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, Vector};
 pub(super) struct Update {
     pub(super) size: f64,
     pub(super) reach: f64,
-    /// The largest corrections of q and p, and of z beside them
-    pub(super) corrections: [f64; 2],
-    pub(super) z: [f64; 2],
-}
-
-impl Update {
-    /// The size of the correction in given units of q and p.
-    pub(super) fn within(&self, units: [f64; 2]) -> f64 {
-        share(self.corrections[0], units[0]).max(share(self.corrections[1], units[1]))
-    }
 }
 
 /// The largest entries of a correction, of z and of Δz.
@@ -48,7 +38,7 @@ impl<V: Vector> Workspace<V> {
         let finite = (q.correction + p.correction).is_finite();
         let reach = beside(gain.mul_add(p_scale, q_scale), gain.mul_add(q_scale, p_scale));
         let size = if finite { size } else { f64::NAN };
-        Update { size, reach, corrections: [q.correction, p.correction], z: [q.z, p.z] }
+        Update { size, reach }
     }
 
     /// The degree of freedom with the largest correction, and that correction.
