@@ -1,4 +1,4 @@
-//! Newton's iteration for Δz, from Δz = 0.
+//! Newton's iteration for Δz, from Δz = 0, or where that fails along the solution from h = 0.
 //!
 //! The Jacobian of z0 serves the whole step, as long as each correction leaves less than a sixteenth of itself; after that
 //! it is made anew at z̄, the change of λ included. The first correction is the linearly implicit midpoint rule, off by h³.
@@ -23,7 +23,7 @@ const FLOOR: f64 = 1e3;
 /// The most that corrections may be, in roundings of what the equation is made of, where they no longer shrink.
 const NOISE: f64 = 64.0;
 /// The next correction that is not made, in roundings. Left out at every step, it is what K would drift by.
-const UNSEEN: f64 = 0.015625;
+const UNSEEN: f64 = 1.0 / 1024.0;
 /// The most noise in h λ that is let into the iteration.
 const NOISY: f64 = 1e-3;
 
