@@ -32,7 +32,7 @@ fn table<S: Separable<f64>>(
     exact: &impl System<Series<f64, 24>>,
     start: &State<[f64; N]>,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let end = &taylor::trajectory::<_, f64, N, 24>(exact, start, END, 1)?[1];
+    let end = &taylor::trajectory::<_, _, 24>(exact, start, END, 1)?[1];
     let off = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     for (label, composition) in [
         ("order 2, a pair", Composition::pair()),

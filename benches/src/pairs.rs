@@ -1,7 +1,7 @@
 //! The pairs: what is run through the public API, and what stands beside it.
 
 use crate::by_hand::{self, Task};
-use afterbay_core::{Grid, IntegrateError, Method, State, System, Vector, integrate};
+use afterbay_core::{Grid, IntegrateError, Method, State, System, Vector, View, integrate};
 use afterbay_methods::{Leapfrog, ModDg, Rk4, registry};
 use afterbay_systems::{DampedOscillator, Duffing};
 use nalgebra::SVector;
@@ -72,10 +72,10 @@ where
 }
 
 /// A run through the registry, every state passed over but the first.
-fn dispatched(task: Task, method: Box<dyn registry::Run<[f64; 1]>>) -> Run {
+fn dispatched(task: Task, method: registry::Run<f64>) -> Run {
     Box::new(move || {
-        run(task, |grid, state| {
-            let show = &mut |_, _: &State<[f64; 1]>| ControlFlow::Continue(());
+        run::<[f64; 1]>(task, |grid, state| {
+            let show = &mut |_, _: View<'_, f64>| ControlFlow::Continue(());
             black_box(&method).run(grid, state, u64::MAX, show).map(drop)
         })
     })

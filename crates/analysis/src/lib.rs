@@ -9,9 +9,11 @@ pub mod paper;
 pub mod progress;
 pub mod record;
 pub mod report;
+mod solution;
 pub mod statistics;
 pub mod study;
 mod subject;
 
 pub use model::{Model, SYSTEMS, SystemRow};
-pub use subject::{OneState, Subject};
+pub use solution::Solution;
+pub use subject::Subject;

@@ -5,6 +5,7 @@
 
 mod books;
 mod errata;
+mod many_degrees;
 mod orders;
 mod other_systems;
 mod overdamped;
@@ -25,8 +26,9 @@ use serde::Serialize;
 use thiserror::Error;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
-pub const OSCILLATOR: Problem =
-    Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, end: 20.0 };
+pub fn oscillator() -> Problem {
+    Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: vec![2.3], p: vec![-3.1], end: 20.0 }
+}
 
 /// The paper's base grid.
 const BASE_STEP: f64 = 0.001;
@@ -84,10 +86,12 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
         work::sheet(extent, progress)?,
         stability::sheet(extent, progress)?,
         overdamped::sheet()?,
+        many_degrees::sheet(extent, progress)?,
     ];
     let scene = serde_json::json!({
-        "problem": OSCILLATOR,
-        "others": other_systems::PROBLEMS,
+        "problem": oscillator(),
+        "others": other_systems::problems(),
+        "many_degrees": many_degrees::problems(extent),
         "base_step": BASE_STEP,
         "steps": STEPS,
         "figure_step": FIGURE_STEP,

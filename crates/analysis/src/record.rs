@@ -22,9 +22,34 @@ impl Artifact {
     /// # Errors
     /// [`StorageError::Table`] if a row cannot be written as one.
     pub fn table<R: Serialize>(name: impl Into<String>, rows: &[R]) -> Result<Self, StorageError> {
+        Self::written(name, rows, csv::Writer::from_writer(Vec::new()))
+    }
+
+    /// A table whose number of columns depends on the number of degrees of freedom: rows with vectors in them, under a
+    /// header that names each entry.
+    ///
+    /// # Errors
+    /// [`StorageError::Table`] if a row cannot be written as one, or has another length than the header.
+    pub fn wide_table<R: Serialize>(
+        name: impl Into<String>,
+        header: &[String],
+        rows: &[R],
+    ) -> Result<Self, StorageError> {
+        let name = name.into();
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        match writer.write_record(header) {
+            Ok(()) => Self::written(name, rows, writer),
+            Err(source) => Err(StorageError::Table { name, source }),
+        }
+    }
+
+    fn written<R: Serialize>(
+        name: impl Into<String>,
+        rows: &[R],
+        mut writer: csv::Writer<Vec<u8>>,
+    ) -> Result<Self, StorageError> {
         let name = name.into();
         let write = || -> Result<String, csv::Error> {
-            let mut writer = csv::Writer::from_writer(Vec::new());
             rows.iter().try_for_each(|row| writer.serialize(row))?;
             let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
             Ok(String::from_utf8_lossy(&bytes).into_owned())

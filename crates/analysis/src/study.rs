@@ -1,32 +1,40 @@
-//! The studies: each runs methods on a problem and gives the rows of one table.
+//! The studies: each runs methods on a problem and gives the rows of one table, for any number of degrees of freedom.
 //!
 //! Errors are computed in parallel over (method, step) and collected by index, so that a table is the same to the bit
 //! for any number of threads. Times are taken one run after the other.
 
+pub mod cost;
 pub mod energy;
 pub mod global_order;
 pub mod local_order;
 pub mod outcome;
+mod passivity;
+mod reference;
+pub mod size;
 pub mod stability;
+pub mod trajectory;
 pub mod work_precision;
 
-use crate::{Model, OneState};
-use afterbay_core::{InputError, IntegrateError, Quad, Scalar, State};
+pub use reference::LARGEST_BY_SERIES;
+
+use crate::{Model, Solution};
+use afterbay_core::{InputError, IntegrateError, Quad, Scalar, State, View};
 use serde::Serialize;
 
-/// The names of the three variables, in the order the studies keep.
+/// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom the error of each is
+/// the largest of its N.
 pub const VARIABLES: [&str; 3] = ["q", "p", "w"];
 
 /// A system, where it starts and when it ends.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Problem {
     /// The system.
     #[serde(rename = "system")]
     pub model: Model,
-    /// q at t = 0.
-    pub q: f64,
+    /// q at t = 0, one entry a degree of freedom.
+    pub q: Vec<f64>,
     /// p at t = 0.
-    pub p: f64,
+    pub p: Vec<f64>,
     /// The end of time.
     pub end: f64,
 }
@@ -35,23 +43,37 @@ impl Problem {
     /// The initial state.
     ///
     /// # Errors
-    /// [`InputError::NotFinite`]
-    pub fn start<T: Scalar>(&self) -> Result<OneState<T>, InputError> {
-        State::new([T::from_f64(self.q)], [T::from_f64(self.p)])
+    /// [`InputError::Length`] where it is no state of the system, [`InputError::NotFinite`]
+    pub fn start<T: Scalar>(&self) -> Result<State<Vec<T>>, InputError> {
+        let lift = |part: &[f64]| part.iter().map(|&x| T::from_f64(x)).collect();
+        let state = State::new(lift(&self.q), lift(&self.p))?;
+        state.check(self.model.dof())?;
+        Ok(state)
     }
 
-    /// (q, p, w) of the exact solution at the times `i h`, i = 0..=count, computed in [`Quad`] and rounded.
+    /// The exact solution at the times `i h`, i = 0..=count, computed in [`Quad`] and rounded; with more than
+    /// [`LARGEST_BY_SERIES`] degrees of freedom the run of increment-8 that stands in for it, with its doubt.
     ///
     /// # Errors
     /// Those of the input, and of a solution that leaves the numbers.
-    pub fn solution(&self, h: f64, count: usize) -> Result<Vec<[f64; 3]>, IntegrateError> {
+    pub fn solution(&self, h: f64, count: usize) -> Result<Solution<f64>, IntegrateError> {
+        if self.model.dof() > LARGEST_BY_SERIES {
+            return reference::self_converged(self, h, count);
+        }
         let subject = self.model.subject::<Quad>()?;
-        let states = subject.solution(&self.start()?, Quad::from_f64(h), count)?;
-        Ok(states.iter().map(values).collect())
+        Ok(subject.solution(&self.start()?, Quad::from_f64(h), count)?.rounded())
     }
 }
 
-/// (q, p, w) in `f64`.
-fn values<T: Scalar>(state: &OneState<T>) -> [f64; 3] {
-    [state.q[0], state.p[0], state.w[0]].map(Scalar::to_f64)
+/// The largest difference over the degrees of freedom, of q, of p and of w.
+fn distance<T: Scalar>(found: View<'_, T>, exact: View<'_, T>) -> [T; 3] {
+    [(found.q, exact.q), (found.p, exact.p), (found.w, exact.w)].map(|(found, exact)| {
+        let differences = found.iter().zip(exact).map(|(&found, &exact)| (found - exact).abs());
+        differences.fold(T::zero(), |most, x| T::select(most.lt(x), x, most))
+    })
+}
+
+/// The names of N columns: `q1..qN`.
+fn numbered(name: &str, dof: usize) -> impl Iterator<Item = String> {
+    (1..=dof).map(move |j| format!("{name}{j}"))
 }

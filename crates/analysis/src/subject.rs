@@ -1,29 +1,32 @@
 //! A system as the studies see it: with a solution to compare to and methods to run.
 
-use afterbay_core::{ExactFlow, InputError, Scalar, Series, State, System, taylor};
+use crate::Solution;
+use afterbay_core::{ExactFlow, InputError, Scalar, Series, State, System, Vector, taylor};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{self, Row, Run};
-use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+};
 
-/// The states of the systems studied: one degree of freedom.
-pub type OneState<T> = State<[T; 1]>;
-
-/// A system with one degree of freedom, its type forgotten.
+/// A system, its type forgotten.
 pub trait Subject<T: Scalar>: System<T> {
     /// The exact solution from `start` at the times `i h`, i = 0..=count.
     ///
     /// # Errors
-    /// [`InputError::SolutionEnds`] where it leaves the numbers.
-    fn solution(&self, start: &OneState<T>, h: T, count: usize) -> Result<Vec<OneState<T>>, InputError>;
+    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`] where the solution
+    /// leaves the numbers.
+    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError>;
 
     /// The method of a row, bound to this system.
     ///
     /// # Errors
     /// [`InputError::Unsupported`] where it does not apply.
-    fn bind(&self, row: &Row) -> Result<Box<dyn Run<[T; 1]>>, InputError>;
+    fn bind(&self, row: &Row) -> Result<Run<T>, InputError>;
 
-    /// What the δ of an equation divides by at (q, p): the distance to its pole.
-    fn denominator(&self, equation: Equation, q: T, p: T) -> T;
+    /// What the δ of an equation divides by at (q, p): the distance to its pole. Only one degree of freedom has a δ.
+    fn denominator(&self, _equation: Equation, _q: &[T], _p: &[T]) -> Option<T> {
+        None
+    }
 
     /// Are the equations linear, so that a step of a linear method is a matrix?
     fn is_linear(&self) -> bool {
@@ -32,23 +35,24 @@ pub trait Subject<T: Scalar>: System<T> {
 }
 
 impl<T: Scalar> Subject<T> for DampedOscillator<T> {
-    fn solution(&self, start: &OneState<T>, h: T, count: usize) -> Result<Vec<OneState<T>>, InputError> {
-        (0..=count)
-            .map(|i| {
-                let mut state = start.clone();
-                self.flow(T::from_f64(i as f64) * h, &mut state);
-                state.check(1).map_err(|_| InputError::SolutionEnds { t: state.t.to_f64() })?;
-                Ok(state)
-            })
-            .collect()
+    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
+        let start = stored::<[T; 1]>(start, 1)?;
+        let mut solution = Solution::with_room(1, count + 1);
+        for i in 0..=count {
+            let mut state = start.clone();
+            self.flow(T::from_f64(i as f64) * h, &mut state);
+            state.check(1).map_err(|_| InputError::SolutionEnds { t: state.t.to_f64() })?;
+            solution.push(state.view());
+        }
+        Ok(solution)
     }
 
-    fn bind(&self, row: &Row) -> Result<Box<dyn Run<[T; 1]>>, InputError> {
+    fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
         registry::linear(row, *self)
     }
 
-    fn denominator(&self, equation: Equation, q: T, p: T) -> T {
-        equation.denominator(self, q, p)
+    fn denominator(&self, equation: Equation, q: &[T], p: &[T]) -> Option<T> {
+        Some(equation.denominator(self, *q.first()?, *p.first()?))
     }
 
     fn is_linear(&self) -> bool {
@@ -59,27 +63,62 @@ impl<T: Scalar> Subject<T> for DampedOscillator<T> {
 /// Terms of the Taylor series that stand in for an exact solution.
 const TERMS: usize = 24;
 
-macro_rules! solved_by_series {
+/// The solution by series, its states stored in `V` on the way.
+fn by_series<V, S>(
+    system: &S,
+    start: &State<Vec<V::Scalar>>,
+    h: V::Scalar,
+    count: usize,
+) -> Result<Solution<V::Scalar>, InputError>
+where
+    V: Vector,
+    S: System<Series<V::Scalar, TERMS>>,
+{
+    let start = stored::<V>(start, system.dof())?;
+    let states = taylor::trajectory(system, &start, h, count)?;
+    let mut solution = Solution::with_room(system.dof(), states.len());
+    states.iter().for_each(|state| solution.push(state.view()));
+    Ok(solution)
+}
+
+/// The same state in another storage.
+fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<V>, InputError> {
+    state.check(dof)?;
+    let copy = |part: &Vec<V::Scalar>| V::filled(part, |x| x);
+    Ok(State { q: copy(&state.q), p: copy(&state.p), w: copy(&state.w), t: state.t })
+}
+
+macro_rules! with_one_degree {
     ($($system:ident),*) => {$(
         impl<T: Scalar> Subject<T> for $system<T> {
-            fn solution(
-                &self,
-                start: &OneState<T>,
-                h: T,
-                count: usize,
-            ) -> Result<Vec<OneState<T>>, InputError> {
-                taylor::trajectory::<_, T, 1, TERMS>(&self.map(Series::constant), start, h, count)
+            fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
+                by_series::<[T; 1], _>(&self.map(Series::constant), start, h, count)
             }
 
-            fn bind(&self, row: &Row) -> Result<Box<dyn Run<[T; 1]>>, InputError> {
+            fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
                 registry::nonlinear(row, *self)
             }
 
-            fn denominator(&self, equation: Equation, q: T, p: T) -> T {
-                equation.denominator(self, q, p)
+            fn denominator(&self, equation: Equation, q: &[T], p: &[T]) -> Option<T> {
+                Some(equation.denominator(self, *q.first()?, *p.first()?))
             }
         }
     )*};
 }
 
-solved_by_series!(Duffing, VanDerPol, ModifiedVanDerPol);
+macro_rules! with_many_degrees {
+    ($($system:ident by $bind:ident),*) => {$(
+        impl<T: Scalar> Subject<T> for $system<T> {
+            fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
+                by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count)
+            }
+
+            fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
+                registry::$bind(row, *self)
+            }
+        }
+    )*};
+}
+
+with_one_degree!(Duffing, VanDerPol, ModifiedVanDerPol);
+with_many_degrees!(FputChain by separable, VanDerPolRing by separable, DampedDoublePendulum by general);

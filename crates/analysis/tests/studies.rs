@@ -1,11 +1,11 @@
 //! The studies keep their contract: columns, independence of the number of threads, verdicts that are right.
 
 use afterbay_analysis::Model;
-use afterbay_analysis::paper::{self, Extent, OSCILLATOR};
+use afterbay_analysis::paper::{self, Extent, oscillator};
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::stability::{Map, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
-use afterbay_core::{InputError, IntegrateError};
+use afterbay_core::{InputError, IntegrateError, View};
 use afterbay_methods::registry::{METHODS, Row, find};
 use std::collections::BTreeMap;
 
@@ -37,7 +37,8 @@ fn without_seconds(table: &str) -> String {
 #[test]
 fn tables_are_the_same_to_the_bit_for_any_number_of_threads() {
     let one = tables(1);
-    assert!(one.len() >= 20, "{:?}", one.keys());
+    assert!(one.len() >= 32, "{:?}", one.keys());
+    assert!(one.contains_key("data/fput-chain/size.csv") && one.contains_key("data/trajectory.csv"));
     for threads in [2, 5] {
         for (name, table) in tables(threads) {
             assert!(table == one[&name], "{name} differs with {threads} threads");
@@ -51,7 +52,10 @@ fn tables_follow_their_contract() {
     for (name, columns) in [
         ("data/local_orders.csv", "method,variable,statistic,order,ci_low,ci_high,points,printed"),
         ("data/global_orders.csv", "method,variable,h,error,order"),
-        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error"),
+        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,w1\n"),
+        ("data/fput-chain/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,w1,w2,w3\n"),
+        ("data/trajectory.csv", "method,step,t,q1,p1,w1,H,K\n"),
+        ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
         (
             "data/work_precision.csv",
             "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,evaluations,iterations",
@@ -76,7 +80,7 @@ fn tables_follow_their_contract() {
 #[test]
 fn books_tell_the_methods_that_keep_k() {
     let books =
-        energy::run(&OSCILLATOR, &METHODS.iter().collect::<Vec<_>>(), 0.05, 1, &Silent).expect("runs");
+        energy::run(&oscillator(), &METHODS.iter().collect::<Vec<_>>(), 0.05, 1, &Silent).expect("runs");
     for (row, books) in METHODS.iter().zip(&books) {
         assert_eq!(books.result, Ok(()), "{}", row.name);
         assert_eq!(books.drift < 1e-12, row.keeps_k, "{}: {:e}", row.name, books.drift);
@@ -84,7 +88,7 @@ fn books_tell_the_methods_that_keep_k() {
             assert_eq!(books.violations, Some(0), "{}", row.name);
         }
     }
-    let active = Problem { model: Model::VanDerPol { mu: 1.0 }, ..OSCILLATOR };
+    let active = Problem { model: Model::VanDerPol { mu: 1.0 }, ..oscillator() };
     let books = energy::run(&active, &rows(&["moddg"]), 0.05, 1, &Silent).expect("runs");
     assert_eq!(books[0].violations, None, "an active system owes nothing");
 }
@@ -92,7 +96,7 @@ fn books_tell_the_methods_that_keep_k() {
 #[test]
 fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
     let model = Model::DampedOscillator { k: 1.0, b: 200.0 };
-    let problem = Problem { model, q: 1.0, p: 1.0, end: 1.0 };
+    let problem = Problem { model, q: vec![1.0], p: vec![1.0], end: 1.0 };
     let books = energy::run(&problem, &rows(&["moddg"]), 0.1, 1, &Silent).expect("runs");
     let row = &books[0].rows[2];
     let (found, off) = (row.ratio.expect("a ratio"), row.ratio_error.expect("a ratio"));
@@ -104,9 +108,9 @@ fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
 fn global_errors_fall_with_the_order_of_the_method() {
     let steps = [0.05, 0.025, 0.0125];
     for model in
-        [OSCILLATOR.model, Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, Model::VanDerPol { mu: 1.0 }]
+        [oscillator().model, Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, Model::VanDerPol { mu: 1.0 }]
     {
-        let problem = Problem { model, end: 5.0, ..OSCILLATOR };
+        let problem = Problem { model, end: 5.0, ..oscillator() };
         for row in
             global_order::run(&problem, &rows(&["leapfrog", "moddg", "rk4"]), &steps, &Silent).expect("runs")
         {
@@ -122,8 +126,8 @@ fn global_errors_fall_with_the_order_of_the_method() {
 #[test]
 fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
     // Simple iteration does not contract at h = 2.5; the next step size is fine again.
-    let found =
-        work_precision::run(&OSCILLATOR, &rows(&["moddg-fixed-point"]), &[2.5, 0.1], &Silent).expect("runs");
+    let found = work_precision::run(&oscillator(), &rows(&["moddg-fixed-point"]), &[2.5, 0.1], &Silent)
+        .expect("runs");
     assert_eq!(found[0].outcome, "not-contracting");
     assert!(
         found[0]
@@ -139,7 +143,7 @@ fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
 #[test]
 fn verdicts_and_spectral_radii_are_those_of_theory() {
     let map = Map {
-        problem: OSCILLATOR,
+        problem: oscillator(),
         parameter: "b",
         values: &[0.0, 0.1, 10.0],
         steps: &[0.1, 1.9, 2.1, 3.0],
@@ -169,7 +173,7 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
 
 #[test]
 fn van_der_pol_is_judged_by_its_limit_cycle() {
-    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: 2.0, p: 0.5, end: 20.0 };
+    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map {
         problem,
         parameter: "mu",
@@ -190,13 +194,15 @@ fn van_der_pol_is_judged_by_its_limit_cycle() {
 #[test]
 fn references_know_rest_decay_and_their_end() {
     let duffing = |alpha, beta, c| Model::Duffing { alpha, beta, c };
-    let at_rest = Problem { model: duffing(1.0, 1.0, 0.1), q: 0.0, p: 0.0, end: 5.0 };
-    assert_eq!(at_rest.solution(0.5, 10).expect("rest lasts")[10], [0.0; 3]);
-    let decay = Problem { model: duffing(1.0, 1.0, 2.0), q: 1.0, p: 0.0, end: 1000.0 };
-    let [q, p, w] = decay.solution(100.0, 10).expect("a decay lasts")[10];
+    let at_rest = Problem { model: duffing(1.0, 1.0, 0.1), q: vec![0.0], p: vec![0.0], end: 5.0 };
+    let rest = at_rest.solution(0.5, 10).expect("rest lasts");
+    assert_eq!(rest.at(10), View { q: &[0.0], p: &[0.0], w: &[0.0], t: 5.0 });
+    let decay = Problem { model: duffing(1.0, 1.0, 2.0), q: vec![1.0], p: vec![0.0], end: 1000.0 };
+    let decayed = decay.solution(100.0, 10).expect("a decay lasts");
+    let View { q: &[q], p: &[p], w: &[w], t: 1000.0 } = decayed.at(10) else { panic!("{decayed:?}") };
     assert!(q.abs() < 1e-280 && p.abs() < 1e-280 && (w - 0.75).abs() < 1e-15, "{q} {p} {w}");
     // q'' = q + 5 q³ leaves the numbers in finite time.
-    let escape = Problem { model: duffing(-1.0, -5.0, 0.1), q: 2.0, p: 1.0, end: 10.0 };
+    let escape = Problem { model: duffing(-1.0, -5.0, 0.1), q: vec![2.0], p: vec![1.0], end: 10.0 };
     let error = escape.solution(1.0, 10).expect_err("the solution ends");
     let IntegrateError::Input(InputError::SolutionEnds { t }) = error else { panic!("{error}") };
     assert!(t > 0.1 && t < 1.0, "{t}");
@@ -206,7 +212,7 @@ fn references_know_rest_decay_and_their_end() {
 fn a_map_with_a_step_that_cannot_be_taken_is_refused() {
     for (h, steps) in [(0.0, None), (-1.0, None), (f64::NAN, None), (1e-300, Some(())), (1e-9, Some(()))] {
         let map = Map {
-            problem: OSCILLATOR,
+            problem: oscillator(),
             parameter: "b",
             values: &[0.1],
             steps: &[h],

@@ -29,6 +29,12 @@ fn paper_writes_everything_and_says_what_holds() {
     let manifest: serde_json::Value = serde_json::from_str(&read(&out.join("run.json"))).expect("JSON");
     assert_eq!(manifest["threads"], 2);
     assert_eq!(manifest["scene"]["problem"]["system"]["name"], "damped-oscillator");
+    assert_eq!(manifest["scene"]["problem"]["q"], serde_json::json!([2.3]));
+    let ring = &manifest["scene"]["many_degrees"][1][1]["system"];
+    assert_eq!(
+        ring,
+        &serde_json::json!({"name": "van-der-pol-ring", "parameters": {"n": 5, "mu": 1.0, "coupling": 0.5}})
+    );
     assert_eq!(manifest["hash"].as_str().map(str::len), Some(64));
     let mut orders = csv::Reader::from_path(out.join("data/local_orders.csv")).expect("a table");
     assert_eq!(&orders.headers().expect("a header")[0], "method");
@@ -58,6 +64,17 @@ fn list_shows_every_method_and_system() {
         .success()
         .stdout(contains("leapfrog").and(contains("moddg-p4-single-printed")).and(contains("keeps K")));
     afterbay(&["list", "systems"]).assert().success().stdout(contains("modified-van-der-pol"));
+    let output = afterbay(&["list", "systems", "--format", "json"]).output().expect("runs");
+    let systems: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let listed: Vec<_> =
+        systems.as_array().expect("rows").iter().map(|row| [&row["name"], &row["parameters"]]).collect();
+    for [name, parameters] in [
+        ["fput-chain", "n ≥ 1, beta, c"],
+        ["van-der-pol-ring", "n ≥ 1, mu, coupling (κ)"],
+        ["damped-double-pendulum", "m1, m2, l1, l2 > 0, g, c1, c2"],
+    ] {
+        assert!(listed.iter().any(|[a, b]| *a == name && *b == parameters), "{name}");
+    }
     let output = afterbay(&["list", "methods", "--format", "json"]).output().expect("runs");
     let methods: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let moddg =

@@ -27,6 +27,7 @@ mod system;
 pub mod taylor;
 mod uniform;
 mod vector;
+mod view;
 
 pub use coupling::Coupling;
 pub use curvature::{Block, Curvature};
@@ -44,4 +45,5 @@ pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
 pub use uniform::Uniform;
 pub use vector::Vector;
+pub use view::View;
 pub use wide::f64x8;

@@ -1,6 +1,6 @@
 //! The state of a system: coordinates, momenta and what the reservoir holds.
 
-use crate::{InputError, Mask, Quantity, Scalar, System, Vector};
+use crate::{InputError, Mask, Quantity, Scalar, System, Vector, View};
 use std::hint::cold_path;
 
 /// (q, p, w) at time t. `w[j]` is the energy degree of freedom j has given up since the start.
@@ -53,22 +53,28 @@ impl<V: Vector> State<V> {
         Ok(())
     }
 
+    /// The state to look at.
+    #[inline(always)]
+    pub fn view(&self) -> View<'_, V::Scalar> {
+        View { q: self.q.as_slice(), p: self.p.as_slice(), w: self.w.as_slice(), t: self.t }
+    }
+
     /// Σ w_j
     #[inline]
     pub fn reservoir(&self) -> V::Scalar {
-        self.w.as_slice().iter().fold(V::Scalar::zero(), |sum, &w| sum + w)
+        self.view().reservoir()
     }
 
     /// H(q, p)
     #[inline]
     pub fn energy<S: System<V::Scalar> + ?Sized>(&self, system: &S) -> V::Scalar {
-        system.energy(self.q.as_slice(), self.p.as_slice())
+        self.view().energy(system)
     }
 
     /// K = H(q, p) + Σ w_j, the quantity the exact flow keeps.
     #[inline]
     pub fn total<S: System<V::Scalar> + ?Sized>(&self, system: &S) -> V::Scalar {
-        self.energy(system) + self.reservoir()
+        self.view().total(system)
     }
 
     /// A state to be replaced; costs nothing to make.

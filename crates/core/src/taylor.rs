@@ -29,70 +29,74 @@ where
     }
 }
 
-/// The exact flow from one state as a polynomial in time, and the time it can be trusted for.
-#[derive(Clone, Debug)]
-pub struct Expansion<T: Scalar, const D: usize, const N: usize> {
-    series: State<[Series<T, N>; D]>,
+/// The exact flow from one state as a polynomial of degree M - 1 in time, and the time it can be trusted for.
+#[derive(Clone)]
+pub struct Expansion<V: Vector, const M: usize> {
+    series: State<V::Of<Series<V::Scalar, M>>>,
     /// The polynomial is exact to rounding for |τ| up to this.
     pub reach: f64,
 }
 
-impl<T: Scalar, const D: usize, const N: usize> Expansion<T, D, N> {
+impl<V: Vector, const M: usize> Expansion<V, M> {
     /// The expansion about `state`.
-    pub fn about<S: System<Series<T, N>> + ?Sized>(system: &S, state: &State<[T; D]>) -> Self {
-        let lift = |part: [T; D]| part.map(Series::constant);
-        let (q, p, w) = (lift(state.q), lift(state.p), lift(state.w));
+    pub fn about<S: System<Series<V::Scalar, M>> + ?Sized>(system: &S, state: &State<V>) -> Self {
+        let lift = |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
+        let (q, p, w) = (lift(&state.q), lift(&state.p), lift(&state.w));
         let mut series = State { q, p, w, t: Series::constant(state.t) };
         expand(system, &mut series);
         // The last two terms stay below a rounding of the largest entry.
         let size = |k: usize| {
-            let entries = series.q.iter().chain(&series.p).map(|x| x.0[k].abs().to_f64());
-            entries.fold(0.0, f64::max)
+            let entries = series.q.as_slice().iter().chain(series.p.as_slice());
+            entries.map(|x| x.0[k].abs().to_f64()).fold(0.0, f64::max)
         };
         let limit = |k: usize| match size(k) {
             0.0 => f64::INFINITY,
-            last => (T::EPSILON * (size(0) / last)).powf(1.0 / k as f64),
+            last => (V::Scalar::EPSILON * (size(0) / last)).powf(1.0 / k as f64),
         };
-        let reach = limit(N - 1).min(limit(N - 2));
+        let reach = limit(M - 1).min(limit(M - 2));
         Self { series, reach: if reach.is_nan() { 0.0 } else { reach } }
     }
 
     /// The state the time τ after the one expanded about.
-    pub fn at(&self, tau: T) -> State<[T; D]> {
-        let at = |part: &[Series<T, N>; D]| part.map(|x| x.at(tau));
+    pub fn at(&self, tau: V::Scalar) -> State<V> {
         let Self { series, .. } = self;
+        let at = |part: &V::Of<Series<V::Scalar, M>>| V::filled(part.as_slice(), |x| x.at(tau));
         State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
     }
 }
 
-/// The exact flow from `start` at the times `i h`, i = 0..=count: a reference for systems without a closed solution.
+/// The exact flow from `start` at the times `i h`, i = 0..=count, from expansions with M terms: a reference for systems
+/// without a closed solution.
 ///
 /// # Errors
-/// [`InputError::SolutionEnds`] where it leaves the numbers: the reach of the expansions shrinks to nothing.
-pub fn trajectory<S, T, const D: usize, const N: usize>(
+/// [`InputError::Length`] and [`InputError::NotFinite`] where `start` is no state of the system,
+/// [`InputError::SolutionEnds`] where the solution leaves the numbers: the reach of the expansions shrinks to nothing.
+pub fn trajectory<S, V, const M: usize>(
     system: &S,
-    start: &State<[T; D]>,
-    h: T,
+    start: &State<V>,
+    h: V::Scalar,
     count: usize,
-) -> Result<Vec<State<[T; D]>>, InputError>
+) -> Result<Vec<State<V>>, InputError>
 where
-    T: Scalar,
-    S: System<Series<T, N>> + ?Sized,
+    V: Vector,
+    S: System<Series<V::Scalar, M>> + ?Sized,
 {
+    let dof = system.dof();
+    start.check(dof)?;
     let mut states = Vec::with_capacity(count + 1);
-    let mut expansion = Expansion::<T, D, N>::about(system, start);
+    let mut expansion = Expansion::<V, M>::about(system, start);
     // Time since the point expanded about.
-    let mut origin = T::zero();
+    let mut origin = V::Scalar::zero();
     for i in 0..=count {
-        let t = T::from_f64(i as f64) * h;
+        let t = V::Scalar::from_f64(i as f64) * h;
         while (t - origin).to_f64().abs() > expansion.reach {
             let stride = expansion.reach.copysign(h.to_f64());
-            let mut state = expansion.at(T::from_f64(stride));
-            if state.check(D).is_err() || expansion.reach <= 1e-12 * t.to_f64().abs() {
+            let mut state = expansion.at(V::Scalar::from_f64(stride));
+            if state.check(dof).is_err() || expansion.reach <= 1e-12 * t.to_f64().abs() {
                 return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
             state.settle();
-            origin += T::from_f64(stride);
+            origin += V::Scalar::from_f64(stride);
             expansion = Expansion::about(system, &state);
         }
         states.push(State { t: start.t + t, ..expansion.at(t - origin) });

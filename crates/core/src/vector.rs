@@ -9,11 +9,22 @@ pub trait Vector: Clone + Send + Sync {
     /// What is stored.
     type Scalar: Scalar;
 
+    /// The same storage of other scalars.
+    type Of<U: Scalar>: Vector<Scalar = U>;
+
     /// The length, where the type fixes it.
     const LEN: Option<usize>;
 
     /// `len` zeros; where the type fixes the length, that many.
     fn zeros(len: usize) -> Self;
+
+    /// One number for each of `from`, where there is room.
+    #[inline(always)]
+    fn filled<U: Copy>(from: &[U], f: impl Fn(U) -> Self::Scalar) -> Self {
+        let mut vector = Self::zeros(from.len());
+        vector.as_mut_slice().iter_mut().zip(from).for_each(|(x, &from)| *x = f(from));
+        vector
+    }
 
     /// The numbers.
     fn as_slice(&self) -> &[Self::Scalar];
@@ -24,6 +35,7 @@ pub trait Vector: Clone + Send + Sync {
 
 impl<T: Scalar, const N: usize> Vector for [T; N] {
     type Scalar = T;
+    type Of<U: Scalar> = [U; N];
     const LEN: Option<usize> = Some(N);
 
     #[inline(always)]
@@ -42,6 +54,7 @@ impl<T: Scalar, const N: usize> Vector for [T; N] {
 
 impl<T: Scalar, const N: usize> Vector for SVector<T, N> {
     type Scalar = T;
+    type Of<U: Scalar> = SVector<U, N>;
     const LEN: Option<usize> = Some(N);
 
     #[inline(always)]
@@ -61,6 +74,7 @@ impl<T: Scalar, const N: usize> Vector for SVector<T, N> {
 
 impl<T: Scalar> Vector for Vec<T> {
     type Scalar = T;
+    type Of<U: Scalar> = Vec<U>;
     const LEN: Option<usize> = None;
 
     fn zeros(len: usize) -> Self {
@@ -78,6 +92,7 @@ impl<T: Scalar> Vector for Vec<T> {
 
 impl<T: Scalar> Vector for DVector<T> {
     type Scalar = T;
+    type Of<U: Scalar> = DVector<U>;
     const LEN: Option<usize> = None;
 
     fn zeros(len: usize) -> Self {

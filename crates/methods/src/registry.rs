@@ -1,14 +1,17 @@
 //! Every method by name: its order, what it keeps, what it needs, and how it is bound to a system.
 
+mod run;
+
 use crate::moddg::ClosedForm;
 use crate::moddg::steps::{Degree, Equation, Placement, Plain, Printed, Raised};
-use crate::{Composition, Increment, Leapfrog, ModDg, Rk4};
+use crate::{Composition, GeneralIncrement, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled};
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
-    Effort, Every, Grid, InputError, IntegrateError, Linear, Method, Misprinted, OrderRaising, Separable,
-    State, StepFailure, System, Vector, integrate,
+    Curvature, InputError, Linear, Misprinted, OrderRaising, PhasePlane, Scalar, Separable, Uniform, Vector,
 };
-use std::ops::ControlFlow;
+use run::bind;
+
+pub use run::{Run, Show};
 
 /// A method in the registry.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +56,8 @@ impl Row {
 pub enum Needs {
     /// Nothing.
     Any,
+    /// Its second derivatives.
+    Curvature,
     /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
     Separable,
     /// The same with one degree of freedom.
@@ -66,6 +71,7 @@ impl Needs {
     pub fn describe(self) -> &'static str {
         match self {
             Self::Any => "any system",
+            Self::Curvature => "any H, 2nd derivatives",
             Self::Separable => "separable H",
             Self::OneDegree => "separable H, 1 degree",
             Self::Printed => "damped oscillator",
@@ -81,6 +87,7 @@ enum Kind {
     ModDgFixedPoint,
     Raised(Raised),
     Printed(Printed),
+    Gonzalez,
     /// A composition of sweeps.
     Increment(fn() -> Composition),
 }
@@ -104,6 +111,15 @@ pub const METHODS: &[Row] = &[
         passive: true,
         needs: Needs::Any,
         kind: Kind::Rk4,
+    },
+    Row {
+        name: "gonzalez",
+        about: "the midpoint discrete gradient, solved to rounding",
+        local_order: [2, 2, 2],
+        keeps_k: true,
+        passive: true,
+        needs: Needs::Curvature,
+        kind: Kind::Gonzalez,
     },
     Row {
         name: "moddg",
@@ -215,106 +231,87 @@ pub fn find(name: &str) -> Option<&'static Row> {
     METHODS.iter().find(|row| row.name == name)
 }
 
-/// What is shown of a run: the number of steps done and the state. `Break` ends the run.
-pub type Show<'a, V> = &'a mut dyn FnMut(u64, &State<V>) -> ControlFlow<()>;
-
-/// A method bound to a system, their types forgotten.
-pub trait Run<V: Vector>: Send + Sync {
-    /// [`integrate`], with every `stride`-th state shown.
-    ///
-    /// # Errors
-    /// Those of [`integrate`].
-    fn run(
-        &self,
-        grid: Grid<V::Scalar>,
-        state: &mut State<V>,
-        stride: u64,
-        show: Show<'_, V>,
-    ) -> Result<Effort, IntegrateError>;
-
-    /// One step.
-    ///
-    /// # Errors
-    /// [`Method::step`]'s; the state is then as it was.
-    fn step(&self, h: V::Scalar, state: &mut State<V>) -> Result<Effort, StepFailure>;
-}
-
-struct Bound<M, S, W> {
-    method: M,
-    system: S,
-    workspace: W,
-}
-
-impl<V, S, M> Run<V> for Bound<M, S, M::Workspace>
+/// Binds a method to a system with any H and any number of degrees of freedom.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn general<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
-    V: Vector,
-    S: System<V::Scalar>,
-    M: Method<V, S> + Send + Sync,
-    M::Workspace: Clone + Send + Sync,
+    T: Scalar,
+    S: Curvature<T> + PhasePlane<T> + 'static,
 {
-    fn run(
-        &self,
-        grid: Grid<V::Scalar>,
-        state: &mut State<V>,
-        stride: u64,
-        show: Show<'_, V>,
-    ) -> Result<Effort, IntegrateError> {
-        integrate(&self.method, &self.system, grid, state, &mut Every::new(stride, show))
+    match row.kind {
+        Kind::Rk4 => bind::<Vec<T>, _, _>(Rk4, system),
+        Kind::Gonzalez => bind::<Vec<T>, _, _>(Gonzalez::default(), system),
+        Kind::Increment(composition) => bind::<Vec<T>, _, _>(GeneralIncrement::new(composition()), system),
+        _ => Err(InputError::Unsupported { method: row.name, why: "H is not separable" }),
     }
-
-    fn step(&self, h: V::Scalar, state: &mut State<V>) -> Result<Effort, StepFailure> {
-        self.method.step(&self.system, h, state, &mut self.workspace.clone())
-    }
-}
-
-fn bind<'a, V, S, M>(method: M, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
-where
-    V: Vector + 'a,
-    S: System<V::Scalar> + 'a,
-    M: Method<V, S> + Send + Sync + 'a,
-    M::Workspace: Clone + Send + Sync + 'a,
-{
-    let workspace = method.workspace(&system)?;
-    Ok(Box::new(Bound { method, system, workspace }))
 }
 
 /// Binds a method to a separable system with any number of degrees of freedom.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where the method needs more.
-pub fn separable<'a, V, S>(row: &Row, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+pub fn separable<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
-    V: Vector + 'a,
-    S: Separable<V::Scalar> + 'a,
+    T: Scalar,
+    S: Separable<T> + Curvature<T> + 'static,
+{
+    stored::<Vec<T>, S>(row, system)
+}
+
+/// Binds a method to a chain or a ring of equal members, in `f64`: coordinate increments are taken red and black, eight
+/// at a time, where two colours are enough.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn uniform<S>(row: &Row, system: S) -> Result<Run<f64>, InputError>
+where
+    S: Uniform + Curvature<f64> + 'static,
 {
     match row.kind {
-        Kind::Leapfrog => bind(Leapfrog, system),
-        Kind::Rk4 => bind(Rk4, system),
-        Kind::Increment(composition) => bind(Increment::new(composition()), system),
-        Kind::ModDg => bind(ModDg::newton(), system),
-        Kind::ModDgFixedPoint => bind(ModDg { steps: Plain, solver: FixedPoint }, system),
+        Kind::Increment(composition) if Tiled::fits(&system).is_ok() => {
+            bind::<Vec<f64>, _, _>(Tiled::new(composition()), system)
+        }
+        _ => separable(row, system),
+    }
+}
+
+/// Binds a method to a separable system, with states stored in `V`.
+fn stored<V, S>(row: &Row, system: S) -> Result<Run<V::Scalar>, InputError>
+where
+    V: Vector + 'static,
+    S: Separable<V::Scalar> + Curvature<V::Scalar> + 'static,
+{
+    match row.kind {
+        Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
+        Kind::Rk4 => bind::<V, _, _>(Rk4, system),
+        Kind::Gonzalez => bind::<V, _, _>(Gonzalez::default(), system),
+        Kind::Increment(composition) => bind::<V, _, _>(Increment::new(composition()), system),
+        Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),
+        Kind::ModDgFixedPoint => bind::<V, _, _>(ModDg { steps: Plain, solver: FixedPoint }, system),
         Kind::Raised(_) | Kind::Printed(_) => {
             Err(InputError::Unsupported { method: row.name, why: "the system does not know its δ" })
         }
     }
 }
 
-/// Binds a method to a separable system with one degree of freedom.
+/// Binds a method to a separable system with one degree of freedom, its state on the stack.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where the method needs more.
-pub fn nonlinear<'a, V, S>(row: &Row, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+pub fn nonlinear<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
-    V: Vector + 'a,
-    S: OrderRaising<V::Scalar> + 'a,
+    T: Scalar,
+    S: OrderRaising<T> + Curvature<T> + 'static,
 {
     match row.kind {
-        Kind::Raised(steps) => bind(ModDg { steps, solver: Newton }, system),
+        Kind::Raised(steps) => bind::<[T; 1], _, _>(ModDg { steps, solver: Newton }, system),
         Kind::Printed(_) => Err(InputError::Unsupported {
             method: row.name,
             why: "the paper prints δ for the damped oscillator only",
         }),
-        _ => separable(row, system),
+        _ => stored::<[T; 1], S>(row, system),
     }
 }
 
@@ -323,15 +320,15 @@ where
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where the method needs more.
-pub fn linear<'a, V, S>(row: &Row, system: S) -> Result<Box<dyn Run<V> + 'a>, InputError>
+pub fn linear<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
-    V: Vector + 'a,
-    S: Linear<V::Scalar> + Misprinted<V::Scalar> + 'a,
+    T: Scalar,
+    S: Linear<T> + Misprinted<T> + Curvature<T> + 'static,
 {
     match row.kind {
-        Kind::ModDg => bind(ModDg::linear(), system),
-        Kind::Raised(steps) => bind(ModDg { steps, solver: ClosedForm }, system),
-        Kind::Printed(steps) => bind(ModDg { steps, solver: ClosedForm }, system),
-        _ => separable(row, system),
+        Kind::ModDg => bind::<[T; 1], _, _>(ModDg::linear(), system),
+        Kind::Raised(steps) => bind::<[T; 1], _, _>(ModDg { steps, solver: ClosedForm }, system),
+        Kind::Printed(steps) => bind::<[T; 1], _, _>(ModDg { steps, solver: ClosedForm }, system),
+        _ => stored::<[T; 1], S>(row, system),
     }
 }

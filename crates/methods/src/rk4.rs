@@ -74,7 +74,7 @@ where
         }
         for (ahead, weight) in STAGES {
             let ahead = h * V::Scalar::from_f64(ahead);
-            let weight = h * V::Scalar::from_f64(weight / 6.0);
+            let weight = h * (V::Scalar::from_f64(weight) / V::Scalar::from_f64(6.0));
             system.gradient(q, p, hq, hp);
             if dissipative {
                 system.dissipation(q, p, hp, d);

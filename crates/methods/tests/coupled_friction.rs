@@ -119,7 +119,7 @@ fn start() -> State<[f64; N]> {
 
 /// The slopes of the errors of q, p and w at t = 1.
 fn orders<M: Method<[f64; N], Chain>>(system: &Chain, method: &M, counts: &[u64]) -> [f64; 3] {
-    let end = &trajectory::<Chain, f64, N, 24>(system, &start(), 1.0, 1).unwrap()[1];
+    let end = &trajectory::<Chain, _, 24>(system, &start(), 1.0, 1).unwrap()[1];
     let far = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let errors: Vec<[f64; 3]> = counts
         .iter()

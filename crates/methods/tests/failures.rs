@@ -4,8 +4,8 @@
 
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
-    Drag, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity, RunError, Separable, State,
-    StepFailure, System, integrate,
+    Curvature, Drag, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity, RunError, Separable,
+    State, StepFailure, System, View, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
 use afterbay_methods::registry::{METHODS, Needs, Run, find, linear, nonlinear};
@@ -81,16 +81,16 @@ fn oscillator(k: f64, b: f64) -> DampedOscillator<f64> {
     DampedOscillator::new(k, b).unwrap()
 }
 
-fn bound<S: OrderRaising<f64> + 'static>(name: &str, system: S) -> Box<dyn Run<[f64; 1]>> {
+fn bound<S: OrderRaising<f64> + Curvature<f64> + 'static>(name: &str, system: S) -> Run<f64> {
     nonlinear(find(name).unwrap(), system).unwrap()
 }
 
-fn closed(name: &str, system: DampedOscillator<f64>) -> Box<dyn Run<[f64; 1]>> {
+fn closed(name: &str, system: DampedOscillator<f64>) -> Run<f64> {
     linear(find(name).unwrap(), system).unwrap()
 }
 
 /// The failure of a step, which must not have touched the state.
-fn failure(run: &dyn Run<[f64; 1]>, h: f64, start: &State<[f64; 1]>) -> StepFailure {
+fn failure(run: &Run<f64>, h: f64, start: &State<[f64; 1]>) -> StepFailure {
     let mut state = start.clone();
     let failure = run.step(h, &mut state).unwrap_err();
     assert_eq!(&state, start, "{failure}");
@@ -158,7 +158,7 @@ fn the_degree_of_freedom_is_named() {
 #[test]
 fn a_stiff_simple_iteration_does_not_contract() {
     let stiff = Duffing::new(1e3, 1.0, 0.1).unwrap();
-    let found = failure(&*bound("moddg-fixed-point", stiff), 1.0, &state(1.0, 0.5));
+    let found = failure(&bound("moddg-fixed-point", stiff), 1.0, &state(1.0, 0.5));
     let StepFailure::NotContracting { dof: 0, iterations, ratio } = found else { panic!("{found}") };
     assert!(iterations > 3 && ratio > 1.0, "{found}");
     assert_says(
@@ -182,7 +182,7 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
 #[test]
 fn an_equation_without_a_solution_stalls_newton() {
     // V = -q⁴/4 has no bottom, and a step this large no solution.
-    let found = failure(&*bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
+    let found = failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
     assert!(
         matches!(found, StepFailure::NewtonStalled { dof: 0, iterations, .. } if iterations > 50),
         "{found}"
@@ -194,12 +194,12 @@ fn an_equation_without_a_solution_stalls_newton() {
 fn delta_q_has_its_pole_at_turning_points() {
     let system = oscillator(1.0, 0.1);
     for row in METHODS.iter().filter(|row| row.poles().contains(&Equation::Q)) {
-        let found = failure(&*closed(row.name, system), 0.1, &state(1.0, 0.0));
+        let found = failure(&closed(row.name, system), 0.1, &state(1.0, 0.0));
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
         assert_says(&found, &["degree of freedom 1", "pole", "0e0"]);
     }
     let nonlinear_pole =
-        failure(&*bound("moddg-q3-shared", VanDerPol::new(0.5).unwrap()), 0.1, &state(1.5, 0.0));
+        failure(&bound("moddg-q3-shared", VanDerPol::new(0.5).unwrap()), 0.1, &state(1.5, 0.0));
     assert!(matches!(nonlinear_pole, StepFailure::Pole { .. }), "{nonlinear_pole}");
 }
 
@@ -208,7 +208,7 @@ fn delta_p_has_its_pole_where_the_force_vanishes() {
     // k q + b p = 0 exactly.
     let (system, start) = (oscillator(2.0, 0.5), state(0.25, -1.0));
     for row in METHODS.iter().filter(|row| row.poles().contains(&Equation::P)) {
-        let found = failure(&*closed(row.name, system), 0.1, &start);
+        let found = failure(&closed(row.name, system), 0.1, &start);
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
     }
 }
@@ -216,7 +216,7 @@ fn delta_p_has_its_pole_where_the_force_vanishes() {
 #[test]
 fn a_system_at_rest_is_a_pole_too() {
     for row in METHODS.iter().filter(|row| !row.poles().is_empty()) {
-        let found = failure(&*closed(row.name, oscillator(1.0, 0.1)), 0.1, &state(0.0, 0.0));
+        let found = failure(&closed(row.name, oscillator(1.0, 0.1)), 0.1, &state(0.0, 0.0));
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
     }
 }
@@ -233,18 +233,18 @@ fn without_damping_there_is_no_pole() {
 #[test]
 fn a_closed_form_without_a_solution_is_singular() {
     // σ = 1 + h/2 (b + h k/2) = 1 + (-2.5 + 0.5)/2 = 0.
-    let found = failure(&*closed("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
+    let found = failure(&closed("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
     assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
     assert_says(&found, &["degree of freedom 1", "0e0", "singular"]);
     // Newton's method has nothing to find either.
-    let found = failure(&*bound("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
+    let found = failure(&bound("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
     assert!(matches!(found, StepFailure::NewtonStalled { .. }), "{found}");
 }
 
 #[test]
 fn leapfrog_is_singular_where_the_drive_cancels_the_momentum() {
     // 1 + h/2 ∂D/∂p = 1 - h/2 μ (1 - q²) = 0.
-    let found = failure(&*bound("leapfrog", VanDerPol::new(4.0).unwrap()), 0.5, &state(0.0, 1.0));
+    let found = failure(&bound("leapfrog", VanDerPol::new(4.0).unwrap()), 0.5, &state(0.0, 1.0));
     assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
 }
 
@@ -254,9 +254,11 @@ fn divergence_ends_before_the_numbers_do() {
         for run in [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))] {
             let mut last = state(2.3, -3.1);
             let mut count = 0;
-            let mut show = |n: u64, state: &State<[f64; 1]>| {
+            let mut show = |n: u64, seen: View<'_, f64>| {
+                let View { q: &[q], p: &[p], w: &[w], t } = seen else { panic!("{seen:?}") };
+                let state = State { q: [q], p: [p], w: [w], t };
                 assert!(state.check(1).is_ok(), "{name} shows {state:?}");
-                (count, last) = (n, state.clone());
+                (count, last) = (n, state);
                 std::ops::ControlFlow::Continue(())
             };
             let mut state = state(2.3, -3.1);
@@ -295,7 +297,7 @@ fn every_method_leaves_finite_numbers_or_the_old_state() {
 #[test]
 fn a_reservoir_beyond_the_numbers_is_not_finite() {
     // q and p stay finite; what is lost does not.
-    let found = failure(&*closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
+    let found = failure(&closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
     assert_eq!(found, StepFailure::NonFinite { quantity: Quantity::Reservoir, dof: 0, value: f64::INFINITY });
     assert_says(&found, &["w1 becomes inf"]);
 }
@@ -374,7 +376,7 @@ fn time_that_stands_still_is_refused() {
 #[test]
 fn steps_beyond_the_numbers_fail_by_name() {
     for h in [1e155, 1e160, 1e200, 1e300] {
-        let found = failure(&*closed("moddg", oscillator(1.0, 0.1)), h, &state(1.3, 0.7));
+        let found = failure(&closed("moddg", oscillator(1.0, 0.1)), h, &state(1.3, 0.7));
         assert!(matches!(found, StepFailure::NonFinite { .. }), "{h}: {found}");
     }
 }

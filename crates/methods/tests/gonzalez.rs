@@ -33,7 +33,7 @@ where
     T: Scalar,
     S: Curvature<T> + System<Series<T, 24>>,
 {
-    let exact = trajectory::<_, T, N, 24>(system, &state(), T::one(), 1).unwrap()[1].clone();
+    let exact = trajectory::<_, _, 24>(system, &state(), T::one(), 1).unwrap()[1].clone();
     let mut errors = [(); 3].map(|()| Vec::new());
     for &count in counts {
         let mut end = state::<T, N>();

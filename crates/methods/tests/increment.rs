@@ -59,7 +59,7 @@ where
     S: Separable<T>,
     E: System<Series<T, 24>>,
 {
-    let end = &trajectory::<_, T, N, 24>(exact, &start(), T::from_f64(END), 1).unwrap()[1];
+    let end = &trajectory::<_, _, 24>(exact, &start(), T::from_f64(END), 1).unwrap()[1];
     let errors: Vec<[f64; 3]> = counts
         .iter()
         .map(|&count| {

@@ -33,7 +33,7 @@ where
     T: Scalar,
     S: PhasePlane<T> + SeriesToo<T>,
 {
-    let end = &trajectory::<_, T, 2, 24>(&system.series(), from, T::one(), 1).unwrap()[1];
+    let end = &trajectory::<_, _, 24>(&system.series(), from, T::one(), 1).unwrap()[1];
     let far =
         |a: [T; 2], b: [T; 2]| a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max);
     let mut errors = [(); 3].map(|()| Vec::new());

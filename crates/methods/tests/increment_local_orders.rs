@@ -5,7 +5,7 @@
 mod slope;
 
 use afterbay_core::taylor::Expansion;
-use afterbay_core::{Drag, Quad, Scalar, Separable, Series, State, System};
+use afterbay_core::{Block, Curvature, Drag, Quad, Scalar, Separable, Series, State, System};
 use afterbay_methods::registry::{METHODS, Row, separable};
 use afterbay_systems::{FputChain, VanDerPolRing};
 use slope::slope;
@@ -62,6 +62,25 @@ impl<T: Scalar> Separable<T> for Crowd {
     }
 }
 
+impl<T: Scalar> Curvature<T> for Crowd {
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let twice = |x: T| x + x;
+        let mixed = [T::one(), T::one() + twice(q[0]), T::one() + twice(q[1])];
+        for i in 0..N {
+            put(Block::Hqq, i, i, mixed[i]);
+            put(Block::Hpp, i, i, T::one());
+            put(Block::Dp, i, i, gamma(q));
+            for j in 0..N {
+                put(Block::Dq, i, j, T::from_f64(0.6) * sum(q) * p[i]);
+            }
+        }
+        for (i, j, x) in [(0, 1, twice(q[1])), (1, 2, twice(q[2]))] {
+            put(Block::Hqq, i, j, x);
+            put(Block::Hqq, j, i, x);
+        }
+    }
+}
+
 fn increments() -> impl Iterator<Item = &'static Row> {
     METHODS.iter().filter(|row| row.name.starts_with("increment"))
 }
@@ -69,10 +88,10 @@ fn increments() -> impl Iterator<Item = &'static Row> {
 /// The slopes of the largest local errors (x(t + h) - x1)/h of q, p and w.
 fn slopes<S>(row: &Row, system: S, lifted: &impl System<Series<Quad, 24>>) -> [f64; 3]
 where
-    S: Separable<Quad>,
+    S: Separable<Quad> + Curvature<Quad> + 'static,
 {
-    let exact = Expansion::<Quad, N, 24>::about(lifted, &start());
-    let run = separable::<[Quad; N], _>(row, system).unwrap();
+    let exact = Expansion::<[Quad; N], 24>::about(lifted, &start());
+    let run = separable(row, system).unwrap();
     let steps = if row.order() < 8 { STEPS } else { STEPS_ORDER_8 };
     let errors = steps.map(|h| {
         let (mut state, end) = (start(), exact.at(Quad::from_f64(h)));

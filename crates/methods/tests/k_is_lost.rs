@@ -14,7 +14,7 @@ use proptest::test_runner::TestRunner;
 const ORDINARY: Case =
     Case { model: Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.3 }, q: 1.3, p: -0.7, w: 0.0, h: 0.1 };
 
-fn solved<T: Scalar>(case: &Case, name: &str) -> Box<dyn Run<[T; 1]>> {
+fn solved<T: Scalar>(case: &Case, name: &str) -> Run<T> {
     case.model.bind(find(name).unwrap()).pop().unwrap().run
 }
 

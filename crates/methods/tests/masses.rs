@@ -3,8 +3,8 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Correction, Drag, Grid, InputError, IntegrateError, Linear, Method, Misprinted, OrderRaising, Separable,
-    State, System, integrate,
+    Block, Correction, Curvature, Drag, Grid, InputError, IntegrateError, Linear, Method, Misprinted,
+    OrderRaising, Separable, State, System, integrate,
 };
 use afterbay_methods::moddg::ClosedForm;
 use afterbay_methods::moddg::steps::Plain;
@@ -73,6 +73,15 @@ impl Misprinted<f64> for Weights<1> {
     }
 }
 
+impl<const N: usize> Curvature<f64> for Weights<N> {
+    fn curvature(&self, _q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        for j in 0..N {
+            put(Block::Hqq, j, j, 1.0);
+            put(Block::Hpp, j, j, 1.0 / self.0[j]);
+        }
+    }
+}
+
 const NO_MASSES: [f64; 6] = [0.0, -0.0, -2.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
 fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64) {
@@ -82,19 +91,19 @@ fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64)
     assert!(error.to_string().starts_with(&format!("m{} = {mass:?} must be positive", at + 1)), "{error}");
 }
 
-/// Needs no mass.
+/// Asks for no mass: it takes ∂H/∂p as it is.
 fn is_free(row: &Row) -> bool {
-    row.needs == Needs::Any
+    matches!(row.needs, Needs::Any | Needs::Curvature)
 }
 
 #[test]
 fn what_is_no_mass_is_refused_with_one_degree_of_freedom() {
     for row in METHODS.iter().filter(|row| !is_free(row)) {
-        assert!(linear::<[f64; 1], _>(row, Weights([2.0])).is_ok(), "{}", row.name);
+        assert!(linear::<f64, _>(row, Weights([2.0])).is_ok(), "{}", row.name);
         for mass in NO_MASSES {
-            assert_mass(row, linear::<[f64; 1], _>(row, Weights([mass])), 0, mass);
+            assert_mass(row, linear::<f64, _>(row, Weights([mass])), 0, mass);
             if row.needs != Needs::Printed {
-                let solved = nonlinear::<[f64; 1], _>(row, Weights([mass]));
+                let solved = nonlinear::<f64, _>(row, Weights([mass]));
                 assert_mass(row, solved, 0, mass);
             }
         }
@@ -106,11 +115,11 @@ fn what_is_no_mass_is_refused_wherever_it_hangs() {
     let many: Vec<&Row> = METHODS.iter().filter(|row| row.needs == Needs::Separable).collect();
     assert!(many.len() >= 6);
     for row in many {
-        assert!(separable::<[f64; 3], _>(row, Weights([2.0, 1e-300, 1e300])).is_ok(), "{}", row.name);
+        assert!(separable::<f64, _>(row, Weights([2.0, 1e-300, 1e300])).is_ok(), "{}", row.name);
         for (mass, at) in NO_MASSES.into_iter().zip([0, 1, 2, 0, 1, 2]) {
             let mut masses = [1.0, 2.0, 3.0];
             masses[at] = mass;
-            assert_mass(row, separable::<[f64; 3], _>(row, Weights(masses)), at, mass);
+            assert_mass(row, separable::<f64, _>(row, Weights(masses)), at, mass);
         }
     }
 }

@@ -15,7 +15,9 @@ mod flow;
 mod order_raising;
 
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Damping, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, Damping, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System,
+};
 
 /// V = k q²/2 with D = b p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,6 +89,15 @@ impl<T: Scalar> Separable<T> for DampedOscillator<T> {
     #[inline(always)]
     fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
         Drag { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for DampedOscillator<T> {
+    #[inline(always)]
+    fn curvature(&self, _q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        put(Block::Hqq, 0, 0, self.k);
+        put(Block::Hpp, 0, 0, T::one());
+        put(Block::Dp, 0, 0, self.b);
     }
 }
 

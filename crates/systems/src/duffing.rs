@@ -15,7 +15,7 @@
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::{finite, not_negative};
-use afterbay_core::{Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
+use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +91,16 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
     #[inline(always)]
     fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
         Drag { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for Duffing<T> {
+    #[inline(always)]
+    fn curvature(&self, q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let bend = self.beta * (q[0] * q[0]);
+        put(Block::Hqq, 0, 0, self.alpha + (bend + bend + bend));
+        put(Block::Hpp, 0, 0, T::one());
+        put(Block::Dp, 0, 0, self.c);
     }
 }
 

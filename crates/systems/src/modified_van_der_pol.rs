@@ -15,7 +15,7 @@
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
 use crate::{Duffing, VanDerPol};
-use afterbay_core::{Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +81,21 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     #[inline(always)]
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
         self.force.drag(q, p, j)
+    }
+}
+
+impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
+    #[inline(always)]
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        // The Duffing potential has no drag of its own: what it says of D is 0.
+        self.potential.curvature(q, p, |block, i, j, x| {
+            if block != Block::Dp {
+                put(block, i, j, x);
+            }
+        });
+        let drag = self.drag(q, p, 0);
+        put(Block::Dq, 0, 0, drag.by_q);
+        put(Block::Dp, 0, 0, drag.by_p);
     }
 }
 

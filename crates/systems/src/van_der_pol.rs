@@ -13,7 +13,7 @@
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
 use crate::{finite, not_negative};
-use afterbay_core::{Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +86,17 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
         let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
         Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for VanDerPol<T> {
+    #[inline(always)]
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let drag = self.drag(q, p, 0);
+        put(Block::Hqq, 0, 0, T::one());
+        put(Block::Hpp, 0, 0, T::one());
+        put(Block::Dq, 0, 0, drag.by_q);
+        put(Block::Dp, 0, 0, drag.by_p);
     }
 }
 

@@ -4,7 +4,9 @@
 #![cfg(test)]
 
 use afterbay_core::{Block, Coupling, Curvature, Quad, Scalar, Separable, System};
-use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPolRing};
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+};
 use num_dual::Dual64;
 use proptest::prelude::*;
 
@@ -176,6 +178,21 @@ proptest! {
         let ends = [to, q[0] + (to - q[0]) * 10f64.powi(-digits), q[0], -q[0], q[n / 2]];
         check_separable!(FputChain::new(n, x, y), q, p, ends, [x, y]);
         check_separable!(VanDerPolRing::new(n, x, y), q, p, ends, [x, y]);
+    }
+
+    #[test]
+    fn one_degree_of_freedom(
+        x in 0.1..2.0_f64, y in -2.0..2.0_f64, z in -2.0..2.0_f64, q in -3.0..3.0_f64, p in -3.0..3.0_f64,
+    ) {
+        let (q, p) = (&[q], &[p]);
+        let size = size([x, y], q, p, 0.0) * (1.0 + z.abs());
+        macro_rules! check {
+            ($($system:expr),*) => {$({
+                let system = $system.unwrap();
+                derivatives_are_right(&system, &system.map(Dual64::from_f64), q, p, size);
+            })*};
+        }
+        check!(DampedOscillator::new(x, y), Duffing::new(x, y, z), VanDerPol::new(y), ModifiedVanDerPol::new(z, x, y));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global orders behind them.
 
 use super::sheet::{Sheet, decimal, line, marked, over_time, scientific};
-use super::{BASE_STEP, FIGURE_STEP, OSCILLATOR, PaperError, methods};
+use super::{BASE_STEP, FIGURE_STEP, PaperError, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
@@ -74,7 +74,7 @@ fn local_errors(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Traces, Pa
     progress.begin("local errors over time", shown.len());
     let mut traces = Vec::new();
     for row in shown {
-        traces.push((row.name, study.trace::<Quad>(&OSCILLATOR, row, FIGURE_STEP)?));
+        traces.push((row.name, study.trace::<Quad>(&oscillator(), row, FIGURE_STEP)?));
         progress.advance();
     }
     let mut rows = Vec::new();
@@ -138,17 +138,17 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
 
 fn energy_books(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Vec<Books>, PaperError> {
     progress.begin("energy books", KEPT.len());
-    let all = energy::run(&OSCILLATOR, &methods(&KEPT), FIGURE_STEP, 1, progress)?;
+    let all = energy::run(&oscillator(), &methods(&KEPT), FIGURE_STEP, 1, progress)?;
     sheet.runs.extend(all.iter().map(|books| RunOutcome {
         study: "energy",
-        system: OSCILLATOR.model.name(),
+        system: oscillator().model.name(),
         method: books.method,
         h: FIGURE_STEP,
         outcome: outcome::word(&books.result).into(),
         failure: books.result.as_ref().err().map(ToString::to_string),
     }));
     let rows: Vec<&EnergyRow> = all.iter().flat_map(|books| &books.rows).collect();
-    sheet.data("energy", &rows)?;
+    sheet.wide_data("energy", &energy::columns(1), &rows)?;
     Ok(all)
 }
 
@@ -241,7 +241,7 @@ fn global_orders(sheet: &mut Sheet, progress: &dyn Progress) -> Result<(), Paper
     let rows = methods(&["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4"]);
     let steps = [0.2, 0.1, 0.05, 0.025, 0.0125, 0.00625];
     progress.begin("global errors", rows.len() * steps.len());
-    let found = global_order::run(&OSCILLATOR, &rows, &steps, progress)?;
+    let found = global_order::run(&oscillator(), &rows, &steps, progress)?;
     sheet.data("global_orders", &found)?;
     let points = |name: &str, variable: &str| {
         let of = found.iter().filter(|row| row.method == name && row.variable == variable);

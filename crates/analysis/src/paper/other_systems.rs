@@ -10,26 +10,41 @@ use crate::study::local_order::{LocalOrder, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
 
 /// The problems by the names of their folders. Only the names of the systems are the paper's: it does not define them.
-pub(super) const PROBLEMS: [(&str, Problem); 4] = [
-    (
-        "duffing",
-        Problem { model: Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, q: 2.3, p: -3.1, end: 20.0 },
-    ),
-    (
-        "duffing-double-well",
-        Problem { model: Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.1 }, q: 1.5, p: 0.5, end: 20.0 },
-    ),
-    ("van-der-pol", Problem { model: Model::VanDerPol { mu: 1.0 }, q: 2.0, p: 0.5, end: 20.0 }),
-    (
-        "modified-van-der-pol",
-        Problem {
-            model: Model::ModifiedVanDerPol { mu: 1.0, alpha: -1.0, beta: 1.0 },
-            q: 2.0,
-            p: 0.5,
-            end: 20.0,
-        },
-    ),
-];
+pub(super) fn problems() -> [(&'static str, Problem); 4] {
+    [
+        (
+            "duffing",
+            Problem {
+                model: Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 },
+                q: vec![2.3],
+                p: vec![-3.1],
+                end: 20.0,
+            },
+        ),
+        (
+            "duffing-double-well",
+            Problem {
+                model: Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.1 },
+                q: vec![1.5],
+                p: vec![0.5],
+                end: 20.0,
+            },
+        ),
+        (
+            "van-der-pol",
+            Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 },
+        ),
+        (
+            "modified-van-der-pol",
+            Problem {
+                model: Model::ModifiedVanDerPol { mu: 1.0, alpha: -1.0, beta: 1.0 },
+                q: vec![2.0],
+                p: vec![0.5],
+                end: 20.0,
+            },
+        ),
+    ]
+}
 
 const STUDIED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-p4-shared", "moddg-qp3", "moddg-qp4"];
@@ -46,7 +61,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
     let steps = extent.pick(STEPS.to_vec(), vec![0.04, 0.03, 0.02]);
     let study = LocalOrder { base_step, steps };
     let rows_of = methods(&STUDIED);
-    for (name, problem) in PROBLEMS {
+    for (name, problem) in problems() {
         progress.begin(&format!("local errors and books of {name}"), rows_of.len() * (study.steps.len() + 1));
         let errors = study.run::<f64>(&problem, &rows_of, progress)?;
         let orders = rows(&errors, |_, _, _| None);
@@ -58,7 +73,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
 
         let books = energy::run(&problem, &rows_of, FIGURE_STEP, 1, progress)?;
         let all: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
-        sheet.data(&format!("{name}/energy"), &all)?;
+        sheet.wide_data(&format!("{name}/energy"), &energy::columns(problem.model.dof()), &all)?;
 
         let drift = |method: &str| {
             books.iter().find(|books| books.method == method).map_or(f64::NAN, |books| books.drift)

@@ -9,8 +9,6 @@ use crate::report::Verdict;
 use crate::study::Problem;
 use crate::study::energy::{self, Books};
 
-const PROBLEM: Problem =
-    Problem { model: Model::DampedOscillator { k: 1.0, b: 200.0 }, q: 1.0, p: 1.0, end: 2.0 };
 const STEP: f64 = 0.1;
 
 pub(super) fn sheet() -> Result<Sheet, PaperError> {
@@ -20,9 +18,11 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
          b = 200 and h = 0.1 from (1, 1) the momentum should be gone within the first step and the energy of the slow \
          motion fall by a thousandth a step.",
     );
-    let books = energy::run(&PROBLEM, &methods(&["moddg", "leapfrog", "rk4"]), STEP, 1, &Silent)?;
+    let model = Model::DampedOscillator { k: 1.0, b: 200.0 };
+    let problem = Problem { model, q: vec![1.0], p: vec![1.0], end: 2.0 };
+    let books = energy::run(&problem, &methods(&["moddg", "leapfrog", "rk4"]), STEP, 1, &Silent)?;
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
-    sheet.data("overdamped_energy", &rows)?;
+    sheet.wide_data("overdamped_energy", &energy::columns(1), &rows)?;
 
     let ratio = |books: &Books, step: usize| books.rows.get(step).and_then(|row| row.ratio);
     let exact = |books: &Books, step: usize| {
@@ -57,13 +57,13 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
         }
     }
     let energies = |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
-    let solution = PROBLEM.solution(STEP / 10.0, (10.0 * PROBLEM.end / STEP).round() as usize)?;
-    let subject = PROBLEM.model.subject::<f64>()?;
+    let solution = problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize)?;
+    let subject = problem.model.subject::<f64>()?;
     let exact =
-        (0..).zip(&solution).map(|(i, z)| (f64::from(i) * STEP / 10.0, subject.energy(&z[..1], &z[1..2])));
+        (0..).zip(solution.states()).map(|(i, state)| (f64::from(i) * STEP / 10.0, state.energy(&*subject)));
     let mut curves = vec![line("exact", exact.collect())];
     curves.extend(books[..2].iter().map(|books| marked(books.method, energies(books))));
-    let fine = energy::run(&PROBLEM, &methods(&["moddg"]), STEP / 200.0, 200, &Silent)?;
+    let fine = energy::run(&problem, &methods(&["moddg"]), STEP / 200.0, 200, &Silent)?;
     curves.push(marked("moddg, h = 0.0005", energies(&fine[0])));
     let chart = over_time("Energy of the overdamped oscillator, h = 0.1", Axis::linear("energy H"), curves);
     sheet.show(

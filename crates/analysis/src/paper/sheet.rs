@@ -55,6 +55,17 @@ impl Sheet {
         Ok(())
     }
 
+    /// The same of rows with vectors in them, under a header that names each entry.
+    pub(super) fn wide_data<R: Serialize>(
+        &mut self,
+        name: &str,
+        header: &[String],
+        rows: &[R],
+    ) -> Result<(), StorageError> {
+        self.artifacts.push(Artifact::wide_table(format!("data/{name}.csv"), header, rows)?);
+        Ok(())
+    }
+
     /// Stores a chart as `figures/NAME.svg`, to be shown with a caption; its numbers are in `data/DATA.csv`.
     pub(super) fn figure(
         &mut self,

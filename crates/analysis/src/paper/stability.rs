@@ -1,7 +1,7 @@
 //! Where methods fail: maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
 
 use super::sheet::Sheet;
-use super::{Extent, OSCILLATOR, PaperError, methods};
+use super::{Extent, PaperError, methods, oscillator};
 use crate::Model;
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::progress::Progress;
@@ -25,7 +25,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
     let rows = methods(&MAPPED);
 
     let map = Map {
-        problem: OSCILLATOR,
+        problem: oscillator(),
         parameter: "b",
         values: &values,
         steps: &steps,
@@ -61,7 +61,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         }
     }
 
-    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: 2.0, p: 0.5, end: 20.0 };
+    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map { problem, parameter: "mu", model: |mu| Model::VanDerPol { mu }, ..map };
     let rows = methods(&MAPPED[..4]);
     progress.begin("stability of Van der Pol", rows.len() * count);

@@ -1,8 +1,8 @@
 //! What accuracy costs, a chart per system.
 
-use super::other_systems::PROBLEMS;
+use super::other_systems::problems;
 use super::sheet::{Sheet, marked, scientific};
-use super::{Extent, OSCILLATOR, PaperError, methods};
+use super::{Extent, PaperError, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
@@ -11,6 +11,19 @@ use crate::study::work_precision::{self, WorkRow};
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
+
+/// The columns of a table of runs, see [`cells`].
+pub(super) const HEADER: [&str; 9] = [
+    "method",
+    "h",
+    "outcome",
+    "error of (q, p)",
+    "error of w",
+    "max |K - K₀|",
+    "steps with Δw < 0",
+    "seconds",
+    "evaluations",
+];
 
 /// What a run costs: a name and the figure.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
@@ -26,10 +39,10 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
     let count = extent.pick(9, 4);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
     let rows = methods(&COMPARED);
-    for (name, problem) in std::iter::once(("damped-oscillator", OSCILLATOR)).chain(PROBLEMS) {
+    for (name, problem) in std::iter::once(("damped-oscillator", oscillator())).chain(problems()) {
         progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
         let found = work_precision::run(&problem, &rows, &steps, progress)?;
-        let folder = if name == OSCILLATOR.model.name() { String::new() } else { format!("{name}/") };
+        let folder = if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| RunOutcome {
@@ -79,28 +92,17 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         });
         sheet.show_pair(qp, w);
         let table = found.iter().map(cells).collect();
-        let header = [
-            "method",
-            "h",
-            "outcome",
-            "error of (q, p)",
-            "error of w",
-            "max |K - K₀|",
-            "steps with Δw < 0",
-            "seconds",
-            "evaluations",
-        ];
         let [qp, w] = by_evaluations;
         sheet.fold(
             &format!("{name}: every run, and errors against evaluations"),
-            vec![super::sheet::table(&header, table), Block::Pair(qp, w)],
+            vec![super::sheet::table(&HEADER, table), Block::Pair(qp, w)],
         );
     }
     Ok(sheet)
 }
 
 /// The answer in one sentence: the cheapest way to an error of 1e-4, with and without K.
-fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
+pub(super) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     const WANTED: f64 = 1e-4;
     let best = |keeps: bool| {
         let good = rows.iter().filter(|row| {
@@ -125,7 +127,8 @@ fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     );
 }
 
-fn cells(row: &WorkRow) -> Vec<String> {
+/// The cells of a run.
+pub(super) fn cells(row: &WorkRow) -> Vec<String> {
     vec![
         row.method.into(),
         row.h.to_string(),

@@ -1,14 +1,16 @@
 //! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and what the reservoir is off by.
 
-use super::{Problem, values};
+use super::passivity::Passivity;
+use super::{Problem, numbered};
+use crate::Solution;
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError, Passive};
+use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
 
-/// A row of `energy.csv`.
+/// A row of `energy.csv`, under the [`columns`].
 #[derive(Clone, Debug, Serialize)]
 pub struct EnergyRow {
     /// Name of the method.
@@ -18,19 +20,23 @@ pub struct EnergyRow {
     /// Time.
     pub t: f64,
     /// H(q, p)
-    #[serde(rename = "H")]
     pub energy: f64,
     /// K - K0
-    #[serde(rename = "K_minus_K0")]
     pub drift: f64,
     /// R = H/H one step before.
-    #[serde(rename = "R")]
     pub ratio: Option<f64>,
     /// R less that of the exact solution.
-    #[serde(rename = "d_R")]
     pub ratio_error: Option<f64>,
-    /// w less the exact one.
+    /// w less the exact one, in the degree of freedom where that is largest.
     pub w_error: f64,
+    /// The reservoir.
+    pub w: Vec<f64>,
+}
+
+/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,w1..wN`.
+pub fn columns(dof: usize) -> Vec<String> {
+    let names = ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error"];
+    names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
 }
 
 /// The books of one run.
@@ -42,7 +48,8 @@ pub struct Books {
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
     pub drift: f64,
-    /// Steps with Δw < 0 where Δw ≥ 0 is owed; none where the system is active and owes nothing.
+    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed, over steps and degrees of freedom; none where the system is active and owes
+    /// nothing.
     pub violations: Option<u64>,
     /// How the run ended.
     pub result: Result<(), IntegrateError>,
@@ -75,23 +82,23 @@ fn follow(
     row: &'static Row,
     h: f64,
     every: u64,
-    solution: &[[f64; 3]],
+    solution: &Solution<f64>,
 ) -> Result<Books, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
-    let method = subject.bind(row)?;
+    let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
     let total = state.total(&*subject);
-    let exact_energy = |step: usize| subject.energy(&solution[step][..1], &solution[step][1..2]);
+    let exact_energy = |step: usize| solution.at(step).energy(&*subject);
     let finite = |x: f64| x.is_finite().then_some(x);
 
     let mut rows = Vec::new();
-    let (mut drift, mut violations) = (0.0_f64, 0);
-    let (mut energy_before, mut w_before) = (None, state.w[0]);
+    let (mut drift, mut energy_before) = (0.0_f64, None);
+    let mut passivity = Passivity::new(subject.damping().passive, &state.w);
     let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
         let energy = state.energy(&*subject);
         let off = state.total(&*subject) - total;
         drift = drift.max(off.abs());
-        violations += u64::from(state.w[0] < w_before);
+        passivity.see(state.w);
         if step % every == 0 {
             let i = step as usize;
             let ratio = energy_before.and_then(|before| finite(energy / before));
@@ -104,12 +111,19 @@ fn follow(
                 drift: off,
                 ratio,
                 ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
-                w_error: values(state)[2] - solution[i][2],
+                w_error: largest_difference(state.w, solution.at(i).w),
+                w: state.w.to_vec(),
             });
         }
-        (energy_before, w_before) = (Some(energy), state.w[0]);
+        energy_before = Some(energy);
         ControlFlow::Continue(())
     });
-    let violations = (subject.damping().passive != Passive::No).then_some(violations);
+    let violations = passivity.violations();
     Ok(Books { method: row.name, rows, drift, violations, result: result.map(|_| ()) })
+}
+
+/// The difference of the largest size, with its sign.
+fn largest_difference(found: &[f64], exact: &[f64]) -> f64 {
+    let differences = found.iter().zip(exact).map(|(found, exact)| found - exact);
+    differences.reduce(|most, x| if x.abs() > most.abs() { x } else { most }).unwrap_or(0.0)
 }

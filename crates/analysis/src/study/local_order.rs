@@ -4,8 +4,8 @@
 //! `T_i = [x(t_i + h) - x_1]/h`, the exact increment less the numerical one. The order is the slope of
 //! log statistic(T) against log h, the statistic taken over the grid.
 
-use super::{Problem, VARIABLES, values};
-use crate::OneState;
+use super::{Problem, VARIABLES, distance};
+use crate::Solution;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit, median};
 use afterbay_core::{Grid, InputError, IntegrateError, Scalar};
@@ -154,7 +154,7 @@ impl LocalOrder {
         alone.trace_along(problem, &alone.solution::<T>(problem)?, row, h)
     }
 
-    fn solution<T: Scalar>(&self, problem: &Problem) -> Result<Vec<OneState<T>>, IntegrateError> {
+    fn solution<T: Scalar>(&self, problem: &Problem) -> Result<Solution<T>, IntegrateError> {
         let grid = Grid::<T>::new(self.base_step, problem.end)?;
         let beyond = self.steps.iter().map(|&h| self.multiple(h)).collect::<Result<Vec<_>, _>>()?;
         let count = grid.steps as usize + beyond.into_iter().max().unwrap_or(0);
@@ -165,7 +165,7 @@ impl LocalOrder {
     fn trace_along<T: Scalar>(
         &self,
         problem: &Problem,
-        solution: &[OneState<T>],
+        solution: &Solution<T>,
         row: &Row,
         h: f64,
     ) -> Result<Trace, IntegrateError> {
@@ -174,28 +174,29 @@ impl LocalOrder {
         let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
         // h as the exact solution counts it, so that both steps are the same to the last bit of `T`.
         let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
-        Ok(solution[..points]
-            .iter()
-            .zip(&solution[multiple..])
-            .map(|(from, to)| {
-                let mut state = from.clone();
-                method.step(h, &mut state).ok()?;
-                let error = |exact: T, found: T| ((exact - found) / h).abs().to_f64();
-                Some([error(to.q[0], state.q[0]), error(to.p[0], state.p[0]), error(to.w[0], state.w[0])])
-            })
-            .collect())
+        let mut state = problem.start()?;
+        let mut errors = |i: usize| {
+            let (from, to) = (solution.at(i), solution.at(i + multiple));
+            for (part, from) in [(&mut state.q, from.q), (&mut state.p, from.p), (&mut state.w, from.w)] {
+                part.copy_from_slice(from);
+            }
+            method.step(h, &mut state).ok()?;
+            Some(distance(to, state.view()).map(|off| (off / h).to_f64()))
+        };
+        Ok((0..points).map(&mut errors).collect())
     }
 
     fn summarise<T: Scalar>(
         &self,
         problem: &Problem,
-        solution: &[OneState<T>],
+        solution: &Solution<T>,
         row: &'static Row,
         h: f64,
         trace: &Trace,
     ) -> Result<LocalErrors, IntegrateError> {
         let subject = problem.model.subject::<T>()?;
-        let largest = solution.iter().flat_map(values).fold(0.0, |max: f64, x| max.max(x.abs()));
+        let numbers = solution.states().flat_map(|state| [state.q, state.p, state.w]).flatten();
+        let largest = numbers.fold(0.0, |max: f64, x| max.max(x.abs().to_f64()));
         let variables = std::array::from_fn(|variable| {
             let mut sizes = Vec::with_capacity(trace.len());
             let (mut worst, mut max, mut squares) = (0, 0.0, 0.0);
@@ -212,9 +213,9 @@ impl LocalOrder {
             Summary { max, median: median(&mut sizes), rms, worst }
         });
         let worst = variables.map(|summary: Summary| {
-            let state = &solution[summary.worst];
-            let distance = |equation| subject.denominator(equation, state.q[0], state.p[0]).abs().to_f64();
-            let nearest = row.poles().iter().map(|&equation| distance(equation)).reduce(f64::min);
+            let state = solution.at(summary.worst);
+            let distance = |equation| Some(subject.denominator(equation, state.q, state.p)?.abs().to_f64());
+            let nearest = row.poles().iter().filter_map(|&equation| distance(equation)).reduce(f64::min);
             (summary.worst as f64 * self.base_step, nearest)
         });
         let failed = trace.iter().filter(|errors| errors.is_none()).count();

@@ -110,7 +110,7 @@ impl Map<'_> {
             .values
             .par_iter()
             .map(|&value| {
-                let problem = Problem { model: (self.model)(value), ..self.problem };
+                let problem = Problem { model: (self.model)(value), ..self.problem.clone() };
                 let columns = self
                     .steps
                     .iter()
@@ -150,8 +150,8 @@ impl Map<'_> {
         methods
             .iter()
             .map(|row| {
-                let method = subject.bind(row)?;
-                let (found, steps_done, result) = energies(problem, &*subject, &*method, h, count, 1)?;
+                let method = problem.model.bind(row)?;
+                let (found, steps_done, result) = energies(problem, &*subject, &method, h, count, 1)?;
                 let verdict = match &result {
                     Err(IntegrateError::Input(error)) => return Err(error.clone().into()),
                     Err(IntegrateError::Run(error)) => match error.failure {
@@ -174,7 +174,7 @@ impl Map<'_> {
                     parameter: self.parameter,
                     value,
                     verdict,
-                    spectral_radius: if subject.is_linear() { spectral_radius(&*method, h)? } else { None },
+                    spectral_radius: if subject.is_linear() { spectral_radius(&method, h)? } else { None },
                     steps_done,
                     outcome: outcome::word(&result),
                 })
@@ -213,7 +213,7 @@ impl Energies {
 fn energies(
     problem: &Problem,
     subject: &dyn Subject<f64>,
-    method: &dyn Run<[f64; 1]>,
+    method: &Run<f64>,
     h: f64,
     count: u64,
     parts: u64,
@@ -240,16 +240,16 @@ fn reference(
     if subject.is_linear() {
         let Ok(states) = subject.solution(&problem.start()?, h, count as usize) else { return Ok(None) };
         let mut energies = Energies::NONE;
-        (0..).zip(&states).for_each(|(step, state)| energies.see(step, count, state.energy(subject)));
+        (0..).zip(states.states()).for_each(|(step, state)| energies.see(step, count, state.energy(subject)));
         return Ok(Some(energies));
     }
     let Some(rk4) = registry::find("rk4") else { return Ok(None) };
-    let method = subject.bind(rk4)?;
+    let method = problem.model.bind(rk4)?;
     let initial = problem.start()?.energy(subject);
     let mut parts = (h / COARSEST).ceil() as u64;
     let mut before: Option<Energies> = None;
     while h / parts as f64 > FINEST {
-        let (found, _, result) = energies(problem, subject, &*method, h, count, parts)?;
+        let (found, _, result) = energies(problem, subject, &method, h, count, parts)?;
         let found = result.is_ok().then_some(found);
         if let Some((before, found)) = before.zip(found)
             && found.agrees(&before, initial, TOLERANCE / 100.0)
@@ -267,7 +267,7 @@ const COARSEST: f64 = 0.02;
 const FINEST: f64 = 1e-5;
 
 /// The spectral radius of one step from its action on (1, 0) and (0, 1); none where the step is not linear.
-fn spectral_radius(method: &dyn Run<[f64; 1]>, h: f64) -> Result<Option<f64>, InputError> {
+fn spectral_radius(method: &Run<f64>, h: f64) -> Result<Option<f64>, InputError> {
     let image = |q: f64, p: f64| -> Result<Option<[f64; 2]>, InputError> {
         let mut state = State::new([q], [p])?;
         Ok(method.step(h, &mut state).ok().map(|_| [state.q[0], state.p[0]]))

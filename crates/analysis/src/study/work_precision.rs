@@ -1,8 +1,9 @@
 //! What accuracy costs: errors against time and evaluations.
 
-use super::{Problem, outcome, values};
+use super::passivity::Passivity;
+use super::{Problem, distance, outcome};
 use crate::progress::Progress;
-use afterbay_core::{Effort, Grid, IntegrateError, Passive};
+use afterbay_core::{Effort, Grid, IntegrateError, View};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,13 +20,14 @@ pub struct WorkRow {
     pub h: f64,
     /// How the run ended.
     pub outcome: &'static str,
-    /// max(|Δq|, |Δp|) at the end; none if the run did not reach it.
+    /// max(|Δq|, |Δp|) over the degrees of freedom at the end; none if the run did not reach it.
     pub error_qp: Option<f64>,
-    /// |Δw| at the end.
+    /// max |Δw| at the end.
     pub error_w: Option<f64>,
     /// max |K - K0| over all steps done.
     pub k_drift: f64,
-    /// Steps with Δw < 0 where Δw ≥ 0 is owed; none where nothing is owed.
+    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed, step by step and degree of freedom by degree of freedom (in the sum over
+    /// them where it is owed in sum); none where nothing is owed.
     pub passivity_violations: Option<u64>,
     /// Wall-clock time of the run alone.
     pub seconds: Option<f64>,
@@ -49,12 +51,12 @@ pub fn run(
     steps: &[f64],
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
-    let exact = problem.solution(problem.end, 1)?[1];
+    let exact = problem.solution(problem.end, 1)?;
     let tasks: Vec<_> = methods.iter().flat_map(|&row| steps.iter().map(move |&h| (row, h))).collect();
     let mut rows = tasks
         .par_iter()
         .map(|&(row, h)| {
-            let errors = errors(problem, row, h, exact);
+            let errors = errors(problem, row, h, exact.at(1));
             progress.advance();
             errors
         })
@@ -68,29 +70,35 @@ pub fn run(
     Ok(rows)
 }
 
-fn errors(problem: &Problem, row: &'static Row, h: f64, exact: [f64; 3]) -> Result<WorkRow, IntegrateError> {
+/// The row of one run, its time not taken.
+pub(super) fn errors(
+    problem: &Problem,
+    row: &'static Row,
+    h: f64,
+    exact: View<'_, f64>,
+) -> Result<WorkRow, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
-    let method = subject.bind(row)?;
+    let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
     let total = state.total(&*subject);
-    let (mut drift, mut violations, mut steps, mut w_before) = (0.0_f64, 0, 0, state.w[0]);
+    let (mut drift, mut steps) = (0.0_f64, 0);
+    let mut passivity = Passivity::new(subject.damping().passive, &state.w);
     let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
         drift = drift.max((state.total(&*subject) - total).abs());
-        violations += u64::from(state.w[0] < w_before);
-        (steps, w_before) = (step, state.w[0]);
+        passivity.see(state.w);
+        steps = step;
         ControlFlow::Continue(())
     });
     let effort: Option<Effort> = result.as_ref().ok().copied();
-    let found = values(&state);
-    let off = |i: usize| effort.map(|_| (found[i] - exact[i]).abs());
+    let off = effort.map(|_| distance(state.view(), exact));
     Ok(WorkRow {
         method: row.name,
         h,
         outcome: outcome::word(&result),
-        error_qp: off(0).zip(off(1)).map(|(q, p)| q.max(p)),
-        error_w: off(2),
+        error_qp: off.map(|[q, p, _]| q.max(p)),
+        error_w: off.map(|[.., w]| w),
         k_drift: drift,
-        passivity_violations: (subject.damping().passive != Passive::No).then_some(violations),
+        passivity_violations: passivity.violations(),
         seconds: None,
         steps,
         evaluations: effort.map(|effort| effort.evaluations),
@@ -104,8 +112,9 @@ const LONG_ENOUGH: Duration = Duration::from_millis(3);
 /// ... and at least this often.
 const REPEATS: u32 = 3;
 
-fn time(problem: &Problem, row: &Row, h: f64) -> Result<Duration, IntegrateError> {
-    let method = problem.model.subject::<f64>()?.bind(row)?;
+/// The fastest of several runs.
+pub(super) fn time(problem: &Problem, row: &Row, h: f64) -> Result<Duration, IntegrateError> {
+    let method = problem.model.bind(row)?;
     let grid = Grid::new(h, problem.end)?;
     let start = problem.start()?;
     let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);

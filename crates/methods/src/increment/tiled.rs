@@ -36,6 +36,20 @@ impl Tiled {
     pub fn on_threads(self, threads: usize) -> Self {
         Self { threads: threads.max(1), ..self }
     }
+
+    /// Can the members of this system be parted into two colours that are moved in turn?
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`], and why not.
+    pub fn fits<S: Uniform + ?Sized>(system: &S) -> Result<(), InputError> {
+        let why = match system.coupling() {
+            Coupling::Dense => "colours are for chains and rings",
+            Coupling::Ring if system.dof() % 2 == 1 => "a ring of two colours has an even number of members",
+            _ if system.damping().coupled => "friction that couples momenta acts on one at a time",
+            Coupling::Chain | Coupling::Ring => return Ok(()),
+        };
+        Err(InputError::Unsupported { method: "increment", why })
+    }
 }
 
 /// The new state, and a tile for each thread.
@@ -53,18 +67,8 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace, InputError> {
         check::masses(system)?;
+        Self::fits(system)?;
         let n = system.dof();
-        let unsupported = |why| Err(InputError::Unsupported { method: "increment", why });
-        match system.coupling() {
-            Coupling::Dense => return unsupported("colours are for chains and rings"),
-            Coupling::Ring if n % 2 == 1 => {
-                return unsupported("a ring of two colours has an even number of members");
-            }
-            _ if system.damping().coupled => {
-                return unsupported("friction that couples momenta acts on one at a time");
-            }
-            Coupling::Chain | Coupling::Ring => {}
-        }
         let tile = Tile::new(n, system.coupling() == Coupling::Ring, self.composition.sweeps());
         let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE));
         Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads] })

@@ -1,0 +1,66 @@
+//! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is ours.
+
+mod books;
+mod orders;
+mod size;
+mod work;
+
+use super::sheet::Sheet;
+use super::{Extent, PaperError};
+use crate::Model;
+use crate::progress::Progress;
+use crate::study::{LARGEST_BY_SERIES, Problem};
+use std::f64::consts::PI;
+
+pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
+    let mut sheet = Sheet::new("Beyond the paper: N degrees of freedom");
+    sheet.text(format!(
+        "The paper leaves N > 1 open. Here each degree of freedom has a reservoir w_j of its own, and K = H + Σ w_j. Three \
+         systems: a damped FPUT-β chain (β = 1, c = 0.01) that starts from rest as a sine with the strain 1 at its ends; a \
+         ring of five Van der Pol oscillators (μ = 1, κ = 0.5), which is active; and a double pendulum with friction \
+         (m = l = g = 1, c = 0.1), whose H is not separable. Errors are the largest over the degrees of freedom. They are \
+         taken against Taylor series in 106 bits up to {LARGEST_BY_SERIES} degrees of freedom, and beyond against a run of \
+         increment-8 whose step was halved until two runs agree; how far these two are apart is given with each such figure.",
+    ));
+    orders::add(&mut sheet, extent, progress)?;
+    books::add(&mut sheet, extent, progress)?;
+    work::add(&mut sheet, extent, progress)?;
+    size::add(&mut sheet, extent, progress)?;
+    Ok(sheet)
+}
+
+/// The problems whose parts depend on nothing but the extent, for the record of what was run.
+pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
+    let end = orders::end(extent);
+    vec![
+        ("fput-chain", chain(orders::masses(extent), end)),
+        ("van-der-pol-ring", ring(end)),
+        ("damped-double-pendulum", pendulum(end)),
+        ("fput-chain-64", chain(extent.pick(64, 24), extent.pick(20.0, 2.0))),
+    ]
+}
+
+/// The chain of n masses that starts from rest as a sine, q_j = (n+1)/π sin(π j/(n+1)): the strain at the walls is 1, and
+/// the energy of a degree of freedom the same for every n.
+fn chain(n: usize, end: f64) -> Problem {
+    let length = (n + 1) as f64;
+    let q = (1..=n).map(|j| length / PI * (PI * j as f64 / length).sin()).collect();
+    Problem { model: Model::FputChain { n, beta: 1.0, c: 0.01 }, q, p: vec![0.0; n], end }
+}
+
+/// The chain of n masses that starts from rest with the same wave at every n, q_j = sin(π j/4).
+fn wave(n: usize, end: f64) -> Problem {
+    Problem { q: (1..=n).map(|j| (PI * j as f64 / 4.0).sin()).collect(), ..chain(n, end) }
+}
+
+/// Five oscillators that start out of step.
+fn ring(end: f64) -> Problem {
+    let model = Model::VanDerPolRing { n: 5, mu: 1.0, coupling: 0.5 };
+    Problem { model, q: vec![2.0, -1.0, 0.5, 1.5, -0.5], p: vec![0.5, 1.0, -1.5, 0.0, 0.25], end }
+}
+
+/// A pendulum let go from rest, both rods far from the vertical.
+fn pendulum(end: f64) -> Problem {
+    let model = Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 1.0, c1: 0.1, c2: 0.1 };
+    Problem { model, q: vec![1.5, -0.5], p: vec![0.0; 2], end }
+}

@@ -1,0 +1,75 @@
+//! What accuracy costs on a long chain and on the double pendulum.
+
+use super::orders::{ANY, SEPARABLE};
+use super::{chain, pendulum};
+use crate::chart::{Axis, LineChart};
+use crate::paper::sheet::{Sheet, marked, scientific, table};
+use crate::paper::work::{HEADER, cells, cheapest};
+use crate::paper::{Extent, PaperError, methods};
+use crate::progress::Progress;
+use crate::record::RunOutcome;
+use crate::study::work_precision::{self, WorkRow};
+
+pub(in crate::paper) fn add(
+    sheet: &mut Sheet,
+    extent: Extent,
+    progress: &dyn Progress,
+) -> Result<(), PaperError> {
+    let (n, end) = (extent.pick(64, 24), extent.pick(20.0, 2.0));
+    let count = extent.pick(5, 3);
+    let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
+    for (name, problem, names) in
+        [("fput-chain", chain(n, end), &SEPARABLE[..]), ("damped-double-pendulum", pendulum(end), &ANY)]
+    {
+        let rows = methods(names);
+        progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
+        let doubt = problem.solution(problem.end, 1)?.doubt;
+        let found = work_precision::run(&problem, &rows, &steps, progress)?;
+        let data = format!("{name}/work_precision");
+        sheet.data(&data, &found)?;
+        sheet.runs.extend(found.iter().map(|row| RunOutcome {
+            study: "work-precision",
+            system: problem.model.name(),
+            method: row.method,
+            h: row.h,
+            outcome: row.outcome.into(),
+            failure: row.failure.clone(),
+        }));
+        let title = format!("{name} with N = {}", problem.model.dof());
+        cheapest(sheet, &title, &found);
+        let chart = |what: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {
+            title: format!("{title}: {what}"),
+            x: Axis::log("seconds"),
+            y: Axis::log(format!("{what} at t = {}", problem.end)),
+            curves: names
+                .iter()
+                .map(|name| {
+                    let of = found.iter().filter(|row| row.method == *name);
+                    marked(name, of.filter_map(|row| Some((row.seconds?, error(row)?))).collect())
+                })
+                .collect(),
+            guides: Vec::new(),
+        };
+        let reference = if doubt > 0.0 {
+            format!(
+                " The reference is increment-8 by self-convergence; its last two runs agree to {}.",
+                scientific(Some(doubt))
+            )
+        } else {
+            String::new()
+        };
+        let qp = chart("error of (q, p)", |row| row.error_qp).svg();
+        let w = chart("error of w", |row| row.error_w).svg();
+        let left = sheet.figure(
+            &format!("{name}-work-qp"),
+            qp,
+            format!("Error of (q, p) against time.{reference}"),
+            &data,
+        );
+        let right = sheet.figure(&format!("{name}-work-w"), w, "Error of w against time.", &data);
+        sheet.show_pair(left, right);
+        let table = table(&HEADER, found.iter().map(cells).collect());
+        sheet.fold(&format!("{title}: every run"), vec![table]);
+    }
+    Ok(())
+}

@@ -1,0 +1,78 @@
+//! Trajectories: the states themselves.
+
+use super::{Problem, numbered};
+use crate::progress::Progress;
+use afterbay_core::{Grid, IntegrateError};
+use afterbay_methods::registry::Row;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// A row of `trajectory.csv`, under the [`columns`].
+#[derive(Clone, Debug, Serialize)]
+pub struct TrajectoryRow {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Steps done.
+    pub step: u64,
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: Vec<f64>,
+    /// Momenta.
+    pub p: Vec<f64>,
+    /// Reservoir.
+    pub w: Vec<f64>,
+    /// H(q, p)
+    pub energy: f64,
+    /// K = H + Σ w
+    pub total: f64,
+}
+
+/// The names of the columns: `method,step,t,q1..qN,p1..pN,w1..wN,H,K`.
+pub fn columns(dof: usize) -> Vec<String> {
+    let names = |list: &[&str]| list.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let parts = ["q", "p", "w"].into_iter().flat_map(|name| numbered(name, dof));
+    names(&["method", "step", "t"]).into_iter().chain(parts).chain(names(&["H", "K"])).collect()
+}
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Every `every`-th state.
+    pub rows: Vec<TrajectoryRow>,
+    /// How the run ended.
+    pub result: Result<(), IntegrateError>,
+}
+
+/// Runs each method with steps of size h and keeps every `every`-th state.
+///
+/// # Errors
+/// Those of the input. A run that fails is in its trajectory, up to its last good state.
+pub fn run(
+    problem: &Problem,
+    methods: &[&'static Row],
+    h: f64,
+    every: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<Trajectory>, IntegrateError> {
+    let grid = Grid::new(h, problem.end)?;
+    methods
+        .par_iter()
+        .map(|row| {
+            let subject = problem.model.subject::<f64>()?;
+            let mut rows = Vec::new();
+            let result =
+                problem.model.bind(row)?.run(grid, &mut problem.start()?, every, &mut |step, state| {
+                    let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
+                    let (energy, total) = (state.energy(&*subject), state.total(&*subject));
+                    rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
+                    ControlFlow::Continue(())
+                });
+            progress.advance();
+            Ok(Trajectory { method: row.name, rows, result: result.map(|_| ()) })
+        })
+        .collect()
+}

@@ -1,0 +1,159 @@
+//! The studies with more than one degree of freedom: tables, references, what is owed and what is refused.
+
+#![cfg(test)]
+
+use afterbay_analysis::Model;
+use afterbay_analysis::progress::Silent;
+use afterbay_analysis::record::Artifact;
+use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, Statistic, order};
+use afterbay_analysis::study::{
+    LARGEST_BY_SERIES, Problem, energy, global_order, trajectory, work_precision,
+};
+use afterbay_core::{InputError, IntegrateError, Quad, Quantity};
+use afterbay_methods::registry::{Row, find};
+
+fn rows(names: &[&str]) -> Vec<&'static Row> {
+    names.iter().map(|name| find(name).unwrap()).collect()
+}
+
+fn chain(n: usize, c: f64, end: f64) -> Problem {
+    let wave = |speed: f64| (1..=n).map(|j| (speed * j as f64).sin()).collect();
+    Problem { model: Model::FputChain { n, beta: 1.0, c }, q: wave(0.9), p: wave(2.1), end }
+}
+
+fn pendulum(end: f64) -> Problem {
+    let model = Model::DampedDoublePendulum { m1: 1.0, m2: 0.5, l1: 1.0, l2: 0.75, g: 2.0, c1: 0.1, c2: 0.2 };
+    Problem { model, q: vec![1.0, -0.5], p: vec![0.25, 0.5], end }
+}
+
+/// Every record as long as the header, and the columns by name.
+fn read(table: &Artifact) -> Vec<std::collections::BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(table.text.as_bytes());
+    reader.deserialize().map(Result::unwrap).collect()
+}
+
+#[test]
+fn books_show_every_reservoir() {
+    let problem = chain(3, 0.3, 2.0);
+    let books = energy::run(&problem, &rows(&["increment-2"]), 0.1, 2, &Silent).unwrap();
+    let table = Artifact::wide_table("energy", &energy::columns(3), &books[0].rows).unwrap();
+    let records = read(&table);
+    assert_eq!(records.len(), 11);
+    let number = |i: usize, column: &str| records[i][column].parse::<f64>().unwrap();
+    let exact = problem.solution(2.0, 1).unwrap();
+    let w = [1, 2, 3].map(|j| number(10, &format!("w{j}")));
+    let off = (0..3).map(|j| (w[j] - exact.at(1).w[j]).abs()).fold(0.0, f64::max);
+    assert_eq!(number(10, "w_error").abs(), off);
+    assert!(w.iter().all(|&w| w > 0.05) && off > 1e-6 && off < 1e-1, "{w:?} {off}");
+    let lost = number(0, "H") - number(10, "H");
+    assert!((lost - w.iter().sum::<f64>()).abs() < 1e-13 && books[0].drift < 1e-13, "{lost} {w:?}");
+}
+
+#[test]
+fn trajectories_hold_the_states_asked_for() {
+    let runs = trajectory::run(&pendulum(1.0), &rows(&["gonzalez", "rk4"]), 0.1, 4, &Silent).unwrap();
+    for run in &runs {
+        assert_eq!(run.result, Ok(()));
+        let table = Artifact::wide_table("trajectory", &trajectory::columns(2), &run.rows).unwrap();
+        let records = read(&table);
+        let column =
+            |name: &str| -> Vec<f64> { records.iter().map(|row| row[name].parse().unwrap()).collect() };
+        assert_eq!(column("step"), [0.0, 4.0, 8.0]);
+        assert_eq!(
+            (column("q1")[0], column("q2")[0], column("p1")[0], column("p2")[0]),
+            (1.0, -0.5, 0.25, 0.5)
+        );
+        for i in 0..3 {
+            let total = column("H")[i] + (column("w1")[i] + column("w2")[i]);
+            assert!((total - column("K")[i]).abs() < 1e-15);
+        }
+        assert!(column("w2")[2] > column("w2")[1] && column("w2")[1] > 0.0);
+    }
+}
+
+#[test]
+fn a_long_chain_is_compared_with_increment_8() {
+    let problem = chain(LARGEST_BY_SERIES + 1, 0.1, 2.0);
+    let found = problem.solution(0.5, 4).unwrap();
+    let subject = problem.model.subject::<Quad>().unwrap();
+    let exact = subject.solution(&problem.start().unwrap(), Quad::from(0.5), 4).unwrap().rounded();
+    let (off, size) = found.distance(&exact);
+    assert!(found.doubt > 0.0 && found.doubt < 1e-12 * size, "{:e}", found.doubt);
+    assert!(off < 2.0 * found.doubt, "{off:e} {:e}", found.doubt);
+}
+
+#[test]
+fn steps_that_are_no_doublings_have_a_solution_of_their_own() {
+    let errors = |steps: &[f64]| {
+        let rows = global_order::run(&chain(2, 0.1, 1.2), &rows(&["rk4"]), steps, &Silent).unwrap();
+        let of =
+            |h: f64| rows.iter().filter(|row| row.h == h).map(|row| row.error.unwrap()).collect::<Vec<_>>();
+        [0.1, 0.2, 0.3].map(of)
+    };
+    let (alone, shared) = (errors(&[0.3]), errors(&[0.3, 0.2, 0.1]));
+    assert_eq!(alone[2], shared[2]);
+    assert_eq!(errors(&[0.2])[1], shared[1]);
+    assert!(shared[1].iter().all(|&error| error > 1e-8 && error < 1e-2), "{shared:?}");
+}
+
+#[test]
+fn what_is_owed_in_each_is_counted_in_each() {
+    let count = |problem: &Problem, name: &str, h: f64| {
+        work_precision::run(problem, &rows(&[name]), &[h], &Silent).unwrap()[0].passivity_violations
+    };
+    let passive = chain(4, 0.5, 2.0);
+    for name in ["increment-1", "increment-2", "gonzalez", "leapfrog", "rk4"] {
+        assert_eq!(count(&passive, name, 0.1), Some(0), "{name}");
+    }
+    // Parts of this one run backwards: with strong friction and long steps it takes energy back, from several masses in
+    // one step.
+    assert!(count(&chain(4, 10.0, 2.0), "increment-6", 1.0).is_some_and(|count| count > 2));
+    let ring = Model::VanDerPolRing { n: 4, mu: 1.0, coupling: 0.5 };
+    assert_eq!(count(&Problem { model: ring, ..passive.clone() }, "increment-2", 0.1), None);
+}
+
+#[test]
+fn local_orders_are_those_of_the_registry() {
+    let study = LocalOrder { base_step: 0.01, steps: vec![0.01, 0.02, 0.03] };
+    let cases =
+        [(chain(3, 0.2, 0.5), &["increment-2", "gonzalez", "rk4"][..]), (pendulum(0.5), &["gonzalez"])];
+    for (problem, names) in cases {
+        for row in rows(names) {
+            let errors = study.run::<Quad>(&problem, &[row], &Silent).unwrap();
+            let errors: Vec<&LocalErrors> = errors.iter().collect();
+            for variable in 0..3 {
+                let found = order(&errors, variable, Statistic::Median).unwrap().slope;
+                assert!((found - f64::from(row.order())).abs() < 0.1, "{} {variable}: {found}", row.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let refused = |problem: &Problem, name: &str| {
+        let error = energy::run(problem, &rows(&[name]), 0.1, 1, &Silent).unwrap_err();
+        let IntegrateError::Input(error) = error else { panic!("{error}") };
+        error
+    };
+    let unsupported = |error| matches!(error, InputError::Unsupported { .. });
+    for name in ["increment-1", "increment-8", "leapfrog", "moddg"] {
+        assert!(unsupported(refused(&pendulum(1.0), name)), "{name}");
+    }
+    for name in ["moddg", "moddg-q3-shared", "moddg-p4-single-printed"] {
+        assert!(unsupported(refused(&chain(3, 0.1, 1.0), name)), "{name}");
+    }
+    let short = Problem { q: vec![1.0], p: vec![1.0], ..pendulum(1.0) };
+    let long = Problem { q: vec![1.0; 40], p: vec![1.0; 40], ..chain(30, 0.1, 1.0) };
+    for (problem, expected, found) in [(short, 2, 1), (long, 30, 40)] {
+        let length = InputError::Length { quantity: Quantity::Coordinate, expected, found };
+        assert_eq!(refused(&problem, "gonzalez"), length);
+        assert_eq!(
+            trajectory::run(&problem, &rows(&["rk4"]), 0.1, 1, &Silent).unwrap_err(),
+            IntegrateError::Input(length)
+        );
+    }
+    let none =
+        Problem { q: vec![], p: vec![], model: Model::FputChain { n: 0, beta: 1.0, c: 0.1 }, end: 1.0 };
+    assert!(matches!(refused(&none, "rk4"), InputError::Parameter { name: "n", .. }));
+}
