@@ -31,8 +31,7 @@ fn orders<T: Scalar, const N: usize>(
 ) {
     let q: [T; N] = std::array::from_fn(|j| T::from_f64((0.4 + 1.7 * j as f64).sin()));
     let p: [T; N] = std::array::from_fn(|j| T::from_f64((2.1 + 1.7 * j as f64).sin()));
-    let exact =
-        trajectory::<_, T, N, 24>(series, &State::new(q, p).unwrap(), T::one(), 1).unwrap()[1].clone();
+    let exact = trajectory::<_, _, 24>(series, &State::new(q, p).unwrap(), T::one(), 1).unwrap()[1].clone();
     let ends = counts.iter().map(|&count| carry(system, &q, &p, 1.0, count));
     let errors: Vec<[f64; 3]> =
         ends.map(|[q, p, w]| [far(&q, &exact.q), far(&p, &exact.p), far(&w, &exact.w)]).collect();
