@@ -16,6 +16,9 @@
 //! Where the noise of λ would be felt by the iteration, h ε|H|/|Δz|² > 1e-3, the true λ Δz changes K by far less than a
 //! rounding, and λ = 0 is taken (the midpoint rule); so it is at rest, Δz = 0.
 //!
+//! **Several solutions** there may be where h is beyond the system's own time scale. Newton's iteration from Δz = 0 may then
+//! take one that does not continue from h = 0; this is not checked. K is exact and the step passive on any of them.
+//!
 //! **Fails** by name, with the state as it was, where Newton's iteration finds no solution, also when it is followed
 //! from h = 0. For scalars that hold one number: the linear equations are solved in `f64`.
 

@@ -41,6 +41,9 @@ pub(crate) trait Solver {
     /// Factorises. The row of a pivot that is zero or not finite is the failure, or else solutions are not finite.
     fn factorise(&mut self) -> Result<(), usize>;
 
+    /// Subtracts from x the product of a with the matrix that has `values` where this one has its own.
+    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]);
+
     /// Replaces the right-hand side by the solution.
     fn solve(&mut self, x: &mut [f64]);
 }
@@ -69,7 +72,16 @@ impl Matrix {
         })
     }
 
-    fn solver(&mut self) -> &mut dyn Solver {
+    fn solver(&self) -> &dyn Solver {
+        match self {
+            Self::Small(matrix) => matrix,
+            Self::Chain(matrix) => matrix,
+            Self::Sparse(matrix) => matrix.as_ref(),
+            Self::Dense(matrix) => matrix,
+        }
+    }
+
+    fn solver_mut(&mut self) -> &mut dyn Solver {
         match self {
             Self::Small(matrix) => matrix,
             Self::Chain(matrix) => matrix,
@@ -81,24 +93,32 @@ impl Matrix {
 
 impl Solver for Matrix {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
-        match self {
-            Self::Small(matrix) => matrix.slot(row, column),
-            Self::Chain(matrix) => matrix.slot(row, column),
-            Self::Sparse(matrix) => matrix.slot(row, column),
-            Self::Dense(matrix) => matrix.slot(row, column),
-        }
+        self.solver().slot(row, column)
     }
 
     fn values(&mut self) -> &mut [f64] {
-        self.solver().values()
+        self.solver_mut().values()
     }
 
     fn factorise(&mut self) -> Result<(), usize> {
-        self.solver().factorise()
+        self.solver_mut().factorise()
+    }
+
+    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+        self.solver().subtract(values, a, x);
     }
 
     fn solve(&mut self, x: &mut [f64]) {
-        self.solver().solve(x);
+        self.solver_mut().solve(x);
+    }
+}
+
+/// Subtracts from x the product of a with a dense matrix by columns.
+fn subtract_columns(values: &[f64], a: &[f64], x: &mut [f64]) {
+    for (column, &a) in values.chunks_exact(x.len().max(1)).zip(a) {
+        for (x, value) in x.iter_mut().zip(column) {
+            *x = (-value).mul_add(a, *x);
+        }
     }
 }
 
@@ -146,6 +166,30 @@ mod tests {
                     for (x, exact) in x.iter().zip(&exact) {
                         assert!((x - exact).abs() < 1e-13, "{solver:?} {n}: {x} {exact}");
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_solver_multiplies() {
+        for n in [1, 2, 3, 10, 70] {
+            let entries = entries(n);
+            let a: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
+            for solver in
+                [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
+            {
+                let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
+                let mut matrix = Matrix::new(solver, n, pattern).unwrap();
+                let mut values = vec![0.0; matrix.values().len()];
+                let (mut x, mut exact) = (vec![1.0; n], vec![1.0; n]);
+                for &(i, j, value) in &entries {
+                    values[matrix.slot(i, j).unwrap()] = value;
+                    exact[i] -= value * a[j];
+                }
+                matrix.subtract(&values, &a, &mut x);
+                for (x, exact) in x.iter().zip(&exact) {
+                    assert!((x - exact).abs() < 1e-15, "{solver:?} {n}: {x} {exact}");
                 }
             }
         }

@@ -145,6 +145,57 @@ proptest! {
         };
         checked(&system, h, q, p)?;
     }
+
+    /// D_j = c m_j v_j: Δw_j = c m_j (Δq_j/h) Δq_j is of one sign, and rounding keeps order.
+    #[test]
+    fn every_reservoir_only_fills_where_r_is_diagonal(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
+        (masses, q, p) in (1_usize..20).prop_flat_map(|n| {
+            let part = || prop::collection::vec(-1.5..1.5, n);
+            (prop::collection::vec(0.1..10.0, n), part(), part())
+        }),
+        kind in 0..3,
+    ) {
+        let n = q.len();
+        let springs = match kind {
+            0 => Springs::chain(n, c),
+            1 if n > 2 => Springs::ring(n, c),
+            _ => Springs::dense(n, c),
+        };
+        let system = Springs { masses, ..springs };
+        let mut state = State::new(q, p).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        for _ in 0..6 {
+            let before = state.w.clone();
+            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+                break;
+            }
+            for (before, after) in before.iter().zip(&state.w) {
+                prop_assert!(after >= before, "{before:e} {after:e}");
+            }
+        }
+    }
+
+    /// D = R v, R coupled and positive definite, so one reservoir may drain into the other. What is computed of Δq·R Δq/h is
+    /// positive, the roundings of its products being less than a part of it; each w_j then is rounded once.
+    #[test]
+    fn the_reservoirs_together_only_fill_where_r_is_coupled(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),
+    ) {
+        let system = Twisted { c, offset: 0.0 };
+        let mut state = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        for _ in 0..6 {
+            let before = state.w;
+            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+                break;
+            }
+            let sum = |w: [f64; 2]| Quad::from_f64(w[0]) + Quad::from_f64(w[1]);
+            let gained = (sum(state.w) - sum(before)).to_f64();
+            let rounding = f64::EPSILON / 2.0 * state.w.iter().map(|w| w.abs()).sum::<f64>();
+            prop_assert!(gained >= -rounding, "{gained:e} {rounding:e}");
+        }
+    }
 }
 
 /// The state after some steps of h = 0.1.
@@ -345,4 +396,19 @@ fn failures_have_names_and_leave_the_state_alone() {
     assert!(matches!(singular, StepFailure::Singular { dof: 0, .. }), "{singular}");
     assert!(matches!(fails((f64::NAN, 0.0), 0.1, 1.0), StepFailure::NonFinite { dof: 0, .. }));
     assert!(matches!(fails((f64::MAX, 0.0), 0.1, 1e3), StepFailure::NonFinite { dof: 0, .. }));
+}
+
+#[test]
+fn what_was_before_is_no_part_of_a_step() {
+    let system = Springs::chain(30, 0.2);
+    let (q, p) = start::<f64>(30);
+    let mut state = State::new(q, p).unwrap();
+    let mut used = METHOD.workspace(&system).unwrap();
+    // Also after a longer step, and after one that failed.
+    for h in [0.02, 0.02, 5.0, 0.02, f64::NAN, 0.3, 0.02] {
+        let mut alone = state.clone();
+        let fresh = METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap());
+        assert_eq!(METHOD.step(&system, h, &mut state, &mut used).is_ok(), fresh.is_ok());
+        assert_eq!(alone, state, "{h}");
+    }
 }

@@ -7,7 +7,7 @@ use afterbay_core::{Curvature, InputError, Mask, Scalar, State, Vector};
 /// The new state while it is being made.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
-    jacobian: Jacobian,
+    pub(super) jacobian: Jacobian,
     pub(super) dissipative: bool,
     /// Δz
     pub(super) dq: V,
@@ -35,6 +35,8 @@ pub struct Workspace<V> {
     turned: [Vec<f64>; 2],
     /// h/2 times the largest second derivative where the iteration began: what rounding of q makes of p, and of p of q
     pub(super) gain: f64,
+    /// The largest entry of R Δp when the Jacobian was last made, R = ∂D/∂v: what λ makes of D
+    pub(super) dragged: f64,
     /// 1 + slope · turned, where there is such a part
     coupled: Option<f64>,
 }
@@ -81,6 +83,7 @@ impl<V: Vector> Workspace<V> {
             slope: reals(),
             turned: reals(),
             gain: 0.0,
+            dragged: 0.0,
             coupled: None,
         })
     }
@@ -119,37 +122,32 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let (dq, dp) = (self.dq.as_slice(), self.dp.as_slice());
-        let square = dot(dq, dq) + dot(dp, dp);
+        let [along_q, square_q] = products(self.dq.as_slice(), self.hq.as_slice());
+        let [along_p, square_p] = products(self.dp.as_slice(), self.hp.as_slice());
+        let (along, square) = (along_q + along_p, square_q + square_p);
         // Where squares are lost to underflow there is nothing to divide by.
         if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
             return Correction { lambda: V::Scalar::zero(), rough: 0.0, inverse: 0.0 };
         }
         let end = system.energy(self.q.as_slice(), self.p.as_slice());
-        let along = dot(self.hq.as_slice(), dq) + dot(self.hp.as_slice(), dp);
         let inverse = 1.0 / square.to_f64();
         let rough = (start.abs() + end.abs()).to_f64() * inverse;
         Correction { lambda: (end - start - along) / square, rough, inverse }
     }
 
-    /// The Jacobian at z̄, factorised (`first`: where the iteration begins); the degree of freedom of a vanishing pivot is the failure.
+    /// The Jacobian at z̄, factorised; the degree of freedom of a vanishing pivot is the failure.
     pub(super) fn renew<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
         correction: &Correction<V::Scalar>,
-        first: bool,
     ) -> Result<(), usize>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let (h, lambda) = (h.to_f64(), correction.lambda.to_f64());
-        self.coupled = None;
+        (self.coupled, self.dragged) = (None, 0.0);
         self.jacobian.factorise(system, [h, lambda], self.q_mean.as_slice(), self.p_mean.as_slice())?;
-        // Not later, where an iterate may be far out.
-        if first {
-            self.gain = self.jacobian.gain();
-        }
         if correction.inverse == 0.0 {
             return Ok(());
         }
@@ -177,9 +175,29 @@ impl<V: Vector> Workspace<V> {
         std::mem::swap(dq, dp);
         dq.iter_mut().for_each(|x| *x *= -h);
         dp.iter_mut().for_each(|x| *x *= h);
+        if self.dissipative {
+            self.drag_along(system, h);
+        }
+        let [dq, dp] = &mut self.turned;
         self.jacobian.solve(dq, dp);
-        self.coupled = Some(1.0 + dot(slope_q, dq) + dot(slope_p, dp));
+        self.coupled = Some(1.0 + dot(&self.slope[0], dq) + dot(&self.slope[1], dp));
         Ok(())
+    }
+
+    /// Adds h R Δp, the change of h D̄ with λ: as the difference of D it is exact where D is linear in v.
+    fn drag_along<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, h: f64) {
+        let [near, far] = &mut self.ends;
+        let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_mut_slice());
+        system.dissipation(q, p, self.hp.as_slice(), near.as_mut_slice());
+        for ((v, &hp), &dp) in v.iter_mut().zip(self.hp.as_slice()).zip(self.dp.as_slice()) {
+            *v = hp + dp;
+        }
+        system.dissipation(q, p, v, far.as_mut_slice());
+        for ((x, &near), &far) in self.turned[1].iter_mut().zip(near.as_slice()).zip(far.as_slice()) {
+            let drag = (far - near).to_f64();
+            *x = h.mul_add(drag, *x);
+            self.dragged = self.dragged.max(drag.abs());
+        }
     }
 
     /// D̄ = D(z̄) at the mean velocity in `v`.
@@ -230,6 +248,28 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
+/// [a · b, a · a], summed like [`dot`].
+fn products<T: Scalar>(a: &[T], b: &[T]) -> [T; 2] {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let (mut along, mut square) = ([T::zero(); 8], [T::zero(); 8]);
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            along[k] = a[k].mul_add(b[k], along[k]);
+            square[k] = a[k].mul_add(a[k], square[k]);
+        }
+    }
+    for ((along, square), (&a, &b)) in along.iter_mut().zip(&mut square).zip(a_rest.iter().zip(b_rest)) {
+        *along = a.mul_add(b, *along);
+        *square = a.mul_add(a, *square);
+    }
+    [along, square].map(total)
+}
+
+/// The sum of eight sums.
+fn total<T: Scalar>([a, b, c, d, e, f, g, h]: [T; 8]) -> T {
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
 /// a · b, in eight sums: fast, and the more accurate for it.
 pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
@@ -242,6 +282,5 @@ pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     for (sum, (&a, &b)) in sums.iter_mut().zip(a_rest.iter().zip(b_rest)) {
         *sum = a.mul_add(b, *sum);
     }
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + b) + (c + d)) + ((e + f) + (g + h))
+    total(sums)
 }

@@ -1,4 +1,4 @@
-//! Newton's iteration for Δz, from Δz = 0.
+//! Newton's iteration for Δz, from Δz = 0, or where that fails along the solution from h = 0.
 //!
 //! The Jacobian of z0 serves the whole step, as long as each correction leaves less than a sixteenth of itself; after that
 //! it is made anew at z̄, the change of λ included. The first correction is the linearly implicit midpoint rule, off by h³.
@@ -23,7 +23,7 @@ const FLOOR: f64 = 1e3;
 /// The most that corrections may be, in roundings of what the equation is made of, where they no longer shrink.
 const NOISE: f64 = 64.0;
 /// The next correction that is not made, in roundings. Left out at every step, it is what K would drift by.
-const UNSEEN: f64 = 0.015625;
+const UNSEEN: f64 = 1.0 / 1024.0;
 /// The most noise in h λ that is let into the iteration.
 const NOISY: f64 = 1e-3;
 
@@ -45,15 +45,15 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.rest();
+        self.place(state);
         let spent = match self.iterate(system, h, state) {
             Ok(iterations) => iterations,
             Err(stalled) => self.follow(system, h, state, stalled)?,
         };
-        self.place(state);
         Ok(Effort { evaluations: u64::from(spent), iterations: u64::from(spent) })
     }
 
-    /// The direct iteration from the Δz there is. Gives the number of corrections.
+    /// The direct iteration from the Δz, z̄ and z1 there are, which are then those found. Gives the number of corrections.
     fn iterate<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Result<u32, Stalled>
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -64,7 +64,6 @@ impl<V: Vector> Workspace<V> {
         let (mut before, mut least, mut waited) = (f64::NAN, f64::INFINITY, 0);
         for iterations in 1..=LIMIT {
             let stalled = |failure| Err(Stalled { failure, iterations });
-            self.place(state);
             self.evaluate(system);
             let mut correction = self.correction(system, start);
             if correction.inverse > 0.0 {
@@ -74,8 +73,12 @@ impl<V: Vector> Workspace<V> {
                     correction.drop();
                 }
             }
-            if stale && let Err(dof) = self.renew(system, h, &correction, iterations == 1) {
+            if stale && let Err(dof) = self.renew(system, h, &correction) {
                 return stalled(StepFailure::Singular { dof, slope: 0.0 });
+            }
+            // Not later, where an iterate may be far out.
+            if iterations == 1 {
+                self.gain = self.jacobian.gain();
             }
             let fresh = stale;
             self.residual(system, h, &correction);
@@ -145,6 +148,7 @@ impl<V: Vector> Workspace<V> {
                     stalled = failed;
                     spent += stalled.iterations;
                     self.recall();
+                    self.place(state);
                     stride *= 0.25;
                     if stride < SHORTEST {
                         return Err(match stalled.failure {

@@ -7,11 +7,14 @@
 //! ```
 //!
 //! What λ itself changes is left out here. Where H has no mixed derivatives and Hpp is diagonal, δq = a + C δp with
-//! C = c Hpp + hλ is eliminated, and N unknowns are left. Nothing is divided by:
+//! C = c Hpp + hλ is eliminated, and N unknowns are left:
 //!
 //! ```text
-//! [1 + c Dp + (c (Hqq + Dq) + hλ) C] δp = b - (c (Hqq + Dq) + hλ) a
+//! [1 + R C + S C] δp = b - S a        S = c (Hqq + Dq) + hλ        R = Dp Hpp⁻¹
 //! ```
+//!
+//! R = ∂D/∂v, since D̄ is made of the mean velocity, which has λ Δp in it; where Hpp is 0, R C stands for c Dp.
+//! Elsewhere hλR is left out: a matrix R is not to be had from Dp without solving, and costs corrections only.
 
 use crate::linear::{LinearSolver, Matrix, SMALL, Solver};
 use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
@@ -25,13 +28,22 @@ struct Entry {
     slots: [usize; 2],
 }
 
+/// What δq is eliminated by.
+#[derive(Clone, Debug)]
+struct Eliminated {
+    /// C, and C Hpp⁻¹
+    c: Vec<[f64; 2]>,
+    /// S, laid out like the matrix
+    s: Vec<f64>,
+}
+
 /// The matrix, its factors, and what they were made from.
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian {
     entries: Vec<Entry>,
     values: Vec<f64>,
-    /// C, where δq is eliminated.
-    eliminated: Option<Vec<f64>>,
+    /// What is needed where δq is eliminated.
+    eliminated: Option<Eliminated>,
     /// The places of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; the same four times where δq is eliminated.
     diagonal: Vec<[usize; 4]>,
     matrix: Matrix,
@@ -82,7 +94,7 @@ impl Jacobian {
             false => [(2 * i, 2 * i), (2 * i + 1, 2 * i + 1), (2 * i, 2 * i + 1), (2 * i + 1, 2 * i)],
         };
         let pattern = entries.iter().flat_map(places).chain((0..n).flat_map(own)).collect();
-        let matrix = Matrix::new(solver, size, pattern)?;
+        let mut matrix = Matrix::new(solver, size, pattern)?;
         let slot = |(row, column)| matrix.slot(row, column).unwrap_or(0);
         for entry in &mut entries {
             entry.slots = places(entry).map(slot);
@@ -91,7 +103,8 @@ impl Jacobian {
         Ok(Self {
             values: vec![0.0; entries.len()],
             entries,
-            eliminated: eliminate.then(|| vec![0.0; n]),
+            eliminated: eliminate
+                .then(|| Eliminated { c: vec![[0.0; 2]; n], s: vec![0.0; matrix.values().len()] }),
             diagonal,
             matrix,
             unknowns: vec![0.0; size],
@@ -124,19 +137,29 @@ impl Jacobian {
         let given = entries.iter().zip(values.iter());
         let to = matrix.values();
         to.fill(0.0);
-        if let Some(c) = &mut self.eliminated {
-            c.fill(h_lambda);
+        if let Some(Eliminated { c, s }) = &mut self.eliminated {
+            c.fill([0.0; 2]);
+            s.fill(0.0);
             for (entry, value) in given.clone().filter(|(entry, _)| entry.block == Block::Hpp) {
-                c[entry.i] = half_h.mul_add(*value, c[entry.i]);
+                c[entry.i][0] += value;
             }
-            for (entry, value) in given {
-                match entry.block {
-                    Block::Hqq | Block::Dq => to[entry.slots[0]] += half_h * value * c[entry.j],
-                    Block::Dp => to[entry.slots[0]] += half_h * value,
+            for [c, share] in c.iter_mut() {
+                *share = if *c == 0.0 { half_h } else { half_h + h_lambda / *c };
+                *c = half_h.mul_add(*c, h_lambda);
+            }
+            for (&Entry { block, j, slots: [slot, _], .. }, value) in given {
+                match block {
+                    Block::Hqq | Block::Dq => {
+                        let value = half_h * value;
+                        s[slot] += value;
+                        to[slot] = value.mul_add(c[j][0], to[slot]);
+                    }
+                    Block::Dp => to[slot] = value.mul_add(c[j][1], to[slot]),
                     Block::Hqp | Block::Hpp => {}
                 }
             }
-            for (own, c) in self.diagonal.iter().zip(c) {
+            for (own, [c, _]) in self.diagonal.iter().zip(c) {
+                s[own[0]] += h_lambda;
                 to[own[0]] += h_lambda.mul_add(*c, 1.0);
             }
             return self.matrix.factorise();
@@ -163,7 +186,7 @@ impl Jacobian {
     /// Replaces the residual (a, b) by the correction (δq, δp).
     pub(super) fn solve(&mut self, a: &mut [f64], b: &mut [f64]) {
         let x = &mut self.unknowns;
-        let Some(c) = &self.eliminated else {
+        let Some(Eliminated { c, s }) = &self.eliminated else {
             for ((x, a), b) in x.as_chunks_mut::<2>().0.iter_mut().zip(&*a).zip(&*b) {
                 *x = [*a, *b];
             }
@@ -173,16 +196,10 @@ impl Jacobian {
             }
             return;
         };
-        for ((x, a), b) in x.iter_mut().zip(&*a).zip(&*b) {
-            *x = (-self.h_lambda).mul_add(*a, *b);
-        }
-        for (entry, value) in self.entries.iter().zip(&self.values) {
-            if matches!(entry.block, Block::Hqq | Block::Dq) {
-                x[entry.i] = (-self.half_h * value).mul_add(a[entry.j], x[entry.i]);
-            }
-        }
+        x.copy_from_slice(b);
+        self.matrix.subtract(s, a, x);
         self.matrix.solve(x);
-        for (((x, c), a), b) in x.iter().zip(c).zip(a).zip(b) {
+        for (((x, [c, _]), a), b) in x.iter().zip(c).zip(a).zip(b) {
             *a = c.mul_add(*x, *a);
             *b = *x;
         }
@@ -206,7 +223,7 @@ impl Jacobian {
 
     /// The largest of the derivatives, times h/2: what a change of z makes of itself in one step.
     pub(super) fn gain(&self) -> f64 {
-        self.half_h * self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+        self.half_h.abs() * self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
     }
 }
 

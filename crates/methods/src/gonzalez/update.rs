@@ -18,7 +18,7 @@ struct Largest {
 }
 
 impl<V: Vector> Workspace<V> {
-    /// Adds the correction to Δz. Its size is NaN where an entry is not finite.
+    /// Adds the correction to Δz and moves z̄ and z1. Its size is NaN where an entry is not finite.
     pub(super) fn take(
         &mut self,
         h: V::Scalar,
@@ -26,18 +26,19 @@ impl<V: Vector> Workspace<V> {
         correction: &Correction<V::Scalar>,
     ) -> Update {
         let [a, b] = &self.missing;
-        let q = add(&mut self.dq, a, state.q.as_slice());
-        let p = add(&mut self.dp, b, state.p.as_slice());
-        // The rounding of λ, through h λ Δp in q and h λ Δq in p, is as lost as that of q and p.
+        let q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
+        let p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
+        // The rounding of λ, through h λ Δp in q and h λ (Δq + R Δp) in p, is as lost as that of q and p.
         let rough = h.to_f64().abs() * correction.rough;
         let q_scale = rough.mul_add(p.increment, q.z);
-        let p_scale = rough.mul_add(q.increment, p.z);
+        let p_scale = rough.mul_add(q.increment + self.dragged, p.z);
         let gain = self.gain;
         let beside = |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
         let size = beside(q_scale, p_scale);
         let finite = (q.correction + p.correction).is_finite();
         let reach = beside(gain.mul_add(p_scale, q_scale), gain.mul_add(q_scale, p_scale));
-        Update { size: if finite { size } else { f64::NAN }, reach }
+        let size = if finite { size } else { f64::NAN };
+        Update { size, reach }
     }
 
     /// The degree of freedom with the largest correction, and that correction.
@@ -80,23 +81,45 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
-/// Adds `correction` to `increment`.
-fn add<V: Vector>(increment: &mut V, correction: &[f64], start: &[V::Scalar]) -> Largest {
-    let mut most = Largest { correction: 0.0, z: 0.0, increment: 0.0 };
-    let mut lost = 0.0;
+/// Adds `correction` to the increment, then makes start + increment/2 and start + increment.
+fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V; 3]) -> Largest {
     let n = correction.len();
-    let (increment, start) = (&mut increment.as_mut_slice()[..n], &start[..n]);
+    let (start, increment) = (&start.as_slice()[..n], &mut increment.as_mut_slice()[..n]);
+    let (mean, end) = (&mut mean.as_mut_slice()[..n], &mut end.as_mut_slice()[..n]);
     for j in 0..n {
         increment[j] += V::Scalar::from_f64(correction[j]);
-        let width = increment[j].to_f64().abs();
-        most.correction = larger(most.correction, correction[j].abs());
-        most.z = larger(most.z, start[j].to_f64().abs() + width);
-        most.increment = larger(most.increment, width);
-        // NaN once an entry is not finite, 0 before.
-        lost += correction[j] * 0.0;
+        mean[j] = start[j] + increment[j].half();
+        end[j] = start[j] + increment[j];
     }
-    most.correction += lost;
-    most
+    largest(correction, start, increment)
+}
+
+/// The largest entries, eight lanes side by side; the correction NaN where an entry is not finite.
+fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Largest {
+    let (mut corrections, mut z, mut increments, mut lost) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
+    let (correction, correction_rest) = correction.as_chunks::<8>();
+    let (start, start_rest) = start.as_chunks::<8>();
+    let (increment, increment_rest) = increment.as_chunks::<8>();
+    for ((correction, start), increment) in correction.iter().zip(start).zip(increment) {
+        for k in 0..8 {
+            let width = increment[k].to_f64().abs();
+            corrections[k] = larger(corrections[k], correction[k].abs());
+            z[k] = larger(z[k], start[k].to_f64().abs() + width);
+            increments[k] = larger(increments[k], width);
+            lost[k] += correction[k] * 0.0;
+        }
+    }
+    let rest = correction_rest.iter().zip(start_rest).zip(increment_rest).zip(0..8);
+    for (((correction, start), increment), k) in rest {
+        let width = increment.to_f64().abs();
+        corrections[k] = larger(corrections[k], correction.abs());
+        z[k] = larger(z[k], start.to_f64().abs() + width);
+        increments[k] = larger(increments[k], width);
+        lost[k] += correction * 0.0;
+    }
+    let most = |lanes: [f64; 8]| lanes.into_iter().fold(0.0, larger);
+    let lost: f64 = lost.iter().sum();
+    Largest { correction: most(corrections) + lost, z: most(z), increment: most(increments) }
 }
 
 /// The larger of two numbers; NaN is passed over.

@@ -1,6 +1,6 @@
 //! Everyone acts on everyone: faer's LU with partial pivoting, blocked.
 
-use super::{Solver, usable};
+use super::{Solver, subtract_columns, usable};
 use faer::dyn_stack::{MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::perm::PermRef;
@@ -46,6 +46,10 @@ impl Solver for Dense {
         let matrix = MatMut::from_column_major_slice_mut(values, n, n);
         factor::lu_in_place(matrix, rows, rows_inverse, Par::Seq, MemStack::new(scratch), Default::default());
         (0..n).find(|k| !usable(values[k * n + k])).map_or(Ok(()), Err)
+    }
+
+    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+        subtract_columns(values, a, x);
     }
 
     fn solve(&mut self, x: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! A few unknowns: Gauss with partial pivoting, in place.
 
-use super::{Solver, usable};
+use super::{Solver, subtract_columns, usable};
 
 /// A dense matrix by columns, then its factors, the reciprocal pivots on the diagonal.
 #[derive(Clone, Debug)]
@@ -56,6 +56,10 @@ impl Solver for Small {
             }
         }
         Ok(())
+    }
+
+    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+        subtract_columns(values, a, x);
     }
 
     fn solve(&mut self, x: &mut [f64]) {

@@ -91,6 +91,15 @@ impl Solver for Sparse {
         })
     }
 
+    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+        for (column, &a) in a.iter().enumerate().take(self.pattern.ncols()) {
+            let range = self.pattern.col_range(column);
+            for (&row, value) in self.pattern.row_idx()[range.clone()].iter().zip(&values[range]) {
+                x[row] = (-value).mul_add(a, x[row]);
+            }
+        }
+    }
+
     fn solve(&mut self, x: &mut [f64]) {
         let n = x.len();
         let x = MatMut::from_column_major_slice_mut(x, n, 1);

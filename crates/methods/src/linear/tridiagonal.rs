@@ -1,22 +1,48 @@
-//! Neighbours in a row: Thomas' algorithm.
+//! Neighbours in a row: Thomas' algorithm, from both ends to the middle.
 //!
-//! Without pivoting, so it wants a diagonal that outweighs the rest. The matrix of a step is I + h/2 Dp + h²/4 Hqq Hpp and
-//! has it for short steps, and for any step where V is convex and couples neighbours by springs. Elsewhere a vanishing
-//! pivot is a failure, and a small one costs corrections.
+//! Each row waits for the one before, so two of them at a time take half as long. Without pivoting, so it wants a diagonal
+//! that outweighs the rest. The matrix of a step is I + h/2 Dp + h²/4 Hqq Hpp and has it for short steps, and for any step
+//! where V is convex and couples neighbours by springs. Elsewhere a vanishing pivot is a failure, and a small one costs
+//! corrections.
 
 use super::{Solver, usable};
 
-/// Rows of three entries: below the diagonal, on it, above it; then the factor, the reciprocal pivot, the entry above.
+/// Rows of three entries: below the diagonal, on it, above it; then, on the side of the nearer end, the factor, the
+/// reciprocal pivot, and on the other side the entry over the pivot. The row in the middle has two factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Tridiagonal {
-    size: usize,
     values: Vec<f64>,
+    size: usize,
 }
 
 impl Tridiagonal {
     pub(super) fn new(size: usize) -> Self {
         Self { size, values: vec![0.0; 3 * size] }
     }
+}
+
+/// What is left of `row`, of which the entry at `near` meets the row that ended in `pivot` and `beyond`.
+fn eliminate(row: &mut [f64; 3], near: usize, [inverse, beyond]: [f64; 2]) -> f64 {
+    row[near] *= inverse;
+    f64::mul_add(-row[near], beyond, row[1])
+}
+
+/// The rows from one end, where `near` is the entry towards it: the last reciprocal pivot and the entry beyond it.
+fn eliminate_all<'a>(
+    rows: impl Iterator<Item = (usize, &'a mut [f64; 3])>,
+    near: usize,
+) -> Result<[f64; 2], usize> {
+    let mut last = [0.0; 2];
+    for (k, row) in rows {
+        let pivot = eliminate(row, near, last);
+        if !usable(pivot) {
+            return Err(k);
+        }
+        last = [1.0 / pivot, row[2 - near]];
+        row[1] = last[0];
+        row[2 - near] *= last[0];
+    }
+    Ok(last)
 }
 
 impl Solver for Tridiagonal {
@@ -29,32 +55,62 @@ impl Solver for Tridiagonal {
     }
 
     fn factorise(&mut self) -> Result<(), usize> {
-        // Above the first row there is nothing.
-        let (mut inverse, mut above) = (0.0, 0.0);
-        for (k, row) in self.values.as_chunks_mut::<3>().0.iter_mut().enumerate() {
-            row[0] *= inverse;
-            let pivot = f64::mul_add(-row[0], above, row[1]);
-            if !usable(pivot) {
-                return Err(k);
-            }
-            inverse = 1.0 / pivot;
-            row[1] = inverse;
-            above = row[2];
+        let (half, size) = (self.size / 2, self.size);
+        let (left, right) = self.values.as_chunks_mut::<3>().0.split_at_mut(half);
+        let Some((middle, right)) = right.split_first_mut() else { return Ok(()) };
+        let before = eliminate_all(left.iter_mut().enumerate(), 0)?;
+        let after = eliminate_all((half + 1..size).zip(right).rev(), 2)?;
+        middle[1] = eliminate(middle, 0, before);
+        let pivot = eliminate(middle, 2, after);
+        middle[1] = 1.0 / pivot;
+        if usable(pivot) { Ok(()) } else { Err(half) }
+    }
+
+    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+        let rows = values.as_chunks::<3>().0;
+        if let (Some(row), Some(x), [first, rest @ ..]) = (rows.first(), x.first_mut(), a) {
+            *x -= row[1] * first + row[2] * rest.first().unwrap_or(&0.0);
         }
-        Ok(())
+        for ((row, x), a) in rows.iter().zip(x.iter_mut()).skip(1).zip(a.array_windows::<3>()) {
+            *x -= row[0].mul_add(a[0], row[1].mul_add(a[1], row[2] * a[2]));
+        }
+        if let (Some(row), Some(x), [.., before, last]) = (rows.last(), x.last_mut(), a) {
+            *x -= row[0] * before + row[1] * last;
+        }
     }
 
     fn solve(&mut self, x: &mut [f64]) {
-        let rows = self.values.as_chunks::<3>().0;
-        let mut last = 0.0;
-        for (row, x) in rows.iter().zip(x.iter_mut()) {
-            last = (-row[0]).mul_add(last, *x);
-            *x = last;
+        let half = self.size / 2;
+        let (left, right) = self.values.as_chunks::<3>().0.split_at(half);
+        let (x_left, x_right) = x.split_at_mut(half);
+        let (Some((middle, right)), Some((x, x_right))) = (right.split_first(), x_right.split_first_mut())
+        else {
+            return;
+        };
+        // For an even number the left has one row more.
+        let more = left.len() - right.len();
+        let (mut before, mut after) = (0.0, 0.0);
+        for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
+            before = (-row[0]).mul_add(before, *x);
+            *x = before;
         }
-        last = 0.0;
-        for (row, x) in rows.iter().zip(x.iter_mut()).rev() {
-            last = (-row[2]).mul_add(last, *x) * row[1];
-            *x = last;
+        let pairs = left[more..].iter().zip(&mut x_left[more..]);
+        for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut()).rev()) {
+            before = (-row[0]).mul_add(before, *x);
+            after = (-other[2]).mul_add(after, *y);
+            (*x, *y) = (before, after);
+        }
+        *x = (-middle[0]).mul_add(before, (-middle[2]).mul_add(after, *x)) * middle[1];
+        (before, after) = (*x, *x);
+        let pairs = left[more..].iter().zip(&mut x_left[more..]).rev();
+        for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut())) {
+            before = (-row[2]).mul_add(before, *x * row[1]);
+            after = (-other[0]).mul_add(after, *y * other[1]);
+            (*x, *y) = (before, after);
+        }
+        for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
+            before = (-row[2]).mul_add(before, *x * row[1]);
+            *x = before;
         }
     }
 }
