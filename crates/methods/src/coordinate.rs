@@ -1,4 +1,4 @@
-//! One coordinate moved along its edge: the equation both discrete gradients solve, for the mean momentum v.
+//! One coordinate moved along its edge: the equation of modDG and of each coordinate of a sweep, for the mean momentum v.
 //!
 //! ```text
 //! v = p0 - δ(p)/2 (mean of ∂V/∂q along the edge + D̄)        q1 = q0 + δ(q) v/m        p1 = 2 v - p0
