@@ -16,6 +16,7 @@
 //! why that keeps K, the orders and passivity (in sum, for D = R(q) ∂H/∂p with R symmetric). What is coupled and not linear is
 //! refused.
 
+mod before;
 mod composition;
 mod friction;
 mod general;
@@ -28,9 +29,8 @@ pub use tiled::Tiled;
 
 use crate::coordinate::{Coordinate, Moved};
 use afterbay_core::solver::{Newton, Solver};
-use afterbay_core::{
-    Drag, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
-};
+use afterbay_core::{Drag, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, check};
+use before::Before;
 
 /// The coordinate-increment discrete gradient, composed of sweeps to and fro.
 #[derive(Clone, Debug)]
@@ -51,12 +51,10 @@ impl Increment {
     }
 }
 
-/// The state before the step, to go back to, and the order of the coordinates.
+/// The state before the step, the order of the coordinates, and what friction between the sweeps needs.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
-    q: V,
-    p: V,
-    w: V,
+    before: Before<V>,
     order: Vec<usize>,
     /// Twice the mean momenta, where friction couples them.
     means: Option<V>,
@@ -74,9 +72,8 @@ where
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
         friction::check(system.damping())?;
-        let zeros = || V::zeros(n);
-        let means = system.damping().coupled.then(zeros);
-        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order, means })
+        let means = system.damping().coupled.then(|| V::zeros(n));
+        Ok(Workspace { before: Before::new(n), order, means })
     }
 
     #[inline]
@@ -87,12 +84,9 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { q, p, w, order, means } = workspace;
-        q.as_mut_slice().copy_from_slice(state.q.as_slice());
-        p.as_mut_slice().copy_from_slice(state.p.as_slice());
-        w.as_mut_slice().copy_from_slice(state.w.as_slice());
-        let mut effort = Effort::default();
-        let mut sweeps = || {
+        let Workspace { before, order, means } = workspace;
+        before.attempt(state, |state| {
+            let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
@@ -103,15 +97,8 @@ where
                     (Some(means), _) => rubbed(system, h, state, means, back, there)?,
                 };
             }
-            finite(state)
-        };
-        if let Err(failure) = sweeps() {
-            std::mem::swap(&mut state.q, q);
-            std::mem::swap(&mut state.p, p);
-            std::mem::swap(&mut state.w, w);
-            return Err(failure);
-        }
-        Ok(effort.shared_by(order.len()))
+            Ok(effort.shared_by(order.len()))
+        })
     }
 }
 
@@ -200,17 +187,4 @@ where
         q[j] = from;
         (edge, drag)
     })
-}
-
-/// Is the state finite?
-fn finite<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
-    let parts = [
-        (Quantity::Coordinate, state.q.as_slice()),
-        (Quantity::Momentum, state.p.as_slice()),
-        (Quantity::Reservoir, state.w.as_slice()),
-    ];
-    let all = |part: &[V::Scalar]| {
-        part.iter().fold(V::Scalar::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
-    };
-    if parts.iter().all(|(_, part)| all(part)) { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
 }

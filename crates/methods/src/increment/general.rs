@@ -20,7 +20,8 @@
 mod newton;
 mod plane;
 
-use super::{Composition, finite, ordering};
+use super::before::Before;
+use super::{Composition, ordering};
 use afterbay_core::{Effort, InputError, Method, PhasePlane, Scalar, State, StepFailure, Vector};
 use plane::{First, Plane};
 
@@ -43,12 +44,10 @@ impl GeneralIncrement {
     }
 }
 
-/// The state before the step, to go back to, and the order of the degrees of freedom.
+/// The state before the step, and the order of the degrees of freedom.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
-    q: V,
-    p: V,
-    w: V,
+    before: Before<V>,
     order: Vec<usize>,
 }
 
@@ -67,8 +66,7 @@ where
         }
         let n = system.dof();
         let order = ordering(METHOD, self.order.as_ref(), n)?;
-        let zeros = || V::zeros(n);
-        Ok(Workspace { q: zeros(), p: zeros(), w: zeros(), order })
+        Ok(Workspace { before: Before::new(n), order })
     }
 
     fn step(
@@ -78,12 +76,9 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { q, p, w, order } = workspace;
-        q.as_mut_slice().copy_from_slice(state.q.as_slice());
-        p.as_mut_slice().copy_from_slice(state.p.as_slice());
-        w.as_mut_slice().copy_from_slice(state.w.as_slice());
-        let mut effort = Effort::default();
-        let mut sweeps = || {
+        let Workspace { before, order } = workspace;
+        before.attempt(state, |state| {
+            let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
                 // Nothing moves, and there is no velocity Δq/h.
@@ -95,15 +90,8 @@ where
                     _ => sweep(system, h, state, First::Momentum, order.iter().rev().copied())?,
                 };
             }
-            finite(state)
-        };
-        if let Err(failure) = sweeps() {
-            std::mem::swap(&mut state.q, q);
-            std::mem::swap(&mut state.p, p);
-            std::mem::swap(&mut state.w, w);
-            return Err(failure);
-        }
-        Ok(effort.shared_by(order.len()))
+            Ok(effort.shared_by(order.len()))
+        })
     }
 }
 

@@ -1,0 +1,50 @@
+//! The state before a step, to go back to.
+
+use afterbay_core::{Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
+
+/// (q, p, w) before the step.
+#[derive(Clone, Debug)]
+pub(super) struct Before<V> {
+    q: V,
+    p: V,
+    w: V,
+}
+
+impl<V: Vector> Before<V> {
+    pub(super) fn new(n: usize) -> Self {
+        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n) }
+    }
+
+    /// Takes the state through `sweeps`. Where they fail, or lead to what is not finite, it is as it was.
+    #[inline(always)]
+    pub(super) fn attempt(
+        &mut self,
+        state: &mut State<V>,
+        sweeps: impl FnOnce(&mut State<V>) -> Result<Effort, StepFailure>,
+    ) -> Result<Effort, StepFailure> {
+        let Self { q, p, w } = self;
+        q.as_mut_slice().copy_from_slice(state.q.as_slice());
+        p.as_mut_slice().copy_from_slice(state.p.as_slice());
+        w.as_mut_slice().copy_from_slice(state.w.as_slice());
+        let outcome = sweeps(state).and_then(|effort| finite(state).map(|()| effort));
+        if outcome.is_err() {
+            std::mem::swap(&mut state.q, q);
+            std::mem::swap(&mut state.p, p);
+            std::mem::swap(&mut state.w, w);
+        }
+        outcome
+    }
+}
+
+/// Is the state finite?
+fn finite<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
+    let parts = [
+        (Quantity::Coordinate, state.q.as_slice()),
+        (Quantity::Momentum, state.p.as_slice()),
+        (Quantity::Reservoir, state.w.as_slice()),
+    ];
+    let all = |part: &[V::Scalar]| {
+        part.iter().fold(V::Scalar::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
+    };
+    if parts.iter().all(|(_, part)| all(part)) { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
+}
