@@ -53,8 +53,9 @@ pub(in crate::paper) fn add(
         "fput-chain-cost",
         &chart,
         format!(
-            "Time of a step of h = {STEP} on the chain, divided by N. Every time is the fastest of several runs, taken one \
-             after the other. A level curve is a step whose cost grows like N."
+            "Time of a step of h = {STEP} on the chain, divided by N, all on one thread. Coordinate increments are taken red and \
+             black, eight masses at a time. Every time is the fastest of several runs, taken one after the other. A level curve \
+             is a step whose cost grows like N."
         ),
         "fput-chain/cost",
     );
