@@ -20,6 +20,9 @@ const RUNS: [(&str, f64); 5] =
 /// K is kept if it moves by no more than this beside itself.
 const ROUNDING: f64 = 1e-12;
 
+/// An exponent agrees with another within this, however narrow its interval.
+const AGREEMENT: f64 = 0.05;
+
 /// A chain of 8 without friction, from rest as a sine of the amplitude 1 or a little more: the roundings of no two starts
 /// are the same.
 pub(super) fn starts(extent: Extent) -> Vec<Problem> {
@@ -58,7 +61,7 @@ pub(in crate::paper) fn add(
          (β = 1, at rest as a sine), {steps} steps from each of {} starts with the amplitudes 1, 1 + 1/1024, …; K in 106 bits \
          at some hundred samples in each of four windows a decade. Roundings that are independent grow like √t, those that lean to one \
          side like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % \
-         interval of that line; the windows of a run are not independent, so the interval is narrower than the truth.",
+         interval of that line; the windows of a run are not independent, so the interval is on the narrow side.",
         starts.len()
     ));
     judge(sheet, &found, steps);
@@ -90,7 +93,7 @@ fn label(run: &LongRun) -> String {
 
 /// What an exponent says, as far as its interval lets it.
 fn grows(fit: &Fit) -> &'static str {
-    let margin = fit.margin.unwrap_or(f64::INFINITY);
+    let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
     match (may_be(0.5), may_be(1.0)) {
         (true, true) => "like √t or like t: not told apart",
