@@ -7,6 +7,7 @@ pub mod cost;
 pub mod energy;
 pub mod global_order;
 pub mod local_order;
+pub mod long_run;
 pub mod outcome;
 mod passivity;
 mod reference;

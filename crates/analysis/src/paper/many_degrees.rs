@@ -1,6 +1,7 @@
 //! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is ours.
 
 mod books;
+mod long_run;
 mod orders;
 mod size;
 mod work;
@@ -24,6 +25,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
     ));
     orders::add(&mut sheet, extent, progress)?;
     books::add(&mut sheet, extent, progress)?;
+    long_run::add(&mut sheet, extent, progress)?;
     work::add(&mut sheet, extent, progress)?;
     size::add(&mut sheet, extent, progress)?;
     Ok(sheet)
@@ -32,12 +34,15 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
 /// The problems whose parts depend on nothing but the extent, for the record of what was run.
 pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
     let end = orders::end(extent);
-    vec![
+    let mut problems = vec![
         ("fput-chain", chain(orders::masses(extent), end)),
         ("van-der-pol-ring", ring(end)),
         ("damped-double-pendulum", pendulum(end)),
-        ("fput-chain-64", chain(extent.pick(64, 24), extent.pick(20.0, 2.0))),
-    ]
+        ("fput-chain-work", work::long_chain(extent)),
+        ("damped-double-pendulum-work", work::long_pendulum(extent)),
+    ];
+    problems.extend(long_run::starts(extent).into_iter().map(|start| ("fput-chain-long-run", start)));
+    problems
 }
 
 /// The chain of n masses that starts from rest as a sine, q_j = (n+1)/π sin(π j/(n+1)): the strain at the walls is 1, and

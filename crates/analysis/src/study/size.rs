@@ -49,7 +49,7 @@ pub fn run(
             let subject = problem.model.subject::<f64>()?;
             let initial_energy = problem.start()?.energy(&*subject);
             let rows = methods.iter().map(|row| {
-                let found = work_precision::errors(problem, row, h, exact.at(1))?;
+                let found = work_precision::errors(problem, row, h, &exact)?;
                 progress.advance();
                 Ok(SizeRow {
                     method: row.name,
@@ -61,7 +61,7 @@ pub fn run(
                     error_w: found.error_w,
                     k_drift: found.k_drift,
                     passivity_violations: found.passivity_violations,
-                    reference_doubt: exact.doubt,
+                    reference_doubt: found.reference_doubt,
                 })
             });
             rows.collect::<Result<Vec<_>, IntegrateError>>()

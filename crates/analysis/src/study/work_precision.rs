@@ -2,8 +2,9 @@
 
 use super::passivity::Passivity;
 use super::{Problem, distance, outcome};
+use crate::Solution;
 use crate::progress::Progress;
-use afterbay_core::{Effort, Grid, IntegrateError, View};
+use afterbay_core::{Effort, Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -39,6 +40,8 @@ pub struct WorkRow {
     pub iterations: Option<u64>,
     /// What went wrong, in words.
     pub failure: Option<String>,
+    /// How far two computations of the reference are apart; 0 where it is known to rounding.
+    pub reference_doubt: f64,
 }
 
 /// Runs each method at each step: errors in parallel, then times one after the other.
@@ -56,7 +59,7 @@ pub fn run(
     let mut rows = tasks
         .par_iter()
         .map(|&(row, h)| {
-            let errors = errors(problem, row, h, exact.at(1));
+            let errors = errors(problem, row, h, &exact);
             progress.advance();
             errors
         })
@@ -70,12 +73,12 @@ pub fn run(
     Ok(rows)
 }
 
-/// The row of one run, its time not taken.
+/// The row of one run, its time not taken; `exact` begins with the start and the end.
 pub(super) fn errors(
     problem: &Problem,
     row: &'static Row,
     h: f64,
-    exact: View<'_, f64>,
+    exact: &Solution<f64>,
 ) -> Result<WorkRow, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
     let method = problem.model.bind(row)?;
@@ -90,7 +93,7 @@ pub(super) fn errors(
         ControlFlow::Continue(())
     });
     let effort: Option<Effort> = result.as_ref().ok().copied();
-    let off = effort.map(|_| distance(state.view(), exact));
+    let off = effort.map(|_| distance(state.view(), exact.at(1)));
     Ok(WorkRow {
         method: row.name,
         h,
@@ -104,6 +107,7 @@ pub(super) fn errors(
         evaluations: effort.map(|effort| effort.evaluations),
         iterations: effort.map(|effort| effort.iterations),
         failure: result.err().map(|error| error.to_string()),
+        reference_doubt: exact.doubt,
     })
 }
 

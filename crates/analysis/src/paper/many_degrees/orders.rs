@@ -22,7 +22,8 @@ pub(super) const SEPARABLE: [&str; 8] = [
     "rk4",
 ];
 /// ... and for any.
-pub(super) const ANY: [&str; 2] = ["gonzalez", "rk4"];
+pub(super) const ANY: [&str; 7] =
+    ["increment-1", "increment-2", "increment-4", "increment-6", "increment-8", "gonzalez", "rk4"];
 
 /// The end of the runs.
 pub(super) fn end(extent: Extent) -> f64 {
