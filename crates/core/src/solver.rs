@@ -32,8 +32,11 @@ pub struct Sample<T> {
     pub value: T,
     /// ∂F/∂x
     pub slope: T,
-    /// What F changes by, at the most, where what it is computed from is rounded: this times the unit roundoff.
+    /// What F changes by where its argument is rounded: this times the unit roundoff.
     pub rough: T,
+    /// The same of all F is made of, of which much may cancel. Corrections below the root of the roundoff of it are noise once
+    /// they stop shrinking.
+    pub blur: T,
 }
 
 /// A solution and what it took.

@@ -15,6 +15,8 @@ pub(crate) struct Coordinate<T> {
     pub(crate) p: T,
     /// δ(q)/m, δ(p) and δ(w)/m.
     pub(crate) steps: [T; 3],
+    /// The largest |q_i|. Forces of that size may cancel here, and what is left has their rounding.
+    pub(crate) reach: T,
     /// Is there a D?
     pub(crate) dissipative: bool,
 }
@@ -36,7 +38,7 @@ impl<T: Scalar> Coordinate<T> {
         solver: &impl Solver,
         mut force: impl FnMut(T, T, T) -> (Line<T>, Drag<T>),
     ) -> Result<Moved<T>, StepFailure> {
-        let Self { dof, q: q0, p: p0, steps: [rate, delta_p, drain], dissipative } = self;
+        let Self { dof, q: q0, p: p0, steps: [rate, delta_p, drain], reach, dissipative } = self;
         let half_p = delta_p.half();
         // The step sizes shrink with `share`, from the step wanted (1) to none (0).
         let root = solver.solve(dof, p0, |share, v| {
@@ -44,13 +46,15 @@ impl<T: Scalar> Coordinate<T> {
             let (edge, drag) = force(width.mul_add(v, q0), width.half().mul_add(v, q0), v);
             if !dissipative {
                 let by_q = pull * edge.slope;
-                return Sample { value: pull * edge.value, slope: width * by_q, rough: (by_q * q0).abs() };
+                let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
+                return Sample { value: pull * edge.value, slope: width * by_q, rough, blur };
             }
             let by_q = pull * (edge.slope + drag.by_q.half());
             Sample {
                 value: pull.mul_add(edge.value, pull * drag.value),
                 slope: width.mul_add(by_q, pull * drag.by_p),
                 rough: (by_q * q0).abs(),
+                blur: by_q.abs() * reach,
             }
         })?;
         let v = root.x;

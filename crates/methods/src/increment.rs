@@ -86,15 +86,16 @@ where
     ) -> Result<Effort, StepFailure> {
         let Workspace { before, order, means } = workspace;
         before.attempt(state, |state| {
+            let reach = reach(state.q.as_slice());
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
                 effort += match (means.as_mut(), i % 2) {
-                    (None, 0) => sweep(system, h, state, there)?,
-                    (None, _) => sweep(system, h, state, back)?,
-                    (Some(means), 0) => rubbed(system, h, state, means, there, back)?,
-                    (Some(means), _) => rubbed(system, h, state, means, back, there)?,
+                    (None, 0) => sweep(system, h, reach, state, there)?,
+                    (None, _) => sweep(system, h, reach, state, back)?,
+                    (Some(means), 0) => rubbed(system, [h, reach], state, means, there, back)?,
+                    (Some(means), _) => rubbed(system, [h, reach], state, means, back, there)?,
                 };
             }
             Ok(effort.shared_by(order.len()))
@@ -117,7 +118,7 @@ fn ordering(method: &'static str, order: Option<&Vec<usize>>, n: usize) -> Resul
 /// A sweep there, with half of the friction before it and half after it, on the way back.
 fn rubbed<V, S>(
     system: &S,
-    h: V::Scalar,
+    [h, reach]: [V::Scalar; 2],
     state: &mut State<V>,
     means: &mut V,
     there: impl Iterator<Item = usize> + Clone,
@@ -128,7 +129,7 @@ where
     S: Separable<V::Scalar> + ?Sized,
 {
     friction::pass(system, h.half(), state, means, there.clone())?;
-    let effort = sweep(system, h, state, there)?;
+    let effort = sweep(system, h, reach, state, there)?;
     friction::pass(system, h.half(), state, means, back)?;
     Ok(effort)
 }
@@ -138,6 +139,7 @@ where
 fn sweep<V, S>(
     system: &S,
     h: V::Scalar,
+    reach: V::Scalar,
     state: &mut State<V>,
     order: impl Iterator<Item = usize>,
 ) -> Result<Effort, StepFailure>
@@ -151,7 +153,7 @@ where
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     for j in order {
-        let moved = advance(system, &Newton, h, [j, j], [q, p], dissipative)?;
+        let moved = advance(system, &Newton, [h, reach], [j, j], [q, p], dissipative)?;
         (q[j], p[j]) = (moved.q, moved.p);
         if dissipative {
             w[j] += moved.dw;
@@ -161,12 +163,28 @@ where
     Ok(Effort { evaluations, iterations: evaluations })
 }
 
+/// The largest |q_j|.
+fn reach<T: Scalar>(q: &[T]) -> T {
+    let larger = |most: T, x: &T| T::select(most.lt(x.abs()), x.abs(), most);
+    let (chunks, rest) = q.as_chunks::<16>();
+    let most = rest.iter().fold(T::zero(), larger);
+    if chunks.is_empty() {
+        return most;
+    }
+    // Sixteen at a time, so that none waits for the one before.
+    let mut each = [most; 16];
+    for chunk in chunks {
+        each = std::array::from_fn(|k| larger(each[k], &chunk[k]));
+    }
+    each.iter().fold(most, larger)
+}
+
 /// Coordinate j moved along its edge; failures call it `dof`. Entry j of p is left changed.
 #[inline(always)]
 fn advance<T, S>(
     system: &S,
     solver: &impl Solver,
-    h: T,
+    [h, reach]: [T; 2],
     [j, dof]: [usize; 2],
     [q, p]: [&mut [T]; 2],
     dissipative: bool,
@@ -176,7 +194,7 @@ where
     S: Separable<T> + ?Sized,
 {
     let (from, rate, zero) = (q[j], h / system.mass(j), T::zero());
-    let coordinate = Coordinate { dof, q: from, p: p[j], steps: [rate, h, rate], dissipative };
+    let coordinate = Coordinate { dof, q: from, p: p[j], steps: [rate, h, rate], reach, dissipative };
     coordinate.advance(solver, |to, middle, v| {
         let edge = system.edge(q, j, to);
         if !dissipative {

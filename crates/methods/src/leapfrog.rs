@@ -81,6 +81,7 @@ where
                         value: s * half_h * drag.value,
                         slope: s * half_h * drag.by_p,
                         rough: V::Scalar::zero(),
+                        blur: V::Scalar::zero(),
                     }
                 })?;
                 p_half[j] = root.x;

@@ -122,3 +122,18 @@ fn two_colours_are_for_chains_and_even_rings() {
     );
     assert!(matches!(refused, Err(IntegrateError::Input(InputError::Unsupported { .. }))), "{refused:?}");
 }
+
+/// A node of a standing wave stays where it is but for rounding, between forces that cancel.
+#[test]
+fn nodes_of_a_wave_are_no_obstacle() {
+    for n in [64, 256, 1024] {
+        for h in [0.1, 0.05, 0.025] {
+            let chain = FputChain::new(n, 1.0, 0.01).unwrap();
+            let q = (1..=n).map(|j| (std::f64::consts::PI * j as f64 / 4.0).sin()).collect();
+            let start = State::new(q, vec![0.0; n]).unwrap();
+            let grid = Grid::of(h, 200).unwrap();
+            let found = side_by_side(&chain, &Composition::suzuki4(), 1, grid, start.clone());
+            assert_eq!(found, one_at_a_time(&chain, &Composition::suzuki4(), grid, start));
+        }
+    }
+}

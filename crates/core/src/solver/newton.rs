@@ -94,7 +94,8 @@ fn iterate<T: Scalar>(
         done = done.or(next.lt(scale * (largest * largest)));
         if !done.all() {
             // Corrections that stopped shrinking are the noise of F.
-            let small = size.le(T::from_f64(1.0 / T::EPSILON.sqrt()) * scale);
+            let noise = f.blur.mul_add(inverse.abs(), scale / T::from_f64(T::EPSILON));
+            let small = size.le(T::from_f64(T::EPSILON.sqrt()) * noise);
             done = done.or(small.and(largest.le(size + size)));
             if !done.all() {
                 continue;
@@ -158,6 +159,7 @@ mod tests {
             value: s * (a * x + b * x * x * x),
             slope: s * (a + T::from_f64(3.0) * b * x * x),
             rough: T::zero(),
+            blur: T::zero(),
         }
     }
 
@@ -196,6 +198,7 @@ mod tests {
                 value: s * (x * x - 4.0 * x + 6.0),
                 slope: s * (2.0 * x - 4.0),
                 rough: 0.0,
+                blur: 0.0,
             })
             .unwrap_err();
         assert!(matches!(failure, StepFailure::NewtonStalled { dof: 1, .. }), "{failure}");

@@ -7,7 +7,7 @@
 //! number of threads, and a lane computes what it would alone: so are the results, to the bit.
 
 use super::tile::{TILE, Tile};
-use super::{Composition, advance};
+use super::{Composition, advance, reach};
 use afterbay_core::solver::{Newton, Root, Sample, Solver};
 use afterbay_core::{
     Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, check, f64x8,
@@ -83,7 +83,8 @@ where
     ) -> Result<Effort, StepFailure> {
         let Workspace { new, tiles } = workspace;
         let n = state.q.len();
-        let step = Step { system, lanes: system.lanes(), h, dissipative: !system.damping().zero, old: state };
+        let dissipative = !system.damping().zero;
+        let step = Step { system, lanes: system.lanes(), h, reach: reach(&state.q), dissipative, old: state };
         let share = n.div_ceil(TILE).div_ceil(tiles.len()) * TILE;
         let part = |(first, (tile, new)): (usize, (&mut Tile, [&mut [f64]; 3]))| {
             step.carry(&self.composition, tile, first * share, new)
@@ -115,6 +116,7 @@ struct Step<'a, S: Uniform + ?Sized> {
     system: &'a S,
     lanes: S::Lanes,
     h: f64,
+    reach: f64,
     dissipative: bool,
     old: &'a State<Vec<f64>>,
 }
@@ -192,8 +194,15 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
         let load = |x: &[f64; LANES]| -> f64x8 { pod_read_unaligned(bytes_of(x)) };
         let [left8, q8, right8, p8, w8] = [load(left), load(q), load(right), load(p), load(w)];
         let (mut window, mut momenta) = ([left8, q8, right8], [zero, p8, zero]);
-        let (step, beside) = (f64x8::from_f64(h), [&mut window[..], &mut momenta]);
-        if let Ok(moved) = advance(&self.lanes, &Direct, step, [1, member], beside, self.dissipative) {
+        let beside = [&mut window[..], &mut momenta];
+        if let Ok(moved) = advance(
+            &self.lanes,
+            &Direct,
+            [h, self.reach].map(f64x8::from_f64),
+            [1, member],
+            beside,
+            self.dissipative,
+        ) {
             (*q, *p) = (moved.q.to_array(), moved.p.to_array());
             if self.dissipative {
                 *w = (w8 + moved.dw).to_array();
@@ -218,7 +227,7 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
             let dof = (member + 2 * k) % self.old.q.len();
             let (mut window, mut momenta) = ([left[k], q[k], right[k]], [0.0, p[k], 0.0]);
             let beside = [&mut window[..], &mut momenta];
-            let moved = advance(self.system, &Newton, h, [1, dof], beside, self.dissipative)?;
+            let moved = advance(self.system, &Newton, [h, self.reach], [1, dof], beside, self.dissipative)?;
             (q[k], p[k]) = (moved.q, moved.p);
             w[k] += moved.dw;
             evaluations += moved.evaluations;

@@ -3,7 +3,7 @@
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
 use crate::coordinate::Coordinate;
 use afterbay_core::solver::Solver;
-use afterbay_core::{Effort, InputError, Method, Separable, State, StepFailure, Vector};
+use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 
 impl<V, S, D, E> Method<V, S> for ModDg<D, E>
 where
@@ -30,8 +30,14 @@ where
         let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q, p)?;
         let dissipative = !system.damping().zero;
         let mass = system.mass(0);
-        let coordinate =
-            Coordinate { dof: 0, q, p, steps: [delta_q / mass, delta_p, delta_w / mass], dissipative };
+        let coordinate = Coordinate {
+            dof: 0,
+            q,
+            p,
+            steps: [delta_q / mass, delta_p, delta_w / mass],
+            reach: Scalar::abs(q),
+            dissipative,
+        };
         let moved = coordinate.advance(&self.solver, |to, middle, v| {
             (system.edge(&[q], 0, to), system.drag(&[middle], &[v], 0))
         })?;
