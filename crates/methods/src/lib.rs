@@ -3,6 +3,7 @@
 //! Each file opens with the discrete equations, their source, the order, what is kept and when the method fails.
 //! [`registry`] lists them all by name.
 
+mod collocation;
 mod coordinate;
 mod gonzalez;
 mod increment;
@@ -12,6 +13,7 @@ pub mod moddg;
 pub mod registry;
 mod rk4;
 
+pub use collocation::Collocation;
 pub use gonzalez::Gonzalez;
 pub use increment::{Composition, GeneralIncrement, Increment, Tiled};
 pub use leapfrog::Leapfrog;
