@@ -5,8 +5,8 @@
 //! starts where that one ended, bit by bit; otherwise from rest.
 
 use super::newton::Equations;
-use super::nodes::{Nodes, dissipations, gradients, place, project, values};
-use super::rule::{Modes, NODES, Panel, continuation, rules};
+use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
+use super::rule::{Modes, NODES, Panel, continuation, none, rules};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
@@ -33,12 +33,8 @@ pub struct Workspace<V: Vector> {
     ahead: [Modes<V::Scalar>; 8],
     dissipative: bool,
     nodes: Vec<Nodes<V>>,
-    /// The system at a panel.
-    hq: [V; NODES],
-    hp: [V; NODES],
-    v: [V; NODES],
-    d: [V; NODES],
-    /// γ by degree of freedom, and the next ones.
+    slopes: Slopes<V>,
+    /// The coefficients of q' and of -p' by degree of freedom, and the next ones.
     q_modes: Vec<Modes<V::Scalar>>,
     p_modes: Vec<Modes<V::Scalar>>,
     next: Vec<Modes<V::Scalar>>,
@@ -55,15 +51,10 @@ pub struct Workspace<V: Vector> {
     defect: f64,
 }
 
-fn none<T: Scalar>() -> Modes<T> {
-    [[T::zero(); 4]; 2]
-}
-
 impl<V: Vector> Workspace<V> {
     pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S, stages: usize, nodes: usize) -> Self {
         let n = system.dof();
         let zeros = || V::zeros(n);
-        let many = || std::array::from_fn(|_| V::zeros(n));
         let modes = || vec![none(); n];
         let rules = rules(stages, nodes);
         let panels = rules.last().map_or(0, Vec::len);
@@ -71,11 +62,8 @@ impl<V: Vector> Workspace<V> {
             rules,
             ahead: continuation(),
             dissipative: !system.damping().zero,
-            nodes: (0..panels).map(|_| Nodes { q: many(), p: many() }).collect(),
-            hq: many(),
-            hp: many(),
-            v: many(),
-            d: many(),
+            nodes: (0..panels).map(|_| Nodes::new(n)).collect(),
+            slopes: Slopes::new(n),
             q_modes: modes(),
             p_modes: modes(),
             next: modes(),
@@ -204,7 +192,7 @@ impl<V: Vector> Workspace<V> {
         let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
         let (mut before, mut rate, mut least, mut left, mut waited) =
             (f64::NAN, 1.0_f64, f64::INFINITY, f64::INFINITY, 0);
-        self.place_q(h, state, level);
+        place_q(&self.rules[level], &mut self.nodes, starts(h, state)[0], &self.q_modes);
         for sweeps in 1..=LIMIT {
             let change = self.sweep(system, h, state, level, sizes);
             if !change.is_finite() {
@@ -285,17 +273,17 @@ impl<V: Vector> Workspace<V> {
                 let half = h.half();
                 for j in 0..n {
                     self.q.as_mut_slice()[j] = half.mul_add(self.q_modes[j][0][0], state.q.as_slice()[j]);
-                    self.p.as_mut_slice()[j] = half.mul_add(self.p_modes[j][0][0], state.p.as_slice()[j]);
+                    self.p.as_mut_slice()[j] = (-half).mul_add(self.p_modes[j][0][0], state.p.as_slice()[j]);
                 }
                 let factorised = equations.factorise(system, length, self.q.as_slice(), self.p.as_slice());
                 factorised.map_err(|dof| StepFailure::Singular { dof, slope: 0.0 })?;
             }
-            self.place_q(h, state, level);
-            self.velocities(system, h, state, level);
-            self.next_q.copy_from_slice(&self.next);
-            self.forces(system, state, level, true);
-            let modes = [&mut self.q_modes[..], &mut self.p_modes[..]];
-            let [dq, dp] = equations.correct([&self.next_q, &self.next], modes);
+            let Self { rules, nodes, slopes, q_modes, p_modes, next, next_q, .. } = self;
+            let (panels, [q, p]) = (&rules[level], starts(h, state));
+            place_q(panels, nodes, q, q_modes);
+            velocities(system, panels, nodes, slopes, p, p_modes, next_q);
+            forces(system, panels, nodes, slopes, q, [q_modes, next_q], next);
+            let [dq, dp] = equations.correct([next_q, next], [q_modes, p_modes]);
             let size = |start: &V, modes: &[Modes<V::Scalar>]| {
                 let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
                 largest(start.as_slice()) + length.abs() * most
@@ -325,13 +313,6 @@ impl<V: Vector> Workspace<V> {
         Err(StepFailure::NewtonStalled { dof: 0, iterations: LIMIT, update: before })
     }
 
-    #[inline]
-    fn place_q(&mut self, h: V::Scalar, state: &State<V>, level: usize) {
-        for (panel, nodes) in self.rules[level].iter().zip(&mut self.nodes) {
-            place(panel, state.q.as_slice(), h, &self.q_modes, &mut nodes.q, state.dof());
-        }
-    }
-
     /// One sweep over q and p. By how much they moved, relative to their size.
     #[inline(always)]
     fn sweep<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, level: usize, sizes: [f64; 2]) -> f64
@@ -340,61 +321,18 @@ impl<V: Vector> Workspace<V> {
     {
         let n = state.dof();
         let length = h.to_f64().abs();
-        self.velocities(system, h, state, level);
-        let change_q = exchange(&self.next[..n], &mut self.q_modes[..n], sizes[0], length);
-        self.place_q(h, state, level);
-        self.forces(system, state, level, false);
-        let change_p = exchange(&self.next[..n], &mut self.p_modes[..n], sizes[1], length);
+        let Self { rules, nodes, slopes, q_modes, p_modes, next, .. } = self;
+        let (q_modes, p_modes, next) = (&mut q_modes[..n], &mut p_modes[..n], &mut next[..n]);
+        let (panels, [q, p]) = (&rules[level], starts(h, state));
+        velocities(system, panels, nodes, slopes, p, p_modes, next);
+        let change_q = exchange(next, q_modes, sizes[0], length);
+        forces(system, panels, nodes, slopes, q, [q_modes, q_modes], next);
+        let change_p = exchange(next, p_modes, sizes[1], length);
         change_q.max(change_p) + 0.0 * (change_q + change_p)
     }
 
-    /// ĝ_p from the q at the nodes and the p of its coefficients.
-    #[inline(always)]
-    fn velocities<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, level: usize)
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let Self { rules, nodes, hq, hp, p_modes, next, .. } = self;
-        let (p_modes, next) = (&p_modes[..n], &mut next[..n]);
-        next.fill(none());
-        for (panel, nodes) in rules[level].iter().zip(nodes) {
-            place(panel, state.p.as_slice(), h, p_modes, &mut nodes.p, n);
-            gradients(system, nodes, hq, hp);
-            project(panel, hp, next, n);
-        }
-    }
-
-    /// The force on p, from the state at the nodes and the velocity of the coefficients of q: those there are, or (`all_at_once`)
-    /// those to come.
-    #[inline(always)]
-    fn forces<S>(&mut self, system: &S, state: &State<V>, level: usize, all_at_once: bool)
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let Self { rules, nodes, hq, hp, v, d, q_modes, next_q, next, dissipative, .. } = self;
-        let velocity = if all_at_once { &next_q[..n] } else { &q_modes[..n] };
-        let next = &mut next[..n];
-        next.fill(none());
-        for (panel, nodes) in rules[level].iter().zip(nodes) {
-            gradients(system, nodes, hq, hp);
-            if *dissipative {
-                values(panel, velocity, v, n);
-                dissipations(system, nodes, v, d);
-                for (hq, d) in hq.iter_mut().zip(&*d) {
-                    hq.as_mut_slice().iter_mut().zip(d.as_slice()).for_each(|(hq, &d)| *hq += d);
-                }
-            }
-            project(panel, hq, next, n);
-        }
-        for modes in next {
-            *modes = modes.map(|half| half.map(|x| -x));
-        }
-    }
-
     /// z1, w1 and what K has moved by.
-    #[inline]
+    #[inline(never)]
     fn end<S>(
         &mut self,
         system: &S,
@@ -408,26 +346,20 @@ impl<V: Vector> Workspace<V> {
     {
         let n = state.dof();
         let zero = V::Scalar::zero();
-        let Self { rules, nodes, hq, hp, v, d, q_modes, p_modes, q, p, w, .. } = self;
+        let Self { rules, nodes, slopes, q_modes, p_modes, q, p, w, .. } = self;
+        if self.dissipative {
+            losses(system, &rules[level], nodes, slopes, q_modes, w);
+        }
         let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
         let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
         let mut finite = zero.is_finite();
         for j in 0..n {
             q[j] = h.mul_add(q_modes[j][0][0], q0[j]);
-            p[j] = h.mul_add(p_modes[j][0][0], p0[j]);
-            w[j] = zero;
+            p[j] = (-h).mul_add(p_modes[j][0][0], p0[j]);
             finite = finite.and(q[j].is_finite()).and(p[j].is_finite());
         }
         let mut gained = zero;
         if self.dissipative {
-            for (panel, nodes) in rules[level].iter().zip(&*nodes) {
-                values(panel, q_modes, v, n);
-                dissipations(system, nodes, v, d);
-                for j in 0..n {
-                    let power = std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]);
-                    w[j] += panel.integrate(power);
-                }
-            }
             for j in 0..n {
                 gained = h.mul_add(w[j], gained);
                 w[j] = h.mul_add(w[j], w0[j]);
@@ -439,7 +371,7 @@ impl<V: Vector> Workspace<V> {
             return Err(StepFailure::non_finite(&parts));
         }
         // What a rounding of z makes of H.
-        let (hq, hp) = (hq[0].as_mut_slice(), hp[0].as_mut_slice());
+        let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
         system.gradient(q, p, hq, hp);
         let terms = (0..n).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
         let end = system.energy(q, p);
@@ -450,8 +382,14 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
-/// The coefficients one interval later.
+/// Where q and p start; p goes down by its coefficients.
 #[inline(always)]
+fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
+    [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
+}
+
+/// The coefficients one interval later.
+#[inline(never)]
 fn carry<T: Scalar>(ahead: &[Modes<T>; 8], modes: &Modes<T>) -> Modes<T> {
     let mut carried = none();
     for (l, row) in ahead.iter().enumerate() {
@@ -466,7 +404,7 @@ fn carry<T: Scalar>(ahead: &[Modes<T>; 8], modes: &Modes<T>) -> Modes<T> {
 }
 
 /// `to` becomes `from`. The largest change over the size of z, or no number where there is none.
-#[inline(always)]
+#[inline(never)]
 fn exchange<T: Scalar>(from: &[Modes<T>], to: &mut [Modes<T>], size: f64, h: f64) -> f64 {
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let (mut most, mut sum, mut reach) = ([0.0; 4], [0.0; 4], 0.0);

@@ -54,8 +54,8 @@ fn node(count: usize, i: usize) -> [Quad; 2] {
     let guess = std::f64::consts::PI * (i as f64 + 0.75) / (count as f64 + 0.5);
     let mut x = Quad::from_f64(guess.cos());
     let mut slope = Quad::ONE;
-    // Each correction doubles the digits: from the 4 or more of the guess, 31 and one to spare.
-    for _ in 0..5 {
+    // Each correction doubles the digits, from the 2 or more of the guess. The slope is that of one before the last.
+    for _ in 0..7 {
         let (mut l, mut before) = (x, Quad::ONE);
         for n in 1..count {
             let next = (whole(2 * n + 1) * x * l - whole(n) * before) / whole(n + 1);

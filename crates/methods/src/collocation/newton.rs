@@ -124,13 +124,14 @@ impl Equations {
     }
 }
 
-/// Where in J a derivative goes, by rows q_0, p_0, q_1, .. of what changes, with its sign.
+/// Where in J a derivative goes, by rows q_0, p_0, q_1, .. of what changes, with its sign: that of -p' and
+/// -p where it is of p.
 fn places(block: Block, i: usize, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
     let (q, p) = (|i: usize| 2 * i, |i: usize| 2 * i + 1);
     let [first, second] = match block {
-        Block::Hqq | Block::Dq => [Some((p(i), q(j), -1.0)), None],
+        Block::Hqq | Block::Dq => [Some((p(i), q(j), 1.0)), None],
         Block::Dp => [Some((p(i), p(j), -1.0)), None],
-        Block::Hpp => [Some((q(i), p(j), 1.0)), None],
+        Block::Hpp => [Some((q(i), p(j), -1.0)), None],
         // ∂²H/∂q_i∂p_j changes ∂H/∂p_j with q_i, and ∂H/∂q_i with p_j.
         Block::Hqp => [Some((q(j), q(i), 1.0)), Some((p(i), p(j), -1.0))],
     };

@@ -20,6 +20,12 @@ pub(super) const MOST: usize = NODES << (RULES - 1);
 /// Coefficients γ_j of one variable, j = 2m + parity, as [parity][m].
 pub(super) type Modes<T> = [[T; MODES / 2]; 2];
 
+/// γ = 0
+#[inline(always)]
+pub(super) fn none<T: Scalar>() -> Modes<T> {
+    [[T::zero(); MODES / 2]; 2]
+}
+
 /// One number for each pair of a panel.
 type Pairs<T> = [T; PAIRS];
 
@@ -39,14 +45,14 @@ fn narrow<T: Scalar>(x: Quad) -> T {
     T::from_f64(x.0) + T::from_f64(x.1)
 }
 
-/// Σ c_j γ_j over the j of one parity, at the pairs.
+/// Σ c_j γ_j over the j of one parity, at the pairs. Two sums side by side: what follows waits for them.
 #[inline(always)]
 fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pairs<T> {
-    let mut total = columns[0].map(|x| x * modes[0]);
-    for m in 1..MODES / 2 {
-        for i in 0..PAIRS {
-            total[i] = columns[m][i].mul_add(modes[m], total[i]);
-        }
+    let mut total = [T::zero(); PAIRS];
+    for i in 0..PAIRS {
+        let first = columns[1][i].mul_add(modes[1], columns[0][i] * modes[0]);
+        let second = columns[3][i].mul_add(modes[3], columns[2][i] * modes[2]);
+        total[i] = first + second;
     }
     total
 }
@@ -119,7 +125,14 @@ impl<T: Scalar> Panel<T> {
     #[inline(always)]
     pub(super) fn value(&self, modes: &Modes<T>) -> [T; NODES] {
         let (even, odd) = (sum(&self.values[0], &modes[0]), sum(&self.values[1], &modes[1]));
-        from_fn(|i| if i < PAIRS { even[i] - odd[i] } else { even[i - PAIRS] + odd[i - PAIRS] })
+        let mut at = [T::zero(); NODES];
+        for i in 0..PAIRS {
+            at[i] = even[i] - odd[i];
+        }
+        for i in 0..PAIRS {
+            at[PAIRS + i] = even[i] + odd[i];
+        }
+        at
     }
 
     /// `start + h Σ γ_j ∫_0^τ P_j` at the nodes.
@@ -127,25 +140,32 @@ impl<T: Scalar> Panel<T> {
     pub(super) fn place(&self, start: T, h: T, modes: &Modes<T>) -> [T; NODES] {
         let middle = h.mul_add(modes[0][0].half(), start);
         let (odd, even) = (sum(&self.integrals[0], &modes[0]), sum(&self.integrals[1], &modes[1]));
-        from_fn(|i| {
-            let offset = if i < PAIRS { even[i] - odd[i] } else { even[i - PAIRS] + odd[i - PAIRS] };
-            h.mul_add(offset, middle)
-        })
+        let mut at = [T::zero(); NODES];
+        for i in 0..PAIRS {
+            at[i] = h.mul_add(even[i] - odd[i], middle);
+        }
+        for i in 0..PAIRS {
+            at[PAIRS + i] = h.mul_add(even[i] + odd[i], middle);
+        }
+        at
     }
 
     /// Adds `Σ b_i P_j(τ_i) f_i`.
     #[inline(always)]
     pub(super) fn project(&self, f: [T; NODES], to: &mut Modes<T>) {
-        let [mut even, mut odd] = *to;
+        let (mut sums, mut differences) = ([T::zero(); PAIRS], [T::zero(); PAIRS]);
         for i in 0..PAIRS {
-            let (before, after) = (f[i], f[i + PAIRS]);
-            let (sum, difference) = (after + before, after - before);
+            sums[i] = f[PAIRS + i] + f[i];
+            differences[i] = f[PAIRS + i] - f[i];
+        }
+        for (parity, f) in [sums, differences].into_iter().enumerate() {
+            let row = |i: usize, m: usize| self.projections[i][parity][m];
             for m in 0..MODES / 2 {
-                even[m] = self.projections[i][0][m].mul_add(sum, even[m]);
-                odd[m] = self.projections[i][1][m].mul_add(difference, odd[m]);
+                let first = row(1, m).mul_add(f[1], row(0, m) * f[0]);
+                let second = row(3, m).mul_add(f[3], row(2, m) * f[2]);
+                to[parity][m] += first + second;
             }
         }
-        *to = [even, odd];
     }
 
     /// Σ b_i f_i
