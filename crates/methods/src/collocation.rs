@@ -13,7 +13,7 @@
 //! the same volume, 73-84, for D = 0, with the reservoir of the paper. z' = Σ γ_j P_j, so that v = q' and Δq = h ∫ v: where
 //! the nodes integrate ∇H·z' exactly, `ΔH = h Σ γ_j·ĝ_j = -h Σ_i b_i D·v = -Σ Δw_j`, and K is exact at any step. That is so for polynomial H of degree up to 2k/s.
 //! For others the quadrature's error is that of 2k-th order, and where it exceeds rounding the step is taken anew with twice the
-//! nodes, up to 64; what is left is `defect` of the workspace.
+//! nodes, up to 64, and fails where these do not resolve H either. `defect` of the workspace says how well K was kept.
 //!
 //! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where the system is, at every
 //! order: weights are positive, and with D = R v each D·v is.
@@ -35,7 +35,7 @@ use iteration::Workspace;
 pub struct Collocation {
     /// s, 1 to 8: the order is 2s.
     pub stages: usize,
-    /// k, 2s to 64, or a multiple of 8 above it: nodes are computed eight at a time.
+    /// k, 2s to 64. The least of 8, 16, 32 and 64 that is not below is taken: nodes are computed eight at a time.
     pub nodes: usize,
 }
 
@@ -72,7 +72,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let effort = workspace.find(system, h, state)?;
-        workspace.hand_over(system, state);
+        workspace.hand_over(state);
         Ok(effort)
     }
 }

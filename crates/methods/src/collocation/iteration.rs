@@ -10,18 +10,18 @@ use super::rule::{Modes, NODES, Panel, continuation, none, rules};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
-/// Sweeps before the iteration is given up.
-const LIMIT: u32 = 60;
-/// Sweeps without a smaller change among them that end it.
-const PATIENCE: u32 = 3;
+/// Sweeps or corrections before an iteration is given up.
+const LIMIT: u32 = 100;
+/// Changes without a smaller one among them that end an iteration: within the first of [`NOISE`], within the second, and beyond.
+const PATIENCE: [u32; 3] = [3, 10, 7];
 /// A change of so many roundings may be noise.
 const CLEAR: f64 = 64.0;
 /// The next change that is not made, in roundings. Left out at every step, it is what K would drift by.
 const UNSEEN: f64 = 0.015625;
 /// A correction that leaves more than this of the one before asks for a new Jacobian.
 const SLOW: f64 = 0.0625;
-/// The most that changes may be, in roundings, where they no longer shrink.
-const NOISE: f64 = 1024.0;
+/// The most that changes may be, in roundings, where they no longer shrink. Slow ones may rest on the way.
+const NOISE: [f64; 2] = [8.0, 1024.0];
 /// Roundings of what K is made of that are not yet an error of the quadrature.
 const ROUNDINGS: f64 = 16.0;
 
@@ -78,8 +78,8 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// |ΔK| of the last step, in units of K's own rounding: beyond about 16 the quadrature did not resolve H, and a shorter step
-    /// would.
+    /// How far the last step moved K, in roundings of what K is made of. Beyond 16 more nodes changed nothing: H itself
+    /// is no better known.
     pub fn defect(&self) -> f64 {
         self.defect
     }
@@ -102,20 +102,19 @@ impl<V: Vector> Workspace<V> {
             effort += self.solve(system, h, state, level)?;
             let before = self.defect;
             self.end(system, h, state, level, start)?;
+            // Where more nodes change nothing, it is the rounding of H.
             if self.defect <= ROUNDINGS || (level > 0 && self.defect > 0.5 * before) {
-                break;
+                self.made_by = Some(h);
+                return Ok(effort);
             }
         }
-        self.made_by = Some(h);
-        Ok(effort)
+        let nodes = self.rules.last().map_or(0, |panels| NODES * panels.len());
+        Err(StepFailure::Unresolved { nodes, roundings: self.defect })
     }
 
     /// The step is taken.
     #[inline]
-    pub(super) fn hand_over<S>(&mut self, _system: &S, state: &mut State<V>)
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+    pub(super) fn hand_over(&self, state: &mut State<V>) {
         state.q.as_mut_slice().copy_from_slice(self.q.as_slice());
         state.p.as_mut_slice().copy_from_slice(self.p.as_slice());
         if self.dissipative {
@@ -208,12 +207,12 @@ impl<V: Vector> Workspace<V> {
             least = least.min(change);
             left = left.min(change) * rate;
             let lost = rate < 0.5 && left <= UNSEEN * epsilon;
-            if lost || change == 0.0 || (waited >= PATIENCE && change <= NOISE * epsilon) {
+            if lost || change == 0.0 || stuck(change / epsilon, waited) {
                 return Ok(sweeps);
             }
             let ratio = change / before;
             before = change;
-            if waited >= PATIENCE || sweeps == LIMIT {
+            if waited >= PATIENCE[0] && change > NOISE[1] * epsilon {
                 return Err((StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio }, sweeps));
             }
         }
@@ -301,10 +300,10 @@ impl<V: Vector> Workspace<V> {
             waited = if change < least { 0 } else { waited + 1 };
             least = least.min(change);
             let lost = change == 0.0 || (ratio < 0.5 && ratio * change <= UNSEEN * epsilon);
-            if lost || (waited >= PATIENCE && change <= NOISE * epsilon) {
+            if lost || stuck(change / epsilon, waited) {
                 return Ok(());
             }
-            if waited > 2 * PATIENCE {
+            if waited >= PATIENCE[2] && change > NOISE[1] * epsilon {
                 return Err(stalled);
             }
             stale = ratio > SLOW && change > CLEAR * epsilon;
@@ -380,6 +379,12 @@ impl<V: Vector> Workspace<V> {
         self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale.to_f64()) };
         Ok(())
     }
+}
+
+/// Are changes of so many roundings noise, none of which has been smaller than all before for so long?
+#[inline(always)]
+fn stuck(roundings: f64, waited: u32) -> bool {
+    (roundings <= NOISE[0] && waited >= PATIENCE[0]) || (roundings <= NOISE[1] && waited >= PATIENCE[1])
 }
 
 /// Where q and p start; p goes down by its coefficients.

@@ -69,8 +69,9 @@ fn place<V: Vector>(
     modes: &[Modes<V::Scalar>],
     to: &mut [V; NODES],
 ) {
-    for j in 0..V::LEN.unwrap_or(modes.len()) {
-        let at = panel.place(start.at[j], start.h, &modes[j]);
+    let n = V::LEN.unwrap_or(modes.len());
+    for (j, (modes, &from)) in modes[..n].iter().zip(&start.at[..n]).enumerate() {
+        let at = panel.place(from, start.h, modes);
         for i in 0..NODES {
             to[i].as_mut_slice()[j] = at[i];
         }
@@ -80,8 +81,9 @@ fn place<V: Vector>(
 /// The polynomial of the coefficients at the nodes.
 #[inline(never)]
 fn evaluate<V: Vector>(panel: &Panel<V::Scalar>, modes: &[Modes<V::Scalar>], to: &mut [V; NODES]) {
-    for j in 0..V::LEN.unwrap_or(modes.len()) {
-        let at = panel.value(&modes[j]);
+    let n = V::LEN.unwrap_or(modes.len());
+    for (j, modes) in modes[..n].iter().enumerate() {
+        let at = panel.value(modes);
         for i in 0..NODES {
             to[i].as_mut_slice()[j] = at[i];
         }
@@ -91,8 +93,9 @@ fn evaluate<V: Vector>(panel: &Panel<V::Scalar>, modes: &[Modes<V::Scalar>], to:
 /// Adds the coefficients of `f`.
 #[inline(never)]
 fn project<V: Vector>(panel: &Panel<V::Scalar>, f: &[V; NODES], to: &mut [Modes<V::Scalar>]) {
-    for j in 0..V::LEN.unwrap_or(to.len()) {
-        panel.project(std::array::from_fn(|i| f[i].as_slice()[j]), &mut to[j]);
+    let n = V::LEN.unwrap_or(to.len());
+    for (j, to) in to[..n].iter_mut().enumerate() {
+        panel.project(std::array::from_fn(|i| f[i].as_slice()[j]), to);
     }
 }
 
@@ -191,8 +194,8 @@ pub(super) fn losses<V, S>(
     for (panel, nodes) in panels.iter().zip(nodes) {
         evaluate(panel, velocity, v);
         nodes.dissipation(system, v, d);
-        for j in 0..n {
-            to[j] += panel.integrate(std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]));
+        for (j, to) in to.iter_mut().enumerate() {
+            *to += panel.integrate(std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]));
         }
     }
 }

@@ -160,10 +160,10 @@ impl<T: Scalar> Panel<T> {
         }
         for (parity, f) in [sums, differences].into_iter().enumerate() {
             let row = |i: usize, m: usize| self.projections[i][parity][m];
-            for m in 0..MODES / 2 {
+            for (m, to) in to[parity].iter_mut().enumerate() {
                 let first = row(1, m).mul_add(f[1], row(0, m) * f[0]);
                 let second = row(3, m).mul_add(f[3], row(2, m) * f[2]);
-                to[parity][m] += first + second;
+                *to += first + second;
             }
         }
     }
