@@ -58,8 +58,9 @@ fn the_maximum_depends_on_the_horizon() {
 
 #[test]
 fn every_method_has_the_median_order_of_its_row() {
-    // Increments are tested where there are several coordinates to tell their orders apart.
-    for row in METHODS.iter().filter(|row| !row.name.starts_with("increment")) {
+    // Increments are tested where there are several coordinates to tell their orders apart, orders beyond 4 where steps are
+    // longer.
+    for row in METHODS.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4) {
         let found = orders(20.0, row.name, Statistic::Median);
         for (found, &claimed) in found.into_iter().zip(&row.local_order) {
             assert!((found - f64::from(claimed)).abs() < 0.1, "{}: {found} {claimed}", row.name);

@@ -249,6 +249,16 @@ pub enum StepFailure {
         /// The denominator: p for δ(q), V' + D for δ(p).
         denominator: f64,
     },
+    /// A quadrature does not resolve H along the step, and K would be lost.
+    #[error(
+        "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): take a smaller step"
+    )]
+    Unresolved {
+        /// The nodes of the quadrature.
+        nodes: usize,
+        /// How far K would move, in roundings of what it is made of.
+        roundings: f64,
+    },
 }
 
 impl StepFailure {

@@ -4,6 +4,7 @@
 //! [`registry`] lists them all by name. [`Increment`] has two siblings that share its [`Composition`]s: [`GeneralIncrement`] where
 //! H is not separable, [`Tiled`] for chains and rings of equal members; the registry takes the one a system has.
 
+mod collocation;
 mod coordinate;
 mod gonzalez;
 mod increment;
@@ -13,6 +14,7 @@ pub mod moddg;
 pub mod registry;
 mod rk4;
 
+pub use collocation::Collocation;
 pub use gonzalez::Gonzalez;
 pub use increment::{Composition, GeneralIncrement, Increment, Tiled};
 pub use leapfrog::Leapfrog;

@@ -4,7 +4,7 @@ mod run;
 
 use crate::moddg::ClosedForm;
 use crate::moddg::steps::{Degree, Equation, Placement, Plain, Printed, Raised};
-use crate::{Composition, GeneralIncrement, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled};
+use crate::{Collocation, Composition, GeneralIncrement, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled};
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
     Curvature, InputError, Linear, Misprinted, OrderRaising, PhasePlane, Scalar, Separable, Uniform, Vector,
@@ -92,6 +92,8 @@ enum Kind {
     Raised(Raised),
     Printed(Printed),
     Gonzalez,
+    /// s
+    Collocation(usize),
     /// A composition of sweeps.
     Increment(fn() -> Composition),
 }
@@ -125,6 +127,14 @@ pub const METHODS: &[Row] = &[
         needs: Needs::Curvature,
         kind: Kind::Gonzalez,
     },
+    collocation("collocation-2", 1),
+    collocation("collocation-4", 2),
+    collocation("collocation-6", 3),
+    collocation("collocation-8", 4),
+    collocation("collocation-10", 5),
+    collocation("collocation-12", 6),
+    collocation("collocation-14", 7),
+    collocation("collocation-16", 8),
     Row {
         name: "moddg",
         about: "the paper's modified discrete gradient, solved to rounding",
@@ -190,6 +200,18 @@ pub const METHODS: &[Row] = &[
     ),
 ];
 
+const fn collocation(name: &'static str, stages: usize) -> Row {
+    Row {
+        name,
+        about: "energy-preserving collocation, solved to rounding",
+        local_order: [2 * stages as u32; 3],
+        keeps_k: true,
+        passive: true,
+        needs: Needs::Curvature,
+        kind: Kind::Collocation(stages),
+    }
+}
+
 /// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and of order 1 in w where D_j
 /// feels its neighbours. With one degree of freedom and H separable it is its own adjoint, and all of its orders are 2. With
 /// phase planes the velocity is taken at a corner too, and q is of order 1 as well.
@@ -248,6 +270,7 @@ where
     match row.kind {
         Kind::Rk4 => bind::<Vec<T>, _, _>(Rk4, system),
         Kind::Gonzalez => bind::<Vec<T>, _, _>(Gonzalez::default(), system),
+        Kind::Collocation(stages) => bind::<Vec<T>, _, _>(Collocation::new(stages), system),
         Kind::Increment(composition) => bind::<Vec<T>, _, _>(GeneralIncrement::new(composition()), system),
         _ => Err(InputError::Unsupported { method: row.name, why: "H is not separable" }),
     }
@@ -292,6 +315,7 @@ where
         Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
         Kind::Rk4 => bind::<V, _, _>(Rk4, system),
         Kind::Gonzalez => bind::<V, _, _>(Gonzalez::default(), system),
+        Kind::Collocation(stages) => bind::<V, _, _>(Collocation::new(stages), system),
         Kind::Increment(composition) => bind::<V, _, _>(Increment::new(composition()), system),
         Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),
         Kind::ModDgFixedPoint => bind::<V, _, _>(ModDg { steps: Plain, solver: FixedPoint }, system),

@@ -38,6 +38,7 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         StepFailure::Singular { .. } => closed,
         StepFailure::NotContracting { .. } => row.name == "moddg-fixed-point",
         StepFailure::NewtonStalled { .. } => !closed && row.name != "moddg-fixed-point",
+        StepFailure::Unresolved { .. } => false,
     }
 }
 

@@ -81,9 +81,10 @@ fn assert_orders(row: &Row, found: [f64; 3]) {
     }
 }
 
-/// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more (increment.rs).
+/// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more (increment.rs). Beyond order 4
+/// these steps leave nothing but rounding (collocation.rs has longer ones).
 fn rows() -> impl Iterator<Item = &'static Row> {
-    METHODS.iter().filter(|row| !row.name.starts_with("increment"))
+    METHODS.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
 }
 
 /// Checks the local orders of every method that binds, at each point in 31 digits, and says how many did.

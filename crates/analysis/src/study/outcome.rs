@@ -22,5 +22,6 @@ pub fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::NewtonStalled { .. } => "newton-stalled",
         StepFailure::Singular { .. } => "singular",
         StepFailure::Pole { .. } => "pole",
+        StepFailure::Unresolved { .. } => "unresolved",
     }
 }

@@ -157,9 +157,9 @@ impl Map<'_> {
                     Err(IntegrateError::Run(error)) => match error.failure {
                         StepFailure::NonFinite { .. } => Verdict::NotFinite,
                         StepFailure::Pole { .. } | StepFailure::Singular { .. } => Verdict::Pole,
-                        StepFailure::NotContracting { .. } | StepFailure::NewtonStalled { .. } => {
-                            Verdict::NoConvergence
-                        }
+                        StepFailure::NotContracting { .. }
+                        | StepFailure::NewtonStalled { .. }
+                        | StepFailure::Unresolved { .. } => Verdict::NoConvergence,
                     },
                     Ok(_) if !found.largest.is_finite() => Verdict::NotFinite,
                     Ok(_) => match exact {

@@ -1,0 +1,78 @@
+//! Energy-preserving collocation of order 2s, for any H(q, p), any D and any number of degrees of freedom.
+//!
+//! With P_j the orthonormal Legendre polynomials on [0, 1] and k Gauss nodes τ_i with weights b_i,
+//!
+//! ```text
+//! z(τ) = z0 + h Σ_{j<s} γ_j ∫_0^τ P_j             z = (q, p)         z1 = z0 + h γ_0
+//! ĝ_j = Σ_i b_i P_j(τ_i) ∇H(z(τ_i))               v(τ) = Σ_{j<s} ĝ_{p,j} P_j(τ)
+//! γ_{q,j} = ĝ_{p,j}                               γ_{p,j} = -ĝ_{q,j} - Σ_i b_i P_j(τ_i) D(z(τ_i), v(τ_i))
+//! w1 - w0 = h Σ_i b_i D(z(τ_i), v(τ_i)) · v(τ_i)   for each degree of freedom
+//! ```
+//!
+//! L. Brugnano, F. Iavernaro, D. Trigiante, J. Numer. Anal. Ind. Appl. Math. 5 (2010) 17-37 (HBVM(k, s)) and E. Hairer,
+//! the same volume, 73-84, for D = 0, with the reservoir of the paper. z' = Σ γ_j P_j, so that v = q' and Δq = h ∫ v: where
+//! the nodes integrate ∇H·z' exactly, `ΔH = h Σ γ_j·ĝ_j = -h Σ_i b_i D·v = -Σ Δw_j`, and K is exact at any step. That is so for polynomial H of degree up to 2k/s.
+//! For others the quadrature's error is that of 2k-th order, and where it exceeds rounding the step is taken anew with twice the
+//! nodes, up to 64, and fails where these do not resolve H either. `defect` of the workspace says how well K was kept.
+//!
+//! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where the system is, at every
+//! order: weights are positive, and with D = R v each D·v is.
+//!
+//! **Fails** by name, with the state as it was, where the simple iteration does not contract and Newton's finds no solution.
+//! For scalars that hold one number: iterations stop by its `f64`.
+
+mod iteration;
+mod legendre;
+mod newton;
+mod nodes;
+mod rule;
+
+use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, Vector};
+use iteration::Workspace;
+
+/// Energy-preserving collocation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Collocation {
+    /// s, 1 to 8: the order is 2s.
+    pub stages: usize,
+    /// k, 2s to 64. The least of 8, 16, 32 and 64 that is not below is taken: nodes are computed eight at a time.
+    pub nodes: usize,
+}
+
+impl Collocation {
+    /// s stages and 2s nodes, enough for an H of degree 4.
+    pub const fn new(stages: usize) -> Self {
+        Self { stages, nodes: 2 * stages }
+    }
+}
+
+impl<V, S> Method<V, S> for Collocation
+where
+    V: Vector,
+    S: Curvature<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        let outside = |name, value: usize, range| InputError::Parameter { name, value: value as f64, range };
+        if !(1..=legendre::MODES).contains(&self.stages) {
+            return Err(outside("stages", self.stages, "1 to 8"));
+        }
+        if !(2 * self.stages..=rule::MOST).contains(&self.nodes) {
+            return Err(outside("nodes", self.nodes, "twice the stages to 64"));
+        }
+        Ok(Workspace::new(system, self.stages, self.nodes))
+    }
+
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        let effort = workspace.find(system, h, state)?;
+        workspace.hand_over(state);
+        Ok(effort)
+    }
+}

@@ -1,0 +1,436 @@
+//! The coefficients of a step by simple iteration, q and p in turn.
+//!
+//! A sweep takes ĝ_p from the p there is, makes q of it at once, and then the forces at the new q: its error shrinks by
+//! (hω)² where all at a time would leave hω. It begins with the polynomial of the step before, continued, where this step
+//! starts where that one ended, bit by bit; otherwise from rest.
+
+use super::newton::Equations;
+use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
+use super::rule::{Modes, NODES, Panel, continuation, none, rules};
+use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
+use std::hint::cold_path;
+
+/// Sweeps or corrections before an iteration is given up.
+const LIMIT: u32 = 100;
+/// Changes without a smaller one among them that end an iteration: within the first of [`NOISE`], within the second, and beyond.
+const PATIENCE: [u32; 3] = [3, 10, 7];
+/// A change of so many roundings may be noise.
+const CLEAR: f64 = 64.0;
+/// The next change that is not made, in roundings. Left out at every step, it is what K would drift by.
+const UNSEEN: f64 = 0.015625;
+/// A correction that leaves more than this of the one before asks for a new Jacobian.
+const SLOW: f64 = 0.0625;
+/// The most that changes may be, in roundings, where they no longer shrink. Slow ones may rest on the way.
+const NOISE: [f64; 2] = [8.0, 1024.0];
+/// Roundings of what K is made of that are not yet an error of the quadrature.
+const ROUNDINGS: f64 = 16.0;
+
+/// A step while it is made.
+#[derive(Clone, Debug)]
+pub struct Workspace<V: Vector> {
+    /// The quadrature rules, each with twice the nodes of the one before.
+    rules: Vec<Vec<Panel<V::Scalar>>>,
+    ahead: [Modes<V::Scalar>; 8],
+    dissipative: bool,
+    nodes: Vec<Nodes<V>>,
+    slopes: Slopes<V>,
+    /// The coefficients of q' and of -p' by degree of freedom, and the next ones.
+    q_modes: Vec<Modes<V::Scalar>>,
+    p_modes: Vec<Modes<V::Scalar>>,
+    next: Vec<Modes<V::Scalar>>,
+    next_q: Vec<Modes<V::Scalar>>,
+    /// Newton's equations, where there are not too many of them, and whether the last step needed them.
+    equations: Option<Equations>,
+    stiff: bool,
+    /// The new state.
+    q: V,
+    p: V,
+    w: V,
+    /// The step that made it, if there was one.
+    made_by: Option<V::Scalar>,
+    defect: f64,
+}
+
+impl<V: Vector> Workspace<V> {
+    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S, stages: usize, nodes: usize) -> Self {
+        let n = system.dof();
+        let zeros = || V::zeros(n);
+        let modes = || vec![none(); n];
+        let rules = rules(stages, nodes);
+        let panels = rules.last().map_or(0, Vec::len);
+        Self {
+            rules,
+            ahead: continuation(),
+            dissipative: !system.damping().zero,
+            nodes: (0..panels).map(|_| Nodes::new(n)).collect(),
+            slopes: Slopes::new(n),
+            q_modes: modes(),
+            p_modes: modes(),
+            next: modes(),
+            next_q: modes(),
+            equations: Equations::new(system, stages),
+            stiff: false,
+            q: zeros(),
+            p: zeros(),
+            w: zeros(),
+            made_by: None,
+            defect: 0.0,
+        }
+    }
+
+    /// How far the last step moved K, in roundings of what K is made of. Beyond 16 more nodes changed nothing: H itself
+    /// is no better known.
+    pub fn defect(&self) -> f64 {
+        self.defect
+    }
+
+    /// Finds the new state.
+    #[inline]
+    pub(super) fn find<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<Effort, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        self.begin(h, state);
+        let start = state.energy(system);
+        let mut effort = Effort::default();
+        for level in 0..self.rules.len() {
+            effort += self.solve(system, h, state, level)?;
+            let before = self.defect;
+            self.end(system, h, state, level, start)?;
+            // Where more nodes change nothing, it is the rounding of H.
+            if self.defect <= ROUNDINGS || (level > 0 && self.defect > 0.5 * before) {
+                self.made_by = Some(h);
+                return Ok(effort);
+            }
+        }
+        let nodes = self.rules.last().map_or(0, |panels| NODES * panels.len());
+        Err(StepFailure::Unresolved { nodes, roundings: self.defect })
+    }
+
+    /// The step is taken.
+    #[inline]
+    pub(super) fn hand_over(&self, state: &mut State<V>) {
+        state.q.as_mut_slice().copy_from_slice(self.q.as_slice());
+        state.p.as_mut_slice().copy_from_slice(self.p.as_slice());
+        if self.dissipative {
+            state.w.as_mut_slice().copy_from_slice(self.w.as_slice());
+        }
+    }
+
+    /// The first guess.
+    #[inline]
+    fn begin(&mut self, h: V::Scalar, state: &State<V>) {
+        let continued = self.made_by.take() == Some(h)
+            && self.q.as_slice() == state.q.as_slice()
+            && self.p.as_slice() == state.p.as_slice();
+        if !continued {
+            return self.rest(state.dof());
+        }
+        for modes in [&mut self.q_modes, &mut self.p_modes] {
+            for modes in &mut modes[..state.dof()] {
+                *modes = carry(&self.ahead, modes);
+            }
+        }
+    }
+
+    /// z = z0
+    #[inline]
+    fn rest(&mut self, n: usize) {
+        self.q_modes[..n].fill(none());
+        self.p_modes[..n].fill(none());
+    }
+
+    /// Iterates to rounding: simply where that contracts fast, else by Newton's method.
+    #[inline]
+    fn solve<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+    ) -> Result<Effort, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let nodes = NODES * self.rules[level].len();
+        let spent = |iterations: u32| Effort {
+            evaluations: u64::from(iterations) * nodes as u64,
+            iterations: u64::from(iterations),
+        };
+        let (failure, before) = if self.stiff {
+            (None, 0)
+        } else {
+            match self.sweeps(system, h, state, level) {
+                Ok(sweeps) => return Ok(spent(sweeps)),
+                Err((failure, sweeps)) => (Some(failure), sweeps),
+            }
+        };
+        cold_path();
+        let after = self.correct(system, h, state, level, failure)?;
+        Ok(spent(before + after))
+    }
+
+    /// Sweeps to rounding. How many, also where they lead nowhere.
+    #[inline]
+    fn sweeps<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+    ) -> Result<u32, (StepFailure, u32)>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let epsilon = V::Scalar::EPSILON;
+        let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
+        let (mut before, mut rate, mut least, mut left, mut waited) =
+            (f64::NAN, 1.0_f64, f64::INFINITY, f64::INFINITY, 0);
+        place_q(&self.rules[level], &mut self.nodes, starts(h, state)[0], &self.q_modes);
+        for sweeps in 1..=LIMIT {
+            let change = self.sweep(system, h, state, level, sizes);
+            if !change.is_finite() {
+                return Err((
+                    StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value: change },
+                    sweeps,
+                ));
+            }
+            if before > CLEAR * epsilon {
+                rate = change / before;
+            }
+            waited = if change < least { 0 } else { waited + 1 };
+            least = least.min(change);
+            left = left.min(change) * rate;
+            let lost = rate < 0.5 && left <= UNSEEN * epsilon;
+            if lost || change == 0.0 || stuck(change / epsilon, waited) {
+                return Ok(sweeps);
+            }
+            let ratio = change / before;
+            before = change;
+            if waited >= PATIENCE[0] && change > NOISE[1] * epsilon {
+                return Err((StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio }, sweeps));
+            }
+        }
+        Err((StepFailure::NotContracting { dof: 0, iterations: LIMIT, ratio: rate }, LIMIT))
+    }
+
+    /// Newton's iteration, where there is one: from the continued polynomial if that leads on, else from rest.
+    fn correct<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+        failure: Option<StepFailure>,
+    ) -> Result<u32, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let Some(mut equations) = self.equations.take() else {
+            let nothing = StepFailure::NotContracting { dof: 0, iterations: 0, ratio: f64::NAN };
+            return Err(failure.unwrap_or(nothing));
+        };
+        let mut spent = 0;
+        let mut outcome = Err(StepFailure::NewtonStalled { dof: 0, iterations: 0, update: f64::NAN });
+        for guess in [failure.is_none(), false] {
+            if !guess {
+                self.rest(state.dof());
+            }
+            outcome = self.corrections(system, h, state, level, &mut equations, &mut spent);
+            if outcome.is_ok() {
+                break;
+            }
+        }
+        // Sweeps contract again where h J is small.
+        self.stiff = outcome.is_ok() && equations.gain > 0.5;
+        self.equations = Some(equations);
+        outcome.map(|()| spent)
+    }
+
+    fn corrections<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+        equations: &mut Equations,
+        spent: &mut u32,
+    ) -> Result<(), StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let (n, epsilon, length) = (state.dof(), V::Scalar::EPSILON, h.to_f64());
+        let (mut stale, mut before, mut least, mut waited) = (true, f64::NAN, f64::INFINITY, 0);
+        for iterations in 1..=LIMIT {
+            *spent += 1;
+            if stale {
+                let half = h.half();
+                for j in 0..n {
+                    self.q.as_mut_slice()[j] = half.mul_add(self.q_modes[j][0][0], state.q.as_slice()[j]);
+                    self.p.as_mut_slice()[j] = (-half).mul_add(self.p_modes[j][0][0], state.p.as_slice()[j]);
+                }
+                let factorised = equations.factorise(system, length, self.q.as_slice(), self.p.as_slice());
+                factorised.map_err(|dof| StepFailure::Singular { dof, slope: 0.0 })?;
+            }
+            let Self { rules, nodes, slopes, q_modes, p_modes, next, next_q, .. } = self;
+            let (panels, [q, p]) = (&rules[level], starts(h, state));
+            place_q(panels, nodes, q, q_modes);
+            velocities(system, panels, nodes, slopes, p, p_modes, next_q);
+            forces(system, panels, nodes, slopes, q, [q_modes, next_q], next);
+            let [dq, dp] = equations.correct([next_q, next], [q_modes, p_modes]);
+            let size = |start: &V, modes: &[Modes<V::Scalar>]| {
+                let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
+                largest(start.as_slice()) + length.abs() * most
+            };
+            let share =
+                |change: f64, size: f64| if change == 0.0 { 0.0 } else { length.abs() * change / size };
+            let changes =
+                [share(dq, size(&state.q, &self.q_modes)), share(dp, size(&state.p, &self.p_modes))];
+            let change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
+            let stalled = StepFailure::NewtonStalled { dof: 0, iterations, update: change };
+            if !change.is_finite() {
+                return Err(stalled);
+            }
+            let ratio = change / before;
+            waited = if change < least { 0 } else { waited + 1 };
+            least = least.min(change);
+            let lost = change == 0.0 || (ratio < 0.5 && ratio * change <= UNSEEN * epsilon);
+            if lost || stuck(change / epsilon, waited) {
+                return Ok(());
+            }
+            if waited >= PATIENCE[2] && change > NOISE[1] * epsilon {
+                return Err(stalled);
+            }
+            stale = ratio > SLOW && change > CLEAR * epsilon;
+            before = change;
+        }
+        Err(StepFailure::NewtonStalled { dof: 0, iterations: LIMIT, update: before })
+    }
+
+    /// One sweep over q and p. By how much they moved, relative to their size.
+    #[inline(always)]
+    fn sweep<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, level: usize, sizes: [f64; 2]) -> f64
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let n = state.dof();
+        let length = h.to_f64().abs();
+        let Self { rules, nodes, slopes, q_modes, p_modes, next, .. } = self;
+        let (q_modes, p_modes, next) = (&mut q_modes[..n], &mut p_modes[..n], &mut next[..n]);
+        let (panels, [q, p]) = (&rules[level], starts(h, state));
+        velocities(system, panels, nodes, slopes, p, p_modes, next);
+        let change_q = exchange(next, q_modes, sizes[0], length);
+        forces(system, panels, nodes, slopes, q, [q_modes, q_modes], next);
+        let change_p = exchange(next, p_modes, sizes[1], length);
+        change_q.max(change_p) + 0.0 * (change_q + change_p)
+    }
+
+    /// z1, w1 and what K has moved by.
+    #[inline(never)]
+    fn end<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+        start: V::Scalar,
+    ) -> Result<(), StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let n = state.dof();
+        let zero = V::Scalar::zero();
+        let Self { rules, nodes, slopes, q_modes, p_modes, q, p, w, .. } = self;
+        if self.dissipative {
+            losses(system, &rules[level], nodes, slopes, q_modes, w);
+        }
+        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
+        let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
+        let mut finite = zero.is_finite();
+        for j in 0..n {
+            q[j] = h.mul_add(q_modes[j][0][0], q0[j]);
+            p[j] = (-h).mul_add(p_modes[j][0][0], p0[j]);
+            finite = finite.and(q[j].is_finite()).and(p[j].is_finite());
+        }
+        let mut gained = zero;
+        if self.dissipative {
+            for j in 0..n {
+                gained = h.mul_add(w[j], gained);
+                w[j] = h.mul_add(w[j], w0[j]);
+                finite = finite.and(w[j].is_finite());
+            }
+        }
+        if !finite.all() {
+            let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
+            return Err(StepFailure::non_finite(&parts));
+        }
+        // What a rounding of z makes of H.
+        let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
+        system.gradient(q, p, hq, hp);
+        let terms = (0..n).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
+        let end = system.energy(q, p);
+        let scale = start.abs() + end.abs() + gained.abs() + terms;
+        let defect = (end - start + gained).abs().to_f64();
+        self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale.to_f64()) };
+        Ok(())
+    }
+}
+
+/// Are changes of so many roundings noise, none of which has been smaller than all before for so long?
+#[inline(always)]
+fn stuck(roundings: f64, waited: u32) -> bool {
+    (roundings <= NOISE[0] && waited >= PATIENCE[0]) || (roundings <= NOISE[1] && waited >= PATIENCE[1])
+}
+
+/// Where q and p start; p goes down by its coefficients.
+#[inline(always)]
+fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
+    [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
+}
+
+/// The coefficients one interval later.
+#[inline(never)]
+fn carry<T: Scalar>(ahead: &[Modes<T>; 8], modes: &Modes<T>) -> Modes<T> {
+    let mut carried = none();
+    for (l, row) in ahead.iter().enumerate() {
+        let mode = modes[l % 2][l / 2];
+        for parity in 0..2 {
+            for m in 0..4 {
+                carried[parity][m] = row[parity][m].mul_add(mode, carried[parity][m]);
+            }
+        }
+    }
+    carried
+}
+
+/// `to` becomes `from`. The largest change over the size of z, or no number where there is none.
+#[inline(never)]
+fn exchange<T: Scalar>(from: &[Modes<T>], to: &mut [Modes<T>], size: f64, h: f64) -> f64 {
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let (mut most, mut sum, mut reach) = ([0.0; 4], [0.0; 4], 0.0);
+    for (from, to) in from.iter().zip(to) {
+        let change = |parity: usize, m: usize| (from[parity][m] - to[parity][m]).abs().to_f64();
+        for m in 0..4 {
+            let (even, odd) = (change(0, m), change(1, m));
+            most[m] = larger(most[m], larger(even, odd));
+            sum[m] += even + odd;
+        }
+        reach = larger(reach, from[0][0].abs().to_f64());
+        *to = *from;
+    }
+    let most = larger(larger(most[0], most[1]), larger(most[2], most[3]));
+    // The sum shows what comparisons skip.
+    let sum = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    let relative = if most == 0.0 { 0.0 } else { h * most / h.mul_add(reach, size) };
+    relative + 0.0 * sum
+}
+
+#[inline]
+fn largest<T: Scalar>(x: &[T]) -> f64 {
+    x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
+}

@@ -1,0 +1,201 @@
+//! The state and the system at the nodes, and the coefficients they come from and go to.
+//!
+//! The functions here are kept whole: a compiler that sees them inside of a step can no longer tell what they write from
+//! what they read, and does without vectors.
+
+use super::rule::{Modes, NODES, Panel, none};
+use afterbay_core::{Scalar, System, Vector};
+
+/// The state at a panel of nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Nodes<V> {
+    q: [V; NODES],
+    p: [V; NODES],
+}
+
+/// The system at a panel of nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Slopes<V> {
+    pub(super) hq: [V; NODES],
+    pub(super) hp: [V; NODES],
+    v: [V; NODES],
+    d: [V; NODES],
+}
+
+fn zeros<V: Vector>(n: usize) -> [V; NODES] {
+    std::array::from_fn(|_| V::zeros(n))
+}
+
+impl<V: Vector> Nodes<V> {
+    pub(super) fn new(n: usize) -> Self {
+        Self { q: zeros(n), p: zeros(n) }
+    }
+
+    #[inline(never)]
+    fn gradient<S: System<V::Scalar> + ?Sized>(&self, system: &S, hq: &mut [V; NODES], hp: &mut [V; NODES]) {
+        for i in 0..NODES {
+            let (q, p) = (self.q[i].as_slice(), self.p[i].as_slice());
+            system.gradient(q, p, hq[i].as_mut_slice(), hp[i].as_mut_slice());
+        }
+    }
+
+    #[inline(never)]
+    fn dissipation<S: System<V::Scalar> + ?Sized>(&self, system: &S, v: &[V; NODES], d: &mut [V; NODES]) {
+        for i in 0..NODES {
+            let (q, p) = (self.q[i].as_slice(), self.p[i].as_slice());
+            system.dissipation(q, p, v[i].as_slice(), d[i].as_mut_slice());
+        }
+    }
+}
+
+impl<V: Vector> Slopes<V> {
+    pub(super) fn new(n: usize) -> Self {
+        Self { hq: zeros(n), hp: zeros(n), v: zeros(n), d: zeros(n) }
+    }
+}
+
+/// Where a variable starts, and the step it takes.
+#[derive(Clone, Copy)]
+pub(super) struct Start<'a, T> {
+    pub(super) at: &'a [T],
+    pub(super) h: T,
+}
+
+/// A variable at the nodes, from its coefficients.
+#[inline(never)]
+fn place<V: Vector>(
+    panel: &Panel<V::Scalar>,
+    start: Start<'_, V::Scalar>,
+    modes: &[Modes<V::Scalar>],
+    to: &mut [V; NODES],
+) {
+    let n = V::LEN.unwrap_or(modes.len());
+    for (j, (modes, &from)) in modes[..n].iter().zip(&start.at[..n]).enumerate() {
+        let at = panel.place(from, start.h, modes);
+        for i in 0..NODES {
+            to[i].as_mut_slice()[j] = at[i];
+        }
+    }
+}
+
+/// The polynomial of the coefficients at the nodes.
+#[inline(never)]
+fn evaluate<V: Vector>(panel: &Panel<V::Scalar>, modes: &[Modes<V::Scalar>], to: &mut [V; NODES]) {
+    let n = V::LEN.unwrap_or(modes.len());
+    for (j, modes) in modes[..n].iter().enumerate() {
+        let at = panel.value(modes);
+        for i in 0..NODES {
+            to[i].as_mut_slice()[j] = at[i];
+        }
+    }
+}
+
+/// Adds the coefficients of `f`.
+#[inline(never)]
+fn project<V: Vector>(panel: &Panel<V::Scalar>, f: &[V; NODES], to: &mut [Modes<V::Scalar>]) {
+    let n = V::LEN.unwrap_or(to.len());
+    for (j, to) in to[..n].iter_mut().enumerate() {
+        panel.project(std::array::from_fn(|i| f[i].as_slice()[j]), to);
+    }
+}
+
+/// Adds `d` to `f`.
+#[inline(never)]
+fn add<V: Vector>(d: &[V; NODES], f: &mut [V; NODES]) {
+    for i in 0..NODES {
+        let (f, d) = (f[i].as_mut_slice(), d[i].as_slice());
+        for j in 0..V::LEN.unwrap_or(f.len()) {
+            f[j] += d[j];
+        }
+    }
+}
+
+/// The q of its coefficients.
+#[inline]
+pub(super) fn place_q<V: Vector>(
+    panels: &[Panel<V::Scalar>],
+    nodes: &mut [Nodes<V>],
+    start: Start<'_, V::Scalar>,
+    modes: &[Modes<V::Scalar>],
+) {
+    for (panel, nodes) in panels.iter().zip(nodes) {
+        place(panel, start, modes, &mut nodes.q);
+    }
+}
+
+/// The p of its coefficients, and with the q there is the coefficients of ∂H/∂p.
+#[inline]
+pub(super) fn velocities<V, S>(
+    system: &S,
+    panels: &[Panel<V::Scalar>],
+    nodes: &mut [Nodes<V>],
+    slopes: &mut Slopes<V>,
+    start: Start<'_, V::Scalar>,
+    modes: &[Modes<V::Scalar>],
+    to: &mut [Modes<V::Scalar>],
+) where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    to.fill(none());
+    for (panel, nodes) in panels.iter().zip(nodes) {
+        place(panel, start, modes, &mut nodes.p);
+        nodes.gradient(system, &mut slopes.hq, &mut slopes.hp);
+        project(panel, &slopes.hp, to);
+    }
+}
+
+/// The q of its coefficients, and with the p there is and the velocity of coefficients those of ∂H/∂q + D.
+#[inline]
+pub(super) fn forces<V, S>(
+    system: &S,
+    panels: &[Panel<V::Scalar>],
+    nodes: &mut [Nodes<V>],
+    slopes: &mut Slopes<V>,
+    start: Start<'_, V::Scalar>,
+    [modes, velocity]: [&[Modes<V::Scalar>]; 2],
+    to: &mut [Modes<V::Scalar>],
+) where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    let dissipative = !system.damping().zero;
+    let Slopes { hq, hp, v, d } = slopes;
+    to.fill(none());
+    for (panel, nodes) in panels.iter().zip(nodes) {
+        place(panel, start, modes, &mut nodes.q);
+        nodes.gradient(system, hq, hp);
+        if dissipative {
+            evaluate(panel, velocity, v);
+            nodes.dissipation(system, v, d);
+            add(d, hq);
+        }
+        project(panel, hq, to);
+    }
+}
+
+/// Σ b_i D·v of each degree of freedom, at the nodes there are and the velocity of coefficients.
+#[inline]
+pub(super) fn losses<V, S>(
+    system: &S,
+    panels: &[Panel<V::Scalar>],
+    nodes: &[Nodes<V>],
+    slopes: &mut Slopes<V>,
+    velocity: &[Modes<V::Scalar>],
+    to: &mut V,
+) where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    let n = V::LEN.unwrap_or(velocity.len());
+    let to = &mut to.as_mut_slice()[..n];
+    let Slopes { v, d, .. } = slopes;
+    to.fill(V::Scalar::zero());
+    for (panel, nodes) in panels.iter().zip(nodes) {
+        evaluate(panel, velocity, v);
+        nodes.dissipation(system, v, d);
+        for (j, to) in to.iter_mut().enumerate() {
+            *to += panel.integrate(std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]));
+        }
+    }
+}

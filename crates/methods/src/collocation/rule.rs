@@ -1,0 +1,201 @@
+//! The Gauss nodes of a step and the polynomials there, as tables.
+//!
+//! Nodes come in pairs (1 ∓ x)/2, at which P_j is the same up to the sign (-1)^j: even and odd j are kept apart and summed
+//! once for both. That halves the work, and rounding then does not know before from after.
+
+use super::legendre::{MODES, gauss, integrals, values};
+use afterbay_core::{Quad, Scalar};
+use std::array::from_fn;
+use std::sync::LazyLock;
+
+/// Pairs of nodes computed side by side: the lanes of a vector register.
+pub(super) const PAIRS: usize = 4;
+/// Nodes in a panel: the earlier ones of the pairs, then the later ones.
+pub(super) const NODES: usize = 2 * PAIRS;
+/// Quadrature rules, each with twice the nodes of the one before.
+const RULES: usize = 4;
+/// The most nodes of a step.
+pub(super) const MOST: usize = NODES << (RULES - 1);
+
+/// Coefficients γ_j of one variable, j = 2m + parity, as [parity][m].
+pub(super) type Modes<T> = [[T; MODES / 2]; 2];
+
+/// γ = 0
+#[inline(always)]
+pub(super) fn none<T: Scalar>() -> Modes<T> {
+    [[T::zero(); MODES / 2]; 2]
+}
+
+/// One number for each pair of a panel.
+type Pairs<T> = [T; PAIRS];
+
+/// What is known of the polynomials at a panel of nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Panel<T> {
+    /// b_i
+    weights: Pairs<T>,
+    /// P_j and its integral at the later nodes, as [parity][m].
+    values: [[Pairs<T>; MODES / 2]; 2],
+    integrals: [[Pairs<T>; MODES / 2]; 2],
+    /// b_i P_j, and 0 for j beyond the stages, as [pair][parity].
+    projections: [Modes<T>; PAIRS],
+}
+
+fn narrow<T: Scalar>(x: Quad) -> T {
+    T::from_f64(x.0) + T::from_f64(x.1)
+}
+
+/// Σ c_j γ_j over the j of one parity, at the pairs. Two sums side by side: what follows waits for them.
+#[inline(always)]
+fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pairs<T> {
+    let mut total = [T::zero(); PAIRS];
+    for i in 0..PAIRS {
+        let first = columns[1][i].mul_add(modes[1], columns[0][i] * modes[0]);
+        let second = columns[3][i].mul_add(modes[3], columns[2][i] * modes[2]);
+        total[i] = first + second;
+    }
+    total
+}
+
+/// The panels of the rules with 8, 16, 32 and 64 nodes, for all coefficients, and what continues a polynomial.
+struct Tables {
+    rules: [Vec<Panel<Quad>>; RULES],
+    continuation: [Modes<Quad>; MODES],
+    integration: [[f64; MODES]; MODES],
+}
+
+static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
+    rules: from_fn(|level| panels(1 << level)),
+    continuation: continued(),
+    integration: integrated(),
+});
+
+/// The panels of the Gauss rule with `NODES · count` nodes.
+fn panels(count: usize) -> Vec<Panel<Quad>> {
+    let pairs = gauss(NODES * count);
+    let by_mode = |x: [Quad; MODES]| -> Modes<Quad> { from_fn(|parity| from_fn(|m| x[2 * m + parity])) };
+    let (pairs, _) = pairs.as_chunks::<PAIRS>();
+    let panel = |pairs: &[[Quad; 2]; PAIRS]| {
+        let values = pairs.map(|[x, _]| by_mode(values(x)));
+        let integrals = pairs.map(|[x, _]| by_mode(integrals(x)));
+        let turned = |table: &[Modes<Quad>; PAIRS]| {
+            from_fn(|parity| from_fn(|m| from_fn(|pair| table[pair][parity][m])))
+        };
+        Panel {
+            weights: pairs.map(|[_, weight]| weight),
+            values: turned(&values),
+            integrals: turned(&integrals),
+            projections: from_fn(|i| values[i].map(|half| half.map(|value| pairs[i][1] * value))),
+        }
+    };
+    pairs.iter().map(panel).collect()
+}
+
+/// The panels of the smallest rule that has so many nodes and of all beyond it, for polynomials of `stages` coefficients.
+pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>> {
+    let known =
+        |parity: usize, m: usize, x: Quad| if 2 * m + parity < stages { narrow(x) } else { T::zero() };
+    let columns = |table: &[[Pairs<Quad>; MODES / 2]; 2]| -> [[Pairs<T>; MODES / 2]; 2] {
+        from_fn(|parity| from_fn(|m| table[parity][m].map(|x| known(parity, m, x))))
+    };
+    let panel = |panel: &Panel<Quad>| Panel {
+        weights: panel.weights.map(narrow),
+        values: columns(&panel.values),
+        integrals: columns(&panel.integrals),
+        projections: panel
+            .projections
+            .map(|modes| from_fn(|parity| from_fn(|m| known(parity, m, modes[parity][m])))),
+    };
+    let enough = TABLES.rules.iter().filter(|panels| NODES * panels.len() >= nodes);
+    enough.map(|panels| panels.iter().map(panel).collect()).collect()
+}
+
+/// `P_l(1 + τ) = Σ_j s_lj P_j(τ)`: what continues a polynomial onto the next interval. Rows l as [parity][m].
+pub(super) fn continuation<T: Scalar>() -> [Modes<T>; MODES] {
+    TABLES.continuation.map(|row| row.map(|half| half.map(narrow)))
+}
+
+/// `∫ P_i(τ) ∫_0^τ P_j`, what integration makes of coefficients.
+pub(super) fn integration() -> &'static [[f64; MODES]; MODES] {
+    &TABLES.integration
+}
+
+impl<T: Scalar> Panel<T> {
+    /// Σ γ_j P_j at the nodes.
+    #[inline(always)]
+    pub(super) fn value(&self, modes: &Modes<T>) -> [T; NODES] {
+        let (even, odd) = (sum(&self.values[0], &modes[0]), sum(&self.values[1], &modes[1]));
+        let mut at = [T::zero(); NODES];
+        for i in 0..PAIRS {
+            at[i] = even[i] - odd[i];
+        }
+        for i in 0..PAIRS {
+            at[PAIRS + i] = even[i] + odd[i];
+        }
+        at
+    }
+
+    /// `start + h Σ γ_j ∫_0^τ P_j` at the nodes.
+    #[inline(always)]
+    pub(super) fn place(&self, start: T, h: T, modes: &Modes<T>) -> [T; NODES] {
+        let middle = h.mul_add(modes[0][0].half(), start);
+        let (odd, even) = (sum(&self.integrals[0], &modes[0]), sum(&self.integrals[1], &modes[1]));
+        let mut at = [T::zero(); NODES];
+        for i in 0..PAIRS {
+            at[i] = h.mul_add(even[i] - odd[i], middle);
+        }
+        for i in 0..PAIRS {
+            at[PAIRS + i] = h.mul_add(even[i] + odd[i], middle);
+        }
+        at
+    }
+
+    /// Adds `Σ b_i P_j(τ_i) f_i`.
+    #[inline(always)]
+    pub(super) fn project(&self, f: [T; NODES], to: &mut Modes<T>) {
+        let (mut sums, mut differences) = ([T::zero(); PAIRS], [T::zero(); PAIRS]);
+        for i in 0..PAIRS {
+            sums[i] = f[PAIRS + i] + f[i];
+            differences[i] = f[PAIRS + i] - f[i];
+        }
+        for (parity, f) in [sums, differences].into_iter().enumerate() {
+            let row = |i: usize, m: usize| self.projections[i][parity][m];
+            for (m, to) in to[parity].iter_mut().enumerate() {
+                let first = row(1, m).mul_add(f[1], row(0, m) * f[0]);
+                let second = row(3, m).mul_add(f[3], row(2, m) * f[2]);
+                *to += first + second;
+            }
+        }
+    }
+
+    /// Σ b_i f_i
+    #[inline(always)]
+    pub(super) fn integrate(&self, f: [T; NODES]) -> T {
+        let terms: Pairs<T> = from_fn(|i| self.weights[i] * (f[i] + f[i + PAIRS]));
+        terms.into_iter().fold(T::zero(), |sum, term| sum + term)
+    }
+}
+
+fn continued() -> [Modes<Quad>; MODES] {
+    let moment = |l: usize, j: usize| {
+        gauss(MODES).into_iter().fold(Quad::ZERO, |sum, [x, weight]| {
+            let term = |x: Quad| values(x)[j] * values(x + Quad::from_f64(2.0))[l];
+            sum + weight * (term(x) + term(-x))
+        })
+    };
+    // A polynomial of degree l has no higher coefficients.
+    let entry = |l, j| if j > l { Quad::ZERO } else { moment(l, j) };
+    from_fn(|l| from_fn(|parity| from_fn(|m| entry(l, 2 * m + parity))))
+}
+
+fn integrated() -> [[f64; MODES]; MODES] {
+    let moment = |i: usize, j: usize| {
+        let start = if i == 0 && j == 0 { Quad::ONE.half() } else { Quad::ZERO };
+        let product = gauss(MODES).into_iter().fold(start, |sum, [x, weight]| {
+            let term = |x: Quad| values(x)[i] * integrals(x)[j];
+            sum + weight * (term(x) + term(-x))
+        });
+        product.to_f64()
+    };
+    from_fn(|i| from_fn(|j| moment(i, j)))
+}
