@@ -343,6 +343,19 @@ fn every_method_leaves_finite_numbers_or_the_old_state() {
 }
 
 #[test]
+fn a_step_of_no_time_changes_nothing() {
+    for row in METHODS.iter().filter(|row| row.poles().is_empty()) {
+        let solved = nonlinear(row, Duffing::new(1.0, 1.0, 0.5).unwrap()).ok();
+        let closed = linear(row, oscillator(2.0, 0.5)).ok();
+        for run in solved.into_iter().chain(closed) {
+            let (start, mut after) = (state(1.3, -0.7), state(1.3, -0.7));
+            let outcome = run.step(0.0, &mut after);
+            assert!(outcome.is_ok() && after == start, "{}: {outcome:?} {after:?}", row.name);
+        }
+    }
+}
+
+#[test]
 fn a_reservoir_beyond_the_numbers_is_not_finite() {
     // q and p stay finite; what is lost does not.
     let found = failure(&closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
