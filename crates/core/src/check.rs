@@ -6,8 +6,9 @@
 //!
 //! A derivative is checked against the *increments* of its function, not against difference quotients: the integral comes
 //! from Clenshaw and Curtis' quadrature, so nothing is truncated, there is no step to choose between truncation
-//! and rounding, and a state at rest, where every slope is 0, hides nothing. The edges lead from the state given in both
-//! directions. They are as long as the largest coordinate (momentum), at least 1, or shorter, until two quadratures
+//! and rounding, and a slope that is 0 at the state hides nothing. The edges lead from the state given, and from one
+//! displaced in every coordinate and momentum, in both directions: from a state at rest alone, products such as q1² q2² are 0
+//! along all of them. They are as long as the largest coordinate (momentum), at least 1, or shorter, until two quadratures
 //! agree to rounding; and what disagrees must do so on shorter edges too, so that no narrow feature between the nodes
 //! is taken for a lie. What is claimed for all states is checked at some around the state given, the same ones each time.
 //!
@@ -21,11 +22,13 @@ mod around;
 mod curvature;
 mod separable;
 mod system;
+mod uniform;
 
 use crate::{InputError, Mask, Quantity, Scalar, Separable, System};
 pub use curvature::curvature;
 pub use separable::separable;
 pub use system::system;
+pub use uniform::uniform;
 
 /// Is every mass positive and finite? O(N).
 ///

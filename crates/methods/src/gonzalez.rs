@@ -60,6 +60,10 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
+        if h == V::Scalar::zero() {
+            // No increment, and no velocity Δq/h to be had of it.
+            return Ok(Effort::default());
+        }
         let n = state.dof();
         let dissipative = !system.damping().zero;
         let effort = workspace.find(system, h, state)?;

@@ -14,7 +14,7 @@
 //!
 //! Where D = C(q) p couples the momenta it acts between the sweeps, one momentum after the other: see [`friction`], and there
 //! why that keeps K, the orders and passivity (in sum, for D = R(q) ∂H/∂p with R symmetric). What is coupled and not linear is
-//! refused.
+//! refused, and so is what is passive with an R that is not symmetric, as far as R(0) tells.
 
 mod before;
 mod composition;
@@ -71,7 +71,7 @@ where
         check::masses(system)?;
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
-        friction::check(system.damping())?;
+        friction::check::<V, S>(system)?;
         let means = system.damping().coupled.then(|| V::zeros(n));
         Ok(Workspace { before: Before::new(n), order, means })
     }

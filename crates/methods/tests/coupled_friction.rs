@@ -193,7 +193,7 @@ proptest! {
         let suzuki = [s, s, 1.0 - 4.0 * s, s, s].map(|weight| [weight / 2.0; 2]).concat();
         let back: Vec<usize> = order.iter().rev().copied().collect();
         for composition in [vec![0.5, 0.5], suzuki] {
-            let method = Increment::new(Composition::alternating(&composition)).in_order(order.clone());
+            let method = Increment::new(Composition::alternating(&composition).unwrap()).in_order(order.clone());
             let (mut by_sweeps, mut at_once) = (start.clone(), start.clone());
             let outcome = step(&method, &chain, h, &mut at_once);
             for (i, fraction) in composition.iter().enumerate() {
@@ -259,6 +259,32 @@ fn what_is_coupled_and_not_linear_is_refused() {
             other => panic!("{other:?}"),
         }
     }
+}
+
+/// vᵀ R v ≥ 0 does not ask for a symmetric R; that the sweeps fill the reservoirs in sum does.
+#[test]
+fn what_is_passive_and_not_symmetric_is_refused() {
+    let gyre = |friction: [[f64; 2]; 2], passive| Chain {
+        masses: vec![1.0, 2.0],
+        friction: friction.map(Vec::from).to_vec(),
+        swell: 0.0,
+        damping: Damping { passive, ..PASSIVE },
+    };
+    let method = Increment::new(Composition::pair());
+    let accepts = |chain: &Chain| Method::<Vec<f64>, Chain>::workspace(&method, chain);
+    for friction in [[[0.1, 4.0], [-4.0, 0.1]], [[0.1, 0.01], [0.0, 0.1]], [[0.1, f64::NAN], [0.0, 0.1]]] {
+        match accepts(&gyre(friction, Passive::InSum)) {
+            Err(error @ InputError::Unsupported { method: "increment", .. }) => {
+                let message = error.to_string();
+                assert!(message.contains("not symmetric") && message.contains("gonzalez"), "{message}");
+            }
+            other => panic!("{other:?}"),
+        }
+        // It owes nothing.
+        assert!(accepts(&gyre(friction, Passive::No)).is_ok());
+    }
+    // C = R M⁻¹ of a symmetric R is not symmetric.
+    assert!(accepts(&gyre([[0.3, -0.2], [-0.2, 0.4]], Passive::InSum)).is_ok());
 }
 
 #[test]

@@ -4,12 +4,12 @@
 
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
-    Curvature, Drag, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity, RunError, Separable,
-    State, StepFailure, System, View, integrate,
+    Block, Curvature, Drag, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
+    RunError, Separable, State, StepFailure, System, View, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
 use afterbay_methods::registry::{METHODS, Needs, Run, find, linear, nonlinear};
-use afterbay_methods::{Leapfrog, ModDg, Rk4};
+use afterbay_methods::{Gonzalez, Leapfrog, LinearSolver, ModDg, Rk4};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 
 /// A free particle that meets a wall, beyond which the force is no number: V = 0 up to q = 1, D = 0.1 p.
@@ -92,8 +92,9 @@ fn closed(name: &str, system: DampedOscillator<f64>) -> Run<f64> {
 /// The failure of a step, which must not have touched the state.
 fn failure(run: &Run<f64>, h: f64, start: &State<[f64; 1]>) -> StepFailure {
     let mut state = start.clone();
-    let failure = run.step(h, &mut state).unwrap_err();
-    assert_eq!(&state, start, "{failure}");
+    let error = run.step(h, &mut state).unwrap_err();
+    assert_eq!(&state, start, "{error}");
+    let IntegrateError::Run(RunError { step: 1, failure, .. }) = error else { panic!("{error}") };
     failure
 }
 
@@ -174,9 +175,9 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
     // ∂F/∂v is -2e12 here: what q loses to rounding in F is as large as the updates, and must not pass for convergence.
     let (mu, alpha, beta) = (-4.639779684474526, 3.7658394849613304, -8.126693682460336e-12);
     let system = ModifiedVanDerPol::new(mu, alpha, beta).unwrap();
-    let found =
-        bound("moddg-fixed-point", system).step(1.922333041947047, &mut state(680728.5370767893, 0.0));
-    assert!(matches!(found, Err(StepFailure::NotContracting { .. })), "{found:?}");
+    let run = bound("moddg-fixed-point", system);
+    let found = failure(&run, 1.922333041947047, &state(680728.5370767893, 0.0));
+    assert!(matches!(found, StepFailure::NotContracting { .. }), "{found}");
 }
 
 #[test]
@@ -249,6 +250,53 @@ fn leapfrog_is_singular_where_the_drive_cancels_the_momentum() {
 }
 
 #[test]
+fn a_state_of_another_length_is_refused() {
+    let refused = |outcome: Result<Effort, IntegrateError>, quantity, found| {
+        let length = InputError::Length { quantity, expected: 1, found };
+        assert_eq!(outcome, Err(IntegrateError::Input(length)));
+    };
+    for run in [bound("moddg", Duffing::new(1.0, 1.0, 0.1).unwrap()), closed("moddg", oscillator(1.0, 0.1))] {
+        for n in [0, 2] {
+            let mut state = State::new(vec![1.0; n], vec![0.5; n]).unwrap();
+            let before = state.clone();
+            refused(run.step(0.1, &mut state), Quantity::Coordinate, n);
+            assert_eq!(state, before);
+        }
+        let mut state = State { p: vec![], ..State::new(vec![1.0], vec![0.5]).unwrap() };
+        refused(run.step(0.1, &mut state), Quantity::Momentum, 0);
+    }
+}
+
+/// No degree of freedom is nothing to do.
+struct Nobody;
+
+impl System<f64> for Nobody {
+    fn dof(&self) -> usize {
+        0
+    }
+    fn energy(&self, _q: &[f64], _p: &[f64]) -> f64 {
+        0.0
+    }
+    fn gradient(&self, _q: &[f64], _p: &[f64], _hq: &mut [f64], _hp: &mut [f64]) {}
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], _d: &mut [f64]) {}
+}
+
+impl Curvature<f64> for Nobody {
+    fn curvature(&self, _q: &[f64], _p: &[f64], _put: impl FnMut(Block, usize, usize, f64)) {}
+}
+
+#[test]
+fn no_degrees_of_freedom_are_nothing_to_do() {
+    for solver in [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense] {
+        let mut state = State::new(vec![], vec![]).unwrap();
+        let method = Gonzalez { solver: Some(solver) };
+        let mut workspace = Method::<Vec<f64>, Nobody>::workspace(&method, &Nobody).unwrap();
+        method.step(&Nobody, 0.1, &mut state, &mut workspace).unwrap();
+        assert_eq!(state.dof(), 0);
+    }
+}
+
+#[test]
 fn divergence_ends_before_the_numbers_do() {
     for (name, h) in [("leapfrog", 2.5), ("rk4", 3.5)] {
         for run in [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))] {
@@ -292,6 +340,19 @@ fn every_method_leaves_finite_numbers_or_the_old_state() {
         }
     }
     assert!(failures > METHODS.len(), "{failures}");
+}
+
+#[test]
+fn a_step_of_no_time_changes_nothing() {
+    for row in METHODS.iter().filter(|row| row.poles().is_empty()) {
+        let solved = nonlinear(row, Duffing::new(1.0, 1.0, 0.5).unwrap()).ok();
+        let closed = linear(row, oscillator(2.0, 0.5)).ok();
+        for run in solved.into_iter().chain(closed) {
+            let (start, mut after) = (state(1.3, -0.7), state(1.3, -0.7));
+            let outcome = run.step(0.0, &mut after);
+            assert!(outcome.is_ok() && after == start, "{}: {outcome:?} {after:?}", row.name);
+        }
+    }
 }
 
 #[test]

@@ -288,7 +288,7 @@ proptest! {
             let mut by_sweeps = start.clone();
             let mut at_once = start.clone();
             let failure = step_by_sweeps(&net, &composition, h, &order, &mut by_sweeps)?;
-            let method = Increment::new(Composition::alternating(&composition)).in_order(order.clone());
+            let method = Increment::new(Composition::alternating(&composition).unwrap()).in_order(order.clone());
             let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, &net).unwrap();
             let outcome = method.step(&net, h, &mut at_once, &mut workspace);
             match failure {

@@ -4,7 +4,7 @@
 
 mod books;
 
-use afterbay_core::{Scalar, State, StepFailure};
+use afterbay_core::{RunError, Scalar, State, StepFailure};
 use afterbay_methods::registry::{METHODS, Run, find};
 use books::*;
 use proptest::strategy::{Strategy, ValueTree};
@@ -60,7 +60,7 @@ fn a_step_left_unsolved_is_caught() {
 fn a_failed_step_that_changes_the_state_is_caught() {
     let broken = |_, state: &mut State<[f64; 1]>| {
         state.w[0] += 1e-15;
-        Err(StepFailure::Singular { dof: 0, slope: 0.0 })
+        Err(RunError { step: 1, t: 0.0, failure: StepFailure::Singular { dof: 0, slope: 0.0 } }.into())
     };
     assert!(ORDINARY.keeps_k(&broken, ROUNDINGS).unwrap_err().contains("changed"));
 }

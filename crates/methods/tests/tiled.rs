@@ -2,7 +2,10 @@
 
 #![cfg(test)]
 
-use afterbay_core::{Grid, InputError, IntegrateError, Separable, State, Uniform, integrate};
+use afterbay_core::{
+    Coupling, Damping, Drag, Grid, InputError, IntegrateError, Method, Scalar, Separable, State, System,
+    Uniform, f64x8, integrate,
+};
 use afterbay_methods::{Composition, Increment, Tiled};
 use afterbay_systems::{FputChain, VanDerPolRing};
 use proptest::prelude::*;
@@ -121,6 +124,72 @@ fn two_colours_are_for_chains_and_even_rings() {
         &mut (),
     );
     assert!(matches!(refused, Err(IntegrateError::Input(InputError::Unsupported { .. }))), "{refused:?}");
+}
+
+/// Alike or not: springs to the walls, H = Σ p_j²/(2 m_j) + q_j²/2, no friction.
+#[derive(Clone)]
+struct Masses<T>(Vec<T>);
+
+impl<T: Scalar> System<T> for Masses<T> {
+    fn dof(&self) -> usize {
+        self.0.len()
+    }
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let each = |(j, (&q, &p)): (usize, (&T, &T))| (p * p / self.0[j] + q * q).half();
+        q.iter().zip(p).enumerate().map(each).fold(T::zero(), |sum, h| sum + h)
+    }
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        (0..q.len()).for_each(|j| (hq[j], hp[j]) = (q[j], p[j] / self.0[j]));
+    }
+    fn dissipation(&self, _q: &[T], _p: &[T], _v: &[T], d: &mut [T]) {
+        d.fill(T::zero());
+    }
+    fn damping(&self) -> Damping {
+        Damping::NONE
+    }
+    fn coupling(&self) -> Coupling {
+        Coupling::Chain
+    }
+}
+
+impl<T: Scalar> Separable<T> for Masses<T> {
+    fn mass(&self, j: usize) -> T {
+        self.0[j.min(self.0.len() - 1)]
+    }
+    fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
+        at
+    }
+    fn drag(&self, _q: &[T], _p: &[T], _j: usize) -> Drag<T> {
+        Drag { value: T::zero(), by_q: T::zero(), by_p: T::zero() }
+    }
+}
+
+impl Uniform for Masses<f64> {
+    type Lanes = Masses<f64x8>;
+    fn lanes(&self) -> Masses<f64x8> {
+        Masses(self.0.iter().map(|&m| f64x8::from_f64(m)).collect())
+    }
+}
+
+#[test]
+fn members_of_other_masses_are_refused() {
+    let method = Tiled::new(Composition::pair());
+    let (alike, other) = (Masses(vec![2.0; 5]), Masses(vec![2.0, 2.0, 3.0, 2.0, 2.0]));
+    assert!(method.workspace(&alike).is_ok());
+    match method.workspace(&other) {
+        Err(error @ InputError::Unsupported { method: "increment", .. }) => {
+            assert!(error.to_string().contains("mass"), "{error}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn no_members_are_nothing_to_do() {
+    let mut state = State::new(vec![], vec![]).unwrap();
+    let grid = Grid::of(0.1, 3).unwrap();
+    integrate(&Tiled::new(Composition::pair()), &Masses::<f64>(vec![]), grid, &mut state, &mut ()).unwrap();
+    assert_eq!(state.dof(), 0);
 }
 
 /// A node of a standing wave stays where it is but for rounding, between forces that cancel.

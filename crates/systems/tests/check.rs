@@ -2,7 +2,7 @@
 
 #![cfg(test)]
 
-use afterbay_core::{Curvature, InputError, Separable, check};
+use afterbay_core::{Curvature, InputError, Separable, Uniform, check};
 use afterbay_systems::{
     DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -41,6 +41,11 @@ fn separable<S: Separable<f64>>(
     good(check::separable(&system, &q[..system.dof()], &p[..system.dof()]))
 }
 
+fn uniform<S: Uniform>(system: Result<S, InputError>, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
+    let system = system.unwrap();
+    good(check::uniform(&system, &q[..system.dof()], &p[..system.dof()]))
+}
+
 fn curvature<S: Curvature<f64>>(
     system: Result<S, InputError>,
     q: &[f64],
@@ -66,8 +71,8 @@ proptest! {
     fn chain_and_ring(
         n in 1..12_usize, x in number(6.0), y in number(6.0), q in numbers(12, 9.0), p in numbers(12, 9.0),
     ) {
-        separable(FputChain::new(n, x, y), &q, &p)?;
-        separable(VanDerPolRing::new(n, x, y), &q, &p)?;
+        uniform(FputChain::new(n, x, y), &q, &p)?;
+        uniform(VanDerPolRing::new(n, x, y), &q, &p)?;
         curvature(FputChain::new(n, x, y), &q, &p)?;
         curvature(VanDerPolRing::new(n, x, y), &q, &p)?;
     }

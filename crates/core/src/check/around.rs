@@ -26,6 +26,12 @@ pub(super) fn around<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) 
     std::iter::once(here).chain(others.filter(|place| place.fields.finite().is_ok())).collect()
 }
 
+/// Where edges start: the state, and the first of the others. Where the state has zeros, products with them vanish along every
+/// edge from it; the other has none.
+pub(super) fn starts(places: &[Place]) -> &[Place] {
+    &places[..places.len().min(2)]
+}
+
 /// Multiples of the golden ratio, modulo 1, fill an interval evenly.
 pub(super) fn displaced(x: &[f64], k: usize, size: f64) -> Vec<f64> {
     let (golden, size) = ((5.0_f64.sqrt() - 1.0) / 2.0, size * reach(x));

@@ -1,7 +1,7 @@
 //! What a system says of its second derivatives.
 
 use super::along::{Sample, compare};
-use super::around::around;
+use super::around::{Place, around, starts};
 use super::{Fields, moved, reach, rounding, system};
 use crate::{Block, Curvature, InputError};
 
@@ -16,7 +16,8 @@ pub fn curvature<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
     system(s, q, p)?;
     let here = entries(s, q, p);
     places(s, &here, q.len())?;
-    for place in around(s, q, p) {
+    let others = around(s, q, p);
+    for place in &others {
         let there = entries(s, &place.q, &place.p);
         let same = |a: &Entry, b: &Entry| (a.0, a.1, a.2) == (b.0, b.1, b.2);
         let differing = there.iter().zip(&here).find(|(a, b)| !same(a, b)).map(|(_, b)| b);
@@ -29,9 +30,11 @@ pub fn curvature<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
             );
         }
     }
-    for j in 0..q.len() {
-        column(s, q, p, j, true)?;
-        column(s, q, p, j, false)?;
+    for Place { q, p, .. } in starts(&others) {
+        for j in 0..q.len() {
+            column(s, q, p, j, true)?;
+            column(s, q, p, j, false)?;
+        }
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What a separable system says of itself.
 
 use super::along::{Resolved, Sample, compare};
-use super::around::{Place, around};
+use super::around::{Place, around, starts};
 use super::system::{most, unmoved};
 use super::{masses, moved, reach, rounding, system};
 use crate::{Block, InputError, Quantity, Separable, edge::by_quadrature};
@@ -18,13 +18,15 @@ pub fn separable<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
     let places = around(s, q, p);
     for dof in 0..q.len() {
         parts(s, q, &places, dof)?;
-        increments(s, q, dof)?;
+        starts(&places).iter().try_for_each(|place| increments(s, &place.q, dof))?;
     }
     if s.damping().coupled {
         return Ok(());
     }
     let rule = "D_j of a separable system depends on no other momentum, unless damping() says it is coupled";
-    unmoved(s, q, p, |i, j| i != j, &[Block::Dp], rule)
+    starts(&places)
+        .iter()
+        .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, |i, j| i != j, &[Block::Dp], rule))
 }
 
 /// ∂V/∂q_j, m_j and D_j against the gradient and the dissipation, at every place.

@@ -1,7 +1,7 @@
 //! What every system says of itself.
 
 use super::along::{Sample, compare};
-use super::around::{Place, around, displaced};
+use super::around::{Place, around, displaced, starts};
 use super::{Fields, finite, moved, reach, rounding};
 use crate::{Block, InputError, Passive, Quantity, System};
 
@@ -21,12 +21,15 @@ pub fn system<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Resu
         finite(quantity, part)?;
     }
     Fields::at(system, q, p).finite()?;
-    for j in 0..n {
-        gradient(system, Quantity::Slope, (q, p), j)?;
-        gradient(system, Quantity::Velocity, (q, p), j)?;
+    let places = around(system, q, p);
+    for Place { q, p, .. } in starts(&places) {
+        for j in 0..n {
+            gradient(system, Quantity::Slope, (q, p), j)?;
+            gradient(system, Quantity::Velocity, (q, p), j)?;
+        }
     }
-    damping(system, &around(system, q, p))?;
-    coupling(system, q, p)
+    damping(system, &places)?;
+    starts(&places).iter().try_for_each(|Place { q, p, .. }| coupling(system, q, p))
 }
 
 /// ∂H/∂q_j or ∂H/∂p_j against the increments of H.

@@ -1,6 +1,6 @@
 //! Sweeps to and fro, composed for higher order.
 
-use afterbay_core::Scalar;
+use afterbay_core::{InputError, Scalar};
 
 /// The fractions of the step its sweeps take: forward, back, forward, ... in turn. They add up to 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,18 +10,26 @@ pub struct Composition {
 
 impl Composition {
     /// Sweeps of the fractions given, forward and back in turn.
-    pub fn alternating(fractions: &[f64]) -> Self {
-        Self { fractions: fractions.iter().map(|&x| [x, 0.0]).collect() }
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] where their sum is not 1 to the rounding of its terms.
+    pub fn alternating(fractions: &[f64]) -> Result<Self, InputError> {
+        let value = fractions.iter().fold(0.0, |sum, x| sum + x);
+        let size: f64 = fractions.iter().map(|x| x.abs()).sum();
+        if !size.is_finite() || (value - 1.0).abs() > fractions.len() as f64 * f64::EPSILON * size {
+            return Err(InputError::Parameter { name: "sum of the fractions", value, range: "1" });
+        }
+        Ok(Self { fractions: fractions.iter().map(|&x| [x, 0.0]).collect() })
     }
 
     /// One sweep: order 1.
     pub fn sweep() -> Self {
-        Self::alternating(&[1.0])
+        Self { fractions: vec![[1.0, 0.0]] }
     }
 
     /// Half a step forward and half a step back: symmetric, order 2.
     pub fn pair() -> Self {
-        Self::alternating(&[0.5, 0.5])
+        Self { fractions: vec![[0.5, 0.0]; 2] }
     }
 
     /// Order 4: five pairs (Suzuki 1990).
@@ -189,6 +197,23 @@ mod tests {
                     || fractions.iter().zip(fractions.iter().rev()).all(|(a, b)| (a - b).abs() < 1e-14)
             );
         }
+    }
+
+    #[test]
+    fn fractions_that_are_no_step_are_refused() {
+        let refused = |fractions: &[f64]| Composition::alternating(fractions).unwrap_err().to_string();
+        assert_eq!(refused(&[]), "parameter sum of the fractions = 0.0 must be 1");
+        assert_eq!(refused(&[0.5]), "parameter sum of the fractions = 0.5 must be 1");
+        assert_eq!(
+            refused(&[0.5, 0.5 + 1e-14]),
+            "parameter sum of the fractions = 1.00000000000001 must be 1"
+        );
+        assert_eq!(refused(&[1.0, f64::INFINITY]), "parameter sum of the fractions = inf must be 1");
+        assert_eq!(refused(&[f64::NAN, 1.0]), "parameter sum of the fractions = NaN must be 1");
+        assert_eq!(refused(&[1e308, 1e308, 1.0]), "parameter sum of the fractions = inf must be 1");
+        assert_eq!(Composition::alternating(&[0.5, 0.5]), Ok(Composition::pair()));
+        assert!(Composition::alternating(&[0.1; 10]).is_ok());
+        assert!(Composition::alternating(&[0.0, 1.0]).is_ok());
     }
 
     /// Of weights γ of a symmetric method, Σ γ^k for odd k below the order.

@@ -15,15 +15,59 @@
 //! of the other after it is consistent, and its adjoint is the same with every order reversed: what holds of sweeps alone, and
 //! of every composition of them, holds of these.
 
-use afterbay_core::{Damping, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
+use afterbay_core::{Coupling, InputError, Mask, Passive, Scalar, Separable, State, StepFailure, Vector};
 
-/// Is friction that couples the momenta linear in them?
-pub(super) fn check(damping: Damping) -> Result<(), InputError> {
-    if damping.coupled && !damping.linear {
-        let why = "D depends on the momenta of others and is not linear in them: take gonzalez";
-        return Err(InputError::Unsupported { method: "increment", why });
+/// Is friction that couples the momenta linear in them, and where Δw ≥ 0 is owed, its R symmetric?
+///
+/// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. R is looked at where q = 0 only: that it is symmetric elsewhere
+/// too is left to the system. What is active owes nothing, and may have any C.
+pub(super) fn check<V, S>(system: &S) -> Result<(), InputError>
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    let damping = system.damping();
+    let refuse = |why| Err(InputError::Unsupported { method: "increment", why });
+    if !damping.coupled {
+        return Ok(());
+    }
+    if !damping.linear {
+        return refuse("D depends on the momenta of others and is not linear in them: take gonzalez");
+    }
+    if damping.passive != Passive::No && !symmetric::<V, S>(system) {
+        return refuse("D = R ∂H/∂p with R not symmetric would drain the reservoirs in sum: take gonzalez");
     }
     Ok(())
+}
+
+/// Is R symmetric at q = 0? To rounding, beside the diagonal: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
+fn symmetric<V, S>(system: &S) -> bool
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    let (n, coupling) = (system.dof(), system.coupling());
+    let (q, mut p) = (V::zeros(n), V::zeros(n));
+    let mut entry = |i: usize, j: usize| {
+        p.as_mut_slice()[j] = system.mass(j);
+        let drag = system.drag(q.as_slice(), p.as_slice(), i).value;
+        p.as_mut_slice()[j] = V::Scalar::zero();
+        drag.to_f64()
+    };
+    let diagonal: Vec<f64> = (0..n).map(|j| entry(j, j)).collect();
+    let rounding = f64::EPSILON * (1000.0 + n as f64);
+    // Only neighbours, where there are.
+    let first = |i: usize| match coupling {
+        Coupling::Dense => 0,
+        Coupling::Ring if i + 1 == n => 0,
+        Coupling::Chain | Coupling::Ring => i.saturating_sub(1),
+    };
+    (0..n).all(|i| {
+        (first(i)..i).filter(|&j| coupling.joins(n, i, j)).all(|j| {
+            let slack = rounding * (diagonal[i].abs() * diagonal[j].abs()).sqrt();
+            (entry(i, j) - entry(j, i)).abs() <= slack
+        })
+    })
 }
 
 /// Friction alone for a time `h`, in the order given. `means` holds P.

@@ -69,8 +69,13 @@ where
         check::masses(system)?;
         Self::fits(system)?;
         let n = system.dof();
+        // A lane takes the mass of one for that of all: the ∂H/∂p of another would cost K.
+        if (1..n).any(|j| system.mass(j) != system.mass(0)) {
+            let why = "members moved side by side have the same mass";
+            return Err(InputError::Unsupported { method: "increment", why });
+        }
         let tile = Tile::new(n, system.coupling() == Coupling::Ring, self.composition.sweeps());
-        let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE));
+        let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE)).max(1);
         Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads] })
     }
 

@@ -67,13 +67,13 @@ impl Solver for Small {
         for (k, &row) in self.exchanges.iter().enumerate() {
             x.swap(k, row);
         }
-        for (k, column) in self.values.chunks_exact(n).enumerate() {
+        for (k, column) in self.values.chunks_exact(n.max(1)).enumerate() {
             let top = x[k];
             for (x, factor) in x[k + 1..].iter_mut().zip(&column[k + 1..]) {
                 *x = (-factor).mul_add(top, *x);
             }
         }
-        for (k, column) in self.values.chunks_exact(n).enumerate().rev() {
+        for (k, column) in self.values.chunks_exact(n.max(1)).enumerate().rev() {
             let top = x[k] * column[k];
             x[k] = top;
             for (x, factor) in x[..k].iter_mut().zip(column) {

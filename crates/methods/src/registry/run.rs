@@ -1,8 +1,8 @@
 //! A method bound to a system, for whoever knows neither: studies are written once for every method, system and N.
 
 use afterbay_core::{
-    Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, Scalar, State, StepFailure, System,
-    Vector, View, integrate,
+    Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State, StepFailure,
+    System, Vector, View, integrate,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -29,12 +29,14 @@ impl<T: Scalar> Run<T> {
         self.0.run(grid, Place::of(state), stride, show)
     }
 
-    /// One step. `state` has the system's number of degrees of freedom, as [`State::check`] can tell.
+    /// One step; time stays where it is.
     ///
     /// # Errors
-    /// [`Method::step`]'s; the state is then as it was.
-    pub fn step<V: Vector<Scalar = T>>(&self, h: T, state: &mut State<V>) -> Result<Effort, StepFailure> {
-        self.0.step(h, Place::of(state))
+    /// Those of [`State::check`] and of [`Method::step`], the latter as those of a run of one step; the state is then as it was.
+    pub fn step<V: Vector<Scalar = T>>(&self, h: T, state: &mut State<V>) -> Result<Effort, IntegrateError> {
+        state.check(self.0.dof())?;
+        let t = state.t.to_f64();
+        Ok(self.0.step(h, Place::of(state)).map_err(|failure| RunError { step: 1, t, failure })?)
     }
 }
 

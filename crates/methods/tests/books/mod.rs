@@ -1,6 +1,6 @@
 //! One step of a method on one degree of freedom, and how far it may move K = H + w by rounding.
 
-use afterbay_core::{Effort, InputError, Mask, Quad, Scalar, State, StepFailure};
+use afterbay_core::{Effort, InputError, IntegrateError, Mask, Quad, Scalar, State, StepFailure};
 use afterbay_methods::registry::{Row, Run, linear, nonlinear};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 use proptest::prelude::*;
@@ -203,7 +203,7 @@ pub(crate) fn case(model: impl Strategy<Value = Model>) -> impl Strategy<Value =
 }
 
 /// A step: the registry's methods, and broken ones.
-pub(crate) type Step<'a, T> = &'a dyn Fn(T, &mut State<[T; 1]>) -> Result<Effort, StepFailure>;
+pub(crate) type Step<'a, T> = &'a dyn Fn(T, &mut State<[T; 1]>) -> Result<Effort, IntegrateError>;
 
 fn bits<T: Widen>(state: &State<[T; 1]>) -> [[u64; 2]; 3] {
     [state.q[0], state.p[0], state.w[0]].map(|x| {
@@ -238,7 +238,8 @@ impl Case {
                 Err(_) if bits(&before) != bits(&state) => {
                     return Err(format!("failed step {n} changed {before:?} to {state:?}"));
                 }
-                Err(failure) => return Ok(Some(failure)),
+                Err(IntegrateError::Run(error)) => return Ok(Some(error.failure)),
+                Err(error) => return Err(error.to_string()),
             }
         }
         Ok(None)
