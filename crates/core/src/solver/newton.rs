@@ -24,7 +24,7 @@ impl Newton {
     /// which the slope stays positive.
     #[inline(always)]
     pub fn direct<T: Scalar>(start: T, equation: impl FnMut(T) -> Sample<T>) -> Option<Root<T>> {
-        iterate(start, start, equation).ok()
+        iterate::<_, true>(start, start, equation).ok()
     }
 }
 
@@ -36,7 +36,7 @@ impl Solver for Newton {
         start: T,
         mut equation: impl FnMut(T, T) -> Sample<T>,
     ) -> Result<Root<T>, StepFailure> {
-        match iterate(start, start, |x| equation(T::one(), x)) {
+        match iterate::<_, true>(start, start, |x| equation(T::one(), x)) {
             Ok(root) => Ok(root),
             Err(stalled) => follow(dof, start, equation, stalled.evaluations),
         }
@@ -49,9 +49,9 @@ struct Stalled {
     evaluations: u32,
 }
 
-/// Solves `x = start - F(x)` from `x`.
+/// Solves `x = start - F(x)` from `x`, in one stride from s = 0 where it is `direct`.
 #[inline(always)]
-fn iterate<T: Scalar>(
+fn iterate<T: Scalar, const DIRECT: bool>(
     mut x: T,
     start: T,
     mut equation: impl FnMut(T) -> Sample<T>,
@@ -59,6 +59,7 @@ fn iterate<T: Scalar>(
     let (zero, one) = (T::zero(), T::one());
     let (mut inverse, mut rest) = (one, zero);
     let (mut update, mut last) = (zero, [zero; 2]);
+    let mut extra = 0;
     // Corrections that grew and may be noise, in each lane.
     let mut grown = zero;
     // Lanes that are done wait for the others.
@@ -81,6 +82,15 @@ fn iterate<T: Scalar>(
             }
             rest = T::select(anew, zero, rest);
             inverse = T::select(anew, derivative.recip(), inverse);
+            // At s, F has been passed up to s x: so the slope must be positive on the way from 0 too.
+            if DIRECT && evaluations == 1 {
+                let origin = equation(zero);
+                extra = 1;
+                let rise = x + f.value - origin.value;
+                if !rises([one + origin.slope, derivative], rise, x, zero).all() {
+                    return Err(Stalled { update: f64::NAN, evaluations: 2 });
+                }
+            }
         }
         let (previous, [slope_before, residual_before]) = (update, last);
         let residual = start - x - f.value;
@@ -104,13 +114,9 @@ fn iterate<T: Scalar>(
         done = done.or(next.lt(scale * (largest * largest)));
         if turned || !done.all() {
             cold_path();
-            // Between this iterate and the one before, the slope is about the parabola a (1-t)² + 2 c t (1-t) + b t² through
-            // the slopes a and b at the ends and the mean (a + c + b)/3. It vanishes nowhere if c > -√(ab).
-            let (a, b) = (one + slope_before, one + f.slope);
-            let c = (residual_before - residual) * T::from_f64(3.0) - (a + b) * previous;
-            let c = T::select(previous.lt(zero), -c, c);
-            let least = (a * b).sqrt().half().mul_add(largest, T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * scale * a);
-            if !waiting.or(zero.le(c + least)).all() {
+            let ends = [one + slope_before, one + f.slope];
+            let noise = T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * scale;
+            if !waiting.or(rises(ends, residual_before - residual, previous, noise)).all() {
                 return Err(Stalled { update: update.to_f64(), evaluations });
             }
         }
@@ -124,9 +130,21 @@ fn iterate<T: Scalar>(
                 continue;
             }
         }
-        return Ok(Root { x, evaluations });
+        return Ok(Root { x, evaluations: evaluations + extra });
     }
     Err(Stalled { update: update.to_f64(), evaluations: LIMIT })
+}
+
+/// Does x + F rise all along an edge, as far as its slopes a and b at the ends and its rise tell? Its slope is about the parabola
+/// a (1-t)² + 2 c t (1-t) + b t² of mean (a + c + b)/3, which vanishes nowhere if c > -√(ab). Half of that leaves a margin, and a
+/// width within the noise is none.
+#[inline(always)]
+fn rises<T: Scalar>([a, b]: [T; 2], rise: T, width: T, noise: T) -> T::Mask {
+    let c = rise * T::from_f64(3.0) - (a + b) * width;
+    let c = T::select(width.lt(T::zero()), -c, c);
+    let product = a * b;
+    let least = product.abs().sqrt().half().mul_add(width.abs(), noise * a.abs());
+    T::zero().lt(a).and(T::zero().lt(b)).and(T::zero().le(c + least))
 }
 
 /// Follows the solution from s = 0 to s = 1.
@@ -144,7 +162,7 @@ fn follow<T: Scalar>(
     let (mut x, mut s, mut stride) = (start, 0.0_f64, 0.25_f64);
     while s < 1.0 {
         let next = (s + stride).min(1.0);
-        match iterate(x, start, |x| equation(T::from_f64(next), x)) {
+        match iterate::<_, false>(x, start, |x| equation(T::from_f64(next), x)) {
             Ok(root) => {
                 evaluations += root.evaluations;
                 (x, s) = (root.x, next);
