@@ -5,8 +5,9 @@ use crate::{Mask, Quantity, Scalar, StepFailure};
 use std::hint::cold_path;
 
 /// Newton's iteration to rounding. Corrections with the last slope (chords) follow while they contract fast, so that
-/// an ordinary step needs one division; where the slope has been negative on the way, or nothing converges, the
-/// solution is followed from s = 0 instead, and its loss is a failure.
+/// an ordinary step needs one division. Where the slopes seen allow for a fold on the way, or nothing converges, the
+/// solution is followed from s = 0 instead, and its loss is a failure. The slope between the points where it is seen is taken for
+/// a parabola, so that a force that turns often within a step may still lead to another solution, unseen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton;
 
@@ -21,7 +22,7 @@ const ROUNDINGS: f64 = 64.0;
 
 impl Newton {
     /// The direct iteration alone, without the continuation: none where it does not lead, in every lane, to a solution to
-    /// which the slope stays positive.
+    /// which the slope stays positive, as far as it is seen.
     #[inline(always)]
     pub fn direct<T: Scalar>(start: T, equation: impl FnMut(T) -> Sample<T>) -> Option<Root<T>> {
         iterate::<_, true>(start, start, equation).ok()
@@ -257,24 +258,23 @@ mod tests {
         Some(x)
     }
 
-    /// Roots that are not the one continued, roots where there is none to continue to, failures where there is one.
-    fn wrong_roots(cases: u32) -> [u32; 5] {
+    /// The cases, roots that are not the one continued, roots where none is, failures where one is.
+    fn continuations(cases: u32) -> [u32; 4] {
         let mut seed = 1_u64;
         let mut random = |low: f64, high: f64| {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             low + (high - low) * (seed >> 11) as f64 / (1_u64 << 53) as f64
         };
-        let mut counts = [0; 5];
+        let mut counts = [cases, 0, 0, 0];
         for _ in 0..cases {
             let (q, p, h) = (random(-2.0, 2.0), random(-2.0, 2.0), random(0.5, 5.0));
             let found = Newton.solve(0, p, double_well(h, q));
             match (continued(p, double_well(h, q)), found) {
-                (Some(x), Ok(root)) => counts[0] += u32::from((root.x - x).abs() > 1e-6),
-                (None, Ok(_)) => counts[1] += 1,
-                (Some(_), Err(_)) => counts[2] += 1,
-                (None, Err(_)) => counts[4] += 1,
+                (Some(x), Ok(root)) => counts[1] += u32::from((root.x - x).abs() > 1e-6),
+                (None, Ok(_)) => counts[2] += 1,
+                (Some(_), Err(_)) => counts[3] += 1,
+                (None, Err(_)) => {}
             }
-            counts[3] = counts[3].max(found.map_or(0, |root| root.evaluations));
         }
         counts
     }
@@ -284,8 +284,10 @@ mod tests {
         let (h, q, p) = (3.2959, -0.97049, 0.60874);
         let root = Newton.solve(0, p, double_well(h, q)).unwrap();
         assert!((2.0 * root.x - p + 0.34649).abs() < 1e-4, "{root:?}");
-        let n: u32 = std::env::var("CASES").map_or(2000, |x| x.parse().unwrap());
-        println!("{:?}", wrong_roots(n));
+        let [cases, wrong, lost, failed] = continuations(2000);
+        println!("{cases} {wrong} {lost} {failed}");
+        // Slopes seen at points are no proof: of 1e5, 27 are other roots, and 40 are roots where none continues.
+        assert!(wrong <= 2 && lost <= 4 && failed <= 1, "{cases}: {wrong} {lost} {failed}");
     }
 
     #[test]
@@ -306,8 +308,12 @@ mod tests {
     #[test]
     fn a_continuation_ends() {
         // The slope given is off so much that no correction shrinks.
-        let failure =
-            Newton.solve(0, 1.0, |s: f64, x: f64| Sample { value: s * 3.0 * x, slope: 0.0, rough: 0.0, blur: 0.0 });
+        let failure = Newton.solve(0, 1.0, |s: f64, x: f64| Sample {
+            value: s * 3.0 * x,
+            slope: 0.0,
+            rough: 0.0,
+            blur: 0.0,
+        });
         assert!(
             matches!(failure, Err(StepFailure::NewtonStalled { iterations, .. }) if iterations < 11_000),
             "{failure:?}"
