@@ -396,7 +396,7 @@ impl System<f64> for Far {
         d.fill(0.0);
     }
     fn damping(&self) -> afterbay_core::Damping {
-        afterbay_core::Damping::ZERO
+        afterbay_core::Damping::NONE
     }
 }
 
