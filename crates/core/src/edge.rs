@@ -13,8 +13,9 @@ use crate::{Line, Scalar};
 pub fn by_quadrature<T: Scalar>(a: T, b: T, f: impl Fn(T) -> T) -> Line<T> {
     let width = b - a;
     let [value] = mean(a, b, |at, _| [f(at)]);
-    // On an edge shorter than this the slope would be rounding noise: it is half of f' there.
-    let reach = T::from_f64(1e-6) * (T::one() + a.abs());
+    // On an edge shorter than this the slope would be rounding noise: it is half of f' there. An angle far from 0 is rounded
+    // the more, but f varies over a radian there too: between the roundings of a and 1, the slope is best near their mean.
+    let reach = (a + T::from_f64(1e-7) * (T::one() + a.abs()).sqrt()) - a;
     let short = width.abs().lt(reach);
     let step = T::select(short, reach, width);
     let rise = (f(a + step) - T::select(short, f(a), value)) / step;
@@ -94,6 +95,17 @@ mod tests {
         for (b, bound) in [(0.7, 1e-6), (0.7 + 1e-12, 1e-6), (0.7 - 1e-5, 1e-9), (0.9, 1e-9), (2.7, 1e-9)] {
             let slope = (exact(b + 1e-5) - exact(b - 1e-5)) / 2e-5;
             assert!((at(b).slope - slope).abs() < bound, "{b}: {} {slope}", at(b).slope);
+        }
+    }
+
+    #[test]
+    fn an_angle_far_from_zero_has_its_slope() {
+        for turns in [1e3, 1e5, 1e7] {
+            let a = 0.3 + std::f64::consts::TAU * turns;
+            for b in [a, a + 1e-6, a + 1e-3] {
+                let (slope, exact) = (by_quadrature(a, b, f64::sin).slope, a.cos() / 2.0);
+                assert!((slope - exact).abs() < 1e-3, "{turns} {}: {slope} {exact}", b - a);
+            }
         }
     }
 

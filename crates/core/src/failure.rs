@@ -219,10 +219,10 @@ pub enum StepFailure {
         /// The last update over the one before.
         ratio: f64,
     },
-    /// Newton's iteration finds no solution that continues from h → 0.
+    /// Newton's iteration finds no solution that continues from h → 0, within the iterations it has.
     #[error(
         "Newton's iteration of degree of freedom {} stalls (last update {update:e} after {iterations} iterations): \
-         the equation has no solution that continues from h = 0, take a smaller step",
+         it finds no solution that continues from h = 0, take a smaller step",
         dof + 1
     )]
     NewtonStalled {

@@ -34,8 +34,8 @@ pub struct Sample<T> {
     pub slope: T,
     /// What F changes by where its argument is rounded: this times the unit roundoff.
     pub rough: T,
-    /// The same of all F is made of, of which much may cancel. Corrections below the root of the roundoff of it are noise once
-    /// they stop shrinking.
+    /// The same of all F is made of, of which much may cancel. Corrections that no longer shrink are noise up to 64 roundings
+    /// of it, which is what a large bound costs at most.
     pub blur: T,
 }
 

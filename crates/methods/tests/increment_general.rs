@@ -381,3 +381,62 @@ fn a_step_allocates_nothing() {
         assert!(h > 1.0 || failed == 0, "{failed}");
     }
 }
+
+/// H = p0²/2 + p1²/2 + 2 q1⁴: q0 is free and far away.
+struct Far;
+
+impl System<f64> for Far {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        (p[0] * p[0] + p[1] * p[1]) / 2.0 + 2.0 * q[1].powi(4)
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        hq.copy_from_slice(&[0.0, 8.0 * q[1].powi(3)]);
+        hp.copy_from_slice(p);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d.fill(0.0);
+    }
+    fn damping(&self) -> afterbay_core::Damping {
+        afterbay_core::Damping::NONE
+    }
+}
+
+impl PhasePlane<f64> for Far {
+    fn slopes(&self, _q: &[f64], _p: &[f64], j: usize, [q, p]: [f64; 2]) -> afterbay_core::Slopes<f64> {
+        let far = f64::from(u8::from(j == 1));
+        afterbay_core::Slopes {
+            hq: far * 8.0 * q.powi(3),
+            hp: p,
+            hqq: far * 24.0 * q * q,
+            hqp: 0.0,
+            hpp: 1.0,
+        }
+    }
+    fn resistance(
+        &self,
+        _q: &[f64],
+        _p: &[f64],
+        _j: usize,
+        _at: [f64; 2],
+        _v: f64,
+    ) -> afterbay_core::Resistance<f64> {
+        afterbay_core::Resistance { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
+    }
+}
+
+#[test]
+fn what_is_far_away_loosens_nothing_else() {
+    let method = GeneralIncrement::new(Composition::pair());
+    for h in [0.1, 1.0, 3.0, 10.0] {
+        for (q, p) in [(0.3, 1.0), (1.0, 0.0), (2.0, -1.0), (0.0, 3.0)] {
+            let mut state = State::new([1e8, q], [0.0, p]).unwrap();
+            let before = Far.energy(&state.q, &state.p);
+            let step = integrate(&method, &Far, Grid::of(h, 1).unwrap(), &mut state, &mut ());
+            let change = (Far.energy(&state.q, &state.p) - before).abs() / before;
+            assert!(step.is_err() || change < 1e-13, "{h} {q} {p}: {change:e}");
+        }
+    }
+}

@@ -47,7 +47,7 @@ impl Solver for FixedPoint {
             }
             if T::from_f64(f64::from(PATIENCE)).le(T::from_f64(f64::from(waited)) * gap).all() {
                 // What a contraction stops shrinking at is the noise of F, unless it never got close.
-                let small = T::from_f64(T::EPSILON.sqrt()) * (start.abs() + x.abs() + f.blur);
+                let small = T::from_f64(64.0 * T::EPSILON) * (start.abs() + x.abs() + f.blur);
                 // Where F rises, iterates alternate around the solution, by many roundings if F' is near 1.
                 let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
                 return if smallest.le(small).all() {
