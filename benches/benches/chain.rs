@@ -81,7 +81,9 @@ fn by_hand(n: usize) -> f64 {
     let clock = Instant::now();
     (0..steps(n)).for_each(|_| chain.step(H));
     let elapsed = clock.elapsed().as_secs_f64() * 1e9 / (n * steps(n)) as f64;
-    assert!((chain.total() - total).abs() < 1e-12 * total, "by hand, K is not kept");
+    // The bonds of a long smooth chain are differences of nearly equal numbers.
+    let rounding = 1e-12_f64.max(1e-15 * n as f64);
+    assert!((chain.total() - total).abs() < rounding * total, "by hand, K is not kept");
     elapsed
 }
 

@@ -13,6 +13,8 @@ pub struct Newton;
 
 /// Corrections before the direct iteration is given up.
 const LIMIT: u32 = 200;
+/// A slope of F at the start beyond which the solution is followed from s = 0.
+const STEEP: f64 = 0.125;
 /// The shortest step in s of the continuation.
 const SHORTEST: f64 = 1e-6;
 /// Evaluations after which the continuation is given up.
@@ -60,7 +62,6 @@ fn iterate<T: Scalar, const DIRECT: bool>(
     let (zero, one) = (T::zero(), T::one());
     let (mut inverse, mut rest) = (one, zero);
     let (mut update, mut last) = (zero, [zero; 2]);
-    let mut extra = 0;
     // Corrections that grew and may be noise, in each lane.
     let mut grown = zero;
     // Lanes that are done wait for the others.
@@ -83,14 +84,9 @@ fn iterate<T: Scalar, const DIRECT: bool>(
             }
             rest = T::select(anew, zero, rest);
             inverse = T::select(anew, derivative.recip(), inverse);
-            // At s, F has been passed up to s x: so the slope must be positive on the way from 0 too.
-            if DIRECT && evaluations == 1 {
-                let origin = equation(zero);
-                extra = 1;
-                let rise = x + f.value - origin.value;
-                if !rises([one + origin.slope, derivative], rise, x, zero).all() {
-                    return Err(Stalled { update: f64::NAN, evaluations: 2 });
-                }
+            // At s, F has been passed up to s x: where it changes much on the way from 0, the way is taken in strides.
+            if DIRECT && evaluations == 1 && T::from_f64(STEEP).lt(f.slope.abs()).any() {
+                return Err(Stalled { update: f64::NAN, evaluations });
             }
         }
         let (previous, [slope_before, residual_before]) = (update, last);
@@ -131,7 +127,7 @@ fn iterate<T: Scalar, const DIRECT: bool>(
                 continue;
             }
         }
-        return Ok(Root { x, evaluations: evaluations + extra });
+        return Ok(Root { x, evaluations });
     }
     Err(Stalled { update: update.to_f64(), evaluations: LIMIT })
 }
@@ -139,7 +135,8 @@ fn iterate<T: Scalar, const DIRECT: bool>(
 /// Does x + F rise all along an edge, as far as its slopes a and b at the ends and its rise tell? Its slope is about the parabola
 /// a (1-t)² + 2 c t (1-t) + b t² of mean (a + c + b)/3, which vanishes nowhere if c > -√(ab). Half of that leaves a margin, and a
 /// width within the noise is none.
-#[inline(always)]
+#[cold]
+#[inline(never)]
 fn rises<T: Scalar>([a, b]: [T; 2], rise: T, width: T, noise: T) -> T::Mask {
     let c = rise * T::from_f64(3.0) - (a + b) * width;
     let c = T::select(width.lt(T::zero()), -c, c);
