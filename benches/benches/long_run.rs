@@ -1,27 +1,54 @@
-//! Ten million steps of a chain of 8 without friction: how |K - K0| grows with t.
+//! Ten million steps of a chain of 8 without friction: how |K - K0| grows with t, as it is and compensated, and what that costs.
+//! And a tenth as many of Van der Pol's oscillator on its limit cycle. `-- 1000000 2` asks for another number of steps,
+//! and of starts.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::study::{Problem, long_run};
-use afterbay_methods::registry;
+use afterbay_analysis::study::{
+    Problem,
+    long_run::{self, LongRun, Setup},
+};
+use afterbay_core::{Grid, Method, Quad, State, integrate};
+use afterbay_methods::{Composition, Increment, registry};
+use afterbay_systems::FputChain;
 use std::f64::consts::PI;
+use std::time::Instant;
 
-const RUNS: [(&str, f64); 4] =
-    [("increment-2", 0.05), ("increment-2", 0.1), ("increment-2", 0.2), ("increment-4", 0.1)];
-const STARTS: u32 = 4;
+/// Name, step, and whether roundings are kept from adding up.
+const RUNS: [(&str, f64, bool); 6] = [
+    ("increment-2", 0.05, false),
+    ("increment-2", 0.1, false),
+    ("increment-2", 0.2, false),
+    ("increment-4", 0.1, false),
+    ("increment-2", 0.1, true),
+    ("increment-2", 0.2, true),
+];
+const STARTS: u64 = 4;
 
 fn main() {
     // `cargo test` runs benches too, without this argument: a short run is enough to see that they work.
     let full = std::env::args().any(|argument| argument == "--bench");
-    let steps = if full { 10_000_000 } else { 10_000 };
-    let starts: Vec<_> = (0..STARTS).map(start).collect();
-    let runs: Vec<_> =
-        RUNS.iter().filter_map(|&(name, h)| registry::find(name).map(|row| (row, h))).collect();
-    let found = long_run::run(&starts, &runs, steps, &Silent).expect("the input is in range");
-    println!("(K - K0)/K0 over {steps} steps, {STARTS} starts");
+    let mut asked = std::env::args().filter_map(|argument| argument.parse().ok());
+    let steps = asked.next().unwrap_or(if full { 10_000_000 } else { 10_000 });
+    let starts: Vec<_> = (0..asked.next().unwrap_or(STARTS)).map(start).collect();
+    let setup = |(name, h, compensated): (&str, f64, bool)| {
+        registry::find(name).map(|row| Setup { row, h, compensated })
+    };
+    let setups: Vec<_> = RUNS.into_iter().filter_map(setup).collect();
+    println!("the chain: (K - K0)/K0 over {steps} steps, {} starts", starts.len());
+    table(&long_run::run(&starts, &setups, steps, &Silent).expect("the input is in range"));
+    let cycle = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.0], end: 0.0 };
+    let setups: Vec<_> =
+        [false, true].into_iter().filter_map(|how| setup(("increment-2", 0.1, how))).collect();
+    println!("Van der Pol, μ = 1, on the limit cycle: the same over {} steps", steps / 10);
+    table(&long_run::run(&[cycle], &setups, steps / 10, &Silent).expect("the input is in range"));
+    cost(if full { 500 } else { 5 });
+}
+
+fn table(found: &[LongRun]) {
     println!(
-        "{:12} {:>5} {:>10}   exponent of t (95 %)   rms at 1e4, 1e5, ... steps; mean at the end",
-        "", "h", "outcome"
+        "{:36} {:>10}   exponent of t (95 %)   rms at 1e4, 1e5, ... steps; mean at the end",
+        "", "outcome"
     );
     for run in found {
         let growth = run.growth().map_or_else(String::new, |fit| {
@@ -34,19 +61,52 @@ fn main() {
         let rms: Vec<_> = decades.map(|row| format!("{:.1e}", row.rms)).collect();
         let mean = run.rows.last().map_or(f64::NAN, |row| row.mean);
         println!(
-            "{:12} {:5} {:>10}   {growth:>14}   {}; {mean:.1e}",
-            run.method,
-            run.h,
+            "{:36} {:>10}   {growth:>14}   {}; {mean:.1e}",
+            run.setup.label(),
             run.outcome,
             rms.join(" ")
         );
     }
 }
 
+/// The time of a step of increment-2 of the chain, compensated beside plain: the best of so many short rounds, in turn.
+fn cost(rounds: u32) {
+    let steps = 500;
+    let Problem { q, .. } = start(0);
+    for c in [0.0, 0.1] {
+        let system = FputChain::new(q.len(), 1.0, c).expect("the parameters are in range");
+        let plain = Increment::new(Composition::pair());
+        let compensated = plain.clone().compensated(system.map(Quad::from));
+        let mut best = [f64::INFINITY; 2];
+        for _ in 0..rounds {
+            let times = [time(&plain, &system, &q, steps), time(&compensated, &system, &q, steps)];
+            best = [0, 1].map(|i| best[i].min(times[i]));
+        }
+        let [plain, compensated] = best.map(|time| time * 1e9 / (steps * q.len() as u64) as f64);
+        println!(
+            "c = {c}: {plain:.0} ns a step and mass, compensated {compensated:.0} ns, {:.1} times as much",
+            compensated / plain
+        );
+    }
+}
+
+/// Seconds.
+fn time(
+    method: &impl Method<[f64; 8], FputChain<f64>>,
+    system: &FputChain<f64>,
+    q: &[f64],
+    steps: u64,
+) -> f64 {
+    let mut state = State::new(std::array::from_fn(|j| q[j]), [0.0; 8]).expect("the start is finite");
+    let begin = Instant::now();
+    integrate(method, system, Grid { h: 0.1, steps }, &mut state, &mut ()).expect("the chain is bounded");
+    begin.elapsed().as_secs_f64()
+}
+
 /// At rest as a sine of the amplitude 1 or a little more.
-fn start(i: u32) -> Problem {
+fn start(i: u64) -> Problem {
     let n = 8;
-    let amplitude = 1.0 + f64::from(i) / 1024.0;
+    let amplitude = 1.0 + i as f64 / 1024.0;
     let q = (1..=n).map(|j| amplitude * (PI * j as f64 / (n + 1) as f64).sin()).collect();
     Problem { model: Model::FputChain { n, beta: 1.0, c: 0.0 }, q, p: vec![0.0; n], end: 0.0 }
 }

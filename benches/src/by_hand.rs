@@ -255,11 +255,35 @@ impl Duffing {
     }
 }
 
+const EPSILON: f64 = f64::EPSILON / 2.0;
+
 /// Solves `x = start - F(x)` to rounding, with the iteration and the stopping test of `afterbay_core::solver::Newton`
-/// but without the path it takes where these fail; `f` gives F and F'.
+/// but without the path it takes where these fail; `f` gives F and F'. As a rule two evaluations do.
 #[inline(always)]
 fn solve(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
-    const EPSILON: f64 = f64::EPSILON / 2.0;
+    let (value, slope) = f(start);
+    let (inverse, rest) = (1.0 - slope, slope * slope);
+    let (previous, x) = (-value * inverse, (-value).mul_add(inverse, start));
+    let gentle = slope.abs() < 0.0625;
+    let (value, slope) = f(x);
+    let missing = (-slope).mul_add(inverse, 1.0 - inverse);
+    let inverse = (-slope).mul_add(inverse * inverse, inverse * (2.0 - inverse));
+    let residual = start - x - value;
+    let (update, x) = (residual * inverse, residual.mul_add(inverse, x));
+    let (size, largest) = (update.abs(), previous.abs());
+    let off = (0.5 * (rest + missing)).mul_add(-previous, update).abs();
+    let contraction = missing.abs().mul_add(largest, size);
+    let next = contraction.mul_add(contraction, off * largest) * size;
+    if gentle & (missing.abs() < 0.0625) & (next < EPSILON * x.abs() * (largest * largest)) {
+        return Some(x);
+    }
+    slowly(start, reach, f)
+}
+
+/// The same where two evaluations are not enough.
+#[cold]
+#[inline(never)]
+fn slowly(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let (mut x, mut update, mut rising) = (start, f64::NAN, true);
     let (mut inverse, mut rest) = (1.0_f64, 0.0);
     for _ in 0..50 {

@@ -1,6 +1,7 @@
 //! The red-black step of the damped β-chain written by hand: eight members at a time, the colours apart from the start.
 
 use std::f64::consts::PI;
+use std::hint::cold_path;
 use wide::f64x8;
 
 /// q, p and w of the members 1, 3, .. and 2, 4, .. of a chain with walls on both sides.
@@ -124,8 +125,13 @@ fn member(
         let (size, largest) = (update.abs(), before.abs());
         let off = ((rest + missing) * half).mul_neg_add(before, update).abs();
         let contraction = missing.abs().mul_add(largest, size);
-        let scale = v.abs() + inverse.abs() * (p.abs() + (stiff * q).abs());
         let next = contraction.mul_add(contraction, off * largest) * size;
+        // As a rule it is lost in the rounding of v alone.
+        if next.simd_lt(f64x8::splat(ROUNDING) * v.abs() * largest * largest).all() {
+            break;
+        }
+        cold_path();
+        let scale = v.abs() + inverse.abs() * (p.abs() + (stiff * q).abs());
         let lost = next.simd_lt(f64x8::splat(ROUNDING) * scale * largest * largest);
         let noise = size.simd_le(scale * f64x8::splat(1e-8)) & largest.simd_le(size + size);
         if (lost | noise).all() {

@@ -1,7 +1,7 @@
 //! A system by name, with its parameters.
 
 use crate::Subject;
-use afterbay_core::{InputError, Scalar};
+use afterbay_core::{InputError, Quad, Scalar};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::{
     DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
@@ -116,6 +116,30 @@ impl Model {
                 registry::uniform(row, VanDerPolRing::new(n, mu, coupling)?)
             }
             _ => self.subject::<f64>()?.bind(row),
+        }
+    }
+
+    /// Increments bound to the system in `f64`, their roundings kept from adding up ([`registry::compensated`]).
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
+    pub fn bind_compensated(&self, row: &Row) -> Result<Run<f64>, InputError> {
+        macro_rules! bound {
+            ($system:expr) => {{
+                let system = $system?;
+                registry::compensated(row, system, system.map(Quad::from))
+            }};
+        }
+        match *self {
+            Self::DampedOscillator { k, b } => bound!(DampedOscillator::new(k, b)),
+            Self::Duffing { alpha, beta, c } => bound!(Duffing::new(alpha, beta, c)),
+            Self::VanDerPol { mu } => bound!(VanDerPol::new(mu)),
+            Self::ModifiedVanDerPol { mu, alpha, beta } => bound!(ModifiedVanDerPol::new(mu, alpha, beta)),
+            Self::FputChain { n, beta, c } => bound!(FputChain::new(n, beta, c)),
+            Self::VanDerPolRing { n, mu, coupling } => bound!(VanDerPolRing::new(n, mu, coupling)),
+            Self::DampedDoublePendulum { .. } => {
+                Err(InputError::Unsupported { method: row.name, why: "H is not separable" })
+            }
         }
     }
 

@@ -4,6 +4,7 @@
 //! for any number of threads. Times are taken one run after the other.
 
 pub mod cost;
+pub mod decay;
 pub mod energy;
 pub mod global_order;
 pub mod local_order;

@@ -6,6 +6,7 @@ use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::Artifact;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, Statistic, order};
+use afterbay_analysis::study::long_run::Setup;
 use afterbay_analysis::study::{
     LARGEST_BY_SERIES, Problem, energy, global_order, long_run, trajectory, work_precision,
 };
@@ -136,14 +137,19 @@ fn at_rest(i: u32) -> Problem {
     Problem { q: sine.collect(), p: vec![0.0; 4], ..chain(4, 0.0, 1.0) }
 }
 
+fn plain(name: &str, h: f64) -> Setup {
+    Setup { row: find(name).unwrap(), h, compensated: false }
+}
+
 #[test]
 fn a_drift_of_k_is_told_from_its_roundings() {
     let starts: Vec<_> = (0..8).map(at_rest).collect();
+    let runs: Vec<_> = [("rk4", 0.05), ("increment-2", 0.05)].map(|(name, h)| plain(name, h)).into();
     let runs: Vec<_> =
-        [("rk4", 0.05), ("increment-2", 0.05)].map(|(name, h)| (find(name).unwrap(), h)).into();
+        runs.into_iter().chain([Setup { compensated: true, ..plain("increment-2", 0.2) }]).collect();
     let found = long_run::run(&starts, &runs, 30_000, &Silent).unwrap();
     // Energy that rk4 loses is lost at a rate: its deviation grows like t, and all starts deviate to one side.
-    let [drift, roundings] = &found[..] else { panic!("{found:?}") };
+    let [drift, roundings, none] = &found[..] else { panic!("{found:?}") };
     let (of_drift, of_roundings) = (drift.growth().unwrap(), roundings.growth().unwrap());
     assert!((of_drift.slope - 1.0).abs() < 0.05, "{of_drift:?}");
     assert!(of_roundings.slope < 0.75, "{of_roundings:?}");
@@ -151,6 +157,9 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     assert!(-last.mean > 0.95 * last.rms && last.rms > 1e-8, "{last:?}");
     assert!(alone.rms > 1e-16 && alone.rms < 1e-13, "{alone:?}");
     assert_eq!((last.steps, last.t), (30_000, 1500.0));
+    // What is compensated is off by the rounding of the state it is seen at.
+    assert!(none.growth().unwrap().slope.abs() < 0.25, "{:?}", none.growth());
+    assert!(none.rows.iter().all(|row| row.rms > 1e-18 && row.rms < 2e-16), "{:?}", none.rows);
     // Watched step by step, one start is what it is in the windows.
     let [one] = &long_run::run(&starts[..1], &runs[..1], 100, &Silent).unwrap()[..] else { panic!() };
     let books = &energy::run(&Problem { end: 5.0, ..starts[0].clone() }, &rows(&["rk4"]), 0.05, 1, &Silent);
@@ -160,8 +169,34 @@ fn a_drift_of_k_is_told_from_its_roundings() {
 }
 
 #[test]
+fn only_increments_of_separable_systems_are_compensated() {
+    let bind = |problem: Problem, name| problem.model.bind_compensated(find(name).unwrap()).map(drop);
+    for model in [
+        Model::DampedOscillator { k: 1.0, b: 0.1 },
+        Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.1 },
+        Model::VanDerPol { mu: 1.0 },
+        Model::ModifiedVanDerPol { mu: 1.0, alpha: 1.0, beta: 1.0 },
+        Model::FputChain { n: 4, beta: 1.0, c: 0.1 },
+        Model::VanDerPolRing { n: 6, mu: 1.0, coupling: 0.5 },
+    ] {
+        let (q, p) = (vec![0.5; model.dof()], vec![0.1; model.dof()]);
+        let problem = Problem { model, q, p, end: 1.0 };
+        let method = model.bind_compensated(find("increment-4").unwrap()).unwrap();
+        let [mut state, mut plain] = [0; 2].map(|_| problem.start::<f64>().unwrap());
+        method.step(0.1, &mut state).unwrap();
+        model.bind(find("increment-4").unwrap()).unwrap().step(0.1, &mut plain).unwrap();
+        let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let off = off(&state.q, &plain.q).max(off(&state.p, &plain.p)).max(off(&state.w, &plain.w));
+        assert!(off < 1e-14, "{}: {off:e}", model.name());
+        assert!(matches!(bind(problem, "rk4"), Err(InputError::Unsupported { method: "rk4", .. })));
+    }
+    let refused = bind(pendulum(1.0), "increment-2");
+    assert!(matches!(refused, Err(InputError::Unsupported { .. })), "{refused:?}");
+}
+
+#[test]
 fn a_long_run_that_fails_says_so_and_keeps_what_it_had() {
-    let runs = [(find("rk4").unwrap(), 1.6)];
+    let runs = [plain("rk4", 1.6)];
     let found = long_run::run(&[at_rest(0)], &runs, 100_000, &Silent).unwrap();
     assert_eq!(found[0].outcome, "not-finite");
     assert!(found[0].failure.is_some() && found[0].rows.len() < 13, "{:?}", found[0].rows);

@@ -4,34 +4,63 @@ use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table;
 use afterbay_analysis::SYSTEMS;
-use afterbay_methods::registry::{METHODS, Row};
+use afterbay_methods::registry::{EXACT, METHODS, Row};
 use serde::Serialize;
 use std::process::ExitCode;
+
+/// An order, as a number or in words.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Order {
+    Of(u32),
+    Exact(&'static str),
+}
+
+impl From<u32> for Order {
+    fn from(order: u32) -> Self {
+        if order == EXACT { Self::Exact("exact") } else { Self::Of(order) }
+    }
+}
+
+impl std::fmt::Display for Order {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Of(order) => order.fmt(f),
+            Self::Exact(word) => f.write_str(word),
+        }
+    }
+}
 
 #[derive(Serialize)]
 struct Method {
     name: &'static str,
-    order: u32,
-    local_order_q: u32,
-    local_order_p: u32,
-    local_order_w: u32,
+    order: Order,
+    local_order_q: Order,
+    local_order_p: Order,
+    local_order_w: Order,
     keeps_k: bool,
     passive: bool,
+    a_stable: bool,
+    l_stable: bool,
+    cost: String,
     needs: &'static str,
     about: &'static str,
 }
 
 impl From<&Row> for Method {
     fn from(row: &Row) -> Self {
-        let [local_order_q, local_order_p, local_order_w] = row.local_order;
+        let [local_order_q, local_order_p, local_order_w] = row.local_order.map(Order::from);
         Self {
             name: row.name,
-            order: row.order(),
+            order: row.order().into(),
             local_order_q,
             local_order_p,
             local_order_w,
             keeps_k: row.keeps_k,
             passive: row.passive,
+            a_stable: row.a_stable,
+            l_stable: row.l_stable,
+            cost: row.cost.describe(),
             needs: row.needs.describe(),
             about: row.about,
         }
@@ -45,18 +74,37 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
         (What::Methods, Format::Table) => {
             let yes = |flag| if flag { "yes" } else { "" }.to_string();
             let rows = METHODS.iter().map(|row| {
-                let [q, p, w] = row.local_order;
+                let [q, p, w] = row.local_order.map(Order::from);
                 vec![
                     row.name.into(),
-                    row.order().to_string(),
+                    Order::from(row.order()).to_string(),
                     format!("{q} {p} {w}"),
                     yes(row.keeps_k),
                     yes(row.passive),
+                    if row.l_stable {
+                        "A, L".into()
+                    } else if row.a_stable {
+                        "A".into()
+                    } else {
+                        String::new()
+                    },
+                    row.cost.describe(),
                     row.needs.describe().into(),
                     row.about.into(),
                 ]
             });
-            table::print(&["method", "order", "of q p w", "keeps K", "passive", "needs", "what"], rows)?;
+            let header = [
+                "method",
+                "order",
+                "of q p w",
+                "keeps K",
+                "passive",
+                "stable",
+                "a step costs",
+                "needs",
+                "what",
+            ];
+            table::print(&header, rows)?;
         }
         (What::Systems, Format::Table) => {
             let rows = SYSTEMS

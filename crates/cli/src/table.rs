@@ -1,19 +1,19 @@
 //! Tables and JSON on stdout.
 
 use crate::failure::Failure;
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// Wider lines than this are hard to read, however wide the terminal.
-const WIDEST: u16 = 120;
-
-/// Prints a table that fits the terminal.
+/// Prints a table that fits the terminal, names unbroken; where there is none, a line a row.
 pub(crate) fn print(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Result<(), Failure> {
     let mut table = Table::new();
-    table.load_preset(presets::UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
-    table.set_width(table.width().map_or(WIDEST, |width| width.min(WIDEST)));
+    let arrangement = if table.is_tty() { ContentArrangement::Dynamic } else { ContentArrangement::Disabled };
+    table.load_preset(presets::UTF8_BORDERS_ONLY).set_content_arrangement(arrangement);
     table.set_header(header).add_rows(rows);
+    if let Some(names) = table.column_mut(0) {
+        names.set_constraint(ColumnConstraint::ContentWidth);
+    }
     line(&table.to_string())
 }
 

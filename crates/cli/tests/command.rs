@@ -59,10 +59,12 @@ fn findings_come_as_json_too() {
 
 #[test]
 fn list_shows_every_method_and_system() {
-    afterbay(&["list", "methods"])
-        .assert()
-        .success()
-        .stdout(contains("leapfrog").and(contains("moddg-p4-single-printed")).and(contains("keeps K")));
+    afterbay(&["list", "methods"]).assert().success().stdout(
+        contains("leapfrog")
+            .and(contains("moddg-p4-single-printed"))
+            .and(contains("keeps K"))
+            .and(contains("a step costs")),
+    );
     afterbay(&["list", "systems"]).assert().success().stdout(contains("modified-van-der-pol"));
     let output = afterbay(&["list", "systems", "--format", "json"]).output().expect("runs");
     let systems: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -80,6 +82,8 @@ fn list_shows_every_method_and_system() {
     let moddg =
         methods.as_array().and_then(|all| all.iter().find(|row| row["name"] == "moddg")).expect("a row");
     assert_eq!((&moddg["order"], &moddg["keeps_k"]), (&2.into(), &true.into()));
+    assert_eq!((&moddg["a_stable"], &moddg["l_stable"]), (&true.into(), &false.into()));
+    assert_eq!(moddg["cost"], "scalar equations, 1 sweep");
 }
 
 #[test]
@@ -90,8 +94,14 @@ fn the_table_of_the_readme_is_that_of_the_registry() {
     for row in methods.as_array().expect("rows").iter().filter(|row| row["needs"] != "damped oscillator") {
         let text = |key: &str| row[key].as_str().map_or(row[key].to_string(), str::to_owned);
         let yes = |key: &str| if row[key] == true { "yes " } else { "" };
+        let stable = match (&row["a_stable"], &row["l_stable"]) {
+            (a, l) if *a == true && *l == true => "A, L ",
+            (a, l) if *a == true && *l == false => "A ",
+            (a, l) if *a == false && *l == false => "",
+            flags => panic!("{flags:?}"),
+        };
         let expected = format!(
-            "| `{}` | {} | {} {} {} | {}| {}| {} |",
+            "| `{}` | {} | {} {} {} | {}| {}| {stable}| {} | {} |",
             text("name"),
             text("order"),
             text("local_order_q"),
@@ -99,6 +109,7 @@ fn the_table_of_the_readme_is_that_of_the_registry() {
             text("local_order_w"),
             yes("keeps_k"),
             yes("passive"),
+            text("cost"),
             text("needs"),
         );
         assert!(readme.contains(&expected), "{expected}");

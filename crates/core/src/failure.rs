@@ -100,6 +100,16 @@ pub enum InputError {
         /// The step asked for.
         h: f64,
     },
+    /// A tolerance that is not a positive number, or one that roundings alone exceed.
+    #[error("the tolerance {name} = {value:?} must be finite and at least {least:e}")]
+    Tolerance {
+        /// Which of them.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// The least there may be.
+        least: f64,
+    },
     /// A study that needs the exact solution beyond its end.
     #[error("the exact solution leaves the numbers at t = {t:?}: end before")]
     SolutionEnds {
@@ -249,6 +259,12 @@ pub enum StepFailure {
         /// The denominator: p for δ(q), V' + D for δ(p).
         denominator: f64,
     },
+    /// Steps accurate enough become so short that t + h = t.
+    #[error("the step shrinks to {h:e}, and t + h = t: allow a larger error, or end before")]
+    Vanishes {
+        /// The step.
+        h: f64,
+    },
     /// A quadrature does not resolve H along the step, and K would be lost.
     #[error(
         "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): take a smaller step"
@@ -258,6 +274,23 @@ pub enum StepFailure {
         nodes: usize,
         /// How far K would move, in roundings of what it is made of.
         roundings: f64,
+    },
+    /// The step is too long for the flow of the linearised system to be followed.
+    #[error(
+        "h times the rates of the linearised system is more than {limit:e}, or about that: take a smaller step"
+    )]
+    TooLong {
+        /// The limit.
+        limit: f64,
+    },
+    /// No point near the end of an explicit step keeps K.
+    #[error(
+        "no relaxation root: K is off by {excess:e} after the explicit step, and no step near it keeps K: take another \
+         step size (a smaller one if K grows), or an implicit method"
+    )]
+    NoRelaxationRoot {
+        /// What the explicit step adds to K.
+        excess: f64,
     },
 }
 

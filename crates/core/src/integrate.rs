@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 /// Steps between two looks for what has come to rest.
 const BURST: u64 = 1024;
 
-/// Carries `state` over the grid, showing every state to `observer`; the times are `t + n h` from the state's own t.
+/// Carries `state` over the grid, showing `observer` the states it asks for; the times are `t + n h` from the state's own t.
 ///
 /// # Errors
 /// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply: nothing was done.
@@ -30,7 +30,8 @@ where
     let mut workspace = method.workspace(system)?;
     let mut effort = Effort::default();
     let start = state.t;
-    let end = V::Scalar::from_f64(grid.steps as f64).mul_add(grid.h, start);
+    let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
+    let end = time(grid.steps);
     if end + grid.h == end || !end.is_finite().all() {
         return Err(InputError::TimeStalled { t: end.to_f64(), h: grid.h.to_f64() }.into());
     }
@@ -39,23 +40,24 @@ where
     }
     let mut done = 0;
     while done < grid.steps {
-        let burst = done + 1..=grid.steps.min(done + BURST);
-        done = *burst.end();
+        let settled = grid.steps.min(done + BURST);
         // The state moves to a place of its own, whose address no one else has: small ones live in registers.
         let mut current = std::mem::replace(state, State::vacant());
         let mut outcome = Ok(ControlFlow::Continue(()));
-        for n in burst {
-            match method.step(system, grid.h, &mut current, &mut workspace) {
-                Ok(spent) => effort += spent,
-                Err(failure) => {
-                    outcome = Err(RunError { step: n, t: current.t.to_f64(), failure });
-                    break;
+        while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
+            let count = observer.next(done).min(settled).saturating_sub(done).max(1);
+            match method.steps(system, grid.h, count, &mut current, &mut workspace) {
+                Ok(spent) => {
+                    effort += spent;
+                    done += count;
+                    current.t = time(done);
+                    outcome = Ok(observer.observe(done, &current));
                 }
-            }
-            current.t = V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
-            if observer.observe(n, &current).is_break() {
-                outcome = Ok(ControlFlow::Break(()));
-                break;
+                Err((good, failure)) => {
+                    done += good;
+                    current.t = time(done);
+                    outcome = Err(RunError { step: done + 1, t: current.t.to_f64(), failure });
+                }
             }
         }
         *state = current;

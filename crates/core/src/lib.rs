@@ -6,11 +6,12 @@
 //!
 //! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some know besides ([`Separable`],
 //! [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`], [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`]
-//! and a failure are, and which numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], eight lanes [`f64x8`]). It holds the only
-//! time loop ([`integrate`]), the divided differences without cancellation ([`edge`]), the solvers of scalar equations
+//! and a failure are, and which numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], eight lanes [`f64x8`]). It holds the
+//! time loops ([`integrate`], and [`integrate_within`] a [`Tolerance`]), the divided differences without cancellation ([`edge`]), the solvers of scalar equations
 //! ([`solver`]), solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]). It knows no
 //! method and no system by name.
 
+mod adaptive;
 pub mod check;
 mod coupling;
 mod curvature;
@@ -28,10 +29,12 @@ pub mod solver;
 mod state;
 mod system;
 pub mod taylor;
+mod tolerance;
 mod uniform;
 mod vector;
 mod view;
 
+pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
 pub use coupling::Coupling;
 pub use curvature::{Block, Curvature};
 pub use exact::ExactFlow;
@@ -46,6 +49,7 @@ pub use qd::Quad;
 pub use scalar::{Mask, Scalar, Series};
 pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
+pub use tolerance::Tolerance;
 pub use uniform::Uniform;
 pub use vector::Vector;
 pub use view::View;

@@ -25,6 +25,27 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         state: &mut State<V>,
         workspace: &mut Self::Workspace,
     ) -> Result<Effort, StepFailure>;
+
+    /// Takes `count` steps at which no one looks, the same to the bit as one after the other. A method that gains by it may
+    /// take several at a time.
+    ///
+    /// # Errors
+    /// The number of steps done and why the next one failed; the state is then that after the last good one.
+    #[inline(always)]
+    fn steps(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        count: u64,
+        state: &mut State<V>,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Effort, (u64, StepFailure)> {
+        let mut effort = Effort::default();
+        for done in 0..count {
+            effort += self.step(system, h, state, workspace).map_err(|failure| (done, failure))?;
+        }
+        Ok(effort)
+    }
 }
 
 /// What steps cost, counted for all degrees of freedom at once.

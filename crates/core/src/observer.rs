@@ -3,17 +3,28 @@
 use crate::{State, Vector};
 use std::ops::ControlFlow;
 
-/// Sees the state at every step of a run, the initial one (step 0) included, and may end the run.
+/// Sees the state at every step of a run it asks for, the initial one (step 0) included, and may end the run.
 /// A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an observer, and `()` looks at nothing.
 pub trait Observer<V: Vector> {
     /// The state after `step` steps. `Break` ends the run there.
     fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()>;
+
+    /// The step to look at after `step`: every one, unless said otherwise. States before that may be shown too, or not.
+    #[inline(always)]
+    fn next(&self, step: u64) -> u64 {
+        step + 1
+    }
 }
 
 impl<V: Vector> Observer<V> for () {
     #[inline(always)]
     fn observe(&mut self, _step: u64, _state: &State<V>) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn next(&self, _step: u64) -> u64 {
+        u64::MAX
     }
 }
 
@@ -51,5 +62,10 @@ impl<V: Vector, O: Observer<V>> Observer<V> for Every<O> {
             return self.inner.observe(step, &state.clone());
         }
         self.inner.observe(step, state)
+    }
+
+    #[inline(always)]
+    fn next(&self, _step: u64) -> u64 {
+        self.next
     }
 }

@@ -86,8 +86,12 @@ pub trait Scalar:
     fn exp(self) -> Self;
     /// e^self - 1, accurate near 0.
     fn exp_m1(self) -> Self;
+    /// ln self
+    fn ln(self) -> Self;
     /// sin self and cos self.
     fn sin_cos(self) -> (Self, Self);
+    /// The angle between -π/2 and π/2 whose tangent is self.
+    fn atan(self) -> Self;
 
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;
@@ -153,8 +157,16 @@ impl Scalar for f64 {
         f64::exp_m1(self)
     }
     #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
+    }
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         f64::sin_cos(self)
+    }
+    #[inline(always)]
+    fn atan(self) -> Self {
+        f64::atan(self)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> bool {

@@ -13,7 +13,7 @@ use crate::{Scalar, StepFailure};
 
 /// A way to solve `x = start - F(1, x)` to rounding.
 pub trait Solver {
-    /// The solution, from `start`. `equation(s, x)` gives F.
+    /// The solution, from `start`.
     ///
     /// # Errors
     /// A [`StepFailure`] of degree of freedom `dof`.
@@ -21,8 +21,22 @@ pub trait Solver {
         &self,
         dof: usize,
         start: T,
-        equation: impl FnMut(T, T) -> Sample<T>,
+        equation: impl Equation<T>,
     ) -> Result<Root<T>, StepFailure>;
+}
+
+/// F of an equation `x = start - F(s, x)`; a closure `FnMut(T, T) -> Sample<T>` is one. Solvers evaluate it in several places:
+/// types of their own can ask to be inlined in each, closures cannot.
+pub trait Equation<T> {
+    /// F at (s, x)
+    fn at(&mut self, s: T, x: T) -> Sample<T>;
+}
+
+impl<T, F: FnMut(T, T) -> Sample<T>> Equation<T> for F {
+    #[inline(always)]
+    fn at(&mut self, s: T, x: T) -> Sample<T> {
+        self(s, x)
+    }
 }
 
 /// F at a point.

@@ -77,6 +77,15 @@ impl<V: Vector> State<V> {
         self.view().total(system)
     }
 
+    /// Becomes `other`, of the same length.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        let parts = [(&mut self.q, &other.q), (&mut self.p, &other.p), (&mut self.w, &other.w)];
+        for (part, other) in parts {
+            part.as_mut_slice().copy_from_slice(other.as_slice());
+        }
+        self.t = other.t;
+    }
+
     /// A state to be replaced; costs nothing to make.
     pub(crate) fn vacant() -> Self {
         Self { q: V::zeros(0), p: V::zeros(0), w: V::zeros(0), t: V::Scalar::zero() }

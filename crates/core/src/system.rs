@@ -28,6 +28,12 @@ pub trait System<T: Scalar>: Send + Sync {
         Damping::GENERAL
     }
 
+    /// Is H = Σ p_j²/2 + V(q)? Velocities are then momenta, and need not be computed.
+    #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        false
+    }
+
     /// Who acts on whom.
     #[inline(always)]
     fn coupling(&self) -> Coupling {

@@ -21,14 +21,27 @@
 //! **Fails** by name, with the state as it was, where the simple iteration does not contract and Newton's finds no solution.
 //! For scalars that hold one number: iterations stop by its `f64`.
 
+mod adaptive;
+mod corrections;
+mod end;
+mod engine;
+mod equations;
+mod estimate;
+mod exact;
+mod gauss;
 mod iteration;
 mod legendre;
-mod newton;
 mod nodes;
+mod progress;
 mod rule;
+mod stages;
+mod stiffness;
+
+pub use adaptive::AdaptiveCollocation;
 
 use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, Vector};
 use iteration::Workspace;
+pub(crate) use legendre::gauss;
 
 /// Energy-preserving collocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,8 +5,8 @@
 //! Δw = δ(w)/m D̄ v        D̄ = D((q0 + q1)/2, v)
 //! ```
 
-use afterbay_core::solver::{Sample, Solver};
-use afterbay_core::{Drag, Line, Scalar, StepFailure};
+use afterbay_core::solver::{Equation, Root, Sample, Solver};
+use afterbay_core::{Drag, Scalar, Separable, StepFailure};
 
 /// A coordinate before its step.
 pub(crate) struct Coordinate<T> {
@@ -15,7 +15,7 @@ pub(crate) struct Coordinate<T> {
     pub(crate) p: T,
     /// δ(q)/m, δ(p) and δ(w)/m.
     pub(crate) steps: [T; 3],
-    /// The largest |q_i|. Forces of that size may cancel here, and what is left has their rounding.
+    /// The largest |q_i| of those that act on it. Forces of that size may cancel here, and what is left has their rounding.
     pub(crate) reach: T,
     /// Is there a D?
     pub(crate) dissipative: bool,
@@ -30,38 +30,82 @@ pub(crate) struct Moved<T> {
     pub(crate) evaluations: u64,
 }
 
-impl<T: Scalar> Coordinate<T> {
-    /// Moves it. `force(to, middle, v)` gives the mean of ∂V/∂q along the edge from q to `to`, and D at (`middle`, v).
+/// The edge of coordinate j from the point q. Entry j of p is left changed.
+pub(crate) struct Along<'a, T, S: ?Sized> {
+    pub(crate) system: &'a S,
+    pub(crate) j: usize,
+    pub(crate) q: &'a mut [T],
+    pub(crate) p: &'a mut [T],
+}
+
+impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
+    /// D at the middle of the edge and the mean momentum v.
     #[inline(always)]
-    pub(crate) fn advance(
+    fn drag(&mut self, middle: T, v: T) -> Drag<T> {
+        let Self { system, j, ref mut q, ref mut p } = *self;
+        let from = std::mem::replace(&mut q[j], middle);
+        p[j] = v;
+        let drag = system.drag(q, p, j);
+        q[j] = from;
+        drag
+    }
+}
+
+/// F of the equation v = p0 - F(v). The step sizes shrink with `share`, from the step wanted (1) to none (0).
+pub(crate) struct Pull<'a, 'b, T, S: ?Sized> {
+    pub(crate) coordinate: &'a Coordinate<T>,
+    pub(crate) along: &'a mut Along<'b, T, S>,
+}
+
+impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
+    #[inline(always)]
+    fn at(&mut self, share: T, v: T) -> Sample<T> {
+        let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, .. } = *self.coordinate;
+        let (width, pull) = (share * rate, share * delta_p.half());
+        let bend = width * pull;
+        let edge = self.along.system.edge(self.along.q, self.along.j, width.mul_add(v, q0));
+        let by_q = pull * edge.slope;
+        if !dissipative {
+            let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
+            return Sample { value: pull * edge.value, slope: bend * edge.slope, rough, blur };
+        }
+        let drag = self.along.drag(width.half().mul_add(v, q0), v);
+        let by_q = pull.half().mul_add(drag.by_q, by_q);
+        Sample {
+            value: pull.mul_add(edge.value, pull * drag.value),
+            // The slope of the mean last: all else waits for it.
+            slope: bend.mul_add(edge.slope, bend.half().mul_add(drag.by_q, pull * drag.by_p)),
+            rough: (by_q * q0).abs(),
+            blur: by_q.abs() * reach,
+        }
+    }
+}
+
+impl<T: Scalar> Coordinate<T> {
+    /// Moves it along its edge.
+    #[inline(always)]
+    pub(crate) fn advance<S: Separable<T> + ?Sized>(
         self,
         solver: &impl Solver,
-        mut force: impl FnMut(T, T, T) -> (Line<T>, Drag<T>),
+        mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        let Self { dof, q: q0, p: p0, steps: [rate, delta_p, drain], reach, dissipative } = self;
-        let half_p = delta_p.half();
-        // The step sizes shrink with `share`, from the step wanted (1) to none (0).
-        let root = solver.solve(dof, p0, |share, v| {
-            let (width, pull) = (share * rate, share * half_p);
-            let (edge, drag) = force(width.mul_add(v, q0), width.half().mul_add(v, q0), v);
-            if !dissipative {
-                let by_q = pull * edge.slope;
-                let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
-                return Sample { value: pull * edge.value, slope: width * by_q, rough, blur };
-            }
-            let by_q = pull * (edge.slope + drag.by_q.half());
-            Sample {
-                value: pull.mul_add(edge.value, pull * drag.value),
-                slope: width.mul_add(by_q, pull * drag.by_p),
-                rough: (by_q * q0).abs(),
-                blur: by_q.abs() * reach,
-            }
-        })?;
+        let root = solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
+        Ok(self.moved(root, along))
+    }
+
+    /// Where the mean momentum leads.
+    #[inline(always)]
+    pub(crate) fn moved<S: Separable<T> + ?Sized>(
+        &self,
+        root: Root<T>,
+        mut along: Along<'_, T, S>,
+    ) -> Moved<T> {
+        let Self { q: q0, p: p0, steps: [rate, _, drain], dissipative, .. } = *self;
         let v = root.x;
         let q = rate.mul_add(v, q0);
         let dw =
-            if dissipative { drain * force(q, rate.half().mul_add(v, q0), v).1.value * v } else { T::zero() };
+            if dissipative { drain * along.drag(rate.half().mul_add(v, q0), v).value * v } else { T::zero() };
         let p = T::from_f64(2.0).mul_add(v, -p0);
-        Ok(Moved { q, p, dw, evaluations: u64::from(root.evaluations) })
+        Moved { q, p, dw, evaluations: u64::from(root.evaluations) }
     }
 }

@@ -67,23 +67,14 @@ where
         let n = state.dof();
         let dissipative = !system.damping().zero;
         let effort = workspace.find(system, h, state)?;
-        let Workspace { dq, v, d, q_mean, p_mean, q, p, w, .. } = workspace;
-        let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_mut_slice());
+        let Workspace { q, p, w, .. } = workspace;
+        let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_slice());
         let mut finite = V::Scalar::zero().is_finite();
         for j in 0..n {
             finite = finite.and(q1[j].is_finite()).and(p1[j].is_finite());
         }
         if dissipative {
-            // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
-            for (v, &dq) in v.as_mut_slice().iter_mut().zip(dq.as_slice()) {
-                *v = dq / h;
-            }
-            system.dissipation(q_mean.as_slice(), p_mean.as_slice(), v.as_slice(), d.as_mut_slice());
-            let (dq, d, w0) = (dq.as_slice(), d.as_slice(), state.w.as_slice());
-            for j in 0..n {
-                w1[j] = d[j].mul_add(dq[j], w0[j]);
-                finite = finite.and(w1[j].is_finite());
-            }
+            finite = w1.iter().fold(finite, |finite, w| finite.and(w.is_finite()));
         }
         if !finite.all() {
             return Err(StepFailure::non_finite(&[

@@ -17,19 +17,23 @@
 //! refused, and so is what is passive with an R that is not symmetric, as far as R(0) tells.
 
 mod before;
+mod compensated;
 mod composition;
 mod friction;
 mod general;
 mod tile;
 mod tiled;
 
+pub use compensated::Compensated;
 pub use composition::Composition;
 pub use general::GeneralIncrement;
 pub use tiled::Tiled;
 
-use crate::coordinate::{Coordinate, Moved};
+use crate::coordinate::{Along, Coordinate, Moved};
 use afterbay_core::solver::{Newton, Solver};
-use afterbay_core::{Drag, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, check};
+use afterbay_core::{
+    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, check,
+};
 use before::Before;
 
 /// The coordinate-increment discrete gradient, composed of sweeps to and fro.
@@ -48,6 +52,12 @@ impl Increment {
     /// The same with the coordinates in another order, for instance coloured ([`afterbay_core::Coupling::coloured`]).
     pub fn in_order(self, order: Vec<usize>) -> Self {
         Self { order: Some(order), ..self }
+    }
+
+    /// The same without the roundings that add up over long runs, in `f64`. `exact` is the system in extended precision, for
+    /// instance `system.map(Quad::from)`.
+    pub fn compensated<P>(self, exact: P) -> Compensated<P> {
+        Compensated::new(self, exact)
     }
 }
 
@@ -86,16 +96,16 @@ where
     ) -> Result<Effort, StepFailure> {
         let Workspace { before, order, means } = workspace;
         before.attempt(state, |state| {
-            let reach = reach(state.q.as_slice());
+            let overall = overall(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
                 effort += match (means.as_mut(), i % 2) {
-                    (None, 0) => sweep(system, h, reach, state, there)?,
-                    (None, _) => sweep(system, h, reach, state, back)?,
-                    (Some(means), 0) => rubbed(system, [h, reach], state, means, there, back)?,
-                    (Some(means), _) => rubbed(system, [h, reach], state, means, back, there)?,
+                    (None, 0) => sweep(system, h, overall, state, there)?,
+                    (None, _) => sweep(system, h, overall, state, back)?,
+                    (Some(means), 0) => rubbed(system, [h, overall], state, means, there, back)?,
+                    (Some(means), _) => rubbed(system, [h, overall], state, means, back, there)?,
                 };
             }
             Ok(effort.shared_by(order.len()))
@@ -118,7 +128,7 @@ fn ordering(method: &'static str, order: Option<&Vec<usize>>, n: usize) -> Resul
 /// A sweep there, with half of the friction before it and half after it, on the way back.
 fn rubbed<V, S>(
     system: &S,
-    [h, reach]: [V::Scalar; 2],
+    [h, overall]: [V::Scalar; 2],
     state: &mut State<V>,
     means: &mut V,
     there: impl Iterator<Item = usize> + Clone,
@@ -129,7 +139,7 @@ where
     S: Separable<V::Scalar> + ?Sized,
 {
     friction::pass(system, h.half(), state, means, there.clone())?;
-    let effort = sweep(system, h, reach, state, there)?;
+    let effort = sweep(system, h, overall, state, there)?;
     friction::pass(system, h.half(), state, means, back)?;
     Ok(effort)
 }
@@ -139,7 +149,7 @@ where
 fn sweep<V, S>(
     system: &S,
     h: V::Scalar,
-    reach: V::Scalar,
+    overall: V::Scalar,
     state: &mut State<V>,
     order: impl Iterator<Item = usize>,
 ) -> Result<Effort, StepFailure>
@@ -153,7 +163,7 @@ where
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     for j in order {
-        let moved = advance(system, &Newton, [h, reach], [j, j], [q, p], dissipative)?;
+        let moved = advance(system, &Newton, [h, overall], [j, j], [q, p], dissipative)?;
         (q[j], p[j]) = (moved.q, moved.p);
         if dissipative {
             w[j] += moved.dw;
@@ -163,9 +173,11 @@ where
     Ok(Effort { evaluations, iterations: evaluations })
 }
 
-/// The largest |q_j|.
-fn reach<T: Scalar>(q: &[T]) -> T {
-    let larger = |most: T, x: &T| T::select(most.lt(x.abs()), x.abs(), most);
+/// The largest |q_j| where every one acts on every other, else 0: neighbours are looked at in time, by [`beside`].
+fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
+    if *coupling != Coupling::Dense {
+        return T::zero();
+    }
     let (chunks, rest) = q.as_chunks::<16>();
     let most = rest.iter().fold(T::zero(), larger);
     if chunks.is_empty() {
@@ -179,12 +191,30 @@ fn reach<T: Scalar>(q: &[T]) -> T {
     each.iter().fold(most, larger)
 }
 
+/// The largest |q_i| of those that act on j: of itself and its neighbours, or of all as it was before the step.
+#[inline(always)]
+fn beside<T: Scalar>(coupling: &Coupling, overall: T, q: &[T], j: usize) -> T {
+    let last = q.len() - 1;
+    let [left, right] = match coupling {
+        Coupling::Dense => return overall,
+        Coupling::Chain => [j.saturating_sub(1), (j + 1).min(last)],
+        Coupling::Ring => [if j == 0 { last } else { j - 1 }, if j == last { 0 } else { j + 1 }],
+    };
+    [q[left], q[j], q[right]].iter().fold(T::zero(), larger)
+}
+
+/// The larger of a size and |x|.
+#[inline(always)]
+fn larger<T: Scalar>(most: T, x: &T) -> T {
+    T::select(most.lt(x.abs()), x.abs(), most)
+}
+
 /// Coordinate j moved along its edge; failures call it `dof`. Entry j of p is left changed.
 #[inline(always)]
 fn advance<T, S>(
     system: &S,
     solver: &impl Solver,
-    [h, reach]: [T; 2],
+    [h, overall]: [T; 2],
     [j, dof]: [usize; 2],
     [q, p]: [&mut [T]; 2],
     dissipative: bool,
@@ -193,16 +223,23 @@ where
     T: Scalar,
     S: Separable<T> + ?Sized,
 {
-    let (from, rate, zero) = (q[j], h / system.mass(j), T::zero());
-    let coordinate = Coordinate { dof, q: from, p: p[j], steps: [rate, h, rate], reach, dissipative };
-    coordinate.advance(solver, |to, middle, v| {
-        let edge = system.edge(q, j, to);
-        if !dissipative {
-            return (edge, Drag { value: zero, by_q: zero, by_p: zero });
-        }
-        (q[j], p[j]) = (middle, v);
-        let drag = system.drag(q, p, j);
-        q[j] = from;
-        (edge, drag)
-    })
+    coordinate(system, [h, overall], [j, dof], [q, p], dissipative).advance(solver, Along { system, j, q, p })
+}
+
+/// Coordinate j before it moves.
+#[inline(always)]
+fn coordinate<T, S>(
+    system: &S,
+    [h, overall]: [T; 2],
+    [j, dof]: [usize; 2],
+    [q, p]: [&[T]; 2],
+    dissipative: bool,
+) -> Coordinate<T>
+where
+    T: Scalar,
+    S: Separable<T> + ?Sized,
+{
+    let rate = h / system.mass(j);
+    let reach = beside(&system.coupling(), overall, q, j);
+    Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative }
 }

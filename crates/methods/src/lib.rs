@@ -3,6 +3,7 @@
 //! Each file opens with the discrete equations, their source, the order, what is kept and when the method fails.
 //! [`registry`] lists them all by name. [`Increment`] has two siblings that share its [`Composition`]s: [`GeneralIncrement`] where
 //! H is not separable, [`Tiled`] for chains and rings of equal members; the registry takes the one a system has.
+//! [`Compensated`] is for runs so long that roundings add up.
 
 mod collocation;
 mod coordinate;
@@ -10,16 +11,23 @@ mod gonzalez;
 mod increment;
 mod leapfrog;
 mod linear;
+mod linear_exact;
+mod linear_flow;
+mod locally_exact;
 pub mod moddg;
 pub mod registry;
+mod relaxed;
 mod rk4;
 
-pub use collocation::Collocation;
+pub use collocation::{AdaptiveCollocation, Collocation};
 pub use gonzalez::Gonzalez;
-pub use increment::{Composition, GeneralIncrement, Increment, Tiled};
+pub use increment::{Compensated, Composition, GeneralIncrement, Increment, Tiled};
 pub use leapfrog::Leapfrog;
 pub use linear::LinearSolver;
+pub use linear_exact::LinearExact;
+pub use locally_exact::LocallyExact;
 pub use moddg::ModDg;
+pub use relaxed::Relaxed;
 pub use rk4::Rk4;
 
 /// The README's code runs with the doc tests.

@@ -1,17 +1,28 @@
 //! Every method by name: its order, what it keeps, what it needs, and how it is bound to a system.
 
+mod cost;
 mod run;
+mod table;
 
 use crate::moddg::ClosedForm;
-use crate::moddg::steps::{Degree, Equation, Placement, Plain, Printed, Raised};
-use crate::{Collocation, Composition, GeneralIncrement, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled};
+use crate::moddg::steps::{Equation, Placement, Plain, Printed, Raised};
+use crate::{
+    Collocation, Composition, GeneralIncrement, Gonzalez, Increment, Leapfrog, LinearExact, LocallyExact,
+    ModDg, Relaxed, Rk4, Tiled,
+};
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
-    Curvature, InputError, Linear, Misprinted, OrderRaising, PhasePlane, Scalar, Separable, Uniform, Vector,
+    Curvature, InputError, Linear, Misprinted, OrderRaising, PhasePlane, Quad, Scalar, Separable, Uniform,
+    Vector,
 };
 use run::bind;
 
+pub use cost::Cost;
 pub use run::{Run, Show};
+pub use table::METHODS;
+
+/// The order of what has no error but rounding.
+pub const EXACT: u32 = u32::MAX;
 
 /// A method in the registry.
 #[derive(Clone, Copy, Debug)]
@@ -21,12 +32,22 @@ pub struct Row {
     /// One line on what it is.
     pub about: &'static str,
     /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, where H is separable if it need be
-    /// no more general; some systems see higher ones. The order of the method is the least of them, on any system it applies to.
+    /// no more general, [`EXACT`] where there are none; some systems see higher ones. The order of the method is the least of them, on any system it applies to.
     pub local_order: [u32; 3],
     /// K is kept to rounding at every step size.
     pub keeps_k: bool,
     /// Every Δw ≥ 0 where the system is passive, at every step size.
     pub passive: bool,
+    /// (q, p) stays bounded on every linear system with H positive definite and friction that only takes energy, at every step
+    /// size, however many degrees of freedom are coupled: the eigenvalues of the step are in the unit circle where those of
+    /// the flow are in the left half-plane. What fails there is not stable, except by [`StepFailure::TooLong`], which is not judged.
+    ///
+    /// [`StepFailure::TooLong`]: afterbay_core::StepFailure::TooLong
+    pub a_stable: bool,
+    /// The same, and R(∞) = 0: (q, p) vanishes in one step where h λ → -∞ for every λ of the flow.
+    pub l_stable: bool,
+    /// What a step costs.
+    pub cost: Cost,
     /// What a system must be for the method to apply.
     pub needs: Needs,
     kind: Kind,
@@ -58,6 +79,8 @@ pub enum Needs {
     Any,
     /// Its second derivatives.
     Curvature,
+    /// The same at every state: H quadratic and D linear.
+    Linear,
     /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
     Separable,
     /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and p_j ([`PhasePlane`]), D_j free
@@ -75,6 +98,7 @@ impl Needs {
         match self {
             Self::Any => "any system",
             Self::Curvature => "any H, 2nd derivatives",
+            Self::Linear => "linear system",
             Self::Separable => "separable H",
             Self::SeparableOrPlanes => "separable H or phase planes",
             Self::OneDegree => "separable H, 1 degree",
@@ -87,170 +111,18 @@ impl Needs {
 enum Kind {
     Leapfrog,
     Rk4,
+    Relaxed(Relaxed),
     ModDg,
     ModDgFixedPoint,
     Raised(Raised),
     Printed(Printed),
+    LinearExact,
+    LocallyExact,
     Gonzalez,
     /// s
     Collocation(usize),
     /// A composition of sweeps.
     Increment(fn() -> Composition),
-}
-
-/// Every method there is.
-pub const METHODS: &[Row] = &[
-    Row {
-        name: "leapfrog",
-        about: "the paper's pqpLF/SV: Störmer-Verlet with a reservoir",
-        local_order: [2, 2, 2],
-        keeps_k: false,
-        passive: true,
-        needs: Needs::Separable,
-        kind: Kind::Leapfrog,
-    },
-    Row {
-        name: "rk4",
-        about: "the paper's eRK4: classical Runge-Kutta on (q, p, w)",
-        local_order: [4, 4, 4],
-        keeps_k: false,
-        passive: true,
-        needs: Needs::Any,
-        kind: Kind::Rk4,
-    },
-    Row {
-        name: "gonzalez",
-        about: "the midpoint discrete gradient, solved to rounding",
-        local_order: [2, 2, 2],
-        keeps_k: true,
-        passive: true,
-        needs: Needs::Curvature,
-        kind: Kind::Gonzalez,
-    },
-    collocation("collocation-2", 1),
-    collocation("collocation-4", 2),
-    collocation("collocation-6", 3),
-    collocation("collocation-8", 4),
-    collocation("collocation-10", 5),
-    collocation("collocation-12", 6),
-    collocation("collocation-14", 7),
-    collocation("collocation-16", 8),
-    Row {
-        name: "moddg",
-        about: "the paper's modified discrete gradient, solved to rounding",
-        local_order: [2, 2, 2],
-        keeps_k: true,
-        passive: true,
-        needs: Needs::OneDegree,
-        kind: Kind::ModDg,
-    },
-    Row {
-        name: "moddg-fixed-point",
-        about: "moddg solved by simple iteration, as the paper does",
-        local_order: [2, 2, 2],
-        keeps_k: true,
-        passive: true,
-        needs: Needs::OneDegree,
-        kind: Kind::ModDgFixedPoint,
-    },
-    raised("moddg-q3-shared", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Third),
-    raised("moddg-q4-shared", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Fourth),
-    raised("moddg-p3-shared", [2, 3, 2], Placement::Shared(Equation::P), Degree::Third),
-    raised("moddg-p4-shared", [2, 3, 2], Placement::Shared(Equation::P), Degree::Fourth),
-    raised("moddg-q3-single", [3, 2, 2], Placement::Single(Equation::Q), Degree::Third),
-    raised("moddg-q4-single", [3, 2, 2], Placement::Single(Equation::Q), Degree::Fourth),
-    raised("moddg-p3-single", [2, 3, 2], Placement::Single(Equation::P), Degree::Third),
-    raised("moddg-p4-single", [2, 3, 2], Placement::Single(Equation::P), Degree::Fourth),
-    raised("moddg-qp3", [3, 3, 2], Placement::Each, Degree::Third),
-    raised("moddg-qp4", [4, 4, 2], Placement::Each, Degree::Fourth),
-    printed("moddg-q4-shared-printed", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Fourth),
-    printed("moddg-q4-single-printed", [3, 2, 2], Placement::Single(Equation::Q), Degree::Fourth),
-    printed("moddg-p3-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Third),
-    printed("moddg-p3-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Third),
-    printed("moddg-p4-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Fourth),
-    printed("moddg-p4-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Fourth),
-    increment("increment-1", [2, 1, 1], true, "coordinate increments: one sweep", Composition::sweep),
-    increment(
-        "increment-2",
-        [2; 3],
-        true,
-        "coordinate increments: a sweep and its adjoint",
-        Composition::pair,
-    ),
-    increment(
-        "increment-4",
-        [4; 3],
-        false,
-        "coordinate increments, 5 pairs of sweeps (Suzuki)",
-        Composition::suzuki4,
-    ),
-    increment(
-        "increment-6",
-        [6; 3],
-        false,
-        "coordinate increments, 7 pairs of sweeps (Yoshida)",
-        Composition::yoshida6,
-    ),
-    increment(
-        "increment-8",
-        [8; 3],
-        false,
-        "coordinate increments, 17 pairs of sweeps (Kahan, Li)",
-        Composition::kahan_li8,
-    ),
-];
-
-const fn collocation(name: &'static str, stages: usize) -> Row {
-    Row {
-        name,
-        about: "energy-preserving collocation, solved to rounding",
-        local_order: [2 * stages as u32; 3],
-        keeps_k: true,
-        passive: true,
-        needs: Needs::Curvature,
-        kind: Kind::Collocation(stages),
-    }
-}
-
-/// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and of order 1 in w where D_j
-/// feels its neighbours. With one degree of freedom and H separable it is its own adjoint, and all of its orders are 2. With
-/// phase planes the velocity is taken at a corner too, and q is of order 1 as well.
-const fn increment(
-    name: &'static str,
-    local_order: [u32; 3],
-    passive: bool,
-    about: &'static str,
-    composition: fn() -> Composition,
-) -> Row {
-    let kind = Kind::Increment(composition);
-    Row { name, about, local_order, keeps_k: true, passive, needs: Needs::SeparableOrPlanes, kind }
-}
-
-const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
-    let about = match (placement, degree) {
-        (Placement::Shared(Equation::Q), Degree::Third) => "moddg with δ₃(q) in all three equations",
-        (Placement::Shared(Equation::Q), Degree::Fourth) => "moddg with δ₄(q) in all three equations",
-        (Placement::Shared(Equation::P), Degree::Third) => "moddg with δ₃(p) in all three equations",
-        (Placement::Shared(Equation::P), Degree::Fourth) => "moddg with δ₄(p) in all three equations",
-        (Placement::Single(Equation::Q), Degree::Third) => "moddg with δ₃(q) in the equation for q alone",
-        (Placement::Single(Equation::Q), Degree::Fourth) => "moddg with δ₄(q) in the equation for q alone",
-        (Placement::Single(Equation::P), Degree::Third) => "moddg with δ₃(p) in the equation for p alone",
-        (Placement::Single(Equation::P), Degree::Fourth) => "moddg with δ₄(p) in the equation for p alone",
-        (Placement::Each, Degree::Third) => "moddg with δ₃(q) in q, δ₃(p) in p, h in w",
-        (Placement::Each, Degree::Fourth) => "moddg with δ₄(q) in q, δ₄(p) in p, h in w",
-    };
-    let keeps_k = matches!(placement, Placement::Shared(_));
-    let kind = Kind::Raised(Raised(placement, degree));
-    // δ may be negative near a pole, and a shared negative step takes energy back from the reservoir. The others have h
-    // in the equation for w.
-    let passive = !keeps_k;
-    Row { name, about, local_order, keeps_k, passive, needs: Needs::OneDegree, kind }
-}
-
-const fn printed(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
-    let row = raised(name, local_order, placement, degree);
-    let kind = Kind::Printed(Printed(placement, degree));
-    Row { about: "the same as the paper prints it", needs: Needs::Printed, kind, ..row }
 }
 
 /// The row of a method.
@@ -269,7 +141,10 @@ where
 {
     match row.kind {
         Kind::Rk4 => bind::<Vec<T>, _, _>(Rk4, system),
+        Kind::Relaxed(method) => bind::<Vec<T>, _, _>(method, system),
         Kind::Gonzalez => bind::<Vec<T>, _, _>(Gonzalez::default(), system),
+        Kind::LocallyExact => bind::<Vec<T>, _, _>(LocallyExact, system),
+        Kind::LinearExact => bind::<Vec<T>, _, _>(LinearExact, system),
         Kind::Collocation(stages) => bind::<Vec<T>, _, _>(Collocation::new(stages), system),
         Kind::Increment(composition) => bind::<Vec<T>, _, _>(GeneralIncrement::new(composition()), system),
         _ => Err(InputError::Unsupported { method: row.name, why: "H is not separable" }),
@@ -305,6 +180,23 @@ where
     }
 }
 
+/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour by colour, to a system in
+/// `f64` and the same in extended precision. A row knows no scalar, so these are no rows of their own.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where it is another method or needs more, [`InputError::Length`] where `exact` is another system.
+pub fn compensated<S, P>(row: &Row, system: S, exact: P) -> Result<Run<f64>, InputError>
+where
+    S: Separable<f64> + 'static,
+    P: Separable<Quad> + 'static,
+{
+    let Kind::Increment(composition) = row.kind else {
+        return Err(InputError::Unsupported { method: row.name, why: "only increments are compensated" });
+    };
+    let order = system.coupling().coloured(system.dof());
+    bind::<Vec<f64>, _, _>(Increment::new(composition()).in_order(order).compensated(exact), system)
+}
+
 /// Binds a method to a separable system, with states stored in `V`.
 fn stored<V, S>(row: &Row, system: S) -> Result<Run<V::Scalar>, InputError>
 where
@@ -314,7 +206,10 @@ where
     match row.kind {
         Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
         Kind::Rk4 => bind::<V, _, _>(Rk4, system),
+        Kind::Relaxed(method) => bind::<V, _, _>(method, system),
         Kind::Gonzalez => bind::<V, _, _>(Gonzalez::default(), system),
+        Kind::LocallyExact => bind::<V, _, _>(LocallyExact, system),
+        Kind::LinearExact => bind::<V, _, _>(LinearExact, system),
         Kind::Collocation(stages) => bind::<V, _, _>(Collocation::new(stages), system),
         Kind::Increment(composition) => bind::<V, _, _>(Increment::new(composition()), system),
         Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),

@@ -38,7 +38,9 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         StepFailure::Singular { .. } => closed,
         StepFailure::NotContracting { .. } => row.name == "moddg-fixed-point",
         StepFailure::NewtonStalled { .. } => !closed && row.name != "moddg-fixed-point",
-        StepFailure::Unresolved { .. } => false,
+        StepFailure::Unresolved { .. } | StepFailure::Vanishes { .. } => false,
+        StepFailure::TooLong { .. } => row.name == "locally-exact",
+        StepFailure::NoRelaxationRoot { .. } => row.name.starts_with("relaxed"),
     }
 }
 

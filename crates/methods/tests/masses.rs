@@ -93,7 +93,7 @@ fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64)
 
 /// Asks for no mass: it takes ∂H/∂p as it is.
 fn is_free(row: &Row) -> bool {
-    matches!(row.needs, Needs::Any | Needs::Curvature)
+    matches!(row.needs, Needs::Any | Needs::Curvature | Needs::Linear)
 }
 
 #[test]

@@ -3,12 +3,13 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Coupling, Damping, Drag, Grid, InputError, IntegrateError, Method, Scalar, Separable, State, System,
-    Uniform, f64x8, integrate,
+    Coupling, Damping, Drag, Effort, Every, Grid, InputError, IntegrateError, Method, RunError, Scalar,
+    Separable, State, StepFailure, System, Uniform, f64x8, integrate,
 };
 use afterbay_methods::{Composition, Increment, Tiled};
 use afterbay_systems::{FputChain, VanDerPolRing};
 use proptest::prelude::*;
+use std::ops::ControlFlow;
 
 fn start(n: usize, seed: f64) -> State<Vec<f64>> {
     let at =
@@ -111,6 +112,110 @@ fn a_step_that_fails_has_a_name_and_changes_nothing() {
     });
     assert!(failures[0].contains("Newton"), "{}", failures[0]);
     assert!(failures.iter().all(|failure| *failure == failures[0]), "{failures:?}");
+}
+
+/// Step after step, with the failure of the one after the last where there is one.
+fn step_by_step<S: Uniform>(
+    system: &S,
+    composition: &Composition,
+    grid: Grid<f64>,
+    start: State<Vec<f64>>,
+) -> (Vec<State<Vec<f64>>>, Option<StepFailure>) {
+    let method = Tiled::new(composition.clone());
+    let mut workspace = method.workspace(system).unwrap();
+    let mut states = vec![start];
+    for n in 1..=grid.steps {
+        let mut state = states[states.len() - 1].clone();
+        if let Err(failure) = method.step(system, grid.h, &mut state, &mut workspace) {
+            return (states, Some(failure));
+        }
+        state.t = (n as f64).mul_add(grid.h, states[0].t);
+        states.push(state);
+    }
+    (states, None)
+}
+
+/// What was seen of a run, how it ended, and where.
+type Seen = (Vec<State<Vec<f64>>>, Result<Effort, IntegrateError>, State<Vec<f64>>);
+
+/// A run on some threads, seen at every so many steps.
+fn seen<S: Uniform>(
+    system: &S,
+    composition: &Composition,
+    (threads, stride): (usize, u64),
+    grid: Grid<f64>,
+    mut state: State<Vec<f64>>,
+) -> Seen {
+    let method = Tiled::new(composition.clone()).on_threads(threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mut states = vec![];
+    let mut look = Every::new(stride, |_: u64, state: &State<Vec<f64>>| {
+        states.push(state.clone());
+        ControlFlow::Continue(())
+    });
+    let outcome = pool.install(|| integrate(&method, system, grid, &mut state, &mut look));
+    (states, outcome, state)
+}
+
+fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
+    let (n, grid) = (system.dof(), Grid::of(0.1, steps).unwrap());
+    for composition in &compositions() {
+        let (all, failure) = step_by_step(system, composition, grid, start(n, 0.3));
+        assert_eq!(failure, None);
+        assert_eq!(all[all.len() - 1], one_at_a_time(system, composition, grid, start(n, 0.3)), "{n}");
+        for (threads, stride) in [(1, 1), (1, 3), (2, 5), (1, 8), (1, 11), (2, u64::MAX)] {
+            let (some, outcome, last) = seen(system, composition, (threads, stride), grid, start(n, 0.3));
+            assert!(outcome.is_ok() && last == all[all.len() - 1], "{n} {threads} {stride}");
+            assert!(
+                all.iter()
+                    .enumerate()
+                    .filter(|(n, _)| (*n as u64).is_multiple_of(stride))
+                    .map(|(_, s)| s)
+                    .eq(&some)
+            );
+        }
+    }
+}
+
+/// Of a tile and of several, with friction and without; strides that divide what a tile takes at once, and others.
+#[test]
+fn several_steps_at_once_are_the_same_one_by_one() {
+    for n in [1, 2, 3, 17, 112, 1023] {
+        steps_at_once_are_steps_one_by_one(&FputChain::new(n, 1.0, 0.1).unwrap(), 19);
+    }
+    for n in [2, 4, 18, 112, 1022] {
+        steps_at_once_are_steps_one_by_one(&VanDerPolRing::new(n, 0.5, 0.3).unwrap(), 19);
+    }
+    steps_at_once_are_steps_one_by_one(&FputChain::new(1025, 1.0, 0.0).unwrap(), 19);
+    steps_at_once_are_steps_one_by_one(&FputChain::new(3071, 1.0, -0.1).unwrap(), 19);
+    steps_at_once_are_steps_one_by_one(&VanDerPolRing::new(2050, 0.5, 0.3).unwrap(), 19);
+}
+
+#[test]
+fn a_failure_among_several_steps_is_of_the_right_one() {
+    // Springs that soften let go where they are pulled most, in one tile or in two, the sooner the more.
+    let chain = FputChain::new(2500, -1.0, -0.2).unwrap();
+    let grid = Grid::of(0.4, 100).unwrap();
+    let mut places = vec![];
+    for pulled in [[700, 700], [1500, 2200], [1023, 1024]] {
+        for by in [0.9, 1.1, 1.4] {
+            let mut before = start(2500, 0.3);
+            before.q.iter_mut().chain(&mut before.p).for_each(|x| *x *= 0.1);
+            pulled.iter().for_each(|&j| before.q[j] += by);
+            let (all, failure) = step_by_step(&chain, &Composition::pair(), grid, before.clone());
+            let last = &all[all.len() - 1];
+            let run = RunError { step: all.len() as u64, t: last.t, failure: failure.unwrap() };
+            places.push((all.len() - 1) % 8);
+            for (threads, stride) in [(1, u64::MAX), (2, u64::MAX), (1, 5), (1, 1)] {
+                let (_, outcome, state) =
+                    seen(&chain, &Composition::pair(), (threads, stride), grid, before.clone());
+                assert_eq!(outcome, Err(IntegrateError::Run(run)), "{threads} {stride}");
+                assert_eq!(&state, last, "{threads} {stride}");
+            }
+        }
+    }
+    // In the middle of what a tile takes at once.
+    assert!(places.iter().any(|place| (2..7).contains(place)), "{places:?}");
 }
 
 #[test]

@@ -64,6 +64,11 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn damping(&self) -> Damping {
         let passive = not_negative(self.b);
         Damping {
@@ -98,6 +103,11 @@ impl<T: Scalar> Curvature<T> for DampedOscillator<T> {
         put(Block::Hqq, 0, 0, self.k);
         put(Block::Hpp, 0, 0, T::one());
         put(Block::Dp, 0, 0, self.b);
+    }
+
+    #[inline(always)]
+    fn is_linear(&self) -> bool {
+        true
     }
 }
 

@@ -14,7 +14,7 @@
 //!
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
-use crate::{finite, not_negative};
+use crate::{finite, is_zero, not_negative};
 use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
@@ -64,6 +64,11 @@ impl<T: Scalar> System<T> for Duffing<T> {
     }
 
     #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn damping(&self) -> Damping {
         let passive = not_negative(self.c);
         Damping {
@@ -101,6 +106,11 @@ impl<T: Scalar> Curvature<T> for Duffing<T> {
         put(Block::Hqq, 0, 0, self.alpha + (bend + bend + bend));
         put(Block::Hpp, 0, 0, T::one());
         put(Block::Dp, 0, 0, self.c);
+    }
+
+    #[inline(always)]
+    fn is_linear(&self) -> bool {
+        is_zero(self.beta)
     }
 }
 

@@ -16,7 +16,7 @@
 //! damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise references come from `tests/data/many_degrees.py`, made
 //! by another library, and from [`afterbay_core::taylor::trajectory`].
 
-use crate::{at_least_one, finite, not_negative, sum};
+use crate::{at_least_one, finite, is_zero, not_negative, sum};
 use afterbay_core::{
     Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System, Uniform,
     f64x8,
@@ -111,6 +111,11 @@ impl<T: Scalar> System<T> for FputChain<T> {
     }
 
     #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn damping(&self) -> Damping {
         let passive = not_negative(self.c);
         Damping {
@@ -174,6 +179,11 @@ impl<T: Scalar> Curvature<T> for FputChain<T> {
             put(Block::Dp, j, j, self.c);
             left = right;
         }
+    }
+
+    #[inline(always)]
+    fn is_linear(&self) -> bool {
+        is_zero(self.beta)
     }
 }
 

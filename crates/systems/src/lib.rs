@@ -7,16 +7,20 @@
 //! [`afterbay_core::Separable`], their edges in closed form; the pendulum knows its [`afterbay_core::PhasePlane`]s, in closed
 //! form too. Those with one degree of freedom are [`afterbay_core::OrderRaising`], and the [`DampedOscillator`] is also linear,
 //! exactly solvable and misprinted; the [`FputChain`] and the [`VanDerPolRing`] are [`afterbay_core::Uniform`].
+//! [`Custom`] is any other separable system, its potential and friction given as text.
 
+mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
 mod duffing;
+mod expression;
 mod fput_chain;
 mod modified_van_der_pol;
 mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
+pub use custom::{Custom, CustomError, Description, Friction, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;
@@ -54,6 +58,12 @@ fn at_least_one(n: usize) -> Result<usize, InputError> {
 #[inline(always)]
 fn not_negative<T: Scalar>(value: T) -> bool {
     T::zero().le(value).all()
+}
+
+/// Is every number `value` holds 0?
+#[inline(always)]
+fn is_zero<T: Scalar>(value: T) -> bool {
+    not_negative(value) && not_negative(-value)
 }
 
 /// The sum of `term` over every K neighbours in `x`. Eight partial sums side by side: eight times fewer roundings, and

@@ -62,6 +62,11 @@ impl<T: Scalar> System<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn damping(&self) -> Damping {
         self.force.damping()
     }
@@ -96,6 +101,11 @@ impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
         let drag = self.drag(q, p, 0);
         put(Block::Dq, 0, 0, drag.by_q);
         put(Block::Dp, 0, 0, drag.by_p);
+    }
+
+    #[inline(always)]
+    fn is_linear(&self) -> bool {
+        self.force.is_linear() && self.potential.is_linear()
     }
 }
 

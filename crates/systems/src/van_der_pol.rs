@@ -12,7 +12,7 @@
 //! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
-use crate::{finite, not_negative};
+use crate::{finite, is_zero, not_negative};
 use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = q²/2 with D = -μ (1 - q²) p.
@@ -65,6 +65,11 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn damping(&self) -> Damping {
         let zero = not_negative(self.mu) && not_negative(-self.mu);
         if zero { Damping::NONE } else { Damping::LINEAR }
@@ -97,6 +102,11 @@ impl<T: Scalar> Curvature<T> for VanDerPol<T> {
         put(Block::Hpp, 0, 0, T::one());
         put(Block::Dq, 0, 0, drag.by_q);
         put(Block::Dp, 0, 0, drag.by_p);
+    }
+
+    #[inline(always)]
+    fn is_linear(&self) -> bool {
+        is_zero(self.mu)
     }
 }
 

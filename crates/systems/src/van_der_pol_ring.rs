@@ -90,6 +90,11 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn damping(&self) -> Damping {
         self.single.damping()
     }
@@ -145,6 +150,11 @@ impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
             put(Block::Dq, j, j, drag.by_q);
             put(Block::Dp, j, j, drag.by_p);
         }
+    }
+
+    #[inline(always)]
+    fn is_linear(&self) -> bool {
+        self.single.is_linear()
     }
 }
 

@@ -85,3 +85,23 @@ proptest! {
         curvature(DampedDoublePendulum::new(m, l, g, c), &q, &p)?;
     }
 }
+
+#[test]
+fn linear_are_those_without_what_bends() {
+    fn linear<S: Curvature<f64>>(system: S) -> bool {
+        let at = [0.7, -0.4, 1.3];
+        let at = &at[..system.dof()];
+        assert_eq!(check::curvature(&system, at, at), Ok(()));
+        system.is_linear()
+    }
+    for (x, straight) in [(0.0, true), (-0.0, true), (0.5, false), (-1e-300, false)] {
+        assert_eq!(linear(Duffing::new(2.0, x, 0.3).unwrap()), straight);
+        assert_eq!(linear(VanDerPol::new(x).unwrap()), straight);
+        assert_eq!(linear(ModifiedVanDerPol::new(x, 1.0, 0.0).unwrap()), straight);
+        assert_eq!(linear(ModifiedVanDerPol::new(0.0, 1.0, x).unwrap()), straight);
+        assert_eq!(linear(FputChain::new(3, x, 0.3).unwrap()), straight);
+        assert_eq!(linear(VanDerPolRing::new(3, x, 0.3).unwrap()), straight);
+    }
+    assert!(linear(DampedOscillator::new(2.0, 0.3).unwrap()));
+    assert!(!linear(DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.0; 2]).unwrap()));
+}

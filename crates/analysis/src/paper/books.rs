@@ -4,12 +4,11 @@ use super::sheet::{Sheet, decimal, line, marked, over_time, scientific};
 use super::{BASE_STEP, FIGURE_STEP, PaperError, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use crate::report::Verdict;
 use crate::statistics::median;
 use crate::study::energy::{self, Books, EnergyRow};
+use crate::study::global_order;
 use crate::study::local_order::{LocalOrder, Trace};
-use crate::study::{global_order, outcome};
 use afterbay_core::Quad;
 use serde::Serialize;
 
@@ -139,14 +138,7 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
 fn energy_books(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Vec<Books>, PaperError> {
     progress.begin("energy books", KEPT.len());
     let all = energy::run(&oscillator(), &methods(&KEPT), FIGURE_STEP, 1, progress)?;
-    sheet.runs.extend(all.iter().map(|books| RunOutcome {
-        study: "energy",
-        system: oscillator().model.name(),
-        method: books.method,
-        h: FIGURE_STEP,
-        outcome: outcome::word(&books.result).into(),
-        failure: books.result.as_ref().err().map(ToString::to_string),
-    }));
+    sheet.runs.extend(all.iter().map(|books| books.ending(oscillator().model.name(), FIGURE_STEP)));
     let rows: Vec<&EnergyRow> = all.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("energy", &energy::columns(1), &rows)?;
     Ok(all)

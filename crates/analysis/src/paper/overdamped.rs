@@ -1,15 +1,23 @@
 //! Perfect books, wrong decay: the overdamped oscillator at a step the explicit methods cannot take.
 
-use super::sheet::{Sheet, line, marked, over_time};
+use super::sheet::{Sheet, line, marked, over_time, scientific};
 use super::{PaperError, methods};
 use crate::Model;
 use crate::chart::Axis;
 use crate::progress::Silent;
 use crate::report::Verdict;
 use crate::study::Problem;
+use crate::study::decay::{self, Decay, DecayRow};
 use crate::study::energy::{self, Books};
+use afterbay_methods::registry::{METHODS, Row, find};
 
 const STEP: f64 = 0.1;
+/// The friction, and one at which e^{-b h} is beyond any order.
+const FRICTION: [f64; 2] = [200.0, 5000.0];
+
+fn problem(b: f64) -> Problem {
+    Problem { model: Model::DampedOscillator { k: 1.0, b }, q: vec![1.0], p: vec![1.0], end: 2.0 }
+}
 
 pub(super) fn sheet() -> Result<Sheet, PaperError> {
     let mut sheet = Sheet::new("Perfect books, wrong decay");
@@ -18,8 +26,7 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
          b = 200 and h = 0.1 from (1, 1) the momentum should be gone within the first step and the energy of the slow \
          motion fall by a thousandth a step.",
     );
-    let model = Model::DampedOscillator { k: 1.0, b: 200.0 };
-    let problem = Problem { model, q: vec![1.0], p: vec![1.0], end: 2.0 };
+    let problem = problem(FRICTION[0]);
     let books = energy::run(&problem, &methods(&["moddg", "leapfrog", "rk4"]), STEP, 1, &Silent)?;
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("overdamped_energy", &energy::columns(1), &rows)?;
@@ -56,6 +63,7 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
             sheet.text(format!("{}: {error}.", books.method));
         }
     }
+    every_method(&mut sheet)?;
     let energies = |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
     let solution = problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize)?;
     let subject = problem.model.subject::<f64>()?;
@@ -65,14 +73,81 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
     curves.extend(books[..2].iter().map(|books| marked(books.method, energies(books))));
     let fine = energy::run(&problem, &methods(&["moddg"]), STEP / 200.0, 200, &Silent)?;
     curves.push(marked("moddg, h = 0.0005", energies(&fine[0])));
+    let exact = energy::run(&problem, &methods(&["locally-exact"]), STEP, 1, &Silent)?;
+    curves.push(marked(exact[0].method, energies(&exact[0])));
     let chart = over_time("Energy of the overdamped oscillator, h = 0.1", Axis::linear("energy H"), curves);
     sheet.show(
         "overdamped",
         &chart,
         "Energy of the overdamped oscillator (b = 200). At h = 0.1 modDG and leap-frog reflect the momentum instead of \
          damping it and lose energy far too slowly at first; RK4 (not shown) explodes. At h = 0.0005 modDG lies on the \
-         exact curve.",
+         exact curve, and locally-exact does at h = 0.1.",
         "overdamped_energy",
     );
     Ok(sheet)
+}
+
+/// The table of all methods, at both frictions, and which of them are to be trusted.
+fn every_method(sheet: &mut Sheet) -> Result<(), PaperError> {
+    let all: Vec<&'static Row> = METHODS.iter().collect();
+    let run = |b: f64| -> Result<Vec<DecayRow>, PaperError> {
+        let problem = problem(b);
+        let books = energy::run(&problem, &all, STEP, 1, &Silent)?;
+        Ok(decay::rows(&problem, b, STEP, &books)?)
+    };
+    let [found, stiffer] = [run(FRICTION[0])?, run(FRICTION[1])?];
+    let rows: Vec<&DecayRow> = found.iter().chain(&stiffer).collect();
+    sheet.data("overdamped", &rows)?;
+    let ratio = |ratio: Option<f64>| {
+        ratio.map_or(String::new(), |ratio| {
+            if ratio < 100.0 { format!("{ratio:.4}") } else { format!("{ratio:.1e}") }
+        })
+    };
+    let table = found.iter().zip(&stiffer).map(|(row, stiffer)| {
+        vec![
+            row.method.into(),
+            ratio(row.ratio),
+            format!("{:.4}", row.exact),
+            scientific(row.k_drift),
+            row.decay.to_string(),
+            stiffer.decay.to_string(),
+        ]
+    });
+    let header = ["method", "R, step 2", "R exact", "max |K - K₀|", "b = 200", "b = 5000"];
+    sheet.text(
+        "Every method, from the same state with the same step: the energy ratio R of the second step beside the exact one, how far K moves in \
+         20 steps, and what to make of both. A decay is called right where the loss 1 - R is within a tenth of itself; diverged is \
+         what has more energy than at the start. The last column is the same at b = 5000.",
+    );
+    sheet.table(&header, table.collect());
+    sheet.find("which methods to trust on an overdamped system", Verdict::Holds, trusted(&found, &stiffer));
+    Ok(())
+}
+
+/// Those that are right, and which of them stay so.
+fn trusted(found: &[DecayRow], stiffer: &[DecayRow]) -> String {
+    let names = |wanted: &dyn Fn(&DecayRow, &DecayRow) -> bool| {
+        let rows = found.iter().zip(stiffer).filter(|(row, stiffer)| wanted(row, stiffer));
+        rows.map(|(row, _)| row.method).collect::<Vec<_>>()
+    };
+    let both = names(&|row, stiffer| row.decay.is_right() && stiffer.decay.is_right());
+    let once = names(&|row, stiffer| row.decay.is_right() && !stiffer.decay.is_right());
+    let books = names(&|row, _| row.decay == Decay::WrongWithK);
+    let l_stable = both.iter().all(|name| find(name).is_some_and(|row| row.l_stable));
+    format!(
+        "trust {}: right at b = 200 and at b = 5000{}. {} right at b = 200 only: there the order still resolves \
+         e^{{-bh}} = e^{{-20}}, beyond it they reflect as moddg does. {} methods keep K exactly and decay wrongly.",
+        both.join(" and "),
+        if l_stable {
+            ", for they are L-stable, R(∞) = 0: what is fast against the step is gone after it"
+        } else {
+            ""
+        },
+        match once.as_slice() {
+            [] => "None is".into(),
+            [one] => format!("{one} is"),
+            all => format!("{} are", all.join(", ")),
+        },
+        books.len(),
+    )
 }

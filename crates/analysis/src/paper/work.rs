@@ -5,7 +5,6 @@ use super::sheet::{Sheet, marked, scientific};
 use super::{Extent, PaperError, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use crate::report::{Block, Verdict};
 use crate::study::work_precision::{self, WorkRow};
 
@@ -45,14 +44,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         let folder = if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
-        sheet.runs.extend(found.iter().map(|row| RunOutcome {
-            study: "work-precision",
-            system: problem.model.name(),
-            method: row.method,
-            h: row.h,
-            outcome: row.outcome.into(),
-            failure: row.failure.clone(),
-        }));
+        sheet.runs.extend(found.iter().map(|row| row.ending(problem.model.name())));
         cheapest(&mut sheet, name, &found);
         let seconds: Cost = ("seconds", |row| row.seconds);
         let evaluations: Cost = ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));

@@ -1,9 +1,10 @@
 //! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and what the reservoir is off by.
 
 use super::passivity::Passivity;
-use super::{Problem, numbered};
+use super::{Problem, numbered, outcome};
 use crate::Solution;
 use crate::progress::Progress;
+use crate::record::RunOutcome;
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -53,6 +54,20 @@ pub struct Books {
     pub violations: Option<u64>,
     /// How the run ended.
     pub result: Result<(), IntegrateError>,
+}
+
+impl Books {
+    /// How the run ended, for the record.
+    pub fn ending(&self, system: &'static str, h: f64) -> RunOutcome {
+        RunOutcome {
+            study: "energy",
+            system,
+            method: self.method,
+            h,
+            outcome: outcome::word(&self.result).into(),
+            failure: self.result.as_ref().err().map(ToString::to_string),
+        }
+    }
 }
 
 /// Follows the books of each method with steps of size h, every `every`-th state recorded.

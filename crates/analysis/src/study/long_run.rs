@@ -22,6 +22,8 @@ pub struct LongRunRow {
     pub method: &'static str,
     /// The step.
     pub h: f64,
+    /// Are the roundings kept from adding up?
+    pub compensated: bool,
     /// Steps done at the end of the window.
     pub steps: u64,
     /// Time at the end of the window.
@@ -33,18 +35,35 @@ pub struct LongRunRow {
 }
 
 /// A method at a step size.
-#[derive(Clone, Debug)]
-pub struct LongRun {
-    /// Name of the method.
-    pub method: &'static str,
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// The method.
+    pub row: &'static Row,
     /// The step.
     pub h: f64,
+    /// Are the roundings kept from adding up ([`Model::bind_compensated`](crate::Model::bind_compensated))?
+    pub compensated: bool,
+}
+
+/// How it went.
+#[derive(Clone, Debug)]
+pub struct LongRun {
+    /// What was run.
+    pub setup: Setup,
     /// The windows that every start reached the end of, four a decade.
     pub rows: Vec<LongRunRow>,
     /// How the runs ended, in one word: that of the first that did not reach its end.
     pub outcome: &'static str,
     /// What went wrong there, in words.
     pub failure: Option<String>,
+}
+
+impl Setup {
+    /// In words.
+    pub fn label(&self) -> String {
+        let how = if self.compensated { ", compensated" } else { "" };
+        format!("{}{how}, h = {}", self.row.name, self.h)
+    }
 }
 
 impl LongRun {
@@ -95,38 +114,40 @@ impl Window {
     }
 }
 
-/// Runs each method, with its step, from each start for so many steps; the ends of the problems are not looked at. K is
+/// Runs each setup from each start for so many steps; the ends of the problems are not looked at. K is
 /// computed in 106 bits, and at the samples alone: what is seen is the error of the states, not of the look at them.
 ///
 /// # Errors
 /// Those of the input. A run that fails is in its row.
 pub fn run(
     starts: &[Problem],
-    runs: &[(&'static Row, f64)],
+    setups: &[Setup],
     steps: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<LongRun>, IntegrateError> {
-    let tasks: Vec<_> = runs.iter().flat_map(|&run| starts.iter().map(move |start| (run, start))).collect();
+    let tasks: Vec<_> =
+        setups.iter().flat_map(|setup| starts.iter().map(move |start| (setup, start))).collect();
     let ends = ends(steps);
     let followed = tasks
         .par_iter()
         .with_max_len(1)
-        .map(|&((row, h), problem)| {
-            let followed = follow(problem, row, h, &ends);
+        .map(|&(setup, problem)| {
+            let followed = follow(problem, setup, &ends);
             progress.advance();
             followed
         })
         .collect::<Result<Vec<_>, _>>()?;
     let of_run = followed.chunks(starts.len().max(1));
-    Ok(runs.iter().zip(of_run).map(|(&(row, h), of)| gathered(row.name, h, &ends, of)).collect())
+    Ok(setups.iter().zip(of_run).map(|(&setup, of)| gathered(setup, &ends, of)).collect())
 }
 
 /// The windows a run came to the end of, and how it ended.
 type Followed = (Vec<Window>, Result<(), IntegrateError>);
 
-fn follow(problem: &Problem, row: &Row, h: f64, ends: &[u64]) -> Result<Followed, IntegrateError> {
+fn follow(problem: &Problem, setup: &Setup, ends: &[u64]) -> Result<Followed, IntegrateError> {
+    let Setup { row, h, compensated } = *setup;
     let exact = problem.model.subject::<Quad>()?;
-    let method = problem.model.bind(row)?;
+    let method = if compensated { problem.model.bind_compensated(row)? } else { problem.model.bind(row)? };
     let mut state = problem.start::<f64>()?;
     let initial = total(&*exact, state.view());
     let (mut windows, mut done) = (Vec::with_capacity(ends.len()), 0);
@@ -156,19 +177,19 @@ fn total(system: &dyn Subject<Quad>, state: View<'_, f64>) -> Quad {
 }
 
 /// One row a window, over all starts, in their order.
-fn gathered(method: &'static str, h: f64, ends: &[u64], of: &[Followed]) -> LongRun {
+fn gathered(setup: Setup, ends: &[u64], of: &[Followed]) -> LongRun {
+    let Setup { row: &Row { name: method, .. }, h, compensated } = setup;
     let reached = of.iter().map(|(windows, _)| windows.len()).min().unwrap_or(0);
     let row = |(i, &steps): (usize, &u64)| {
         let windows = of.iter().filter_map(|(windows, _)| windows.get(i));
         let all = windows.fold(Window::default(), Window::and);
         let count = all.count as f64;
         let (rms, mean) = ((all.squares / count).sqrt(), all.sum / count);
-        LongRunRow { method, h, steps, t: h * steps as f64, rms, mean }
+        LongRunRow { method, h, compensated, steps, t: h * steps as f64, rms, mean }
     };
     let failed = of.iter().map(|(_, result)| result).find(|result| result.is_err());
     LongRun {
-        method,
-        h,
+        setup,
         rows: ends.iter().enumerate().take(reached).map(row).collect(),
         outcome: failed.map_or(COMPLETED, word),
         failure: failed.and_then(|result| result.as_ref().err()).map(ToString::to_string),
@@ -178,6 +199,7 @@ fn gathered(method: &'static str, h: f64, ends: &[u64], of: &[Followed]) -> Long
 #[cfg(test)]
 mod tests {
     use super::*;
+    use afterbay_methods::registry::METHODS;
 
     const STEPS: u64 = 100_000;
 
@@ -197,7 +219,8 @@ mod tests {
             };
             (begins.zip(&ends).map(window).collect(), Ok(()))
         };
-        gathered("by-hand", 0.1, &ends, &deviations.iter().map(seen).collect::<Vec<_>>()).growth().unwrap()
+        let setup = Setup { row: &METHODS[0], h: 0.1, compensated: false };
+        gathered(setup, &ends, &deviations.iter().map(seen).collect::<Vec<_>>()).growth().unwrap()
     }
 
     #[test]

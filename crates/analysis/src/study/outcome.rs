@@ -23,5 +23,8 @@ pub fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::Singular { .. } => "singular",
         StepFailure::Pole { .. } => "pole",
         StepFailure::Unresolved { .. } => "unresolved",
+        StepFailure::TooLong { .. } => "too-long",
+        StepFailure::NoRelaxationRoot { .. } => "no-relaxation-root",
+        StepFailure::Vanishes { .. } => "vanishes",
     }
 }

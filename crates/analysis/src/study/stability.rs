@@ -159,7 +159,10 @@ impl Map<'_> {
                         StepFailure::Pole { .. } | StepFailure::Singular { .. } => Verdict::Pole,
                         StepFailure::NotContracting { .. }
                         | StepFailure::NewtonStalled { .. }
-                        | StepFailure::Unresolved { .. } => Verdict::NoConvergence,
+                        | StepFailure::Unresolved { .. }
+                        | StepFailure::TooLong { .. }
+                        | StepFailure::NoRelaxationRoot { .. }
+                        | StepFailure::Vanishes { .. } => Verdict::NoConvergence,
                     },
                     Ok(_) if !found.largest.is_finite() => Verdict::NotFinite,
                     Ok(_) => match exact {

@@ -4,6 +4,7 @@ use super::passivity::Passivity;
 use super::{Problem, distance, outcome};
 use crate::Solution;
 use crate::progress::Progress;
+use crate::record::RunOutcome;
 use afterbay_core::{Effort, Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -42,6 +43,20 @@ pub struct WorkRow {
     pub failure: Option<String>,
     /// How far two computations of the reference are apart; 0 where it is known to rounding.
     pub reference_doubt: f64,
+}
+
+impl WorkRow {
+    /// How the run ended, for the record.
+    pub fn ending(&self, system: &'static str) -> RunOutcome {
+        RunOutcome {
+            study: "work-precision",
+            system,
+            method: self.method,
+            h: self.h,
+            outcome: self.outcome.into(),
+            failure: self.failure.clone(),
+        }
+    }
 }
 
 /// Runs each method at each step: errors in parallel, then times one after the other.

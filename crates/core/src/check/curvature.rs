@@ -8,7 +8,8 @@ use crate::{Block, Curvature, InputError};
 type Entry = (Block, usize, usize, f64);
 
 /// [`system()`], and the entries of the curvature against the increments of ∂H/∂q, ∂H/∂p and D; that none is missing,
-/// given twice or outside the pattern of [`crate::System::coupling`], and that their places are the same at other states.
+/// given twice or outside the pattern of [`crate::System::coupling`], and that their places are the same at other states, and
+/// their values too where [`Curvature::is_linear`] is said.
 ///
 /// # Errors
 /// Those of [`system()`].
@@ -20,6 +21,11 @@ pub fn curvature<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
     for place in &others {
         let there = entries(s, &place.q, &place.p);
         let same = |a: &Entry, b: &Entry| (a.0, a.1, a.2) == (b.0, b.1, b.2);
+        if s.is_linear()
+            && let Some((there, &here)) = there.iter().zip(&here).find(|(a, b)| a.3 != b.3)
+        {
+            return refuse(here, there.3, "is_linear() is said, and it must be the same at every state");
+        }
         let differing = there.iter().zip(&here).find(|(a, b)| !same(a, b)).map(|(_, b)| b);
         let longer = if there.len() < here.len() { &here } else { &there };
         if let Some(&entry) = differing.or(longer.get(there.len().min(here.len()))) {

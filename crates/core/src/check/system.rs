@@ -6,7 +6,7 @@ use super::{Fields, finite, moved, reach, rounding};
 use crate::{Block, InputError, Passive, Quantity, System};
 
 /// Is the system at (q, p), and around it, what it says it is? Checks the gradient against the energy, and what is
-/// claimed by [`System::damping`] and [`System::coupling`].
+/// claimed by [`System::unit_mass`], [`System::damping`] and [`System::coupling`].
 ///
 /// # Errors
 /// [`InputError::Length`] where q or p are not as long as [`System::dof`] says, [`InputError::NotFinite`] where they or
@@ -27,6 +27,9 @@ pub fn system<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Resu
             gradient(system, Quantity::Slope, (q, p), j)?;
             gradient(system, Quantity::Velocity, (q, p), j)?;
         }
+    }
+    if system.unit_mass() {
+        unit_mass(&places)?;
     }
     damping(system, &places)?;
     starts(&places).iter().try_for_each(|Place { q, p, .. }| coupling(system, q, p))
@@ -51,6 +54,18 @@ where
         let rule = "it must be the derivative of the energy";
         InputError::Contradiction { quantity, dof: j, given: lie.given, found: lie.found, rule }
     })
+}
+
+/// ∂H/∂p = p
+fn unit_mass(places: &[Place]) -> Result<(), InputError> {
+    for Place { p, fields, .. } in places {
+        if let Some(dof) = (0..p.len()).find(|&j| p[j] != fields.hp[j]) {
+            let (given, found) = (p[dof], fields.hp[dof]);
+            let rule = "unit_mass() says it is p";
+            return Err(InputError::Contradiction { quantity: Quantity::Velocity, dof, given, found, rule });
+        }
+    }
+    Ok(())
 }
 
 /// What is known of D beforehand.

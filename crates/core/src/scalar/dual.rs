@@ -30,8 +30,14 @@ impl Scalar for Dual64 {
     fn exp_m1(self) -> Self {
         DualNum::exp_m1(&self)
     }
+    fn ln(self) -> Self {
+        DualNum::ln(&self)
+    }
     fn sin_cos(self) -> (Self, Self) {
         DualNum::sin_cos(&self)
+    }
+    fn atan(self) -> Self {
+        DualNum::atan(&self)
     }
 
     fn lt(self, other: Self) -> bool {
@@ -67,6 +73,8 @@ mod tests {
                 (Scalar::sqrt(d * d + Dual64::one()).eps, x / x.hypot(1.0)),
                 (Scalar::mul_add(d, d, d).eps, 2.0 * x + 1.0),
                 (Scalar::recip(d).eps, -1.0 / (x * x)),
+                (Scalar::ln(d * d).eps, 2.0 / x),
+                (Scalar::atan(d).eps, 1.0 / (1.0 + x * x)),
             ];
             for (i, (computed, exact)) in pairs.into_iter().enumerate() {
                 assert!((computed - exact).abs() <= 1e-14 * exact.abs().max(1.0), "{i} at {x}: {computed}");

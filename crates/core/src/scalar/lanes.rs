@@ -1,6 +1,6 @@
 //! Eight `f64` side by side ([`wide::f64x8`]), each computed as it would be alone.
 //!
-//! Sums, products, quotients and roots round as those of `f64` do. `exp`, `exp_m1` and `sin_cos` are the crate's own: their
+//! Sums, products, quotients and roots round as those of `f64` do, and `ln` and `atan` are those of `f64`, lane by lane. `exp`, `exp_m1` and `sin_cos` are the crate's own: their
 //! last digits are not those of the standard library.
 
 use super::{Mask, Scalar};
@@ -58,9 +58,17 @@ impl Scalar for f64x8 {
     fn exp_m1(self) -> Self {
         f64x8::exp_m1(self)
     }
+    #[inline]
+    fn ln(self) -> Self {
+        Self::new(self.to_array().map(f64::ln))
+    }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         f64x8::sin_cos(self)
+    }
+    #[inline]
+    fn atan(self) -> Self {
+        Self::new(self.to_array().map(f64::atan))
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Self {

@@ -147,6 +147,14 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
     fn exp_m1(self) -> Self {
         self.compose(self.0[0].exp_m1(), |f| *f + Self::one())
     }
+    fn ln(self) -> Self {
+        let slope = self.recip();
+        self.compose(self.0[0].ln(), |_| slope)
+    }
+    fn atan(self) -> Self {
+        let slope = (self * self + Self::one()).recip();
+        self.compose(self.0[0].atan(), |_| slope)
+    }
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.0[0].sin_cos();
         // (sin u)' = cos u u' and (cos u)' = -sin u u' grow together, one coefficient at a time.
@@ -203,6 +211,8 @@ mod tests {
         let (sin, cos) = X.sin_cos();
         assert_close(sin * sin + cos * cos, Series::one());
         assert_close((X + X).sin_cos().0, (sin * cos) * Series::from_f64(2.0));
+        assert_close(X.exp().ln(), X);
+        assert_close((sin / cos).atan(), X);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Simple iteration, as in the paper.
 
-use super::{Root, Sample, Solver};
+use super::{Equation, Root, Solver};
 use crate::{Mask, Quantity, Scalar, StepFailure};
 
 /// `x ← start - F(1, x)`, until the update no longer shrinks. (The paper's tolerance of 1e-18 is below the rounding
@@ -18,13 +18,13 @@ impl Solver for FixedPoint {
         &self,
         dof: usize,
         start: T,
-        mut equation: impl FnMut(T, T) -> Sample<T>,
+        mut equation: impl Equation<T>,
     ) -> Result<Root<T>, StepFailure> {
         let mut x = start;
         let mut smallest = T::from_f64(f64::MAX);
         let (mut before, mut ratio, mut waited) = (smallest, f64::INFINITY, 0);
         for evaluations in 1..=LIMIT {
-            let f = equation(T::one(), x);
+            let f = equation.at(T::one(), x);
             if !f.value.is_finite().all() {
                 return Err(StepFailure::NonFinite {
                     quantity: Quantity::Force,
@@ -66,6 +66,7 @@ impl Solver for FixedPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::Sample;
 
     fn kepler(eccentricity: f64) -> impl FnMut(f64, f64) -> Sample<f64> {
         move |s, x| Sample {

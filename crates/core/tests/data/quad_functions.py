@@ -43,6 +43,10 @@ real = list(points(small + moderate + large))
 circle = real + list(points(angles)) + near
 squares = [0.0, 1e-200, 3e-20, 1e-5, 0.3, 0.99999, 1.0, 1.0011, 1.4, 2.0, 2.1, 3.99, 4.0, 7e10, 1e150]
 roots = list(points(squares))
+positive = list(points([1e-300, 4e-310, 1e-200, 1e-9, 0.03, 0.5, 0.6, 0.7071, 0.70711, 0.9, 0.999, 1 - 1e-9, 1.0, 1 + 1e-12,
+                        1.0001, 1.3, 1.41421, 1.41422, 2.0, 2.8, 3.0, 10.0, 777.7, 1e9, 1e150, 1e300]))
+positive = [x for x in positive if x[0] > 1e-280 or x[1] == 0.0]
+slopes = real + list(points([1e5, -3e9, 1e16, -1e40, 1e300]))
 
 print("function,x_hi,x_lo,value_hi,value_mid,value_lo")
 for name, function, where in [
@@ -51,6 +55,8 @@ for name, function, where in [
     ("exp_m1", mpmath.expm1, real),
     ("sin", mpmath.sin, circle),
     ("cos", mpmath.cos, circle),
+    ("ln", mpmath.log, positive),
+    ("atan", mpmath.atan, slopes),
 ]:
     for x in where:
         assert x[0] + x[1] == x[0]

@@ -4,24 +4,15 @@
 //! (hω)² where all at a time would leave hω. It begins with the polynomial of the step before, continued, where this step
 //! starts where that one ended, bit by bit; otherwise from rest.
 
-use super::newton::Equations;
+use super::equations::Equations;
 use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
-use super::rule::{Modes, NODES, Panel, continuation, none, rules};
+use super::progress::{LIMIT, Progress};
+use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
-/// Sweeps or corrections before an iteration is given up.
-const LIMIT: u32 = 100;
-/// Changes without a smaller one among them that end an iteration: within the first of [`NOISE`], within the second, and beyond.
-const PATIENCE: [u32; 3] = [3, 10, 7];
-/// A change of so many roundings may be noise.
-const CLEAR: f64 = 64.0;
-/// The next change that is not made, in roundings. Left out at every step, it is what K would drift by.
-const UNSEEN: f64 = 0.015625;
-/// A correction that leaves more than this of the one before asks for a new Jacobian.
-const SLOW: f64 = 0.0625;
-/// The most that changes may be, in roundings, where they no longer shrink. Slow ones may rest on the way.
-const NOISE: [f64; 2] = [8.0, 1024.0];
+/// Changes without a smaller one among them after which sweeps are given up.
+const PATIENCE: u32 = 3;
 /// Roundings of what K is made of that are not yet an error of the quadrature.
 const ROUNDINGS: f64 = 16.0;
 
@@ -29,22 +20,22 @@ const ROUNDINGS: f64 = 16.0;
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     /// The quadrature rules, each with twice the nodes of the one before.
-    rules: Vec<Vec<Panel<V::Scalar>>>,
+    pub(super) rules: Vec<Vec<Panel<V::Scalar>>>,
     ahead: [Modes<V::Scalar>; 8],
     dissipative: bool,
-    nodes: Vec<Nodes<V>>,
-    slopes: Slopes<V>,
+    pub(super) nodes: Vec<Nodes<V>>,
+    pub(super) slopes: Slopes<V>,
     /// The coefficients of q' and of -p' by degree of freedom, and the next ones.
-    q_modes: Vec<Modes<V::Scalar>>,
-    p_modes: Vec<Modes<V::Scalar>>,
-    next: Vec<Modes<V::Scalar>>,
-    next_q: Vec<Modes<V::Scalar>>,
+    pub(super) q_modes: Vec<Modes<V::Scalar>>,
+    pub(super) p_modes: Vec<Modes<V::Scalar>>,
+    pub(super) next: Vec<Modes<V::Scalar>>,
+    pub(super) next_q: Vec<Modes<V::Scalar>>,
     /// Newton's equations, where there are not too many of them, and whether the last step needed them.
-    equations: Option<Equations>,
-    stiff: bool,
+    pub(super) equations: Option<Equations>,
+    pub(super) stiff: bool,
     /// The new state.
-    q: V,
-    p: V,
+    pub(super) q: V,
+    pub(super) p: V,
     w: V,
     /// The step that made it, if there was one.
     made_by: Option<V::Scalar>,
@@ -82,6 +73,25 @@ impl<V: Vector> Workspace<V> {
     /// is no better known.
     pub fn defect(&self) -> f64 {
         self.defect
+    }
+
+    /// h times the largest entry of the last Jacobian.
+    pub(super) fn gain(&self) -> f64 {
+        self.equations.as_ref().map_or(0.0, |equations| equations.gain)
+    }
+
+    /// The new q, p and w.
+    pub(super) fn ends(&self) -> [&V; 3] {
+        [&self.q, &self.p, &self.w]
+    }
+
+    /// q' and -p' of one degree of freedom at the times τ of the step.
+    pub(super) fn slopes_at<const K: usize>(
+        &self,
+        dof: usize,
+        times: &[V::Scalar; K],
+    ) -> [[V::Scalar; K]; 2] {
+        [&self.q_modes, &self.p_modes].map(|modes| times.map(|time| value(&modes[dof], time)))
     }
 
     /// Finds the new state.
@@ -140,7 +150,7 @@ impl<V: Vector> Workspace<V> {
 
     /// z = z0
     #[inline]
-    fn rest(&mut self, n: usize) {
+    pub(super) fn rest(&mut self, n: usize) {
         self.q_modes[..n].fill(none());
         self.p_modes[..n].fill(none());
     }
@@ -189,8 +199,7 @@ impl<V: Vector> Workspace<V> {
     {
         let epsilon = V::Scalar::EPSILON;
         let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
-        let (mut before, mut rate, mut least, mut left, mut waited) =
-            (f64::NAN, 1.0_f64, f64::INFINITY, f64::INFINITY, 0);
+        let (mut progress, mut rate, mut left) = (Progress::new(epsilon), 1.0_f64, f64::INFINITY);
         place_q(&self.rules[level], &mut self.nodes, starts(h, state)[0], &self.q_modes);
         for sweeps in 1..=LIMIT {
             let change = self.sweep(system, h, state, level, sizes);
@@ -200,116 +209,22 @@ impl<V: Vector> Workspace<V> {
                     sweeps,
                 ));
             }
-            if before > CLEAR * epsilon {
-                rate = change / before;
+            let clear = progress.is_clear();
+            progress.see(change);
+            if clear {
+                rate = progress.ratio;
             }
-            waited = if change < least { 0 } else { waited + 1 };
-            least = least.min(change);
-            left = left.min(change) * rate;
-            let lost = rate < 0.5 && left <= UNSEEN * epsilon;
-            if lost || change == 0.0 || stuck(change / epsilon, waited) {
+            left = left.min(change);
+            if progress.has_arrived(rate, left) {
                 return Ok(sweeps);
             }
-            let ratio = change / before;
-            before = change;
-            if waited >= PATIENCE[0] && change > NOISE[1] * epsilon {
+            left *= rate;
+            if progress.is_lost(PATIENCE) {
+                let ratio = progress.ratio;
                 return Err((StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio }, sweeps));
             }
         }
         Err((StepFailure::NotContracting { dof: 0, iterations: LIMIT, ratio: rate }, LIMIT))
-    }
-
-    /// Newton's iteration, where there is one: from the continued polynomial if that leads on, else from rest.
-    fn correct<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        failure: Option<StepFailure>,
-    ) -> Result<u32, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let Some(mut equations) = self.equations.take() else {
-            let nothing = StepFailure::NotContracting { dof: 0, iterations: 0, ratio: f64::NAN };
-            return Err(failure.unwrap_or(nothing));
-        };
-        let mut spent = 0;
-        let mut outcome = Err(StepFailure::NewtonStalled { dof: 0, iterations: 0, update: f64::NAN });
-        for guess in [failure.is_none(), false] {
-            if !guess {
-                self.rest(state.dof());
-            }
-            outcome = self.corrections(system, h, state, level, &mut equations, &mut spent);
-            if outcome.is_ok() {
-                break;
-            }
-        }
-        // Sweeps contract again where h J is small.
-        self.stiff = outcome.is_ok() && equations.gain > 0.5;
-        self.equations = Some(equations);
-        outcome.map(|()| spent)
-    }
-
-    fn corrections<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        equations: &mut Equations,
-        spent: &mut u32,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let (n, epsilon, length) = (state.dof(), V::Scalar::EPSILON, h.to_f64());
-        let (mut stale, mut before, mut least, mut waited) = (true, f64::NAN, f64::INFINITY, 0);
-        for iterations in 1..=LIMIT {
-            *spent += 1;
-            if stale {
-                let half = h.half();
-                for j in 0..n {
-                    self.q.as_mut_slice()[j] = half.mul_add(self.q_modes[j][0][0], state.q.as_slice()[j]);
-                    self.p.as_mut_slice()[j] = (-half).mul_add(self.p_modes[j][0][0], state.p.as_slice()[j]);
-                }
-                let factorised = equations.factorise(system, length, self.q.as_slice(), self.p.as_slice());
-                factorised.map_err(|dof| StepFailure::Singular { dof, slope: 0.0 })?;
-            }
-            let Self { rules, nodes, slopes, q_modes, p_modes, next, next_q, .. } = self;
-            let (panels, [q, p]) = (&rules[level], starts(h, state));
-            place_q(panels, nodes, q, q_modes);
-            velocities(system, panels, nodes, slopes, p, p_modes, next_q);
-            forces(system, panels, nodes, slopes, q, [q_modes, next_q], next);
-            let [dq, dp] = equations.correct([next_q, next], [q_modes, p_modes]);
-            let size = |start: &V, modes: &[Modes<V::Scalar>]| {
-                let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
-                largest(start.as_slice()) + length.abs() * most
-            };
-            let share =
-                |change: f64, size: f64| if change == 0.0 { 0.0 } else { length.abs() * change / size };
-            let changes =
-                [share(dq, size(&state.q, &self.q_modes)), share(dp, size(&state.p, &self.p_modes))];
-            let change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
-            let stalled = StepFailure::NewtonStalled { dof: 0, iterations, update: change };
-            if !change.is_finite() {
-                return Err(stalled);
-            }
-            let ratio = change / before;
-            waited = if change < least { 0 } else { waited + 1 };
-            least = least.min(change);
-            let lost = change == 0.0 || (ratio < 0.5 && ratio * change <= UNSEEN * epsilon);
-            if lost || stuck(change / epsilon, waited) {
-                return Ok(());
-            }
-            if waited >= PATIENCE[2] && change > NOISE[1] * epsilon {
-                return Err(stalled);
-            }
-            stale = ratio > SLOW && change > CLEAR * epsilon;
-            before = change;
-        }
-        Err(StepFailure::NewtonStalled { dof: 0, iterations: LIMIT, update: before })
     }
 
     /// One sweep over q and p. By how much they moved, relative to their size.
@@ -381,15 +296,9 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
-/// Are changes of so many roundings noise, none of which has been smaller than all before for so long?
-#[inline(always)]
-fn stuck(roundings: f64, waited: u32) -> bool {
-    (roundings <= NOISE[0] && waited >= PATIENCE[0]) || (roundings <= NOISE[1] && waited >= PATIENCE[1])
-}
-
 /// Where q and p start; p goes down by its coefficients.
 #[inline(always)]
-fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
+pub(super) fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
     [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
 }
 
@@ -431,6 +340,6 @@ fn exchange<T: Scalar>(from: &[Modes<T>], to: &mut [Modes<T>], size: f64, h: f64
 }
 
 #[inline]
-fn largest<T: Scalar>(x: &[T]) -> f64 {
+pub(super) fn largest<T: Scalar>(x: &[T]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
 }

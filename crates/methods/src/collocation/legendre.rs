@@ -46,7 +46,7 @@ pub(super) fn integrals(x: Quad) -> [Quad; MODES] {
 }
 
 /// Of the Gauss rule with `count` nodes on [0, 1], `count` even, the nodes (1 + x)/2 with x > 0 and the weight of each.
-pub(super) fn gauss(count: usize) -> Vec<[Quad; 2]> {
+pub(crate) fn gauss(count: usize) -> Vec<[Quad; 2]> {
     (0..count / 2).map(|i| node(count, i)).collect()
 }
 

@@ -41,7 +41,7 @@ pub(super) struct Panel<T> {
     projections: [Modes<T>; PAIRS],
 }
 
-fn narrow<T: Scalar>(x: Quad) -> T {
+pub(super) fn narrow<T: Scalar>(x: Quad) -> T {
     T::from_f64(x.0) + T::from_f64(x.1)
 }
 
@@ -174,6 +174,19 @@ impl<T: Scalar> Panel<T> {
         let terms: Pairs<T> = from_fn(|i| self.weights[i] * (f[i] + f[i + PAIRS]));
         terms.into_iter().fold(T::zero(), |sum, term| sum + term)
     }
+}
+
+/// Σ γ_j P_j(τ), good for a first guess and an estimate: its factors are rounded to `f64`.
+pub(super) fn value<T: Scalar>(modes: &Modes<T>, time: T) -> T {
+    let x = time + time - T::one();
+    let (mut before, mut at, mut sum) = (T::zero(), T::one(), T::zero());
+    for j in 0..MODES {
+        let n = j as f64;
+        sum += T::from_f64((2.0 * n + 1.0).sqrt()) * (modes[j % 2][j / 2] * at);
+        let next = T::from_f64((2.0 * n + 1.0) / (n + 1.0)) * (x * at) - T::from_f64(n / (n + 1.0)) * before;
+        (before, at) = (at, next);
+    }
+    sum
 }
 
 fn continued() -> [Modes<Quad>; MODES] {

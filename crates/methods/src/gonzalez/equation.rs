@@ -2,7 +2,7 @@
 
 use super::jacobian::Jacobian;
 use crate::linear::LinearSolver;
-use afterbay_core::{Curvature, InputError, Mask, Scalar, State, Vector};
+use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 
 /// The new state while it is being made.
 #[derive(Clone, Debug)]
@@ -201,7 +201,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// D̄ = D(z̄) at the mean velocity in `v`.
-    pub(super) fn dissipate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
+    pub(super) fn dissipate<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_slice());
         system.dissipation(q, p, v, self.d.as_mut_slice());
     }

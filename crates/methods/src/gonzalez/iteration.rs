@@ -33,8 +33,12 @@ struct Stalled {
     iterations: u32,
 }
 
+fn effort(spent: u32) -> Effort {
+    Effort { evaluations: u64::from(spent), iterations: u64::from(spent) }
+}
+
 impl<V: Vector> Workspace<V> {
-    /// Finds Δz, z̄ and z1.
+    /// Finds Δz, z̄, z1 and w1.
     pub(super) fn find<S>(
         &mut self,
         system: &S,
@@ -46,11 +50,19 @@ impl<V: Vector> Workspace<V> {
     {
         self.rest();
         self.place(state);
-        let spent = match self.iterate(system, h, state) {
-            Ok(iterations) => iterations,
-            Err(stalled) => self.follow(system, h, state, stalled)?,
+        let stalled = match self.iterate(system, h, state) {
+            Ok(spent) if self.balances(system, h, state) => return Ok(effort(spent)),
+            Ok(spent) => self.unbalanced(spent),
+            Err(stalled) => stalled,
         };
-        Ok(Effort { evaluations: u64::from(spent), iterations: u64::from(spent) })
+        let spent = self.follow(system, h, state, stalled)?;
+        if self.balances(system, h, state) { Ok(effort(spent)) } else { Err(self.unbalanced(spent).failure) }
+    }
+
+    #[cold]
+    fn unbalanced(&self, iterations: u32) -> Stalled {
+        let (dof, update) = self.largest();
+        Stalled { failure: StepFailure::NewtonStalled { dof, iterations, update }, iterations }
     }
 
     /// The direct iteration from the Δz, z̄ and z1 there are, which are then those found. Gives the number of corrections.

@@ -1,7 +1,10 @@
 //! A correction taken: how large it is, and what there is to say if it leads nowhere.
 
 use super::equation::{Correction, Workspace};
-use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
+
+/// K is near what it was if it is off by less than this share of H, of what it is made of and of Δw.
+const NEAR: f64 = 1e-3;
 
 /// The size of a correction beside what it corrects, and beside what rounding of q makes of p and of p makes of q too.
 pub(super) struct Update {
@@ -39,6 +42,39 @@ impl<V: Vector> Workspace<V> {
         let reach = beside(gain.mul_add(p_scale, q_scale), gain.mul_add(q_scale, p_scale));
         let size = if finite { size } else { f64::NAN };
         Update { size, reach }
+    }
+
+    /// w1, and whether K is anywhere near what it was. It is not where corrections were small because the Jacobian, far out, was large.
+    pub(super) fn balances<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
+    where
+        S: System<V::Scalar> + ?Sized,
+    {
+        let zero = V::Scalar::zero();
+        let mut spent = [zero; 2];
+        if self.dissipative {
+            // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
+            for (v, &dq) in self.v.as_mut_slice().iter_mut().zip(self.dq.as_slice()) {
+                *v = dq / h;
+            }
+            self.dissipate(system);
+            let (d, dq, w0) = (self.d.as_slice(), self.dq.as_slice(), state.w.as_slice());
+            for (j, w) in self.w.as_mut_slice().iter_mut().enumerate() {
+                let dw = d[j] * dq[j];
+                spent = [spent[0] + dw, spent[1] + dw.abs()];
+                *w = d[j].mul_add(dq[j], w0[j]);
+            }
+        }
+        let (start, end) = (state.energy(system), system.energy(self.q.as_slice(), self.p.as_slice()));
+        let off = (end - start + spent[0]).abs();
+        // H may be a small sum of large terms.
+        let terms = |slope: &V, z: &V| {
+            let terms = slope.as_slice().iter().zip(z.as_slice());
+            terms.fold(zero, |sum, (&slope, &z)| sum + (slope * z).abs())
+        };
+        let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
+        let most = V::Scalar::from_f64(NEAR) * (start.abs() + end.abs() + spent[1] + made_of);
+        // What is no number is said elsewhere.
+        !(most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off).any()
     }
 
     /// The degree of freedom with the largest correction, and that correction.

@@ -23,16 +23,16 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// A tile of a system of `n` members for a step that changes colour `changes` times.
+    /// A tile of a system of `n` members, for steps that change colour up to `changes` times, an even number.
     pub(super) fn new(n: usize, ring: bool, changes: usize) -> Self {
-        let margin = (changes + 1).next_multiple_of(2);
+        let margin = changes + 2;
         let zeros = || [0; 2].map(|_| vec![0.0; (TILE.min(n.next_multiple_of(2)) + 2 * margin) / 2]);
         Self { q: zeros(), p: zeros(), w: zeros(), n, ring, margin, first: 0, len: 0 }
     }
 
-    /// Takes in the members `first..first + len` and their neighbours.
-    pub(super) fn load(&mut self, state: &State<Vec<f64>>, first: usize, len: usize) {
-        (self.first, self.len) = (first, len);
+    /// Takes in the members `first..first + len`, and the neighbours they need to change colour so many times.
+    pub(super) fn load(&mut self, state: &State<Vec<f64>>, first: usize, len: usize, changes: usize) {
+        (self.first, self.len, self.margin) = (first, len, changes + 2);
         let window = len.next_multiple_of(2) + 2 * self.margin;
         let edge = self.member(0, 0);
         for (to, from) in [(&mut self.q, &state.q), (&mut self.p, &state.p), (&mut self.w, &state.w)] {
@@ -50,7 +50,10 @@ impl Tile {
                     &from[first + before - self.margin..from.len().min(first + window - self.margin)];
                 if members.len() < window {
                     // The walls; no one looks behind them.
-                    to.iter_mut().for_each(|colour| colour.fill(0.0));
+                    for (colour, to) in to.iter_mut().enumerate() {
+                        to[..before / 2].fill(0.0);
+                        to[(before + members.len() + 1 - colour) / 2..].fill(0.0);
+                    }
                 }
                 deal(members, to, before / 2);
             }

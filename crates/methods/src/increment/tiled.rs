@@ -1,14 +1,17 @@
 //! The coloured sweeps of a chain or a ring of equal members, eight of them at a time.
 //!
 //! No two members of a colour act on each other, so a colour is moved in lanes and by any number of threads. The coordinates
-//! are cut into tiles that fit the nearest cache. Each sweep carries what lies beyond a tile's ends one member further in: a
-//! tile is loaded with one neighbour more than there are sweeps on either side, takes the whole step alone and gives back its own
-//! part. So memory is read once and written once a step, however many the sweeps. The tiles are the same for any
-//! number of threads, and a lane computes what it would alone: so are the results, to the bit.
+//! are cut into tiles that fit the nearest cache. Each change of colour carries what lies beyond a tile's ends one member further
+//! in: a tile is loaded with one neighbour more than there are changes on either side, takes several steps alone and gives back its own
+//! part. So memory is read once and written once in up to eight steps; what is redone beyond the ends is up to 3 % of
+//! a tile. The tiles are the same for any number of threads, and a lane computes what it would alone: so are the results, to
+//! the bit, however many steps are taken at once. Where one of them fails, they are redone one by one from the state before.
+//!
+//! [`Effort`] counts what is computed: beyond the ends too, and eight for lanes of which some have no member.
 
 use super::tile::{TILE, Tile};
-use super::{Composition, advance, reach};
-use afterbay_core::solver::{Newton, Root, Sample, Solver};
+use super::{Composition, advance};
+use afterbay_core::solver::{Equation, Newton, Root, Solver};
 use afterbay_core::{
     Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, check, f64x8,
 };
@@ -18,6 +21,11 @@ use std::array::from_fn;
 
 /// Members moved at a time.
 const LANES: usize = 8;
+
+/// Steps a tile takes at once, at most.
+const MOST: usize = 8;
+/// Changes of colour in them, at most, unless a single step has more: so many members are redone with those of a tile.
+const REDONE: usize = TILE / 32;
 
 /// The coordinate-increment discrete gradient with red-black sweeps ([`Coupling::coloured`]), vectorised.
 #[derive(Clone, Debug)]
@@ -52,11 +60,12 @@ impl Tiled {
     }
 }
 
-/// The new state, and a tile for each thread.
+/// The new state, a tile for each thread, and how many steps these have room for.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     new: [Vec<f64>; 3],
     tiles: Vec<Tile>,
+    most: usize,
 }
 
 impl<S> Method<Vec<f64>, S> for Tiled
@@ -74,9 +83,11 @@ where
             let why = "members moved side by side have the same mass";
             return Err(InputError::Unsupported { method: "increment", why });
         }
-        let tile = Tile::new(n, system.coupling() == Coupling::Ring, self.composition.sweeps());
+        let sweeps = self.composition.sweeps().next_multiple_of(2);
+        let most = (REDONE / sweeps).clamp(1, MOST);
+        let tile = Tile::new(n, system.coupling() == Coupling::Ring, most * sweeps);
         let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE)).max(1);
-        Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads] })
+        Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads], most })
     }
 
     fn step(
@@ -86,13 +97,52 @@ where
         state: &mut State<Vec<f64>>,
         workspace: &mut Workspace,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { new, tiles } = workspace;
+        self.burst(system, h, 1, state, workspace)
+    }
+
+    fn steps(
+        &self,
+        system: &S,
+        h: f64,
+        count: u64,
+        state: &mut State<Vec<f64>>,
+        workspace: &mut Workspace,
+    ) -> Result<Effort, (u64, StepFailure)> {
+        let (mut effort, mut done) = (Effort::default(), 0);
+        let mut most = workspace.most;
+        while done < count {
+            let burst = usize::try_from(count - done).map_or(most, |left| left.min(most));
+            match self.burst(system, h, burst, state, workspace) {
+                Ok(spent) => {
+                    effort += spent;
+                    done += burst as u64;
+                }
+                Err(failure) if burst == 1 => return Err((done, failure)),
+                // Which of its steps was it? The state is still the one before them.
+                Err(_) => most = 1,
+            }
+        }
+        Ok(effort)
+    }
+}
+
+impl Tiled {
+    /// Takes some steps at once. Where one fails the state is as it was before all of them.
+    fn burst<S: Uniform + ?Sized>(
+        &self,
+        system: &S,
+        h: f64,
+        count: usize,
+        state: &mut State<Vec<f64>>,
+        workspace: &mut Workspace,
+    ) -> Result<Effort, StepFailure> {
+        let Workspace { new, tiles, .. } = workspace;
         let n = state.q.len();
         let dissipative = !system.damping().zero;
-        let step = Step { system, lanes: system.lanes(), h, reach: reach(&state.q), dissipative, old: state };
+        let steps = Steps { system, lanes: system.lanes(), h, count, dissipative, old: state };
         let share = n.div_ceil(TILE).div_ceil(tiles.len()) * TILE;
         let part = |(first, (tile, new)): (usize, (&mut Tile, [&mut [f64]; 3]))| {
-            step.carry(&self.composition, tile, first * share, new)
+            steps.carry(&self.composition, tile, first * share, new)
         };
         let [q, p, w] = new;
         let evaluations = match &mut tiles[..] {
@@ -109,24 +159,24 @@ where
         }?;
         std::mem::swap(&mut state.q, q);
         std::mem::swap(&mut state.p, p);
-        if !system.damping().zero {
+        if dissipative {
             std::mem::swap(&mut state.w, w);
         }
         Ok(Effort { evaluations, iterations: evaluations }.shared_by(n))
     }
 }
 
-/// What every tile of a step needs to know.
-struct Step<'a, S: Uniform + ?Sized> {
+/// What every tile needs to know of the steps it takes.
+struct Steps<'a, S: Uniform + ?Sized> {
     system: &'a S,
     lanes: S::Lanes,
     h: f64,
-    reach: f64,
+    count: usize,
     dissipative: bool,
     old: &'a State<Vec<f64>>,
 }
 
-impl<S: Uniform + ?Sized> Step<'_, S> {
+impl<S: Uniform + ?Sized> Steps<'_, S> {
     /// Carries the members from `first` on to their new places, tile by tile. Gives the number of evaluations.
     fn carry(
         &self,
@@ -136,16 +186,21 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
         [q, p, w]: [&mut [f64]; 3],
     ) -> Result<u64, StepFailure> {
         let mut evaluations = 0;
+        let sweeps = composition.sweeps();
         let new = q.chunks_mut(TILE).zip(p.chunks_mut(TILE)).zip(w.chunks_mut(TILE));
         for (i, ((q, p), w)) in new.enumerate() {
-            tile.load(self.old, first + i * TILE, q.len());
-            let mut changes = composition.sweeps();
-            for (sweep, fraction) in composition.fractions::<f64>().enumerate() {
-                for colour in if sweep % 2 == 0 { [0, 1] } else { [1, 0] } {
-                    evaluations += self.sweep(fraction * self.h, tile, colour, changes)?;
-                    // The next sweep begins with the colour this one ends with.
-                    changes -= usize::from(colour == sweep % 2);
+            let mut changes = self.count * sweeps.next_multiple_of(2);
+            tile.load(self.old, first + i * TILE, q.len(), changes);
+            for _ in 0..self.count {
+                for (sweep, fraction) in composition.fractions::<f64>().enumerate() {
+                    for colour in if sweep % 2 == 0 { [0, 1] } else { [1, 0] } {
+                        evaluations += self.sweep(fraction * self.h, tile, colour, changes)?;
+                        // The next sweep begins with the colour this one ends with.
+                        changes -= usize::from(colour == sweep % 2);
+                    }
                 }
+                // So does the next step, unless the sweeps are odd in number.
+                changes -= sweeps % 2;
             }
             tile.store([q, p, w])?;
         }
@@ -166,9 +221,10 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
         let (q, q_rest) = q[range.clone()].as_chunks_mut();
         let (p, p_rest) = p[range.clone()].as_chunks_mut();
         let (w, w_rest) = w[range].as_chunks_mut();
-        let mut evaluations = 0;
+        // Steep places are often beside each other.
+        let (mut evaluations, mut ordinary) = (0, true);
         for ((((q, p), w), left), right) in q.iter_mut().zip(p).zip(w).zip(left).zip(right) {
-            evaluations += self.lanes(h, member, [left, right], [q, p, w])?;
+            evaluations += self.lanes(h, member, [left, right], [q, p, w], &mut ordinary)?;
             member += 2 * LANES;
         }
         if !q_rest.is_empty() {
@@ -176,7 +232,7 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
             let fill = |rest: &[f64]| -> [f64; LANES] { from_fn(|k| rest[k.min(rest.len() - 1)]) };
             let (mut q, mut p, mut w) = (fill(q_rest), fill(p_rest), fill(w_rest));
             let beside = [&fill(left_rest), &fill(right_rest)];
-            evaluations += self.lanes(h, member, beside, [&mut q, &mut p, &mut w])?;
+            evaluations += self.lanes(h, member, beside, [&mut q, &mut p, &mut w], &mut ordinary)?;
             for (rest, lanes) in [(q_rest, q), (p_rest, p), (w_rest, w)] {
                 let len = rest.len();
                 rest.copy_from_slice(&lanes[..len]);
@@ -191,30 +247,57 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
         &self,
         h: f64,
         member: usize,
-        [left, right]: [&[f64; LANES]; 2],
+        beside: [&[f64; LANES]; 2],
+        moved: [&mut [f64; LANES]; 3],
+        ordinary: &mut bool,
+    ) -> Result<u64, StepFailure> {
+        let [q, p, w] = moved;
+        if *ordinary && let Some(evaluations) = self.together(&Ordinary, h, member, beside, [q, p, w]) {
+            return Ok(evaluations);
+        }
+        let evaluations = self.carefully(h, member, beside, [q, p, w])?;
+        *ordinary = evaluations <= 2 * LANES as u64;
+        Ok(evaluations)
+    }
+
+    /// The same where two evaluations may not be enough.
+    #[cold]
+    #[inline(never)]
+    fn carefully(
+        &self,
+        h: f64,
+        member: usize,
+        beside: [&[f64; LANES]; 2],
         [q, p, w]: [&mut [f64; LANES]; 3],
     ) -> Result<u64, StepFailure> {
+        match self.together(&Direct, h, member, beside, [q, p, w]) {
+            Some(evaluations) => Ok(evaluations),
+            None => self.one_by_one(h, member, beside.map(|x| *x), [q, p, w]),
+        }
+    }
+
+    /// Side by side, if that is how all can be solved.
+    #[inline(always)]
+    fn together(
+        &self,
+        solver: &impl Solver,
+        h: f64,
+        member: usize,
+        [left, right]: [&[f64; LANES]; 2],
+        [q, p, w]: [&mut [f64; LANES]; 3],
+    ) -> Option<u64> {
         let zero = f64x8::from_f64(0.0);
         // One load each: by value, the arrays would go over the stack.
         let load = |x: &[f64; LANES]| -> f64x8 { pod_read_unaligned(bytes_of(x)) };
-        let [left8, q8, right8, p8, w8] = [load(left), load(q), load(right), load(p), load(w)];
-        let (mut window, mut momenta) = ([left8, q8, right8], [zero, p8, zero]);
+        let (mut window, mut momenta) = ([load(left), load(q), load(right)], [zero, load(p), zero]);
         let beside = [&mut window[..], &mut momenta];
-        if let Ok(moved) = advance(
-            &self.lanes,
-            &Direct,
-            [h, self.reach].map(f64x8::from_f64),
-            [1, member],
-            beside,
-            self.dissipative,
-        ) {
-            (*q, *p) = (moved.q.to_array(), moved.p.to_array());
-            if self.dissipative {
-                *w = (w8 + moved.dw).to_array();
-            }
-            return Ok(LANES as u64 * moved.evaluations);
+        let steps = [h, 0.0].map(f64x8::from_f64);
+        let moved = advance(&self.lanes, solver, steps, [1, member], beside, self.dissipative).ok()?;
+        (*q, *p) = (moved.q.to_array(), moved.p.to_array());
+        if self.dissipative {
+            *w = (load(w) + moved.dw).to_array();
         }
-        self.one_by_one(h, member, [*left, *right], [q, p, w])
+        Some(LANES as u64 * moved.evaluations)
     }
 
     /// The same without lanes.
@@ -232,12 +315,28 @@ impl<S: Uniform + ?Sized> Step<'_, S> {
             let dof = (member + 2 * k) % self.old.q.len();
             let (mut window, mut momenta) = ([left[k], q[k], right[k]], [0.0, p[k], 0.0]);
             let beside = [&mut window[..], &mut momenta];
-            let moved = advance(self.system, &Newton, [h, self.reach], [1, dof], beside, self.dissipative)?;
+            let moved = advance(self.system, &Newton, [h, 0.0], [1, dof], beside, self.dissipative)?;
             (q[k], p[k]) = (moved.q, moved.p);
             w[k] += moved.dw;
             evaluations += moved.evaluations;
         }
         Ok(evaluations)
+    }
+}
+
+/// Newton's iteration where two evaluations do.
+struct Ordinary;
+
+impl Solver for Ordinary {
+    #[inline(always)]
+    fn solve<T: Scalar>(
+        &self,
+        dof: usize,
+        start: T,
+        equation: impl Equation<T>,
+    ) -> Result<Root<T>, StepFailure> {
+        let root = Newton::ordinary(start, equation);
+        root.ok_or(StepFailure::NewtonStalled { dof, iterations: 2, update: 0.0 })
     }
 }
 
@@ -250,9 +349,9 @@ impl Solver for Direct {
         &self,
         dof: usize,
         start: T,
-        mut equation: impl FnMut(T, T) -> Sample<T>,
+        equation: impl Equation<T>,
     ) -> Result<Root<T>, StepFailure> {
-        let root = Newton::direct(start, |x| equation(T::one(), x));
+        let root = Newton::direct(start, equation);
         root.ok_or(StepFailure::NewtonStalled { dof, iterations: 0, update: 0.0 })
     }
 }

@@ -1,7 +1,7 @@
 //! The scheme's solution for any system.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
-use crate::coordinate::Coordinate;
+use crate::coordinate::{Along, Coordinate};
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 
@@ -38,9 +38,8 @@ where
             reach: Scalar::abs(q),
             dissipative,
         };
-        let moved = coordinate.advance(&self.solver, |to, middle, v| {
-            (system.edge(&[q], 0, to), system.drag(&[middle], &[v], 0))
-        })?;
+        let (q, p) = (&mut [q], &mut [p]);
+        let moved = coordinate.advance(&self.solver, Along { system, j: 0, q, p })?;
         commit(state, moved.q, moved.p, dissipative.then(|| w + moved.dw))?;
         Ok(Effort { evaluations: moved.evaluations, iterations: moved.evaluations })
     }

@@ -264,7 +264,9 @@ impl Case {
 }
 
 /// Compositions of sweeps and what is solved in all of (q, p) have tests of their own (increment.rs, gonzalez.rs,
-/// collocation.rs): the bound here is that of a single scalar equation.
+/// collocation.rs, linear_exact.rs, locally_exact.rs): the bound here is that of a single scalar equation.
 pub(crate) fn on_one_degree(row: &Row) -> bool {
-    !["increment", "gonzalez", "collocation"].iter().any(|name| row.name.starts_with(name))
+    !["increment", "gonzalez", "collocation", "linear-exact", "locally-exact"]
+        .iter()
+        .any(|name| row.name.starts_with(name))
 }

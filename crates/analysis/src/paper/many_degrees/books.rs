@@ -6,9 +6,8 @@ use crate::chart::{Axis, LineChart};
 use crate::paper::sheet::{Sheet, line, over_time, scientific};
 use crate::paper::{Extent, PaperError, methods, oscillator};
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use crate::report::Verdict;
-use crate::study::{Problem, energy, outcome, trajectory};
+use crate::study::{Problem, energy, trajectory};
 
 const KEPT: [&str; 5] = ["increment-2", "increment-8", "gonzalez", "leapfrog", "rk4"];
 const STEP: f64 = 0.02;
@@ -27,14 +26,7 @@ pub(in crate::paper) fn add(
     let books = energy::run(&problem, &methods(&KEPT), STEP, 1, progress)?;
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("fput-chain/energy", &energy::columns(n), &rows)?;
-    sheet.runs.extend(books.iter().map(|books| RunOutcome {
-        study: "energy",
-        system: problem.model.name(),
-        method: books.method,
-        h: STEP,
-        outcome: outcome::word(&books.result).into(),
-        failure: books.result.as_ref().err().map(ToString::to_string),
-    }));
+    sheet.runs.extend(books.iter().map(|books| books.ending(problem.model.name(), STEP)));
     let initial = books.first().and_then(|books| books.rows.first()).map_or(1.0, |row| row.energy);
     let kept = |books: &&energy::Books| methods(&[books.method]).iter().any(|row| row.keeps_k);
     let worst = books.iter().filter(kept).map(|books| books.drift / initial).fold(0.0, f64::max);

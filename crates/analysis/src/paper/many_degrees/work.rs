@@ -7,7 +7,6 @@ use crate::paper::sheet::{Sheet, marked, scientific, table};
 use crate::paper::work::{HEADER, cells, cheapest};
 use crate::paper::{Extent, PaperError, methods};
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use crate::study::Problem;
 use crate::study::work_precision::{self, WorkRow};
 
@@ -38,14 +37,7 @@ pub(in crate::paper) fn add(
         let doubt = found.iter().map(|row| row.reference_doubt).fold(0.0, f64::max);
         let data = format!("{name}/work_precision");
         sheet.data(&data, &found)?;
-        sheet.runs.extend(found.iter().map(|row| RunOutcome {
-            study: "work-precision",
-            system: problem.model.name(),
-            method: row.method,
-            h: row.h,
-            outcome: row.outcome.into(),
-            failure: row.failure.clone(),
-        }));
+        sheet.runs.extend(found.iter().map(|row| row.ending(problem.model.name())));
         let title = format!("{name} with N = {}", problem.model.dof());
         cheapest(sheet, &title, &found);
         let chart = |what: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {

@@ -1,0 +1,60 @@
+//! Work against precision beside other libraries: a table of ratios, and `out/peers` with every figure.
+//!
+//! ```text
+//! cargo bench -p afterbay-peers [-- SCENE ...]
+//! ```
+//!
+//! Run it on a machine with nothing else to do: all runs of a scene are timed in turns and the least of their times
+//! counts, but a machine that is busy throughout slows some loops more than others. A run that takes longer than 0.3 s ends its
+//! line: of the explicit methods on C2 little more than one tolerance is left.
+
+use afterbay_peers::measure::{self, Patience};
+use afterbay_peers::{lines, ours, ratios, report, scenes};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // `cargo test` runs benches too, without this argument: a short run is enough to see that they work.
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let full = arguments.iter().any(|argument| argument == "--bench");
+    let patience = if full {
+        Patience {
+            settings: usize::MAX,
+            turns: 3,
+            least: Duration::from_millis(20),
+            most: Duration::from_millis(300),
+        }
+    } else {
+        Patience { settings: 2, turns: 1, least: Duration::ZERO, most: Duration::from_millis(20) }
+    };
+    let named = |name: &str| arguments.iter().any(|argument| argument == name);
+    let mut scenes = scenes::all().to_vec();
+    if scenes.iter().any(|scene| named(scene.name)) {
+        scenes.retain(|scene| named(scene.name));
+    } else if !full {
+        scenes.retain(|scene| ["A", "D64", "E"].contains(&scene.name));
+    }
+    let mut all = Vec::new();
+    for scene in &scenes {
+        let clock = Instant::now();
+        let mut here = ours::lines(scene);
+        here.extend(lines(scene));
+        let rows = measure::all(scene, &here, patience)?;
+        eprintln!("{}: {} runs in {:.1} s", scene.name, rows.len(), clock.elapsed().as_secs_f64());
+        all.push((scene.clone(), rows));
+    }
+    println!(
+        "time to an error of (q, p) at the end, as a multiple of {}; of C2 in milliseconds",
+        ratios::YARDSTICK
+    );
+    println!("{:6} {:26} {:>26} {:>26} {:>26}", "", "", "1e-4", "1e-8", "1e-11");
+    for [scene, who, a, b, c] in all.iter().flat_map(|(_, rows)| ratios::table(rows)) {
+        println!("{scene:6} {who:26} {a:>26} {b:>26} {c:>26}");
+    }
+    if full {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../out/peers");
+        report::write(&all, &folder)?;
+        println!("out/peers/report.html, out/peers/data/work_precision.csv");
+    }
+    Ok(())
+}

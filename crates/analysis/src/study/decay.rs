@@ -1,0 +1,127 @@
+//! What a method makes of a decay faster than its step: the ratio R of the energies after the second step and before, beside the
+//! exact one, and whether K tells anything of it.
+
+use super::energy::Books;
+use super::outcome;
+use afterbay_core::IntegrateError;
+use serde::{Serialize, Serializer};
+
+/// What to make of a run, from its numbers alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decay {
+    /// The loss of energy is right, and K is kept.
+    Right,
+    /// The loss is right, and K is not kept.
+    RightWithoutK,
+    /// Perfect books, wrong decay.
+    WrongWithK,
+    /// The loss is wrong, and K is not kept.
+    Wrong,
+    /// There was more energy than at the start.
+    Diverged,
+    /// A step failed, with this word.
+    Failed(&'static str),
+}
+
+/// The loss 1 - R may be off by this part of itself.
+const TOLERANCE: f64 = 0.1;
+/// K is kept where it moves by no more than this part of the energy at the start.
+const KEPT: f64 = 1e-12;
+
+impl Decay {
+    /// Judges the books of a run of at least two steps, every step recorded, where the exact ratio of the second is `exact`.
+    pub fn judge(books: &Books, exact: f64) -> Self {
+        let start = books.rows.first().map_or(0.0, |row| row.energy);
+        let grown = |energy: f64| energy.is_nan() || energy > start * (1.0 + KEPT);
+        if books.rows.iter().any(|row| grown(row.energy)) {
+            return Self::Diverged;
+        }
+        if books.result.is_err() {
+            return Self::Failed(outcome::word(&books.result));
+        }
+        let kept = books.drift <= KEPT * start;
+        let right =
+            second_ratio(books).is_some_and(|found| (found - exact).abs() <= TOLERANCE * (1.0 - exact));
+        match (right, kept) {
+            (true, true) => Self::Right,
+            (true, false) => Self::RightWithoutK,
+            (false, true) => Self::WrongWithK,
+            (false, false) => Self::Wrong,
+        }
+    }
+
+    /// Is the loss of energy right?
+    pub fn is_right(self) -> bool {
+        matches!(self, Self::Right | Self::RightWithoutK)
+    }
+}
+
+impl std::fmt::Display for Decay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Right => "right decay, K exact",
+            Self::RightWithoutK => "right decay, K lost",
+            Self::WrongWithK => "K exact, wrong decay",
+            Self::Wrong => "wrong decay, K lost",
+            Self::Diverged => "diverged",
+            Self::Failed(word) => return write!(f, "failed: {word}"),
+        })
+    }
+}
+
+impl Serialize for Decay {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// A row of `overdamped.csv`.
+#[derive(Clone, Debug, Serialize)]
+pub struct DecayRow {
+    /// Name of the method.
+    pub method: &'static str,
+    /// b
+    pub b: f64,
+    /// The step.
+    pub h: f64,
+    /// The energy after the second step, of that before; none where there is none.
+    #[serde(rename = "R")]
+    pub ratio: Option<f64>,
+    /// The same of the exact solution.
+    #[serde(rename = "R_exact")]
+    pub exact: f64,
+    /// max |K - K0| over all steps done; none where none was.
+    pub k_drift: Option<f64>,
+    /// What to make of it.
+    pub decay: Decay,
+}
+
+/// The decay of every method that was run with these steps, every step recorded.
+///
+/// # Errors
+/// Those of the exact solution.
+pub fn rows(
+    problem: &super::Problem,
+    b: f64,
+    h: f64,
+    books: &[Books],
+) -> Result<Vec<DecayRow>, IntegrateError> {
+    let subject = problem.model.subject::<f64>()?;
+    let solution = problem.solution(h, 2)?;
+    let exact = solution.at(2).energy(&*subject) / solution.at(1).energy(&*subject);
+    let row = |books: &Books| DecayRow {
+        method: books.method,
+        b,
+        h,
+        ratio: second_ratio(books),
+        exact,
+        k_drift: Some(books.drift).filter(|drift| drift.is_finite() && books.rows.len() > 1),
+        decay: Decay::judge(books, exact),
+    };
+    Ok(books.iter().map(row).collect())
+}
+
+/// R of the second step.
+fn second_ratio(books: &Books) -> Option<f64> {
+    books.rows.get(2)?.ratio
+}

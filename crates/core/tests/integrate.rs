@@ -1,0 +1,185 @@
+//! The time loop takes as many steps at once as no one looks at, and no bit of the run shows how many.
+
+#![cfg(test)]
+
+use afterbay_core::{
+    Effort, Every, Grid, InputError, IntegrateError, Method, Observer, Quantity, RunError, State,
+    StepFailure, System, integrate,
+};
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+
+/// H = p²/2, D = 0.
+struct Free;
+
+impl System<f64> for Free {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, _q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0
+    }
+    fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (0.0, p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d[0] = 0.0;
+    }
+}
+
+/// q + h p, up to a wall; w counts the steps taken in motion.
+struct Drift {
+    wall: f64,
+}
+
+impl Method<[f64; 1], Free> for Drift {
+    type Workspace = ();
+
+    fn workspace(&self, _system: &Free) -> Result<(), InputError> {
+        Ok(())
+    }
+
+    fn step(&self, _: &Free, h: f64, state: &mut State<[f64; 1]>, _: &mut ()) -> Result<Effort, StepFailure> {
+        let q = h.mul_add(state.p[0], state.q[0]);
+        if q > self.wall {
+            return Err(StepFailure::NonFinite { quantity: Quantity::Coordinate, dof: 0, value: q });
+        }
+        state.q[0] = q;
+        state.w[0] += f64::from(state.p[0] != 0.0);
+        Ok(Effort { evaluations: 1, iterations: 0 })
+    }
+}
+
+/// The same, with a list of how many steps it was asked for.
+struct Asked {
+    drift: Drift,
+    counts: RefCell<Vec<u64>>,
+}
+
+impl Method<[f64; 1], Free> for Asked {
+    type Workspace = ();
+
+    fn workspace(&self, system: &Free) -> Result<(), InputError> {
+        self.drift.workspace(system)
+    }
+
+    fn step(&self, _: &Free, _: f64, _: &mut State<[f64; 1]>, _: &mut ()) -> Result<Effort, StepFailure> {
+        unreachable!("one step is asked for as one of several")
+    }
+
+    fn steps(
+        &self,
+        system: &Free,
+        h: f64,
+        count: u64,
+        state: &mut State<[f64; 1]>,
+        workspace: &mut (),
+    ) -> Result<Effort, (u64, StepFailure)> {
+        self.counts.borrow_mut().push(count);
+        self.drift.steps(system, h, count, state, workspace)
+    }
+}
+
+const H: f64 = 0.1;
+
+fn start(p: f64) -> State<[f64; 1]> {
+    State { t: 0.7, ..State::new([0.0], [p]).unwrap() }
+}
+
+/// How the run ended, where, and how many steps were asked for at a time.
+fn run(
+    p: f64,
+    steps: u64,
+    wall: f64,
+    observer: &mut impl Observer<[f64; 1]>,
+) -> (Result<Effort, IntegrateError>, State<[f64; 1]>, Vec<u64>) {
+    let method = Asked { drift: Drift { wall }, counts: RefCell::default() };
+    let mut state = start(p);
+    let outcome = integrate(&method, &Free, Grid::of(H, steps).unwrap(), &mut state, observer);
+    (outcome, state, method.counts.into_inner())
+}
+
+/// The steps and states seen.
+type Seen = Vec<(u64, State<[f64; 1]>)>;
+
+fn record(seen: &mut Seen) -> impl FnMut(u64, &State<[f64; 1]>) -> ControlFlow<()> {
+    |step, state| {
+        seen.push((step, state.clone()));
+        ControlFlow::Continue(())
+    }
+}
+
+#[test]
+fn as_many_steps_are_asked_for_as_no_one_looks_at() {
+    let (_, _, counts) = run(1.0, 2500, f64::MAX, &mut ());
+    assert_eq!(counts, [1024, 1024, 452]);
+    let (_, _, counts) = run(1.0, 2500, f64::MAX, &mut Every::new(700, record(&mut Seen::new())));
+    assert_eq!(counts, [700, 324, 376, 648, 52, 400]);
+    let (_, _, counts) = run(1.0, 2500, f64::MAX, &mut record(&mut Seen::new()));
+    assert_eq!(counts, [1; 2500]);
+}
+
+#[test]
+fn every_observer_sees_the_same_run() {
+    let mut all = Seen::new();
+    let expected = run(1.0, 2500, f64::MAX, &mut record(&mut all));
+    assert_eq!(all.len(), 2501);
+    for (n, (step, state)) in all.iter().enumerate() {
+        assert_eq!((*step, state.t.to_bits()), (n as u64, (n as f64).mul_add(H, 0.7).to_bits()));
+    }
+    let found = run(1.0, 2500, f64::MAX, &mut ());
+    assert_eq!((&found.0, &found.1), (&expected.0, &expected.1));
+    for stride in [1, 2, 300, 512, 1024, 1025, 2500, 2501, u64::MAX] {
+        let mut some = Seen::new();
+        let found = run(1.0, 2500, f64::MAX, &mut Every::new(stride, record(&mut some)));
+        assert_eq!((&found.0, &found.1), (&expected.0, &expected.1), "{stride}");
+        assert!(all.iter().filter(|(step, _)| step % stride == 0).eq(&some), "{stride}");
+    }
+}
+
+/// What is below 1e-290 is at rest from the 1024th step on, whoever looks.
+#[test]
+fn what_has_come_to_rest_does_so_at_the_same_step() {
+    for stride in [1, 3, 1000, 1024, u64::MAX] {
+        let (_, state, _) = run(1e-300, 1500, f64::MAX, &mut Every::new(stride, record(&mut Seen::new())));
+        assert_eq!((state.p, state.w), ([0.0], [1024.0]), "{stride}");
+    }
+    let (_, state, _) = run(1e-300, 1500, f64::MAX, &mut ());
+    assert_eq!((state.p, state.w), ([0.0], [1024.0]));
+}
+
+#[test]
+fn a_failure_is_of_the_right_step_and_leaves_the_last_good_state() {
+    for failing in [1, 2, 1024, 1025, 1500] {
+        let wall = H * (failing as f64 - 0.5);
+        let mut all = Seen::new();
+        let (outcome, state, _) = run(1.0, 2500, wall, &mut record(&mut all));
+        let t = ((failing - 1) as f64).mul_add(H, 0.7);
+        match &outcome {
+            Err(IntegrateError::Run(RunError { step, t: found, .. })) => {
+                assert_eq!((*step, *found), (failing, t));
+            }
+            other => panic!("{other:?}"),
+        }
+        assert_eq!((&state, state.w, state.t), (&all[failing as usize - 1].1, [(failing - 1) as f64], t));
+        let found = run(1.0, 2500, wall, &mut ());
+        assert_eq!((found.0, found.1), (outcome.clone(), state.clone()), "{failing}");
+        for stride in [2, 7, 1024, 3000] {
+            let found = run(1.0, 2500, wall, &mut Every::new(stride, record(&mut Seen::new())));
+            assert_eq!((found.0, found.1), (outcome.clone(), state.clone()), "{failing} {stride}");
+        }
+    }
+}
+
+#[test]
+fn a_run_may_be_ended_at_any_look() {
+    for stride in [1, 5, 1024] {
+        let mut looks = 0;
+        let mut third = Every::new(stride, |_: u64, _: &State<[f64; 1]>| {
+            looks += 1;
+            if looks == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let (outcome, state, _) = run(1.0, 5000, f64::MAX, &mut third);
+        assert_eq!((outcome.unwrap().evaluations, state.w), (2 * stride, [(2 * stride) as f64]));
+    }
+}

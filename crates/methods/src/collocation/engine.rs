@@ -1,0 +1,329 @@
+//! One step of Gauss's collocation, solved as well as the tolerance asks, and K made exact.
+//!
+//! Sweeps end where what they leave is a tenth of what is allowed of the step; then (q, p) is moved onto
+//! `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by what is allowed of q and p. Where that would take more than
+//! is allowed the step is rejected, or, next to a point of rest, made anew by [`super::Collocation`], which keeps K of itself.
+
+use super::end::End;
+use super::gauss::{Columns, Gauss};
+use super::iteration;
+use super::stages::{Stages, carry, weighted};
+use super::stiffness::Stiffness;
+use afterbay_core::{
+    Attempt, Curvature, Effort, Quad, Quantity, Scalar, State, StepFailure, Tolerance, Vector,
+};
+use std::array::from_fn;
+
+/// Sweeps before a step is given up.
+const SWEEPS: u32 = 12;
+/// What a sweep should leave of the change before. It shrinks like h², and `-h ln (κ h²)`, what sweeps gain for a step of
+/// length h, is largest where κ h² is e⁻².
+const BEST: f64 = 0.135;
+/// The most h ω may be: sweeps multiply roundings of the fastest oscillation by up to e^(h ω) before they contract.
+const PHASE: f64 = 4.0;
+/// How much a step may be shorter or longer for the sake of sweeps.
+const STRETCH: [f64; 2] = [0.5, 2.0];
+/// The error of the solver, over what is allowed of the step.
+const SOLVED: f64 = 0.1;
+/// An error, over what is allowed, that may be as large as K says, and one that does not hold steps back.
+const DOUBT: f64 = 0.01;
+/// The least error of a step of which K cannot be made exact.
+const REFUSED: f64 = 2.0;
+const FAR: f64 = 0.05;
+/// A step while it is made, with K nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Engine<V: Vector, const K: usize> {
+    pub(super) gauss: Gauss<V::Scalar, K>,
+    /// The step tried, and the one before it.
+    pub(super) trial: Stages<V, K>,
+    kept: Stages<V, K>,
+    pub(super) end: End<V>,
+    pub(super) start: End<V>,
+    zero: V,
+    pub(super) unit_mass: bool,
+    /// The length of the step tried, and of the one kept, if there is one.
+    pub(super) h: V::Scalar,
+    kept_h: Option<V::Scalar>,
+    /// What continues the step kept, and for which offset, ratio and count.
+    ahead: Columns<V::Scalar, K>,
+    ahead_for: Option<(V::Scalar, V::Scalar, usize)>,
+    pub(super) stiff: Stiffness,
+    /// A bound of the frequencies there are, and the sums of rows it comes from.
+    pub(super) fastest: f64,
+    pub(super) rows: [V; 2],
+    /// What the sweeps of the last step left of each other, in the geometric mean.
+    pub(super) contraction: f64,
+    tolerance: Tolerance,
+    span: f64,
+    /// The solver that goes to rounding, made when it is first needed.
+    pub(super) spare: Option<Box<iteration::Workspace<V>>>,
+}
+
+impl<V: Vector, const K: usize> Engine<V, K> {
+    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(
+        system: &S,
+        gauss: &Gauss<Quad, K>,
+        tolerance: &Tolerance,
+        span: f64,
+    ) -> Self {
+        let n = system.dof();
+        Self {
+            gauss: gauss.narrow(),
+            trial: Stages::new(n),
+            kept: Stages::new(n),
+            end: End::new(n),
+            start: End::new(n),
+            zero: V::zeros(n),
+            unit_mass: system.unit_mass(),
+            h: V::Scalar::zero(),
+            kept_h: None,
+            ahead: [[V::Scalar::zero(); K]; K],
+            ahead_for: None,
+            stiff: Stiffness::new(n),
+            fastest: 0.0,
+            rows: [V::zeros(n), V::zeros(n)],
+            contraction: 0.0,
+            tolerance: *tolerance,
+            span,
+            spare: None,
+        }
+    }
+
+    /// The step h from `state`, where the step kept ended.
+    #[inline]
+    pub(super) fn attempt<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<Attempt, StepFailure> {
+        if self.kept_h.is_none() {
+            self.start.q.as_mut_slice().copy_from_slice(state.q.as_slice());
+            self.start.p.as_mut_slice().copy_from_slice(state.p.as_slice());
+            self.start.look(system);
+            self.start.energy = state.energy(system);
+        }
+        let (before, scales, length) = (self.start.energy, self.scales(state), h.to_f64().abs());
+        let allowed = self.allowed(length);
+        self.h = h;
+        self.guess(h, state, false);
+        let (n, order) = (state.dof(), 2 * K as u32);
+        if self.stiff.on {
+            let effort = self.rounded(system, h, state)?;
+            self.see_fastest(system);
+            let error = self.error(n, scales)? / allowed;
+            self.stiff.see_long(length);
+            return Ok(Attempt { error, order, reach: f64::INFINITY, effort });
+        }
+        let sweeps = self.sweeps(system, h, state, scales, allowed)?;
+        let mut effort = Self::spent(sweeps);
+        self.finish(system, state);
+        self.see_fastest(system);
+        let mut error = self.error(n, scales)? / allowed;
+        if error <= 1.0 {
+            match self.correct(system, before, scales, allowed) {
+                Ok(()) => {}
+                // K is off because the step is long, or because next to a point of rest no change of (q, p) changes it.
+                Err(way) if error > DOUBT => error = way.max(REFUSED),
+                Err(_) => effort += self.rounded(system, h, state)?,
+            }
+        }
+        let reach = (BEST / self.contraction).sqrt().min(PHASE / (length * self.fastest));
+        let reach = reach.clamp(STRETCH[0], STRETCH[1]);
+        self.stiff.see_short(length, reach <= 1.0, error < FAR);
+        Ok(Attempt { error, order, reach, effort })
+    }
+
+    /// The state the time h after `before`, which the step kept began with.
+    pub(super) fn between<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        before: &State<V>,
+        to: &mut State<V>,
+    ) -> Result<Effort, StepFailure> {
+        let (scales, allowed) = (self.scales(before), self.allowed(h.to_f64().abs()));
+        self.h = h;
+        self.guess(h, before, true);
+        let mut effort = Effort::default();
+        let mut found = false;
+        if !self.stiff.on
+            && let Ok(sweeps) = self.sweeps(system, h, before, scales, allowed)
+        {
+            effort += Self::spent(sweeps);
+            self.finish(system, before);
+            found = self.correct(system, before.energy(system), scales, allowed).is_ok();
+        }
+        if !found {
+            effort += self.rounded(system, h, before)?;
+        }
+        self.write(to, Some(before));
+        Ok(effort)
+    }
+
+    fn spent(sweeps: u32) -> Effort {
+        Effort { evaluations: u64::from(sweeps) * K as u64, iterations: u64::from(sweeps) }
+    }
+
+    /// The share of the error of a run that is allowed of a step.
+    fn allowed(&self, length: f64) -> f64 {
+        if self.span > 0.0 { length / self.span } else { 1.0 }
+    }
+
+    /// What is allowed of q, p and w at the end of the run.
+    fn scales(&self, state: &State<V>) -> [f64; 3] {
+        let largest = |x: &V| x.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let Tolerance { relative, absolute, w } = self.tolerance;
+        [
+            relative * largest(&state.q) + absolute,
+            relative * largest(&state.p) + absolute,
+            w.0 * largest(&state.w) + w.1,
+        ]
+    }
+
+    /// The polynomial of the step kept, as far as it can be trusted to go on, or a constant.
+    #[inline]
+    fn guess(&mut self, h: V::Scalar, state: &State<V>, again: bool) {
+        if let Some(length) = self.kept_h {
+            let ratio = h / length;
+            let offset = if again { V::Scalar::zero() } else { V::Scalar::one() };
+            let count = if again { K } else { self.trusted(ratio.to_f64()) };
+            if self.ahead_for != Some((offset, ratio, count)) {
+                self.ahead = self.gauss.continuation(offset, ratio, count);
+                self.ahead_for = Some((offset, ratio, count));
+            }
+            carry(&self.ahead, &self.zero, &self.kept.f, &mut self.trial.f);
+            if !self.unit_mass {
+                carry(&self.ahead, &self.zero, &self.kept.v, &mut self.trial.v);
+            }
+        } else {
+            for i in 0..K {
+                self.trial.f[i].as_mut_slice().copy_from_slice(self.start.f.as_slice());
+                self.trial.v[i].as_mut_slice().copy_from_slice(self.start.v.as_slice());
+            }
+        }
+        if !self.unit_mass {
+            self.trial.place_q(&self.gauss, h, state);
+        }
+    }
+
+    /// Coefficients of the forces that are worth continuing: P_j grows as it leaves [0, 1].
+    #[inline]
+    fn trusted(&self, ratio: f64) -> usize {
+        let n = self.zero.as_slice().len();
+        let mut sizes = [0.0_f64; K];
+        // A few degrees of freedom stand for all.
+        for d in (0..n).step_by(n.div_ceil(8)) {
+            let mut modes = [V::Scalar::zero(); K];
+            for j in 0..K {
+                let f = self.kept.f[j].as_slice()[d];
+                for (mode, row) in modes.iter_mut().zip(&self.gauss.modes) {
+                    *mode = row[j].mul_add(f, *mode);
+                }
+            }
+            for (size, mode) in sizes.iter_mut().zip(modes) {
+                *size = size.max(mode.abs().to_f64());
+            }
+        }
+        let x = 1.0 + 2.0 * ratio;
+        let (mut before, mut at) = (1.0, x);
+        let (mut least, mut count) = (f64::INFINITY, K);
+        for (l, size) in sizes.into_iter().enumerate().skip(1) {
+            let term = size * at * ((2 * l + 1) as f64).sqrt();
+            if term < least {
+                (least, count) = (term, l);
+            }
+            let l = l as f64;
+            (before, at) = (at, ((2.0 * l + 1.0) * x * at - l * before) / (l + 1.0));
+        }
+        // What still shrinks at the end goes on to.
+        if count == K - 1 { K } else { count }
+    }
+
+    /// Sweeps until what is left is small beside what is allowed.
+    #[inline]
+    fn sweeps<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        scales: [f64; 3],
+        allowed: f64,
+    ) -> Result<u32, StepFailure> {
+        // A change that is rounding.
+        let noise = 4.0 * V::Scalar::EPSILON;
+        let noise = noise / self.tolerance.relative.max(noise);
+        let shares = scales.map(f64::recip);
+        let phase = h.to_f64() * self.fastest;
+        let (mut before, mut first) = (f64::NAN, f64::NAN);
+        for sweeps in 1..=SWEEPS {
+            let moved = self.trial.sweep(system, &self.gauss, h, state);
+            let [q, p, w] = [moved[0] * shares[0], moved[1] * shares[1], moved[2] * shares[2]];
+            let larger = |a: f64, b: f64| if a > b { a } else { b };
+            let change = larger(larger(q, p), w) + 0.0 * (q + p + w);
+            if !change.is_finite() {
+                return Err(StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value: change });
+            }
+            let ratio = change / before;
+            if sweeps == 1 {
+                first = change;
+            }
+            // Of the fastest oscillation n sweeps leave (h ω)²ⁿ/(2n)!, and slower ones may hide it. The first change says nothing
+            // of the next.
+            let n = f64::from(2 * sweeps);
+            let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
+            if change <= noise || change * rate <= SOLVED * allowed {
+                self.contraction =
+                    if sweeps == 1 { 0.0 } else { ((change / first).ln() / f64::from(sweeps - 1)).exp() };
+                return Ok(sweeps);
+            }
+            if sweeps == SWEEPS || (sweeps > 3 && ratio > 0.7) {
+                return Err(StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio });
+            }
+            before = change;
+        }
+        Err(StepFailure::NotContracting { dof: 0, iterations: SWEEPS, ratio: f64::NAN })
+    }
+
+    /// z1 and what the reservoirs gain.
+    #[inline]
+    fn finish<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
+        let Self { gauss, trial, end, h, unit_mass, .. } = self;
+        let n = state.dof();
+        for d in 0..n {
+            let at = |x: &[V; K]| -> [V::Scalar; K] { from_fn(|i| x[i].as_slice()[d]) };
+            let (f, p) = (at(&trial.f), state.p.as_slice()[d]);
+            let velocity = if *unit_mass {
+                (-*h).mul_add(weighted(&gauss.moments, f), p)
+            } else {
+                weighted(&gauss.weights, at(&trial.v))
+            };
+            end.q.as_mut_slice()[d] = h.mul_add(velocity, state.q.as_slice()[d]);
+            end.p.as_mut_slice()[d] = (-*h).mul_add(weighted(&gauss.weights, f), p);
+            end.gain.as_mut_slice()[d] = *h * weighted(&gauss.weights, at(&trial.loss));
+        }
+        end.look(system);
+        end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
+    }
+
+    /// The step tried becomes the step kept.
+    #[inline]
+    pub(super) fn accept(&mut self, state: &mut State<V>) {
+        self.write(state, None);
+        std::mem::swap(&mut self.trial, &mut self.kept);
+        std::mem::swap(&mut self.start, &mut self.end);
+        self.kept_h = Some(self.h);
+    }
+
+    /// The end of the step tried, from `state` or from another.
+    #[inline]
+    pub(super) fn write(&self, state: &mut State<V>, from: Option<&State<V>>) {
+        let end = &self.end;
+        state.q.as_mut_slice().copy_from_slice(end.q.as_slice());
+        state.p.as_mut_slice().copy_from_slice(end.p.as_slice());
+        for d in 0..state.dof() {
+            let w = from.map_or(state.w.as_slice()[d], |from| from.w.as_slice()[d]);
+            state.w.as_mut_slice()[d] = w + end.gain.as_slice()[d];
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Sweeps over the stages of Gauss's collocation.
+//!
+//! ```text
+//! p_i = p0 - h Σ a_ij f_j        q_i = q0 + h Σ a_ij v_j        v = ∂H/∂p        f = ∂H/∂q + D(q, p, v)
+//! ```
+//!
+//! Where v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j in one go. The functions here are kept whole, as in `nodes`.
+
+use super::gauss::{Columns, Gauss};
+use afterbay_core::{Scalar, State, System, Vector};
+use std::array::from_fn;
+
+/// Degrees of freedom computed side by side, where there are so many; else it is the nodes that are.
+const BLOCK: usize = 8;
+
+/// The system at the nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Stages<V, const K: usize> {
+    pub(super) q: [V; K],
+    pub(super) p: [V; K],
+    /// ∂H/∂p and ∂H/∂q + D, those that the positions were made of.
+    pub(super) v: [V; K],
+    pub(super) f: [V; K],
+    /// D_j v_j, what the reservoirs gain.
+    pub(super) loss: [V; K],
+    hq: [V; K],
+    hp: [V; K],
+    d: [V; K],
+}
+
+/// `start + t_i h rate + factor Σ_j m_ij x_j` at the nodes.
+struct Position<'a, V: Vector, const K: usize> {
+    columns: &'a Columns<V::Scalar, K>,
+    start: &'a V,
+    rate: Option<(&'a V, [V::Scalar; K])>,
+    factor: V::Scalar,
+}
+
+impl<V: Vector, const K: usize> Position<'_, V, K> {
+    #[inline(never)]
+    fn place(&self, from: &[V; K], to: &mut [V; K]) {
+        let Self { columns, start, rate, factor } = self;
+        let n = V::LEN.unwrap_or(start.as_slice().len());
+        let start = &start.as_slice()[..n];
+        let blocks = n / BLOCK;
+        for block in 0..blocks {
+            let d = block * BLOCK;
+            let mut sums = [[V::Scalar::zero(); BLOCK]; K];
+            for j in 0..K {
+                let x: [V::Scalar; BLOCK] = from_fn(|b| from[j].as_slice()[d + b]);
+                for (sums, &entry) in sums.iter_mut().zip(&columns[j]) {
+                    for b in 0..BLOCK {
+                        sums[b] = entry.mul_add(x[b], sums[b]);
+                    }
+                }
+            }
+            for i in 0..K {
+                let mut base: [V::Scalar; BLOCK] = from_fn(|b| start[d + b]);
+                if let Some((rate, times)) = rate {
+                    let rate = &rate.as_slice()[d..d + BLOCK];
+                    base = from_fn(|b| times[i].mul_add(rate[b], base[b]));
+                }
+                let to = &mut to[i].as_mut_slice()[d..d + BLOCK];
+                for b in 0..BLOCK {
+                    to[b] = factor.mul_add(sums[i][b], base[b]);
+                }
+            }
+        }
+        for d in blocks * BLOCK..n {
+            let at = self.at(d, from_fn(|j| from[j].as_slice()[d]));
+            for i in 0..K {
+                to[i].as_mut_slice()[d] = at[i];
+            }
+        }
+    }
+
+    /// One degree of freedom. Two sums side by side: what follows waits for them.
+    #[inline(always)]
+    fn at(&self, d: usize, x: [V::Scalar; K]) -> [V::Scalar; K] {
+        let mut sums = [[V::Scalar::zero(); K]; 2];
+        for (j, column) in self.columns.iter().enumerate() {
+            for (sum, &entry) in sums[j % 2].iter_mut().zip(column) {
+                *sum = entry.mul_add(x[j], *sum);
+            }
+        }
+        let mut at = [self.start.as_slice()[d]; K];
+        if let Some((rate, times)) = &self.rate {
+            for i in 0..K {
+                at[i] = times[i].mul_add(rate.as_slice()[d], at[i]);
+            }
+        }
+        for i in 0..K {
+            at[i] = self.factor.mul_add(sums[0][i] + sums[1][i], at[i]);
+        }
+        at
+    }
+}
+
+/// Values at the nodes from others.
+pub(super) fn carry<V: Vector, const K: usize>(
+    columns: &Columns<V::Scalar, K>,
+    zero: &V,
+    from: &[V; K],
+    to: &mut [V; K],
+) {
+    Position { columns, start: zero, rate: None, factor: V::Scalar::one() }.place(from, to);
+}
+
+impl<V: Vector, const K: usize> Stages<V, K> {
+    pub(super) fn new(n: usize) -> Self {
+        let zeros = || -> [V; K] { from_fn(|_| V::zeros(n)) };
+        let [q, p, v, f, loss] = [zeros(), zeros(), zeros(), zeros(), zeros()];
+        Self { q, p, v, f, loss, hq: zeros(), hp: zeros(), d: zeros() }
+    }
+
+    /// q where v leads.
+    pub(super) fn place_q(&mut self, gauss: &Gauss<V::Scalar, K>, h: V::Scalar, state: &State<V>) {
+        Position { columns: &gauss.once, start: &state.q, rate: None, factor: h }.place(&self.v, &mut self.q);
+    }
+
+    /// One sweep: how far q, p and w have moved by it, at most.
+    #[inline]
+    pub(super) fn sweep<S: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        gauss: &Gauss<V::Scalar, K>,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> [f64; 3] {
+        let n = state.dof();
+        let Self { q, p, v, f, loss, hq, hp, d } = self;
+        let steps = gauss.nodes.map(|t| h * t);
+        Position { columns: &gauss.once, start: &state.p, rate: None, factor: -h }.place(f, p);
+        let mut moved_q = 0.0;
+        let weights = &gauss.weights;
+        if system.unit_mass() {
+            let rate = Some((&state.p, steps));
+            Position { columns: &gauss.twice, start: &state.q, rate, factor: -(h * h) }.place(f, q);
+            gradient(system, q, p, hq, hp);
+            dissipation(system, q, p, p, d);
+            add(hq, d);
+        } else {
+            gradient(system, q, p, hq, hp);
+            exchange(weights, hp, v);
+            Position { columns: &gauss.once, start: &state.q, rate: None, factor: h }.place(v, q);
+            gradient(system, q, p, hq, hp);
+            moved_q = exchange(weights, hp, v);
+            dissipation(system, q, p, v, d);
+            add(hq, d);
+        }
+        let moved_p = exchange(weights, hq, f);
+        let moved_w = if system.damping().zero {
+            0.0
+        } else {
+            multiply(d, if system.unit_mass() { p } else { v }, n);
+            exchange(weights, d, loss)
+        };
+        let length = h.to_f64().abs();
+        [length * moved_q, length * moved_p, length * moved_w]
+    }
+
+    /// Velocities and losses where forces and velocities are given, after which positions are theirs.
+    pub(super) fn settle<S: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        gauss: &Gauss<V::Scalar, K>,
+        h: V::Scalar,
+        state: &State<V>,
+    ) {
+        Position { columns: &gauss.once, start: &state.p, rate: None, factor: -h }
+            .place(&self.f, &mut self.p);
+        self.place_q(gauss, h, state);
+        let Self { q, p, v, loss, .. } = self;
+        if !system.damping().zero {
+            dissipation(system, q, p, v, loss);
+            multiply(loss, v, state.dof());
+        }
+    }
+}
+
+#[inline(never)]
+fn gradient<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
+    system: &S,
+    q: &[V; K],
+    p: &[V; K],
+    hq: &mut [V; K],
+    hp: &mut [V; K],
+) {
+    for i in 0..K {
+        system.gradient(q[i].as_slice(), p[i].as_slice(), hq[i].as_mut_slice(), hp[i].as_mut_slice());
+    }
+}
+
+#[inline(never)]
+fn dissipation<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
+    system: &S,
+    q: &[V; K],
+    p: &[V; K],
+    v: &[V; K],
+    d: &mut [V; K],
+) {
+    for i in 0..K {
+        system.dissipation(q[i].as_slice(), p[i].as_slice(), v[i].as_slice(), d[i].as_mut_slice());
+    }
+}
+
+#[inline(never)]
+fn add<V: Vector, const K: usize>(to: &mut [V; K], d: &[V; K]) {
+    for i in 0..K {
+        let (to, d) = (to[i].as_mut_slice(), d[i].as_slice());
+        for j in 0..V::LEN.unwrap_or(to.len()) {
+            to[j] += d[j];
+        }
+    }
+}
+
+#[inline(never)]
+fn multiply<V: Vector, const K: usize>(to: &mut [V; K], v: &[V; K], n: usize) {
+    for i in 0..K {
+        let (to, v) = (to[i].as_mut_slice(), v[i].as_slice());
+        for j in 0..V::LEN.unwrap_or(n) {
+            to[j] *= v[j];
+        }
+    }
+}
+
+/// `to` becomes `from`. The largest Σ b_i |change| of a degree of freedom; not a number where one is not.
+#[inline(never)]
+fn exchange<V: Vector, const K: usize>(weights: &[V::Scalar; K], from: &[V; K], to: &mut [V; K]) -> f64 {
+    let n = V::LEN.unwrap_or(from[0].as_slice().len());
+    let blocks = n / BLOCK;
+    let (mut most, mut all) = (0.0_f64, 0.0);
+    let mut see = |sum: f64| {
+        most = if sum > most { sum } else { most };
+        all += sum;
+    };
+    for block in 0..blocks {
+        let d = block * BLOCK;
+        let mut sums = [V::Scalar::zero(); BLOCK];
+        for i in 0..K {
+            let from = &from[i].as_slice()[d..d + BLOCK];
+            let to = &mut to[i].as_mut_slice()[d..d + BLOCK];
+            for b in 0..BLOCK {
+                sums[b] = weights[i].mul_add((from[b] - to[b]).abs(), sums[b]);
+            }
+            to.copy_from_slice(from);
+        }
+        sums.into_iter().for_each(|sum| see(sum.to_f64()));
+    }
+    for d in blocks * BLOCK..n {
+        let changes: [V::Scalar; K] = from_fn(|i| (from[i].as_slice()[d] - to[i].as_slice()[d]).abs());
+        for i in 0..K {
+            to[i].as_mut_slice()[d] = from[i].as_slice()[d];
+        }
+        see(weighted(weights, changes).to_f64());
+    }
+    most + 0.0 * all
+}
+
+/// Σ b_i x_i
+#[inline(always)]
+pub(super) fn weighted<T: Scalar, const K: usize>(weights: &[T; K], x: [T; K]) -> T {
+    let mut terms: [T; K] = from_fn(|i| weights[i] * x[i]);
+    let mut width = K / 2;
+    while width > 0 {
+        for i in 0..width {
+            terms[i] += terms[i + width];
+        }
+        width /= 2;
+    }
+    terms[0]
+}

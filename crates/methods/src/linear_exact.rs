@@ -1,0 +1,190 @@
+//! The exact flow of a linear system of any size, the reservoir included.
+//!
+//! ```text
+//! z' = A z + c        z = (q, p)        z1 = e^{hA} z0 + h φ₁(hA) c        φ₁(X) = X⁻¹ (e^X - 1)
+//! w1_j - w0_j = ∫_0^h D_j(z) v_j(z) dτ        v = ∂H/∂p
+//! ```
+//!
+//! for H quadratic and D linear ([`Curvature::is_linear`]), constant forces included. K is exact because the flow is. Both lines are
+//! bilinear in (z0, 1), so with up to 12 degrees of freedom they are matrices, computed once for each h by doubling a short
+//! step (`table.rs`): a step is one product for z and one quadratic form for each reservoir, whether h is 1e-3 or 100. With more the
+//! quadratic forms would be larger than the matrix is worth, and the flow is the Taylor series of the system itself over spans short against
+//! its rates, with Gauss nodes for w: O(N) for each product where neighbours alone act on each other, up to h |A| of about 1000.
+//!
+//! What is off is rounding: of z0, and of A, which a time h feels h |A|-fold. So K is kept to about 1 + h |A| roundings a step,
+//! and what a step does to it is the same from step to step: over a time t it may add up to t |A| of them. Passive where the system
+//! is: what rounding makes negative of a Δw_j ≥ 0 is set to 0.
+//!
+//! A system that is not linear is refused.
+
+mod table;
+
+use crate::linear_flow::LinearFlow;
+use afterbay_core::{
+    Curvature, Effort, InputError, Mask, Method, Passive, Quantity, Scalar, State, StepFailure, Vector,
+};
+use table::Table;
+
+/// The exact flow of a linear system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LinearExact;
+
+/// The most degrees of freedom whose steps are tabulated.
+const TABULATED: usize = 12;
+
+/// How the flow is known.
+#[derive(Clone, Debug)]
+enum Flow<V: Vector> {
+    Table(Box<Table<V::Scalar>>),
+    Series(Box<LinearFlow<V>>),
+}
+
+/// The flow, the new state while it is being made, and the system on the way.
+#[derive(Clone, Debug)]
+pub struct Workspace<V: Vector> {
+    flow: Flow<V>,
+    q: V,
+    p: V,
+    w: V,
+    /// The point of a node, ∇H and D there, and c
+    at: [V; 2],
+    slope: [V; 2],
+    d: V,
+    /// The same for the products with A
+    inner: ([V; 2], V),
+    constant: [V; 2],
+}
+
+impl<V, S> Method<V, S> for LinearExact
+where
+    V: Vector,
+    S: Curvature<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        if !system.is_linear() {
+            return Err(InputError::Unsupported { method: "linear-exact", why: "the system is not linear" });
+        }
+        let n = system.dof();
+        let (zeros, pair) = (|| V::zeros(n), || [V::zeros(n), V::zeros(n)]);
+        let flow = if n <= TABULATED {
+            Flow::Table(Box::new(Table::new(system)))
+        } else {
+            Flow::Series(Box::new(LinearFlow::new(n)))
+        };
+        let mut workspace = Workspace {
+            flow,
+            q: zeros(),
+            p: zeros(),
+            w: zeros(),
+            at: pair(),
+            slope: pair(),
+            d: zeros(),
+            inner: (pair(), zeros()),
+            constant: pair(),
+        };
+        let origin = V::zeros(n);
+        let [a, b] = &mut workspace.constant;
+        let (constant_q, constant_p) = (a.as_mut_slice(), b.as_mut_slice());
+        velocity(
+            system,
+            [origin.as_slice(); 2],
+            &mut workspace.slope,
+            &mut workspace.d,
+            [constant_q, constant_p],
+        );
+        Ok(workspace)
+    }
+
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        if h == V::Scalar::zero() {
+            return Ok(Effort::default());
+        }
+        let damping = system.damping();
+        let Workspace { flow, q, p, w, at, slope, d, inner, constant } = workspace;
+        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
+        let [q0, p0, w0] = [state.q.as_slice(), state.p.as_slice(), state.w.as_slice()];
+        let effort = match flow {
+            Flow::Table(table) => {
+                table.prepare(h);
+                table.step([q0, p0], [&mut *q, &mut *p, &mut *w]);
+                Effort { evaluations: 1, iterations: 0 }
+            }
+            Flow::Series(flow) => {
+                let [u_q, u_p] = &mut flow.u;
+                velocity(system, [q0, p0], slope, d, [u_q.as_mut_slice(), u_p.as_mut_slice()]);
+                w.fill(V::Scalar::zero());
+                let products = flow.follow(
+                    h,
+                    |[x, y], [a, b]| {
+                        velocity(system, [x, y], &mut inner.0, &mut inner.1, [&mut *a, &mut *b]);
+                        for (to, constant) in [(a, &constant[0]), (b, &constant[1])] {
+                            to.iter_mut().zip(constant.as_slice()).for_each(|(to, &c)| *to -= c);
+                        }
+                    },
+                    |weight, [x, y]| {
+                        if damping.zero {
+                            return;
+                        }
+                        let [at_q, at_p] = at;
+                        let (at_q, at_p) = (at_q.as_mut_slice(), at_p.as_mut_slice());
+                        for j in 0..w.len() {
+                            (at_q[j], at_p[j]) = (q0[j] + x[j], p0[j] + y[j]);
+                        }
+                        let [hq, hp] = slope;
+                        let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
+                        system.gradient(at_q, at_p, hq, hp);
+                        system.dissipation(at_q, at_p, hp, d);
+                        for j in 0..w.len() {
+                            w[j] = weight.mul_add(d[j] * hp[j], w[j]);
+                        }
+                    },
+                );
+                let Some(evaluations) = products else { return Err(flow.too_long()) };
+                let [x, y] = [flow.y[0].as_slice(), flow.y[1].as_slice()];
+                for j in 0..x.len() {
+                    (q[j], p[j]) = (q0[j] + x[j], p0[j] + y[j]);
+                }
+                Effort { evaluations, iterations: 0 }
+            }
+        };
+        for (w, &w0) in w.iter_mut().zip(w0) {
+            let lost = damping.passive == Passive::Each && w.lt(V::Scalar::zero()).all();
+            *w = if lost || damping.zero { w0 } else { w0 + *w };
+        }
+        let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
+        if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
+            return Err(StepFailure::non_finite(&parts));
+        }
+        state.q.as_mut_slice().copy_from_slice(q);
+        state.p.as_mut_slice().copy_from_slice(p);
+        if !damping.zero {
+            state.w.as_mut_slice().copy_from_slice(w);
+        }
+        Ok(effort)
+    }
+}
+
+/// (∂H/∂p, -∂H/∂q - D) at (q, p).
+fn velocity<V: Vector, S: Curvature<V::Scalar> + ?Sized>(
+    system: &S,
+    [q, p]: [&[V::Scalar]; 2],
+    [hq, hp]: &mut [V; 2],
+    d: &mut V,
+    [a, b]: [&mut [V::Scalar]; 2],
+) {
+    let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
+    system.gradient(q, p, hq, hp);
+    system.dissipation(q, p, hp, d);
+    a.copy_from_slice(hp);
+    for (j, b) in b.iter_mut().enumerate() {
+        *b = -hq[j] - d[j];
+    }
+}

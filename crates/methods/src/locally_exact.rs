@@ -1,0 +1,79 @@
+//! The locally exact discrete gradient, for any H(q, p), any D and any number of degrees of freedom.
+//!
+//! ```text
+//! z1 - z0 = h φ(hA) f̄        φ(X) = 2 X⁻¹ tanh(X/2)        A = B S        S = H''(z̄)        B = [ 0 1 ; -1 -R ]
+//! f̄ = (∇̄H_p, -∇̄H_q - D̄)       D̄ = D(z̄) with the velocity ∇̄H_p     R = ∂D/∂v(z̄)     z̄ = (z0 + z1)/2     z = (q, p)
+//! ∇̄H = ∇H(z̄) + λ (z1 - z0),  the midpoint discrete gradient
+//! ```
+//!
+//! J. L. Cieslinski, B. Ratkiewicz, Phys. Rev. E 81 (2010) 016704 for D = 0. The scheme is the path u' = A u from z0 to z1 whose
+//! velocity has the mean f̄ at its ends: with u(0) = f̄ - ½ A Δz and y = ∫ u it reads
+//!
+//! ```text
+//! Δz = y(h) = h φ₁(hA) u(0)        φ₁(X) = X⁻¹ (e^X - 1)
+//! ```
+//!
+//! which has none of the poles of tanh, and is how it is solved: by simple iteration, of which a linear system needs one. Along that path
+//! the gradient is g(τ) = ∇̄H + S (y - ½ Δz), the velocity v = g_p and the friction D̂ = D̄ + R (v - ∇̄H_p), so that y' = (v, -g_q - D̂), and
+//!
+//! ```text
+//! w1_j - w0_j = ∫_0^h D̂_j v_j dτ
+//! ```
+//!
+//! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`: the means at the ends cancel what S y adds. So `H1 - H0 = ∇̄H·Δz = -Σ Δw_j` and K is exact at any
+//! step, for any S and R. Exact, w included, where H is quadratic and D linear; order 2 in q, p and w elsewhere, symmetric. Passive where
+//! the system is: D̂ = R v, and the nodes of the integral have positive weights. The friction of a degree of freedom
+//! that is not linear in v is taken as the secant from v = 0 for that; where friction couples velocities and is not linear in them, R = 0, and Δw may
+//! be negative. Friction has to be computed from the velocity v, as [`afterbay_core::System::dissipation`] asks; what is
+//! computed from p has R = 0, keeps K and order 2, and is not exact on linear systems.
+//!
+//! **Fails** by name, with the state as it was, where the iteration does not contract or h |A| is beyond 1000. For scalars that hold one
+//! number.
+
+mod equation;
+mod iteration;
+
+use afterbay_core::{
+    Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
+};
+use equation::Workspace;
+
+/// The locally exact discrete gradient.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LocallyExact;
+
+impl<V, S> Method<V, S> for LocallyExact
+where
+    V: Vector,
+    S: Curvature<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        Ok(Workspace::new(system))
+    }
+
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        if h == V::Scalar::zero() {
+            return Ok(Effort::default());
+        }
+        let effort = workspace.find(system, h, state)?;
+        let [q, p, w] = workspace.end();
+        let parts = [(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)];
+        if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
+            return Err(StepFailure::non_finite(&parts));
+        }
+        state.q.as_mut_slice().copy_from_slice(q);
+        state.p.as_mut_slice().copy_from_slice(p);
+        if !system.damping().zero {
+            state.w.as_mut_slice().copy_from_slice(w);
+        }
+        Ok(effort)
+    }
+}

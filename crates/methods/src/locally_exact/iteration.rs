@@ -1,0 +1,131 @@
+//! The simple iteration for Δz, and w along the path found.
+
+use super::equation::Workspace;
+use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
+
+/// Iterations before it is given up.
+const LIMIT: u32 = 100;
+/// An update is lost in rounding where it is so many roundings of z,
+const LOST: f64 = 1.0;
+/// and noise where it is no more than so many and no longer shrinks.
+const NOISE: f64 = 256.0;
+
+impl<V: Vector> Workspace<V> {
+    /// Finds z1 and w1.
+    pub(super) fn find<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<Effort, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let start = state.energy(system);
+        let mut effort = Effort::default();
+        self.dz.iter_mut().for_each(|part| part.as_mut_slice().fill(V::Scalar::zero()));
+        let (mut before, mut waited) = (f64::INFINITY, 0);
+        for iterations in 1..=LIMIT {
+            self.walk(system, h, state, start, false)?;
+            let (update, dof) = self.take(state);
+            effort.evaluations += 1;
+            effort.iterations += 1;
+            let ratio = update / before;
+            // λ Δz is known to ε|H|/|Δz|, which is more than a rounding of z where Δz is short.
+            let noise = NOISE * V::Scalar::EPSILON + NOISE * h.to_f64().abs() * self.roughness(state, start);
+            let noisy = update <= noise && ratio > 0.5;
+            // Of a linear system the first path is the solution.
+            if self.linear || update <= LOST * V::Scalar::EPSILON || noisy {
+                self.walk(system, h, state, start, true)?;
+                self.take(state);
+                self.place(state);
+                return Ok(effort);
+            }
+            waited = if ratio >= 1.0 { waited + 1 } else { 0 };
+            if !update.is_finite() || waited == 3 || iterations == LIMIT {
+                return Err(StepFailure::NotContracting { dof, iterations, ratio });
+            }
+            before = update;
+        }
+        Err(StepFailure::NotContracting { dof: 0, iterations: LIMIT, ratio: 1.0 })
+    }
+
+    /// Follows the path of the Δz there is, w along it if asked for.
+    fn walk<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        start: V::Scalar,
+        books: bool,
+    ) -> Result<(), StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        self.place(state);
+        self.evaluate(system, start);
+        let books = books && self.dissipative;
+        let Self { slopes, flow, dz, gradient, d, rest, w, scratch, .. } = self;
+        let [middle_q, middle_p, sq, sp, a, b] = scratch;
+        let (middle_q, middle_p) = (middle_q.as_mut_slice(), middle_p.as_mut_slice());
+        let (drag, rest, v) = (d.as_mut_slice(), rest.as_slice(), gradient[1].as_slice());
+        let w = w.as_mut_slice();
+        w.copy_from_slice(state.w.as_slice());
+        let dz = [dz[0].as_slice(), dz[1].as_slice()];
+        let products = flow.follow(
+            h,
+            |x, to| slopes.multiply(x, to, [a.as_mut_slice(), b.as_mut_slice()]),
+            |weight, [q, p]| {
+                if !books {
+                    return;
+                }
+                for j in 0..w.len() {
+                    middle_q[j] = q[j] - dz[0][j].half();
+                    middle_p[j] = p[j] - dz[1][j].half();
+                }
+                let (sq, sp) = (sq.as_mut_slice(), sp.as_mut_slice());
+                slopes.bend([middle_q, middle_p], [sq, sp]);
+                drag.copy_from_slice(rest);
+                sp.iter_mut().zip(v).for_each(|(sp, &v)| *sp += v);
+                slopes.rub(sp, drag);
+                for j in 0..w.len() {
+                    w[j] = weight.mul_add(drag[j] * sp[j], w[j]);
+                }
+            },
+        );
+        products.map(drop).ok_or_else(|| flow.too_long())
+    }
+
+    /// What rounding of H makes of λ Δz, beside z.
+    fn roughness(&self, state: &State<V>, start: V::Scalar) -> f64 {
+        if self.linear {
+            return 0.0;
+        }
+        let largest = |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let moved = largest(&self.dz[0]).max(largest(&self.dz[1]));
+        let size = largest(&state.q).min(largest(&state.p)) + moved;
+        if moved == 0.0 { 0.0 } else { V::Scalar::EPSILON * start.to_f64().abs() / (moved * size) }
+    }
+
+    /// Takes the Δz of the path: by how much it moved beside z, and which degree of freedom the most.
+    fn take(&mut self, state: &State<V>) -> (f64, usize) {
+        let mut most = (0.0_f64, 0);
+        for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
+            let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());
+            let (mut moved, mut scale) = ((0.0_f64, 0), 0.0_f64);
+            for (j, (dz, &y)) in dz.iter_mut().zip(y).enumerate() {
+                let by = (y - *dz).abs().to_f64();
+                if by > moved.0 || by.is_nan() {
+                    moved = (by, j);
+                }
+                scale = scale.max(start.as_slice()[j].abs().to_f64() + y.abs().to_f64());
+                *dz = y;
+            }
+            let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / scale };
+            if share > most.0 || share.is_nan() {
+                most = (share, moved.1);
+            }
+        }
+        most
+    }
+}

@@ -1,0 +1,34 @@
+//! What a step costs.
+
+/// What a step costs for each degree of freedom. An evaluation is one of the force, ∂H/∂q and D.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// Explicit: so many evaluations and no equation. `leapfrog` solves a scalar one where D is not linear in the momentum.
+    Explicit(u32),
+    /// Explicit: so many evaluations, and as many again where the last step's γ does not foretell its own.
+    Relaxed(u32),
+    /// Implicit, one degree of freedom at a time: so many sweeps over them, a scalar equation in each. An ordinary one takes two
+    /// evaluations; `moddg` with its δ has closed forms of one on the damped oscillator.
+    Sweeps(u32),
+    /// Implicit in all degrees of freedom at once: q' and p' are polynomials of so many modes, s for order 2s.
+    Modes(u32),
+    /// Implicit in all of them: the flow of a matrix is followed until its end stays, once on linear systems.
+    Paths,
+    /// The flow of a matrix, and no equation.
+    Flow,
+}
+
+impl Cost {
+    /// In words.
+    pub fn describe(self) -> String {
+        let plural = |n: u32, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
+        match self {
+            Self::Explicit(evaluations) => plural(evaluations, "evaluation"),
+            Self::Relaxed(evaluations) => format!("{}, once or twice", plural(evaluations, "evaluation")),
+            Self::Sweeps(sweeps) => format!("scalar equations, {}", plural(sweeps, "sweep")),
+            Self::Modes(modes) => format!("equations, {}", plural(modes, "mode")),
+            Self::Paths => "matrix flow, iterated".into(),
+            Self::Flow => "matrix flow".into(),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Explicit Runge-Kutta methods with relaxation, for any system.
+//!
+//! ```text
+//! Z_i = z0 + η Σ_j a_ij f(Z_j)        d = η Σ_i b_i f(Z_i)        f = (∂H/∂p, -∂H/∂q - D)        z = (q, p)
+//! e_j = η Σ_i b_i D_j(Z_i) v_j(Z_i)                               v = ∂H/∂p
+//! z1 = z0 + γ d        w1 = w0 + γ e        with γ near 1 such that H(z1) + Σ w1_j = K
+//! ```
+//!
+//! D. I. Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850-2870; H. Ranocha and others, SIAM J. Sci. Comput. 42 (2020) A612-A638. With
+//! a tableau of order r, γ = 1 + O(h^{r-1}), and (z1, w1) is accurate to O(h^{r+1}) at the time t0 + γη, not at t0 + η. The
+//! grid has fixed times, so η is chosen such that γη ends there: η = (h - lag)/γ', where γ' is the last step's γ and the lag the time the last
+//! step went too far. γ changes by O(h^r) from step to step, which leaves a lag of O(h^{r+1}) that does not add up; where γ' foretells γ
+//! badly, and at the start, the stages are computed a second time with the γ just found. So the orders at the grid points are r in q, p and w.
+//!
+//! The lag, γ' and the K to be met are kept in the workspace and believed only while the state is the one the last step
+//! left there: K is then that of the first step, and its roundings do not add up. Any other state has its own K and no lag.
+//!
+//! [`Relaxed::rk4`], the classical tableau, has positive weights and γ > 0: passive where the system is. [`Relaxed::dop853`] of
+//! order 8 has two negative weights, and is not.
+//!
+//! **Fails** by name, with the state as it was, where no γ within ½ of 1 keeps K ([`StepFailure::NoRelaxationRoot`]): on steps beyond the limit of
+//! stability, which relaxation does not move (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
+//! small that K hardly feels γ; it passes through 0 on the flanks of a double well. Where the step is so short that rounding hides what γ does,
+//! γ = 1 and K is kept as well as rounding lets it. For scalars that hold one number.
+
+mod root;
+mod stages;
+mod tableau;
+mod track;
+
+use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+use root::Chord;
+use stages::Stages;
+use tableau::{DOP853, RK4, Tableau};
+use track::Track;
+
+/// An explicit Runge-Kutta method with relaxation.
+#[derive(Clone, Copy, Debug)]
+pub struct Relaxed {
+    tableau: &'static Tableau,
+}
+
+impl Relaxed {
+    /// The classical Runge-Kutta method, order 4.
+    pub const fn rk4() -> Self {
+        Self { tableau: &RK4 }
+    }
+
+    /// The twelve stages of DOP853, order 8.
+    pub const fn dop853() -> Self {
+        Self { tableau: &DOP853 }
+    }
+}
+
+/// The share of γ - 1 by which the last γ may miss the next one, and with it of h (γ - 1) that a step may lag.
+const FORETOLD: f64 = 0.125;
+
+/// The stages of a step, the chord from the old state to the new one, and what is known from the last step.
+#[derive(Clone, Debug)]
+pub struct Workspace<V: Vector> {
+    stages: Stages<V>,
+    chord: Chord<V>,
+    track: Track<V>,
+}
+
+impl<V, S> Method<V, S> for Relaxed
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        let n = system.dof();
+        Ok(Workspace { stages: Stages::new(self.tableau, n), chord: Chord::new(n), track: Track::new(n) })
+    }
+
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Effort, StepFailure> {
+        let Workspace { stages, chord, track } = workspace;
+        let dissipative = !system.damping().zero;
+        let now = state.total(system);
+        let known = track.known(h, state, now);
+        let ahead = h - known.lag;
+        let mut guess = known.gamma;
+        let mut effort = stages.take(system, ahead / guess, state);
+        let mut gamma = chord.relax(system, state, stages, [now, known.total])?;
+        let far = (gamma - guess).abs().to_f64() > FORETOLD * (gamma - V::Scalar::one()).abs().to_f64();
+        if far && stages.feel(state, gamma - guess) {
+            guess = gamma;
+            effort += stages.take(system, ahead / guess, state);
+            gamma = chord.relax(system, state, stages, [now, known.total])?;
+        }
+
+        let Chord { q, p, w, .. } = chord;
+        let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
+        let parts = parts.map(|(quantity, part)| (quantity, part.as_slice()));
+        if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
+            return Err(StepFailure::non_finite(&parts));
+        }
+        state.q.as_mut_slice().copy_from_slice(q.as_slice());
+        state.p.as_mut_slice().copy_from_slice(p.as_slice());
+        if dissipative {
+            state.w.as_mut_slice().copy_from_slice(w.as_slice());
+        }
+        track.keep(
+            h,
+            state,
+            track::Known { lag: gamma * (ahead / guess) - ahead, gamma, total: known.total },
+        );
+        Ok(effort)
+    }
+}

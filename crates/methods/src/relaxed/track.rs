@@ -1,0 +1,54 @@
+//! What one step leaves for the next: how far it went past its grid point, its γ, and the K to be met.
+
+use afterbay_core::{Scalar, State, Vector};
+
+/// What is known when a step begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known<T> {
+    /// The time the state is at, less the time of its grid point.
+    pub(super) lag: T,
+    /// γ of the last step.
+    pub(super) gamma: T,
+    /// K
+    pub(super) total: T,
+}
+
+/// The last step's end, and what is known there.
+#[derive(Clone, Debug)]
+pub(super) struct Track<V: Vector> {
+    q: V,
+    p: V,
+    w: V,
+    last: Option<(V::Scalar, Known<V::Scalar>)>,
+}
+
+/// A γ farther from 1 than this foretells nothing.
+const TAME: f64 = 0.1;
+
+impl<V: Vector> Track<V> {
+    pub(super) fn new(n: usize) -> Self {
+        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), last: None }
+    }
+
+    /// What is known for a step h from `state`, at which K is `total`.
+    pub(super) fn known(&self, h: V::Scalar, state: &State<V>, total: V::Scalar) -> Known<V::Scalar> {
+        let (zero, one) = (V::Scalar::zero(), V::Scalar::one());
+        let same = |ours: &V, theirs: &V| ours.as_slice() == theirs.as_slice();
+        let here = same(&self.q, &state.q) && same(&self.p, &state.p) && same(&self.w, &state.w);
+        let Some((step, known)) = self.last.filter(|_| here) else {
+            return Known { lag: zero, gamma: one, total };
+        };
+        let small = known.lag.to_f64().abs() <= h.to_f64().abs() / 2.0;
+        let tame = step == h && (known.gamma - one).to_f64().abs() <= TAME;
+        let lag = if small { known.lag } else { zero };
+        Known { lag, gamma: if tame { known.gamma } else { one }, total: known.total }
+    }
+
+    /// Keeps what is known after a step h that ended in `state`.
+    pub(super) fn keep(&mut self, h: V::Scalar, state: &State<V>, known: Known<V::Scalar>) {
+        self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
+        self.p.as_mut_slice().copy_from_slice(state.p.as_slice());
+        self.w.as_mut_slice().copy_from_slice(state.w.as_slice());
+        self.last = Some((h, known));
+    }
+}

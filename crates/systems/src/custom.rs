@@ -1,0 +1,303 @@
+//! A system whose potential and friction are expressions, compiled when it is made.
+//!
+//! ```text
+//! q_j' = p_j/m_j        p_j' = -∂V/∂q_j - D_j        w_j' = D_j p_j/m_j
+//! H = Σ p_j²/(2 m_j) + V(q)        D_j(q, p) as given, or D = R(q, p) v with v_j = p_j/m_j
+//! ```
+//!
+//! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., + - * / ^, parentheses, pi and the
+//! functions sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs. `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product
+//! where the exponent is a whole number, with a root where it is half of one, and e^(b ln a) otherwise: then a must be positive.
+//! N is the number of masses, else of the D_j, else the largest index in V.
+//!
+//! Nothing is claimed by sampling. ∂V/∂q_j and the second derivatives come from the expressions, with what V does not couple left
+//! out, so that each costs O(1) where the coupling is local. The mean of ∂V/∂q_j along an edge has a closed form for what is made
+//! of + - * / whole and half powers and abs; the rest of V is left to quadrature. D is passive where its form shows it:
+//! D_j p_j ≥ 0 by the signs of parameters, even powers, abs, sqrt and exp; or D = R v with R constant and positive semidefinite.
+//!
+//! Parameters and masses may be any finite and any positive numbers. Invariant: K = H + Σ w_j. References come from
+//! [`afterbay_core::taylor::trajectory`].
+
+mod description;
+mod failure;
+mod passive;
+mod shape;
+mod structure;
+
+pub use crate::expression::parse::Problem;
+pub use description::{Description, Friction};
+pub use failure::{CustomError, Place};
+pub use structure::Structure;
+
+use crate::expression::graph::{Input, Node};
+use crate::expression::program::Point;
+use afterbay_core::{
+    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Mask, Quantity, Scalar, Separable, System,
+    check, edge,
+};
+use shape::{Part, Resistance, Shape};
+use std::sync::Arc;
+
+/// A system made of expressions, its parameters in a scalar. Clones and other scalars share its programs.
+#[derive(Clone, Debug)]
+pub struct Custom<T> {
+    shape: Arc<Shape>,
+    parameters: Vec<T>,
+    masses: Vec<T>,
+    /// 1/m_j
+    inverse_masses: Vec<T>,
+    /// The frames of all programs, one after the other.
+    frames: Vec<T>,
+    /// γ_j of D_j = γ_j p_j, and γ_j m_j of D_j = γ_j m_j v_j; nothing where D is not so simple.
+    rates: Vec<[T; 2]>,
+    damping: Damping,
+}
+
+impl Custom<f64> {
+    /// Reads and compiles a description.
+    ///
+    /// # Errors
+    /// [`CustomError`]: which expression, where in it, and what is wrong.
+    pub fn new(description: &Description) -> Result<Self, CustomError> {
+        let shape = Shape::new(description.read()?)?;
+        let parameters = description.parameters.iter().map(|x| x.1).collect();
+        Self::bind(Arc::new(shape), parameters).checked()
+    }
+}
+
+impl<T: Scalar> Custom<T> {
+    /// The same system in another scalar.
+    pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> Custom<U> {
+        Custom::bind(Arc::clone(&self.shape), self.parameters.iter().map(|&x| f(x)).collect())
+    }
+
+    /// The same system with another value of a parameter. Nothing is compiled.
+    ///
+    /// # Errors
+    /// [`CustomError::NoParameter`], [`CustomError::Value`], and what the value makes of the masses and the constant parts of
+    /// expressions.
+    pub fn with(&self, name: &str, value: T) -> Result<Self, CustomError> {
+        let Some(index) = self.shape.parameters.iter().position(|parameter| parameter == name) else {
+            return Err(CustomError::NoParameter { name: name.to_owned() });
+        };
+        if !value.is_finite().all() {
+            return Err(CustomError::Value { name: name.to_owned(), value: value.to_f64() });
+        }
+        let mut parameters = self.parameters.clone();
+        parameters[index] = value;
+        Self::bind(Arc::clone(&self.shape), parameters).checked()
+    }
+
+    /// Names and values.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, T)> {
+        self.shape.parameters.iter().map(String::as_str).zip(self.parameters.iter().copied())
+    }
+
+    /// What follows from the form of V and D alone.
+    pub fn structure(&self) -> &Structure {
+        &self.shape.structure
+    }
+
+    /// Have all expressions, and the fields made of them, finite values at (q, p)?
+    ///
+    /// # Errors
+    /// [`CustomError::NotFinite`] with the first operation that has none, or [`CustomError::Input`].
+    pub fn check_at(&self, q: &[T], p: &[T]) -> Result<(), CustomError> {
+        let (shape, n) = (&self.shape, self.shape.dof);
+        for (quantity, part) in [(Quantity::Coordinate, q), (Quantity::Momentum, p)] {
+            if part.len() != n {
+                return Err(InputError::Length { quantity, expected: n, found: part.len() }.into());
+            }
+            finite(quantity, part)?;
+        }
+        let operations: Vec<Node> = shape.places.iter().map(|x| x.1).collect();
+        let values =
+            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, |input| match input {
+                Input::Coordinate(j) => q[j as usize],
+                Input::Momentum(j) => p[j as usize],
+                Input::Velocity(j) => p[j as usize] * self.inverse_masses[j as usize],
+                Input::End => T::zero(),
+            });
+        for (place, node, span) in &shape.places {
+            if let Some(value) = values.get(node).filter(|x| !x.is_finite().all()) {
+                return Err(CustomError::NotFinite {
+                    place: *place,
+                    span: span.clone(),
+                    value: value.to_f64(),
+                });
+            }
+        }
+        let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![T::zero(); n]);
+        self.gradient(q, p, &mut hq, &mut hp);
+        self.dissipation(q, p, &hp, &mut d);
+        finite(Quantity::Energy, &[self.energy(q, p)])?;
+        finite(Quantity::Slope, &hq)?;
+        finite(Quantity::Velocity, &hp)?;
+        finite(Quantity::Dissipation, &d)
+    }
+
+    /// Computes what depends on the parameters alone.
+    fn bind(shape: Arc<Shape>, parameters: Vec<T>) -> Self {
+        let closed = shape.graph.evaluate(&shape.closed, &parameters, |_| T::zero());
+        let at = |node: &Node| closed.get(node).copied().unwrap_or(T::zero());
+        let masses: Vec<T> = shape.masses.iter().map(at).collect();
+        let rates = match &shape.resistance {
+            Resistance::Constant(rates) => {
+                rates.iter().zip(&masses).map(|(rate, &m)| [at(rate), at(rate) * m]).collect()
+            }
+            Resistance::General { .. } => Vec::new(),
+        };
+        let structure = &shape.structure;
+        let zero = passive::zero(&shape, at);
+        let damping = if zero {
+            Damping::NONE
+        } else {
+            Damping {
+                zero,
+                passive: passive::passive(&shape, at),
+                linear: structure.linear_friction,
+                coupled: structure.coupled_friction,
+            }
+        };
+        let frames = shape.frames.iter().map(at).collect();
+        let inverse_masses = masses.iter().map(|m| m.recip()).collect();
+        Self { parameters, inverse_masses, frames, rates, damping, masses, shape }
+    }
+
+    /// The masses are masses, and what depends on the parameters alone is finite.
+    fn checked(self) -> Result<Self, CustomError> {
+        let (graph, shape) = (&self.shape.graph, &self.shape);
+        let closed = graph.evaluate(&shape.closed, &self.parameters, |_| T::zero());
+        for (place, node, span) in &shape.places {
+            if let Some(value) = closed.get(node).filter(|x| !x.is_finite().all()) {
+                return Err(CustomError::NotFinite {
+                    place: *place,
+                    span: span.clone(),
+                    value: value.to_f64(),
+                });
+            }
+        }
+        check::masses(&self)?;
+        Ok(self)
+    }
+
+    fn frame(&self, part: &Part) -> &[T] {
+        &self.frames[part.frame.clone()]
+    }
+
+    #[inline]
+    fn run<const K: usize>(&self, part: &Part, q: &[T], p: &[T], end: T) -> [T; K] {
+        part.program.results(self.frame(part), &Point { q, p, v: &[], end })
+    }
+}
+
+fn finite<T: Scalar>(quantity: Quantity, part: &[T]) -> Result<(), CustomError> {
+    match part.iter().enumerate().find(|(_, x)| !x.is_finite().all()) {
+        Some((dof, x)) => Err(InputError::NotFinite { quantity, dof, value: x.to_f64() }.into()),
+        None => Ok(()),
+    }
+}
+
+impl<T: Scalar> System<T> for Custom<T> {
+    #[inline]
+    fn dof(&self) -> usize {
+        self.shape.dof
+    }
+
+    #[inline]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let [potential] = self.run(&self.shape.potential, q, p, T::zero());
+        let twice =
+            p.iter().zip(&self.inverse_masses).fold(T::zero(), |sum, (&p, &m)| (p * p).mul_add(m, sum));
+        twice.half() + potential
+    }
+
+    #[inline]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        let point = Point { q, p, v: &[], end: T::zero() };
+        for part in &self.shape.gradient {
+            part.program.run(self.frame(part), &point, |j, x| hq[j as usize] = x);
+        }
+        for ((hp, &p), &m) in hp.iter_mut().zip(p).zip(&self.inverse_masses) {
+            *hp = p * m;
+        }
+    }
+
+    #[inline]
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        match &self.shape.resistance {
+            Resistance::Constant(rates) if rates.is_empty() => d.fill(T::zero()),
+            Resistance::Constant(_) => {
+                d.iter_mut().zip(v).zip(&self.rates).for_each(|((d, &v), rate)| *d = rate[1] * v);
+            }
+            Resistance::General { forces, .. } => {
+                let point = Point { q, p, v, end: T::zero() };
+                for part in forces {
+                    part.program.run(self.frame(part), &point, |j, x| d[j as usize] = x);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    #[inline]
+    fn coupling(&self) -> Coupling {
+        self.shape.structure.coupling.clone()
+    }
+}
+
+impl<T: Scalar> Separable<T> for Custom<T> {
+    #[inline]
+    fn mass(&self, j: usize) -> T {
+        self.masses[j]
+    }
+
+    #[inline]
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        let [slope] = self.run(&self.shape.partials[j], q, &[], at);
+        slope
+    }
+
+    /// In closed form as far as there is one, by quadrature beyond that.
+    #[inline]
+    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        let parts = &self.shape.edges[j];
+        let [value, slope] = parts.closed.as_ref().map_or([T::zero(); 2], |part| self.run(part, q, &[], to));
+        let Some(rest) = &parts.rest else { return Line { value, slope } };
+        let line = edge::by_quadrature(q[j], to, |at| {
+            let [slope] = self.run(rest, q, &[], at);
+            slope
+        });
+        Line { value: value + line.value, slope: slope + line.slope }
+    }
+
+    #[inline]
+    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+        let [value, by_q, by_p] = match &self.shape.resistance {
+            Resistance::Constant(_) => match self.rates.get(j) {
+                Some(&[rate, _]) => [rate * p[j], T::zero(), rate],
+                None => [T::zero(); 3],
+            },
+            Resistance::General { drags, .. } => self.run(&drags[j], q, p, T::zero()),
+        };
+        Drag { value, by_q, by_p }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for Custom<T> {
+    #[inline]
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        self.inverse_masses.iter().enumerate().for_each(|(j, &m)| put(Block::Hpp, j, j, m));
+        let point = Point { q, p, v: &[], end: T::zero() };
+        for part in &self.shape.curvature {
+            part.program.run(self.frame(part), &point, |index, x| {
+                let (block, i, j) = self.shape.entries[index as usize];
+                put(block, i, j, x);
+            });
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Where friction is zero, and where it is owed that it takes energy only: by form and parameters, not by sampling.
+
+use super::shape::Shape;
+use crate::expression::graph::{Input, Node};
+use crate::expression::structure::Sign;
+use afterbay_core::{Mask, Passive, Scalar};
+use std::collections::BTreeMap;
+
+/// D = 0
+pub(super) fn zero<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> bool {
+    signs(shape, at).all(|sign| sign == Sign::Zero)
+}
+
+/// D_j v_j ≥ 0 by signs; or D = R v, R constant and positive semidefinite.
+pub(super) fn passive<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> Passive {
+    if signs(shape, &at).all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
+        return Passive::Each;
+    }
+    let owed = shape.matrix.as_ref().is_some_and(|matrix| semidefinite(shape.dof, matrix, at));
+    if owed { Passive::InSum } else { Passive::No }
+}
+
+fn signs<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> impl Iterator<Item = Sign> {
+    let closed = move |node: Node| {
+        let value = at(&node);
+        match (T::zero().le(value).all(), value.le(T::zero()).all()) {
+            (true, true) => Sign::Zero,
+            (true, false) => Sign::NotNegative,
+            (false, true) => Sign::NotPositive,
+            (false, false) => Sign::Unknown,
+        }
+    };
+    let frictions = shape.frictions.iter().enumerate();
+    frictions.map(move |(j, &node)| shape.graph.sign(node, Input::Velocity(j as u32), &closed))
+}
+
+/// Is the symmetric part of R positive semidefinite, to rounding? By R = L Δ Lᵀ: no entry of Δ below 0, and where one is 0 its
+/// column too.
+fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl Fn(&Node) -> T) -> bool {
+    // Rows of the upper triangle, by columns.
+    let mut rows: Vec<BTreeMap<usize, T>> = vec![BTreeMap::new(); n];
+    for (i, k, node) in entries {
+        let half = at(node).half();
+        let mut add = |i: usize, k: usize| {
+            let entry = rows[i].entry(k).or_insert(T::zero());
+            *entry += half;
+        };
+        if i < k {
+            add(*i, *k);
+        } else if i > k {
+            add(*k, *i);
+        } else {
+            add(*i, *i);
+            add(*i, *i);
+        }
+    }
+    let size = |x: T| x.abs();
+    let larger = |a: T, b: T| T::select(a.lt(b), b, a);
+    let diagonal = |rows: &[BTreeMap<usize, T>], i: usize| rows[i].get(&i).copied().unwrap_or(T::zero());
+    let largest = (0..n).fold(T::zero(), |most, i| larger(most, size(diagonal(&rows, i))));
+    let rounding = largest * T::from_f64(T::EPSILON * 8.0 * (1.0 + n as f64));
+    for i in 0..n {
+        let row: Vec<(usize, T)> = rows[i].range(i + 1..).map(|(&k, &x)| (k, x)).collect();
+        let pivot = diagonal(&rows, i);
+        if !(-rounding).le(pivot).all() {
+            return false;
+        }
+        let gone = pivot.le(rounding);
+        if gone.any() {
+            // A column beside a zero of Δ may be as large as rounding under the root makes it.
+            let small = |x: T| (x * x).le(rounding * largest);
+            if !gone.all() || !row.iter().all(|&(_, x)| small(x).all()) {
+                return false;
+            }
+            continue;
+        }
+        for (a, &(k, x)) in row.iter().enumerate() {
+            for &(l, y) in &row[a..] {
+                let entry = rows[k].entry(l).or_insert(T::zero());
+                *entry -= x * y / pivot;
+            }
+        }
+    }
+    true
+}

@@ -1,0 +1,274 @@
+//! What a system is whatever its parameters are: its programs and its structure.
+
+use super::description::Reading;
+use super::failure::{CustomError, Place};
+use super::structure::{Structure, linear};
+use crate::expression::graph::{Graph, Input, Kinds, Node};
+use crate::expression::program::{BLOCK, Program, REGISTERS, TooManyRegisters};
+use afterbay_core::Block;
+use std::ops::Range;
+
+/// The most nodes of the graph, and the most instructions of all programs.
+const LARGEST: usize = 1 << 20;
+
+/// A program and where its frame lies among all frames.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) program: Program,
+    pub(super) frame: Range<usize>,
+}
+
+/// The mean of ∂V/∂q_j along an edge: what has a closed form, and the slope of the rest, for quadrature.
+#[derive(Debug)]
+pub(super) struct Edge {
+    /// The mean, and its derivative by the end.
+    pub(super) closed: Option<Part>,
+    /// At the point moved to the end.
+    pub(super) rest: Option<Part>,
+}
+
+/// What D is made of.
+#[derive(Debug)]
+pub(super) enum Resistance {
+    /// D_j = γ_j p_j, nothing in γ_j but parameters.
+    Constant(Vec<Node>),
+    /// D_j with its derivatives by q_j and p_j; and D of (q, p, v).
+    General { drags: Vec<Part>, forces: Vec<Part> },
+}
+
+#[derive(Debug)]
+pub(super) struct Shape {
+    pub(super) dof: usize,
+    pub(super) graph: Graph,
+    pub(super) parameters: Vec<String>,
+    pub(super) places: Vec<(Place, Node, Range<usize>)>,
+    pub(super) masses: Vec<Node>,
+    /// What is computed once the parameters are known, in order.
+    pub(super) closed: Vec<Node>,
+    /// The frames of all programs.
+    pub(super) frames: Vec<Node>,
+    pub(super) potential: Part,
+    pub(super) gradient: Vec<Part>,
+    pub(super) partials: Vec<Part>,
+    pub(super) edges: Vec<Edge>,
+    pub(super) resistance: Resistance,
+    /// D_j of (q, p, v), and its derivatives by velocities where these are closed: none for no friction.
+    pub(super) frictions: Vec<Node>,
+    pub(super) matrix: Option<Vec<(usize, usize, Node)>>,
+    /// The second derivatives but those by two momenta, and which they are.
+    pub(super) curvature: Vec<Part>,
+    pub(super) entries: Vec<(Block, usize, usize)>,
+    pub(super) structure: Structure,
+}
+
+impl Shape {
+    pub(super) fn new(reading: Reading) -> Result<Self, CustomError> {
+        let Reading { graph, parameters, potential, masses, forces, frictions, places } = reading;
+        let dof = masses.len();
+        let mut builder = Builder { graph, frames: Vec::new(), instructions: 0 };
+        let coordinate = |j: usize| Input::Coordinate(j as u32);
+        let every: Vec<Input> = (0..dof).map(coordinate).collect();
+        let slopes = builder.graph.gradient(potential, Kinds::COORDINATES, &every);
+
+        let mut second = Vec::new();
+        for (i, &slope) in slopes.iter().enumerate() {
+            let by = builder.graph.inputs(slope, Kinds::COORDINATES);
+            let row = builder.graph.gradient(slope, Kinds::COORDINATES, &by);
+            for (input, node) in by.into_iter().zip(row) {
+                if let (Input::Coordinate(j), false) = (input, builder.graph.is_zero(node)) {
+                    second.push(((Block::Hqq, i, j as usize), node));
+                }
+            }
+            builder.fits(second.len())?;
+        }
+        let mut drags = Vec::new();
+        for (i, &force) in forces.iter().enumerate() {
+            let mut own = [builder.graph.number(0.0); 2];
+            for kinds in [Kinds::COORDINATES, Kinds::MOMENTA] {
+                let by = builder.graph.inputs(force, kinds);
+                let row = builder.graph.gradient(force, kinds, &by);
+                for (input, node) in by.into_iter().zip(row) {
+                    let (block, j, slot) = match input {
+                        Input::Momentum(j) => (Block::Dp, j as usize, 1),
+                        Input::Coordinate(j) => (Block::Dq, j as usize, 0),
+                        Input::Velocity(_) | Input::End => continue,
+                    };
+                    if !builder.graph.is_zero(node) {
+                        second.push(((block, i, j), node));
+                    }
+                    if i == j {
+                        own[slot] = node;
+                    }
+                }
+            }
+            drags.push([force, own[0], own[1]]);
+            builder.fits(second.len())?;
+        }
+
+        let structure = Structure::new(&builder.graph, potential, &slopes, &forces, &drags);
+        let resistance = builder.resistance(&structure, &drags, &frictions)?;
+        let matrix = builder.matrix(&frictions);
+        let summands = builder.graph.summands(potential);
+        let edges = builder.edges(dof, &summands)?;
+        let partials = slopes.iter().enumerate().map(|(j, &slope)| builder.moving(j, &[slope]));
+        let partials = partials.collect::<Result<_, _>>()?;
+        let gradient: Vec<(u32, Node)> = (0..).zip(slopes.iter().copied()).collect();
+        let gradient = builder.many(&gradient)?;
+        let potential = builder.one(&[potential])?;
+        let entries = second.iter().map(|x| x.0).collect();
+        let second: Vec<(u32, Node)> = (0..).zip(second.into_iter().map(|x| x.1)).collect();
+        let curvature = builder.many(&second)?;
+
+        let Builder { graph, frames, .. } = builder;
+        let mut roots: Vec<Node> = frames.iter().chain(&masses).copied().collect();
+        if let Resistance::Constant(gammas) = &resistance {
+            roots.extend(gammas);
+        }
+        roots.extend(matrix.iter().flatten().map(|x| x.2));
+        // Of what decides signs, the closed parts are wanted too.
+        let decisive = graph.all(&frictions).into_iter().chain(places.iter().map(|x| x.1));
+        roots.extend(decisive.filter(|&x| graph.closed(x)));
+        let closed = graph.all(&roots);
+        Ok(Self {
+            dof,
+            graph,
+            parameters,
+            places,
+            masses,
+            closed,
+            frames,
+            potential,
+            gradient,
+            partials,
+            edges,
+            resistance,
+            frictions,
+            matrix,
+            curvature,
+            entries,
+            structure,
+        })
+    }
+}
+
+struct Builder {
+    graph: Graph,
+    frames: Vec<Node>,
+    instructions: usize,
+}
+
+impl Builder {
+    fn fits(&self, second: usize) -> Result<(), CustomError> {
+        let counts = [
+            ("terms", self.graph.len()),
+            ("instructions", self.instructions),
+            ("second derivatives", second),
+        ];
+        for (what, count) in counts {
+            if count > LARGEST {
+                return Err(CustomError::TooLarge { what, count, limit: LARGEST });
+            }
+        }
+        Ok(())
+    }
+
+    fn part(&mut self, program: Program) -> Part {
+        self.instructions += program.len();
+        let start = self.frames.len();
+        self.frames.extend_from_slice(&program.frame);
+        let zero = self.graph.number(0.0);
+        self.frames.resize(self.frames.len().next_multiple_of(BLOCK), zero);
+        Part { program, frame: start..self.frames.len() }
+    }
+
+    fn one(&mut self, results: &[Node]) -> Result<Part, CustomError> {
+        let program = Program::new(&self.graph, results).map_err(crowded)?;
+        let part = self.part(program);
+        self.fits(0)?;
+        Ok(part)
+    }
+
+    fn moving(&mut self, j: usize, results: &[Node]) -> Result<Part, CustomError> {
+        let program = Program::new(&self.graph, results).map_err(crowded)?.moving(j as u32);
+        let part = self.part(program);
+        self.fits(0)?;
+        Ok(part)
+    }
+
+    fn many(&mut self, results: &[(u32, Node)]) -> Result<Vec<Part>, CustomError> {
+        let programs = Program::many(&self.graph, results).map_err(crowded)?;
+        let parts = programs.into_iter().map(|program| self.part(program)).collect();
+        self.fits(0)?;
+        Ok(parts)
+    }
+
+    fn resistance(
+        &mut self,
+        structure: &Structure,
+        drags: &[[Node; 3]],
+        frictions: &[Node],
+    ) -> Result<Resistance, CustomError> {
+        let constant = drags.iter().all(|x| self.graph.closed(x[2]));
+        if structure.linear_friction && !structure.coupled_friction && constant {
+            return Ok(Resistance::Constant(drags.iter().map(|x| x[2]).collect()));
+        }
+        let drags = drags.iter().map(|results| self.one(results)).collect::<Result<_, _>>()?;
+        let frictions: Vec<(u32, Node)> = (0..).zip(frictions.iter().copied()).collect();
+        Ok(Resistance::General { drags, forces: self.many(&frictions)? })
+    }
+
+    /// R, where D = R v and nothing in R but parameters.
+    fn matrix(&mut self, frictions: &[Node]) -> Option<Vec<(usize, usize, Node)>> {
+        let mut matrix = Vec::new();
+        for (i, &friction) in frictions.iter().enumerate() {
+            if !linear(&self.graph, friction, Kinds::VELOCITIES) {
+                return None;
+            }
+            let by = self.graph.inputs(friction, Kinds::VELOCITIES);
+            let row = self.graph.gradient(friction, Kinds::VELOCITIES, &by);
+            for (input, node) in by.into_iter().zip(row) {
+                match input {
+                    Input::Velocity(k) if self.graph.closed(node) => matrix.push((i, k as usize, node)),
+                    _ => return None,
+                }
+            }
+        }
+        Some(matrix)
+    }
+
+    fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<Vec<Edge>, CustomError> {
+        let mut along = vec![Vec::new(); dof];
+        for &summand in summands {
+            for input in self.graph.inputs(summand, Kinds::COORDINATES) {
+                if let Input::Coordinate(j) = input {
+                    along[j as usize].push(summand);
+                }
+            }
+        }
+        let mut edges = Vec::with_capacity(dof);
+        for (j, summands) in along.into_iter().enumerate() {
+            let coordinate = Input::Coordinate(j as u32);
+            let zero = self.graph.number(0.0);
+            let (mut mean, mut rest) = (zero, zero);
+            for summand in summands {
+                match self.graph.divided_difference(summand, j as u32) {
+                    Some(part) => mean = self.graph.sum(mean, part),
+                    None => {
+                        let slope = self.graph.gradient(summand, Kinds::COORDINATES, &[coordinate]);
+                        rest = slope.into_iter().fold(rest, |rest, slope| self.graph.sum(rest, slope));
+                    }
+                }
+            }
+            let slope = self.graph.gradient(mean, Kinds::END, &[Input::End]);
+            let slope = slope.first().copied().unwrap_or(zero);
+            let closed = if self.graph.is_zero(mean) { None } else { Some(self.one(&[mean, slope])?) };
+            let rest = if self.graph.is_zero(rest) { None } else { Some(self.moving(j, &[rest])?) };
+            edges.push(Edge { closed, rest });
+        }
+        Ok(edges)
+    }
+}
+
+fn crowded(_: TooManyRegisters) -> CustomError {
+    CustomError::TooLarge { what: "values needed at once", count: REGISTERS + 1, limit: REGISTERS }
+}

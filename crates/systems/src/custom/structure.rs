@@ -1,0 +1,67 @@
+//! What a system is by the form of its expressions.
+
+use crate::expression::graph::{Graph, Input, Kinds, Node};
+use afterbay_core::Coupling;
+
+/// What follows from the form of V and D alone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Structure {
+    /// The degree of V, if it is a polynomial.
+    pub degree: Option<u32>,
+    /// The degree of V in each coordinate, if it is a polynomial in that one.
+    pub degrees: Vec<Option<u32>>,
+    /// V = ½ Σ k_ij q_i q_j and D_j = b_j p_j, k and b constant: the equations are linear.
+    pub linear: bool,
+    /// Who acts on whom.
+    pub coupling: Coupling,
+    /// D is linear in p, D(q, 0) = 0.
+    pub linear_friction: bool,
+    /// A D_j mentions the momenta of others.
+    pub coupled_friction: bool,
+}
+
+impl Structure {
+    pub(super) fn new(
+        graph: &Graph,
+        potential: Node,
+        slopes: &[Node],
+        forces: &[Node],
+        drags: &[[Node; 3]],
+    ) -> Self {
+        let n = slopes.len();
+        let degree = graph.degrees(potential, Kinds::COORDINATES).map(|degrees| degrees.most);
+        let along = |(j, &slope): (usize, &Node)| {
+            let degrees = graph.degrees_by(slope, Input::Coordinate(j as u32))?;
+            Some(if graph.is_zero(slope) { 0 } else { degrees.most.saturating_add(1) })
+        };
+        let linear_friction = forces.iter().all(|&x| linear(graph, x, Kinds::MOMENTA));
+        let (mut pairs, mut coupled_friction) = (Vec::new(), false);
+        for (fields, momenta) in [(slopes, false), (forces, true)] {
+            for (j, &field) in fields.iter().enumerate() {
+                for input in graph.inputs(field, Kinds::ALL) {
+                    if let Input::Coordinate(i) | Input::Momentum(i) = input {
+                        pairs.push((i as usize, j));
+                        coupled_friction |= momenta && matches!(input, Input::Momentum(_)) && i as usize != j;
+                    }
+                }
+            }
+        }
+        let fits = |coupling: &Coupling| pairs.iter().all(|&(i, j)| coupling.joins(n, i, j));
+        let coupling = [Coupling::Chain, Coupling::Ring].into_iter().find(fits).unwrap_or(Coupling::Dense);
+        let constant = drags.iter().all(|x| graph.closed(x[2]));
+        let linear_slopes = slopes.iter().all(|&x| linear(graph, x, Kinds::COORDINATES));
+        Self {
+            degree,
+            degrees: slopes.iter().enumerate().map(along).collect(),
+            linear: linear_slopes && linear_friction && !coupled_friction && constant,
+            coupling,
+            linear_friction,
+            coupled_friction,
+        }
+    }
+}
+
+/// Is it homogeneous of degree 1?
+pub(super) fn linear(graph: &Graph, node: Node, kinds: Kinds) -> bool {
+    graph.is_zero(node) || graph.degrees(node, kinds).is_some_and(|degrees| degrees.are(1))
+}

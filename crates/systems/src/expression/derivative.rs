@@ -1,0 +1,139 @@
+//! Derivatives as terms of the same graph: gradients backwards, and divided differences along a coordinate.
+//!
+//! A divided difference `f[a, b] = (f(b) - f(a)) / (b - a)` obeys rules without the difference,
+//!
+//! ```text
+//! (u + v)[] = u[] + v[]        (u v)[] = u[] v̄ + ū v[]        (u/v)[] = (u[] - (u(a)/v(a)) v[]) / v(b)
+//! √u[] = u[] / (√u(a) + √u(b))        |u|[] = u[] (u(a) + u(b)) / (|u(a)| + |u(b)|)        ū = (u(a) + u(b))/2
+//! ```
+//!
+//! so that what is made of these has its mean slope over an edge to a few roundings however short the edge, and a derivative
+//! where there is none. (Slopes as in Krawczyk and Neumaier, SIAM J. Numer. Anal. 22 (1985) 604, for one real edge.)
+
+use super::function::Function;
+use super::graph::{Graph, Input, Kinds, Node, Term};
+use std::collections::HashMap;
+
+impl Graph {
+    /// The derivatives of a node by these inputs, by adjoints: the chain rule from the node back to its inputs, all others of their
+    /// kinds held.
+    pub(crate) fn gradient(&mut self, of: Node, kinds: Kinds, by: &[Input]) -> Vec<Node> {
+        let (zero, one) = (self.number(0.0), self.number(1.0));
+        let mut adjoints = HashMap::from([(of, one)]);
+        for node in self.cone(&[of], kinds).into_iter().rev() {
+            let Some(&adjoint) = adjoints.get(&node) else { continue };
+            let mut parts = [None; 2];
+            match self.term(node) {
+                Term::Negative(a) => parts[0] = Some((a, self.negative(adjoint))),
+                Term::Sum(a, b) => parts = [Some((a, adjoint)), Some((b, adjoint))],
+                Term::Difference(a, b) => parts = [Some((a, adjoint)), Some((b, self.negative(adjoint)))],
+                Term::Product(a, b) => {
+                    parts = [Some((a, self.product(adjoint, b))), Some((b, self.product(adjoint, a)))];
+                }
+                Term::Quotient(a, b) => {
+                    let by_a = self.quotient(adjoint, b);
+                    let by_b = self.product(by_a, node);
+                    parts = [Some((a, by_a)), Some((b, self.negative(by_b)))];
+                }
+                Term::Of(function, a) => {
+                    let slope = self.slope(function, a, node);
+                    parts[0] = Some((a, self.product(adjoint, slope)));
+                }
+                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {}
+            }
+            for (operand, part) in parts.into_iter().flatten() {
+                if self.depends(operand, kinds) {
+                    let sum = adjoints.get(&operand).map_or(part, |&before| self.sum(before, part));
+                    adjoints.insert(operand, sum);
+                }
+            }
+        }
+        let of = |input: &Input| {
+            let node = self.input(*input);
+            adjoints.get(&node).copied().unwrap_or(zero)
+        };
+        by.iter().map(of).collect()
+    }
+
+    /// The divided difference of a node along q_j, from q_j to the end; none where a function other than √ and |..| depends
+    /// on q_j.
+    pub(crate) fn divided_difference(&mut self, of: Node, j: u32) -> Option<Node> {
+        let coordinate = Input::Coordinate(j);
+        let (zero, one) = (self.number(0.0), self.number(1.0));
+        // Of what changes along the edge: the value at the end, and the divided difference.
+        let mut changed: HashMap<Node, (Node, Node)> = HashMap::new();
+        for node in self.cone(&[of], Kinds::COORDINATES) {
+            let at = |x: Node| changed.get(&x).copied().unwrap_or((x, zero));
+            let moves = |x: &Node| changed.contains_key(x);
+            let term = self.term(node);
+            let pair = match term {
+                Term::Input(input) if input == coordinate => (self.input(Input::End), one),
+                _ if !term.operands().any(|x| moves(&x)) => continue,
+                Term::Negative(a) => {
+                    let (end, slope) = at(a);
+                    (self.negative(end), self.negative(slope))
+                }
+                Term::Sum(a, b) => {
+                    let (a, b) = (at(a), at(b));
+                    (self.sum(a.0, b.0), self.sum(a.1, b.1))
+                }
+                Term::Difference(a, b) => {
+                    let (a, b) = (at(a), at(b));
+                    (self.difference(a.0, b.0), self.difference(a.1, b.1))
+                }
+                Term::Product(a, b) => {
+                    let ends = (at(a), at(b));
+                    let value = self.product(ends.0.0, ends.1.0);
+                    let mean = [self.mean(a, ends.0.0), self.mean(b, ends.1.0)];
+                    let parts = [self.product(ends.0.1, mean[1]), self.product(mean[0], ends.1.1)];
+                    (value, self.sum(parts[0], parts[1]))
+                }
+                Term::Quotient(a, b) => {
+                    let (a, b) = (at(a), at(b));
+                    let lost = self.product(node, b.1);
+                    let slope = self.difference(a.1, lost);
+                    (self.quotient(a.0, b.0), self.quotient(slope, b.0))
+                }
+                Term::Of(Function::Sqrt, a) => {
+                    let (end, slope) = at(a);
+                    let root = self.of(Function::Sqrt, end);
+                    let sum = self.sum(node, root);
+                    (root, self.quotient(slope, sum))
+                }
+                Term::Of(Function::Abs, a) => {
+                    let (end, slope) = at(a);
+                    let size = self.of(Function::Abs, end);
+                    let (sum, sizes) = (self.sum(a, end), self.sum(node, size));
+                    // From 0 to 0 the slope is 0; elsewhere this changes nothing.
+                    let least = self.number(f64::MIN_POSITIVE);
+                    let sizes = self.sum(sizes, least);
+                    let share = self.quotient(sum, sizes);
+                    (size, self.product(slope, share))
+                }
+                _ => return None,
+            };
+            changed.insert(node, pair);
+        }
+        Some(changed.get(&of).map_or(zero, |pair| pair.1))
+    }
+
+    fn mean(&mut self, start: Node, end: Node) -> Node {
+        let (sum, half) = (self.sum(start, end), self.number(0.5));
+        self.product(half, sum)
+    }
+
+    /// The terms a node is the sum of, each with its sign.
+    pub(crate) fn summands(&mut self, of: Node) -> Vec<Node> {
+        let (mut summands, mut stack) = (Vec::new(), vec![(of, false)]);
+        while let Some((node, negative)) = stack.pop() {
+            match self.term(node) {
+                Term::Sum(a, b) => stack.extend([(b, negative), (a, negative)]),
+                Term::Difference(a, b) => stack.extend([(b, !negative), (a, negative)]),
+                Term::Negative(a) => stack.push((a, !negative)),
+                _ if self.is_zero(node) => {}
+                _ => summands.push(if negative { self.negative(node) } else { node }),
+            }
+        }
+        summands
+    }
+}

@@ -1,0 +1,135 @@
+//! The functions an expression may call: their names, values in any scalar, and derivatives.
+
+use super::graph::{Graph, Node};
+use afterbay_core::Scalar;
+
+/// A function of one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Function {
+    Abs,
+    /// -1, 0 or 1: the derivative of |x|, and no name of its own.
+    Sign,
+    Sqrt,
+    Exp,
+    Log,
+    Sin,
+    Cos,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+}
+
+/// Every name that is a function. The tangent is the quotient of sine and cosine.
+pub(crate) const NAMES: [&str; 13] =
+    ["abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"];
+
+impl Graph {
+    /// The function of that name at x.
+    pub(crate) fn call(&mut self, name: &str, x: Node) -> Option<Node> {
+        let function = match name {
+            "abs" => Function::Abs,
+            "sqrt" => Function::Sqrt,
+            "exp" => Function::Exp,
+            "log" => Function::Log,
+            "sin" => Function::Sin,
+            "cos" => Function::Cos,
+            "tan" => {
+                let (sin, cos) = (self.of(Function::Sin, x), self.of(Function::Cos, x));
+                return Some(self.quotient(sin, cos));
+            }
+            "asin" => Function::Asin,
+            "acos" => Function::Acos,
+            "atan" => Function::Atan,
+            "sinh" => Function::Sinh,
+            "cosh" => Function::Cosh,
+            "tanh" => Function::Tanh,
+            _ => return None,
+        };
+        Some(self.of(function, x))
+    }
+
+    /// f'(x), where `value` is f(x).
+    pub(crate) fn slope(&mut self, function: Function, x: Node, value: Node) -> Node {
+        let one = self.number(1.0);
+        match function {
+            Function::Abs => self.of(Function::Sign, x),
+            Function::Sign => self.number(0.0),
+            Function::Sqrt => {
+                let half = self.number(0.5);
+                self.quotient(half, value)
+            }
+            Function::Exp => value,
+            Function::Log => self.quotient(one, x),
+            Function::Sin => self.of(Function::Cos, x),
+            Function::Cos => {
+                let sin = self.of(Function::Sin, x);
+                self.negative(sin)
+            }
+            Function::Asin | Function::Acos => {
+                // With one rounding, in one instruction; (1 - x)(1 + x) would cancel in its derivative.
+                let square = self.product(x, x);
+                let rest = self.difference(one, square);
+                let root = self.of(Function::Sqrt, rest);
+                let slope = self.quotient(one, root);
+                if function == Function::Asin { slope } else { self.negative(slope) }
+            }
+            Function::Atan => {
+                let square = self.product(x, x);
+                let sum = self.sum(one, square);
+                self.quotient(one, sum)
+            }
+            Function::Sinh => self.of(Function::Cosh, x),
+            Function::Cosh => self.of(Function::Sinh, x),
+            Function::Tanh => {
+                // 1 - tanh² would cancel.
+                let cosh = self.of(Function::Cosh, x);
+                let square = self.product(cosh, cosh);
+                self.quotient(one, square)
+            }
+        }
+    }
+}
+
+impl Function {
+    /// f(x), composed of what every scalar has, without cancellation.
+    #[inline]
+    pub(crate) fn at<T: Scalar>(self, x: T) -> T {
+        let (zero, one) = (T::zero(), T::one());
+        match self {
+            Self::Abs => x.abs(),
+            Self::Sign => T::select(x.lt(zero), -one, T::select(zero.lt(x), one, x * zero)),
+            Self::Sqrt => x.sqrt(),
+            Self::Exp => x.exp(),
+            Self::Log => x.ln(),
+            Self::Sin => x.sin_cos().0,
+            Self::Cos => x.sin_cos().1,
+            // The half and the quarter of the angle: no divisor is 0, and nothing cancels near ±1.
+            Self::Asin => {
+                let half = (x / (one + ((one - x) * (one + x)).sqrt())).atan();
+                half + half
+            }
+            Self::Acos => {
+                let quarter = ((one - x).sqrt() / ((one + one).sqrt() + (one + x).sqrt())).atan();
+                T::from_f64(4.0) * quarter
+            }
+            Self::Atan => x.atan(),
+            Self::Sinh => {
+                let e = x.abs().exp_m1();
+                let sinh = (e + e / (e + one)).half();
+                T::select(x.lt(zero), -sinh, sinh)
+            }
+            Self::Cosh => {
+                let e = x.exp();
+                (e + e.recip()).half()
+            }
+            Self::Tanh => {
+                let e = (-(x.abs() + x.abs())).exp_m1();
+                let tanh = -e / (e + one + one);
+                T::select(x.lt(zero), -tanh, tanh)
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Expressions as one graph, in which equal terms are one node.
+//!
+//! A node's operands come before it, so that every pass is a loop.
+
+use super::function::Function;
+use afterbay_core::Scalar;
+use std::collections::{HashMap, HashSet};
+
+/// An expression in the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Node(u32);
+
+/// What is given at evaluation. Degrees of freedom are counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Input {
+    /// q_j
+    Coordinate(u32),
+    /// p_j
+    Momentum(u32),
+    /// v_j = p_j/m_j
+    Velocity(u32),
+    /// Where the coordinate that moves goes to.
+    End,
+}
+
+/// A node's meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Term {
+    /// The bits of an `f64`.
+    Constant(u64),
+    Pi,
+    Parameter(u32),
+    Input(Input),
+    Negative(Node),
+    Sum(Node, Node),
+    Difference(Node, Node),
+    Product(Node, Node),
+    Quotient(Node, Node),
+    Of(Function, Node),
+}
+
+impl Term {
+    /// The nodes it is made of.
+    pub(crate) fn operands(self) -> impl Iterator<Item = Node> {
+        let (a, b) = match self {
+            Self::Constant(_) | Self::Pi | Self::Parameter(_) | Self::Input(_) => (None, None),
+            Self::Negative(a) | Self::Of(_, a) => (Some(a), None),
+            Self::Sum(a, b) | Self::Difference(a, b) | Self::Product(a, b) | Self::Quotient(a, b) => {
+                (Some(a), Some(b))
+            }
+        };
+        a.into_iter().chain(b)
+    }
+}
+
+/// Kinds of inputs, as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kinds(u8);
+
+impl Kinds {
+    pub(crate) const COORDINATES: Self = Self(1);
+    pub(crate) const MOMENTA: Self = Self(2);
+    pub(crate) const VELOCITIES: Self = Self(4);
+    pub(crate) const END: Self = Self(8);
+    pub(crate) const ALL: Self = Self(15);
+
+    pub(crate) fn meets(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    fn of(input: Input) -> Self {
+        match input {
+            Input::Coordinate(_) => Self::COORDINATES,
+            Input::Momentum(_) => Self::MOMENTA,
+            Input::Velocity(_) => Self::VELOCITIES,
+            Input::End => Self::END,
+        }
+    }
+}
+
+/// The graph. Nodes are added and never removed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Graph {
+    terms: Vec<Term>,
+    /// What each node depends on.
+    kinds: Vec<Kinds>,
+    places: HashMap<Term, Node>,
+}
+
+impl Graph {
+    pub(crate) fn len(&self) -> usize {
+        self.terms.len()
+    }
+
+    pub(crate) fn term(&self, node: Node) -> Term {
+        self.terms[node.0 as usize]
+    }
+
+    /// Does the node depend on an input of these kinds?
+    pub(crate) fn depends(&self, node: Node, kinds: Kinds) -> bool {
+        self.kinds[node.0 as usize].meets(kinds)
+    }
+
+    /// Does it depend on no input: is it made of constants and parameters?
+    pub(crate) fn closed(&self, node: Node) -> bool {
+        !self.depends(node, Kinds::ALL)
+    }
+
+    /// Its value, if it is a constant.
+    pub(crate) fn constant(&self, node: Node) -> Option<f64> {
+        match self.term(node) {
+            Term::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_zero(&self, node: Node) -> bool {
+        self.constant(node) == Some(0.0)
+    }
+
+    /// The node of that term, a new one if there is none.
+    pub(super) fn insert(&mut self, term: Term) -> Node {
+        if let Some(&node) = self.places.get(&term) {
+            return node;
+        }
+        let kinds = match term {
+            Term::Input(input) => Kinds::of(input),
+            _ => Kinds(term.operands().fold(0, |kinds, a| kinds | self.kinds[a.0 as usize].0)),
+        };
+        let node = Node(self.terms.len() as u32);
+        self.terms.push(term);
+        self.kinds.push(kinds);
+        self.places.insert(term, node);
+        node
+    }
+
+    /// The nodes `roots` are made of as far as they depend on these kinds, in the order of their age.
+    pub(crate) fn cone(&self, roots: &[Node], kinds: Kinds) -> Vec<Node> {
+        self.reach(roots, |x| self.depends(x, kinds))
+    }
+
+    /// The nodes `roots` are made of.
+    pub(crate) fn all(&self, roots: &[Node]) -> Vec<Node> {
+        self.reach(roots, |_| true)
+    }
+
+    fn reach(&self, roots: &[Node], keep: impl Fn(Node) -> bool) -> Vec<Node> {
+        let mut seen = HashSet::new();
+        let mut stack: Vec<Node> = roots.iter().copied().filter(|&x| keep(x)).collect();
+        while let Some(node) = stack.pop() {
+            if seen.insert(node) {
+                stack.extend(self.term(node).operands().filter(|&x| keep(x)));
+            }
+        }
+        let mut nodes: Vec<Node> = seen.into_iter().collect();
+        nodes.sort_unstable();
+        nodes
+    }
+
+    /// The values of `nodes`, which come after what they are made of.
+    pub(crate) fn evaluate<T: Scalar>(
+        &self,
+        nodes: &[Node],
+        parameters: &[T],
+        input: impl Fn(Input) -> T,
+    ) -> HashMap<Node, T> {
+        let mut values: HashMap<Node, T> = HashMap::with_capacity(nodes.len());
+        for &node in nodes {
+            let at = |x: Node| values.get(&x).copied().unwrap_or(T::zero());
+            let value = match self.term(node) {
+                Term::Constant(bits) => T::from_f64(f64::from_bits(bits)),
+                Term::Pi => T::from_f64(4.0) * T::one().atan(),
+                Term::Parameter(index) => parameters[index as usize],
+                Term::Input(of) => input(of),
+                Term::Negative(a) => -at(a),
+                Term::Sum(a, b) => at(a) + at(b),
+                Term::Difference(a, b) => at(a) - at(b),
+                Term::Product(a, b) => at(a) * at(b),
+                Term::Quotient(a, b) => at(a) / at(b),
+                Term::Of(function, a) => function.at(at(a)),
+            };
+            values.insert(node, value);
+        }
+        values
+    }
+
+    /// The inputs of these kinds a node depends on, in order.
+    pub(crate) fn inputs(&self, node: Node, kinds: Kinds) -> Vec<Input> {
+        let cone = self.cone(&[node], kinds).into_iter();
+        let mut inputs: Vec<Input> = cone
+            .filter_map(|x| match self.term(x) {
+                Term::Input(input) => Some(input),
+                _ => None,
+            })
+            .collect();
+        inputs.sort_unstable();
+        inputs
+    }
+
+    /// The node with others in the place of some of its inputs.
+    pub(crate) fn substitute(
+        &mut self,
+        root: Node,
+        kinds: Kinds,
+        inputs: impl Fn(&mut Self, Input) -> Node,
+    ) -> Node {
+        let mut images: HashMap<Node, Node> = HashMap::new();
+        for node in self.cone(&[root], kinds) {
+            let image = |x: Node| images.get(&x).copied().unwrap_or(x);
+            let replaced = match self.term(node) {
+                Term::Input(input) => inputs(self, input),
+                term => {
+                    let [a, b] = pair(term).map(|x| x.map(image));
+                    self.rebuild(term, a, b).unwrap_or(node)
+                }
+            };
+            images.insert(node, replaced);
+        }
+        images.get(&root).copied().unwrap_or(root)
+    }
+
+    /// The same term of other operands.
+    pub(crate) fn rebuild(&mut self, term: Term, a: Option<Node>, b: Option<Node>) -> Option<Node> {
+        Some(match (term, a, b) {
+            (Term::Negative(_), Some(a), _) => self.negative(a),
+            (Term::Of(function, _), Some(a), _) => self.of(function, a),
+            (Term::Sum(..), Some(a), Some(b)) => self.sum(a, b),
+            (Term::Difference(..), Some(a), Some(b)) => self.difference(a, b),
+            (Term::Product(..), Some(a), Some(b)) => self.product(a, b),
+            (Term::Quotient(..), Some(a), Some(b)) => self.quotient(a, b),
+            _ => return None,
+        })
+    }
+}
+
+fn pair(term: Term) -> [Option<Node>; 2] {
+    let mut operands = term.operands();
+    [operands.next(), operands.next()]
+}
