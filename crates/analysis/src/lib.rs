@@ -9,11 +9,12 @@ pub mod paper;
 pub mod progress;
 pub mod record;
 pub mod report;
+pub mod scene;
 mod solution;
 pub mod statistics;
 pub mod study;
 mod subject;
 
-pub use model::{Model, SYSTEMS, SystemRow};
+pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
 pub use solution::Solution;
 pub use subject::Subject;

@@ -1,11 +1,12 @@
 //! A system as the studies see it: with a solution to compare to and methods to run.
 
 use crate::Solution;
-use afterbay_core::{ExactFlow, InputError, Scalar, Series, State, System, Vector, taylor};
+use afterbay_core::{Curvature, ExactFlow, InputError, Scalar, Series, State, System, Vector, taylor};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    Custom, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
 };
 
 /// A system, its type forgotten.
@@ -122,3 +123,21 @@ macro_rules! with_many_degrees {
 
 with_one_degree!(Duffing, VanDerPol, ModifiedVanDerPol);
 with_many_degrees!(FputChain by separable, VanDerPolRing by separable, DampedDoublePendulum by general);
+
+impl<T: Scalar> Subject<T> for Custom<T> {
+    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
+        by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count)
+    }
+
+    fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
+        if self.dof() == 1 {
+            registry::single(row, self.clone())
+        } else {
+            registry::separable(row, self.clone())
+        }
+    }
+
+    fn is_linear(&self) -> bool {
+        Curvature::is_linear(self)
+    }
+}

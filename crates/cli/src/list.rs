@@ -107,10 +107,17 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
             table::print(&header, rows)?;
         }
         (What::Systems, Format::Table) => {
-            let rows = SYSTEMS
-                .iter()
-                .map(|row| [row.name, row.equations, row.parameters, row.solution].map(String::from).into());
-            table::print(&["system", "equations", "parameters", "solution"], rows)?;
+            let rows = SYSTEMS.iter().map(|row| {
+                let parameters = row.parameters.join(", ");
+                vec![
+                    row.name.into(),
+                    row.equations.into(),
+                    parameters,
+                    row.ranges.into(),
+                    row.solution.into(),
+                ]
+            });
+            table::print(&["system", "equations", "parameters", "they may be", "solution"], rows)?;
         }
     }
     Ok(ExitCode::SUCCESS)

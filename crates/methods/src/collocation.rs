@@ -33,6 +33,7 @@ mod iteration;
 mod legendre;
 mod nodes;
 mod progress;
+mod rounding;
 mod rule;
 mod stages;
 mod stiffness;

@@ -13,7 +13,7 @@ use crate::{
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
     Curvature, InputError, Linear, Misprinted, OrderRaising, PhasePlane, Quad, Scalar, Separable, Uniform,
-    Vector,
+    Vector, f64x8,
 };
 use run::bind;
 
@@ -161,6 +161,59 @@ where
     S: Separable<T> + Curvature<T> + 'static,
 {
     stored::<Vec<T>, S>(row, system)
+}
+
+/// Binds a method to a separable system with one degree of freedom of which nothing more is known, its state on the stack.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn single<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
+where
+    T: Scalar,
+    S: Separable<T> + Curvature<T> + 'static,
+{
+    stored::<[T; 1], S>(row, system)
+}
+
+/// Binds a method to eight separable systems side by side; none where it runs one at a time: an implicit step in all degrees of
+/// freedom at once has its pivots, and its number of iterations, to itself.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn lanes<S: Separable<f64x8> + 'static>(row: &Row, system: S) -> Result<Option<Run<f64x8>>, InputError> {
+    fn stored<V, S>(row: &Row, system: S) -> Result<Option<Run<f64x8>>, InputError>
+    where
+        V: Vector<Scalar = f64x8> + 'static,
+        S: Separable<f64x8> + 'static,
+    {
+        match row.kind {
+            Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
+            Kind::Rk4 => bind::<V, _, _>(Rk4, system),
+            Kind::Increment(composition) => bind::<V, _, _>(Increment::new(composition()), system),
+            Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),
+            _ => return Ok(None),
+        }
+        .map(Some)
+    }
+    if system.dof() == 1 {
+        stored::<[f64x8; 1], S>(row, system)
+    } else {
+        stored::<Vec<f64x8>, S>(row, system)
+    }
+}
+
+/// The same of eight linear systems with one degree of freedom: implicit steps take their closed form.
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn linear_lanes<S: Linear<f64x8> + 'static>(
+    row: &Row,
+    system: S,
+) -> Result<Option<Run<f64x8>>, InputError> {
+    match row.kind {
+        Kind::ModDg => bind::<[f64x8; 1], _, _>(ModDg::linear(), system).map(Some),
+        _ => lanes(row, system),
+    }
 }
 
 /// Binds a method to a chain or a ring of equal members, in `f64`: coordinate increments are taken red and black, eight

@@ -68,7 +68,12 @@ impl Custom<f64> {
 impl<T: Scalar> Custom<T> {
     /// The same system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> Custom<U> {
-        Custom::bind(Arc::clone(&self.shape), self.parameters.iter().map(|&x| f(x)).collect())
+        self.lift(|_, x| f(x))
+    }
+
+    /// The same, each parameter lifted by its name and value. What [`Custom::with`] would refuse is not looked for.
+    pub fn lift<U: Scalar>(&self, f: impl Fn(&str, T) -> U) -> Custom<U> {
+        Custom::bind(Arc::clone(&self.shape), self.parameters().map(|(name, x)| f(name, x)).collect())
     }
 
     /// The same system with another value of a parameter. Nothing is compiled.
@@ -299,5 +304,9 @@ impl<T: Scalar> Curvature<T> for Custom<T> {
                 put(block, i, j, x);
             });
         }
+    }
+
+    fn is_linear(&self) -> bool {
+        self.shape.structure.linear
     }
 }

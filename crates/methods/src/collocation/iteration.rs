@@ -36,7 +36,7 @@ pub struct Workspace<V: Vector> {
     /// The new state.
     pub(super) q: V,
     pub(super) p: V,
-    w: V,
+    pub(super) w: V,
     /// The step that made it, if there was one.
     made_by: Option<V::Scalar>,
     defect: f64,
@@ -69,8 +69,8 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// How far the last step moved K, in roundings of what K is made of. Beyond 16 more nodes changed nothing: H itself
-    /// is no better known.
+    /// How far the last step moved K, in roundings of H, w and the terms of `∇H·z` at its ends. Beyond 16 it is the second
+    /// derivatives that make roundings so large: H itself is no better known.
     pub fn defect(&self) -> f64 {
         self.defect
     }
@@ -110,10 +110,8 @@ impl<V: Vector> Workspace<V> {
         let mut effort = Effort::default();
         for level in 0..self.rules.len() {
             effort += self.solve(system, h, state, level)?;
-            let before = self.defect;
-            self.end(system, h, state, level, start)?;
-            // Where more nodes change nothing, it is the rounding of H.
-            if self.defect <= ROUNDINGS || (level > 0 && self.defect > 0.5 * before) {
+            let scale = self.end(system, h, state, level, start)?;
+            if self.defect <= ROUNDINGS || self.defect * scale <= ROUNDINGS * self.terms(system, h, state) {
                 self.made_by = Some(h);
                 return Ok(effort);
             }
@@ -245,7 +243,7 @@ impl<V: Vector> Workspace<V> {
         change_q.max(change_p) + 0.0 * (change_q + change_p)
     }
 
-    /// z1, w1 and what K has moved by.
+    /// z1, w1 and what K has moved by. What a rounding of it is a share of.
     #[inline(never)]
     fn end<S>(
         &mut self,
@@ -254,7 +252,7 @@ impl<V: Vector> Workspace<V> {
         state: &State<V>,
         level: usize,
         start: V::Scalar,
-    ) -> Result<(), StepFailure>
+    ) -> Result<f64, StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -289,10 +287,10 @@ impl<V: Vector> Workspace<V> {
         system.gradient(q, p, hq, hp);
         let terms = (0..n).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
         let end = system.energy(q, p);
-        let scale = start.abs() + end.abs() + gained.abs() + terms;
+        let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
         let defect = (end - start + gained).abs().to_f64();
-        self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale.to_f64()) };
-        Ok(())
+        self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale) };
+        Ok(scale)
     }
 }
 

@@ -105,7 +105,8 @@ impl Shape {
             builder.fits(second.len())?;
         }
 
-        let structure = Structure::new(&builder.graph, potential, &slopes, &forces, &drags);
+        let structure =
+            Structure::new(&builder.graph, potential, &slopes, &forces, second.iter().map(|x| x.1));
         let resistance = builder.resistance(&structure, &drags, &frictions)?;
         let matrix = builder.matrix(&frictions);
         let summands = builder.graph.summands(potential);

@@ -10,7 +10,7 @@ pub struct Structure {
     pub degree: Option<u32>,
     /// The degree of V in each coordinate, if it is a polynomial in that one.
     pub degrees: Vec<Option<u32>>,
-    /// V = ½ Σ k_ij q_i q_j and D_j = b_j p_j, k and b constant: the equations are linear.
+    /// H is quadratic and D linear, constant forces allowed: no second derivative depends on the state.
     pub linear: bool,
     /// Who acts on whom.
     pub coupling: Coupling,
@@ -26,7 +26,7 @@ impl Structure {
         potential: Node,
         slopes: &[Node],
         forces: &[Node],
-        drags: &[[Node; 3]],
+        second: impl IntoIterator<Item = Node>,
     ) -> Self {
         let n = slopes.len();
         let degree = graph.degrees(potential, Kinds::COORDINATES).map(|degrees| degrees.most);
@@ -48,12 +48,10 @@ impl Structure {
         }
         let fits = |coupling: &Coupling| pairs.iter().all(|&(i, j)| coupling.joins(n, i, j));
         let coupling = [Coupling::Chain, Coupling::Ring].into_iter().find(fits).unwrap_or(Coupling::Dense);
-        let constant = drags.iter().all(|x| graph.closed(x[2]));
-        let linear_slopes = slopes.iter().all(|&x| linear(graph, x, Kinds::COORDINATES));
         Self {
             degree,
             degrees: slopes.iter().enumerate().map(along).collect(),
-            linear: linear_slopes && linear_friction && !coupled_friction && constant,
+            linear: second.into_iter().all(|node| graph.closed(node)),
             coupling,
             linear_friction,
             coupled_friction,

@@ -1,0 +1,85 @@
+//! Scenes: a system, where it starts, when it ends and what to do with it, read from a text.
+//!
+//! [`Document`] is what stands in the file, [`Scene`] what it means: checked, with names resolved. What is wrong with a text is
+//! said with its place in it.
+
+mod document;
+mod plan;
+mod problem;
+mod source;
+mod system;
+
+pub use document::{Document, Spacing};
+pub use plan::{EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies};
+pub use problem::{SceneError, SceneProblem};
+
+use crate::study::Problem;
+use afterbay_core::{Grid, Scalar, State};
+use plan::Planner;
+use source::Source;
+
+/// The most bytes a scene may have.
+pub const MOST_BYTES: usize = 1 << 20;
+
+/// A scene that can be run.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// As it was written.
+    pub document: Document,
+    /// The system, its start and its end.
+    pub problem: Problem,
+    /// The step h, a divisor of the end.
+    pub step: f64,
+    /// Trajectories.
+    pub run: Option<RunPlan>,
+    /// Studies.
+    pub studies: Studies,
+}
+
+/// The JSON schema of scenes.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Document).to_value()
+}
+
+/// The text of a scene file, the mark some editors put before it taken off.
+///
+/// # Errors
+/// [`SceneProblem::TooLarge`] and [`SceneProblem::NoText`].
+pub fn text(bytes: &[u8]) -> Result<&str, SceneError> {
+    if bytes.len() > MOST_BYTES {
+        let problem = SceneProblem::TooLarge { bytes: bytes.len(), limit: MOST_BYTES };
+        return Err(SceneError { problem, span: 0..0 });
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        SceneError { problem: SceneProblem::NoText, span: at..at }
+    })?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
+impl Scene {
+    /// Reads and checks a scene. Nothing is run.
+    ///
+    /// # Errors
+    /// [`SceneError`]: what is wrong, and where.
+    pub fn read(text: &str) -> Result<Self, SceneError> {
+        let source = Source::parse(text)?;
+        source.check(&schema())?;
+        let document: Document = source.read()?;
+        let model = system::model(&source, &document.system)?;
+
+        let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
+        let dof = model.dof();
+        let (initial, time) = (&document.initial, &document.time);
+        let problem = Problem { model, q: initial.q.clone(), p: initial.p.clone(), end: time.end };
+        let start: State<Vec<f64>> = problem.start().map_err(|error| {
+            at(if initial.q.len() == dof { "initial.p" } else { "initial.q" }, error.into())
+        })?;
+        system::finite_at(&source, &document.system, &problem, &start)?;
+        let grid = Grid::<f64>::new(time.step, time.end)
+            .map_err(|error| at(if time.end > 0.0 { "time.step" } else { "time.end" }, error.into()))?;
+        let planner = Planner { source: &source, document: &document, problem: &problem, steps: grid.steps };
+        let (run, studies) = (planner.run()?, planner.studies()?);
+        Ok(Self { step: grid.h.to_f64(), problem, run, studies, document })
+    }
+}

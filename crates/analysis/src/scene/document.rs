@@ -1,0 +1,258 @@
+//! A scene as it is written: the tables and keys of its file, with what stands there and nothing more.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A scene: a system, where it starts, when it ends, and what to do with it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Document {
+    /// What is integrated.
+    pub system: SystemTable,
+    /// The state at t = 0. The reservoir starts empty.
+    pub initial: InitialTable,
+    /// The end of time and the step.
+    pub time: TimeTable,
+    /// Trajectories, for `afterbay run`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<RunTable>,
+    /// Studies, for `afterbay study`.
+    #[serde(default)]
+    pub study: StudyTables,
+}
+
+/// A system by name, or one of your own.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SystemTable {
+    /// One of `afterbay list systems`, or "custom".
+    pub name: String,
+    /// The values of its parameters.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+    /// Custom: V(q), an expression in q1, q2, .. and the parameters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub potential: Option<Expression>,
+    /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dissipation: Option<Vec<Expression>>,
+    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R is constant and positive
+    /// semidefinite the system is passive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Vec<Vec<Expression>>>,
+    /// Custom: the masses, all 1 if not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Vec<Expression>>,
+}
+
+/// An expression such as "c*p1", or a number.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Expression {
+    /// A number.
+    Number(f64),
+    /// An expression.
+    Text(String),
+}
+
+impl Expression {
+    /// The expression as text.
+    pub(super) fn text(&self) -> String {
+        match self {
+            Self::Number(value) => format!("{value:?}"),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
+/// Where the run starts.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InitialTable {
+    /// The coordinates, one for each degree of freedom.
+    pub q: Vec<f64>,
+    /// The momenta.
+    pub p: Vec<f64>,
+}
+
+/// The time a run covers.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimeTable {
+    /// The end of time, a multiple of the step.
+    pub end: f64,
+    /// The step h.
+    pub step: f64,
+}
+
+/// What `afterbay run` does.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunTable {
+    /// Names of methods, see `afterbay list methods`.
+    pub methods: Vec<String>,
+    /// Every so many steps a state is kept. If not given, as many as keep no more than 10,000 states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every: Option<u64>,
+}
+
+/// What `afterbay study` does.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct StudyTables {
+    /// The errors of single steps along the exact solution, and the orders they show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub local_order: Option<LocalOrderTable>,
+    /// The errors of whole runs, and the orders they show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub global_order: Option<GlobalOrderTable>,
+    /// H, K - K0 and w along the way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyTable>,
+    /// Errors against time and evaluations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub work_precision: Option<WorkPrecisionTable>,
+    /// What becomes of runs as the step grows, for values of a parameter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stability: Option<StabilityTable>,
+    /// The growth of |K - K0| over very many steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub long_run: Option<LongRunTable>,
+}
+
+/// Local errors on a base grid.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LocalOrderTable {
+    /// Names of methods; if not given those of [run].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The distance of the points steps are taken from.
+    pub base_step: f64,
+    /// The steps, multiples of the base step.
+    pub steps: Spread,
+}
+
+/// Errors of whole runs.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GlobalOrderTable {
+    /// Names of methods; if not given those of [run].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps, each of which divides the end of time.
+    pub steps: Spread,
+}
+
+/// The energy books.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EnergyTable {
+    /// Names of methods; if not given those of [run].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The step; if not given that of [time].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// Every so many steps a row is kept. If not given, as many as keep no more than 10,000 rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every: Option<u64>,
+}
+
+/// Work against precision.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorkPrecisionTable {
+    /// Names of methods; if not given those of [run].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps, each of which divides the end of time.
+    pub steps: Spread,
+}
+
+/// A map over steps and a parameter.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StabilityTable {
+    /// Names of methods; if not given those of [run].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps.
+    pub steps: Spread,
+    /// The parameter that is varied.
+    pub parameter: ParameterTable,
+    /// The time a run covers, rounded up to whole steps; if not given the end of [time].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
+}
+
+/// A parameter of the system and its values.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterTable {
+    /// Its name.
+    pub name: String,
+    /// The first value.
+    pub from: f64,
+    /// The last value.
+    pub to: f64,
+    /// How many values there are.
+    pub count: u64,
+    /// How they are spaced.
+    #[serde(default)]
+    pub scale: Spacing,
+}
+
+/// Very many steps.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LongRunTable {
+    /// Names of methods; if not given those of [run].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The step; if not given that of [time].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// The number of steps.
+    pub count: u64,
+    /// Beside the methods themselves, those among them that can be run with roundings that do not add up.
+    #[serde(default)]
+    pub compensated: bool,
+}
+
+/// Values: a list, or so many of them spread between two.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Spread {
+    /// These.
+    List(Vec<f64>),
+    /// So many from one to another.
+    Range(RangeTable),
+}
+
+/// Values between two.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RangeTable {
+    /// The first value.
+    pub from: f64,
+    /// The last value.
+    pub to: f64,
+    /// How many values there are.
+    pub count: u64,
+    /// How they are spaced.
+    #[serde(default)]
+    pub scale: Spacing,
+}
+
+/// How values are spaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spacing {
+    /// By equal differences.
+    #[default]
+    Linear,
+    /// By equal ratios.
+    Log,
+}

@@ -1,0 +1,201 @@
+//! Why a text is no scene.
+
+use crate::ModelError;
+use afterbay_core::InputError;
+use afterbay_systems::CustomError;
+use std::fmt::Write;
+use std::ops::Range;
+use thiserror::Error;
+
+/// What is wrong with a scene, and where.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{problem}")]
+pub struct SceneError {
+    /// What is wrong.
+    #[source]
+    pub problem: SceneProblem,
+    /// Where, in bytes of the text.
+    pub span: Range<usize>,
+}
+
+/// What is wrong with a scene.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SceneProblem {
+    /// More text than a scene has.
+    #[error("the scene has {bytes} bytes, more than {limit}")]
+    TooLarge {
+        /// Its size.
+        bytes: usize,
+        /// The most there may be.
+        limit: usize,
+    },
+    /// Tables in tables in tables.
+    #[error("this is nested more than {limit} deep")]
+    TooDeep {
+        /// The deepest there may be.
+        limit: usize,
+    },
+    /// Not UTF-8.
+    #[error("this is no text (UTF-8)")]
+    NoText,
+    /// Not TOML.
+    #[error("{0}")]
+    Syntax(String),
+    /// A key no table like this has.
+    #[error("there is no key {key} here")]
+    UnknownKey {
+        /// The key.
+        key: String,
+        /// The keys there are.
+        known: Vec<String>,
+    },
+    /// A key that must be there.
+    #[error("the key {key} is missing")]
+    Missing {
+        /// The key.
+        key: String,
+    },
+    /// A value of another kind.
+    #[error("this is {found}, where {expected} is expected")]
+    Kind {
+        /// What it is.
+        found: &'static str,
+        /// What it must be.
+        expected: String,
+    },
+    /// A number between quotation marks.
+    #[error("{text:?} is text, where a number is expected")]
+    Quoted {
+        /// The text.
+        text: String,
+    },
+    /// A number that is none in `f64`, or rounds to 0 there.
+    #[error("{text} is not a finite number, or too small to be told from 0")]
+    Number {
+        /// The number as written.
+        text: String,
+    },
+    /// A name nothing has.
+    #[error("there is no {what} {name}")]
+    Unknown {
+        /// What it would name.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// A list without entries.
+    #[error("the list is empty: give one {what} at least")]
+    Empty {
+        /// What it is a list of.
+        what: &'static str,
+    },
+    /// The same thing twice.
+    #[error("{name} is in the list already")]
+    Twice {
+        /// What it is.
+        name: String,
+    },
+    /// A key that does not go with the rest.
+    #[error("{key} does not belong here: {why}")]
+    Misplaced {
+        /// The key.
+        key: &'static str,
+        /// Why.
+        why: &'static str,
+    },
+    /// A number outside its range.
+    #[error("{name} = {value:?} must be {range}")]
+    Range {
+        /// What it is.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// More than anyone can wait for, or keep.
+    #[error("{what} would be {size:.3e}, more than the budget of {limit:e}")]
+    Budget {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much.
+        size: f64,
+        /// The most there may be.
+        limit: f64,
+        /// What to change.
+        change: &'static str,
+    },
+    /// Nothing to do.
+    #[error("there is nothing to do: the scene has no {table}")]
+    Nothing {
+        /// The table that is missing.
+        table: &'static str,
+    },
+    /// Input the library refuses.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A system that cannot be made.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Expressions that make no system.
+    #[error("{}", in_words(.0))]
+    Custom(CustomError),
+}
+
+/// The message of an expression without the place in it, which the span shows.
+fn in_words(error: &CustomError) -> String {
+    match error {
+        CustomError::Expression { problem, .. } => problem.to_string(),
+        CustomError::NotFinite { place, value, .. } => format!("this is {value:?} in {place}"),
+        _ => error.to_string(),
+    }
+}
+
+impl SceneProblem {
+    /// What to do about it.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
+            Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
+            Self::Quoted { .. } => Some("write the number without quotation marks".into()),
+            Self::TooLarge { .. } => Some("is this the right file?".into()),
+            Self::Syntax(_) => {
+                Some("scenes are TOML files: see https://toml.io, and `afterbay schema`".into())
+            }
+            Self::Budget { change, .. } => Some((*change).into()),
+            Self::Nothing { .. } => Some("`afterbay schema` describes all tables a scene may have".into()),
+            Self::Input(InputError::NotAMultiple { nearest, .. }) => {
+                Some(format!("step = {nearest:?} divides it"))
+            }
+            Self::Input(InputError::Unsupported { .. }) => {
+                Some("`afterbay list methods` says what each method needs".into())
+            }
+            Self::Model(ModelError::NoParameter { .. }) => {
+                Some("`afterbay list systems` shows the parameters".into())
+            }
+            Self::Custom(CustomError::NotFinite { .. }) => {
+                Some("start where all expressions are finite".into())
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The nearest name if one is near, else all of them.
+fn suggestion(name: &str, known: &[String], before: &str) -> String {
+    let far = |other: &String| strsim::damerau_levenshtein(name, other);
+    match known.iter().min_by_key(|other| far(other)) {
+        Some(nearest) if far(nearest) <= 1 + nearest.len().min(name.len()) / 3 => {
+            format!("did you mean {nearest}?")
+        }
+        _ => {
+            let mut all = String::from(before);
+            for (i, name) in known.iter().enumerate() {
+                let _ = write!(all, "{}{name}", if i == 0 { " " } else { ", " });
+            }
+            all
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The text of a scene: read as TOML, held against the schema, and asked where something stands.
+
+use super::problem::{SceneError, SceneProblem};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+
+/// The deepest nesting of tables and arrays.
+const DEEPEST: usize = 64;
+
+/// A text and the tables in it.
+pub(super) struct Source<'a> {
+    text: &'a str,
+    root: Spanned<DeTable<'a>>,
+}
+
+type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
+
+impl<'a> Source<'a> {
+    pub(super) fn parse(text: &'a str) -> Result<Self, SceneError> {
+        shallow(text)?;
+        match DeTable::parse(text) {
+            Ok(root) => Ok(Self { text, root }),
+            Err(error) => Err(SceneError {
+                problem: SceneProblem::Syntax(error.message().to_owned()),
+                span: error.span().unwrap_or(0..0),
+            }),
+        }
+    }
+
+    /// Is it made as the schema says: its keys, and the kind of each value?
+    pub(super) fn check(&self, schema: &Value) -> Result<(), SceneError> {
+        Schema { root: schema, at: schema }.table(self.root.get_ref(), self.root.span())
+    }
+
+    /// The same as typed tables.
+    pub(super) fn read<D: DeserializeOwned>(&self) -> Result<D, SceneError> {
+        toml::from_str(self.text).map_err(|error| SceneError {
+            problem: SceneProblem::Syntax(error.message().to_owned()),
+            span: error.span().unwrap_or(0..0),
+        })
+    }
+
+    /// Where the entry of a path such as `study.stability.methods.2` stands; of what leads there, as far as it exists.
+    pub(super) fn span(&self, path: &str) -> Range<usize> {
+        let (key, value) = self.walk(path);
+        key.start..value.end.max(key.end)
+    }
+
+    /// Where a part of the expression at a path stands.
+    pub(super) fn span_within(&self, path: &str, expression: &str, part: &Range<usize>) -> Range<usize> {
+        let span = self.walk(path).1;
+        // Text with escapes in it is not what stands between the quotation marks: then all of it is pointed at.
+        match self.text.get(span.clone()).and_then(|written| written.find(expression)) {
+            Some(offset) => span.start + offset + part.start..span.start + offset + part.end,
+            None => span,
+        }
+    }
+
+    /// Where the key and the value stand. A table counts as its header alone, an entry of a list has no key.
+    fn walk(&self, path: &str) -> (Range<usize>, Range<usize>) {
+        let (mut table, mut list) = (Some(self.root.get_ref()), None);
+        let mut spans = (0..0, 0..0);
+        for step in path.split('.') {
+            let found = match (table, list) {
+                (Some(table), _) => table
+                    .iter()
+                    .find(|(key, _)| key.get_ref() == step)
+                    .map(|(key, value)| (key.span(), value)),
+                (None, Some(list)) => {
+                    let list: &DeArray<'_> = list;
+                    step.parse().ok().and_then(|i: usize| list.get(i)).map(|value| (value.span(), value))
+                }
+                (None, None) => None,
+            };
+            let Some((key, value)) = found else { break };
+            (table, list) = (None, None);
+            spans = (key.clone(), value.span());
+            match value.get_ref() {
+                DeValue::Table(inner) => (table, spans.1) = (Some(inner), key),
+                DeValue::Array(inner) => list = Some(inner),
+                _ => {}
+            }
+        }
+        spans
+    }
+}
+
+/// Is it nested no deeper than we go? The parser bounds arrays and inline tables by itself, but not dotted keys.
+fn shallow(text: &str) -> Result<(), SceneError> {
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let key = line.split('=').next().unwrap_or(line);
+        if key.matches('.').count() > DEEPEST {
+            let span = start..start + key.len();
+            return Err(SceneError { problem: SceneProblem::TooDeep { limit: DEEPEST }, span });
+        }
+        start += line.len();
+    }
+    Ok(())
+}
+
+/// A part of the schema, and the whole that it refers to.
+#[derive(Clone, Copy)]
+struct Schema<'s> {
+    root: &'s Value,
+    at: &'s Value,
+}
+
+impl<'s> Schema<'s> {
+    /// What is meant, references followed.
+    fn of(self, at: &'s Value) -> Self {
+        let referred = at["$ref"].as_str().and_then(|path| self.root.pointer(path.trim_start_matches('#')));
+        Self { root: self.root, at: referred.unwrap_or(at) }
+    }
+
+    /// The forms a value may have.
+    fn forms(self) -> Vec<Self> {
+        match self.at["anyOf"].as_array().or(self.at["oneOf"].as_array()) {
+            Some(forms) => forms.iter().flat_map(|form| self.of(form).forms()).collect(),
+            None => vec![self],
+        }
+    }
+
+    /// Is this a form of values of the kind?
+    fn is(self, kind: &str) -> bool {
+        match &self.at["type"] {
+            Value::String(one) => one == kind,
+            Value::Array(several) => several.iter().any(|one| one == kind),
+            _ => false,
+        }
+    }
+
+    fn table(self, table: &DeTable<'_>, span: Range<usize>) -> Result<(), SceneError> {
+        let at = |key: &Key<'_>, problem| SceneError { problem, span: key.span() };
+        if let Some(properties) = self.at["properties"].as_object() {
+            for (key, value) in table {
+                let Some(inner) = properties.get(key.get_ref().as_ref()) else {
+                    let known = properties.keys().cloned().collect();
+                    let problem = SceneProblem::UnknownKey { key: key.get_ref().to_string(), known };
+                    return Err(at(key, problem));
+                };
+                self.of(inner).value(value)?;
+            }
+        } else if self.at["additionalProperties"].is_object() {
+            for value in table.values() {
+                self.of(&self.at["additionalProperties"]).value(value)?;
+            }
+        }
+        let required = self.at["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        match required.into_iter().find(|&key| !table.iter().any(|(given, _)| given.get_ref() == key)) {
+            Some(key) => Err(SceneError { problem: SceneProblem::Missing { key: key.into() }, span }),
+            None => Ok(()),
+        }
+    }
+
+    fn value(self, value: &Spanned<DeValue<'_>>) -> Result<(), SceneError> {
+        let refuse = |problem| Err(SceneError { problem, span: value.span() });
+        let forms = self.forms();
+        let expects = |kind: &str| forms.iter().copied().find(|form| form.is(kind));
+        let found = match value.get_ref() {
+            DeValue::Float(number) => {
+                if expects("number").is_some() {
+                    return if is_number(number.as_str()) {
+                        Ok(())
+                    } else {
+                        refuse(SceneProblem::Number { text: number.as_str().into() })
+                    };
+                }
+                "a number with a fraction"
+            }
+            DeValue::Integer(number) => {
+                if number.as_str().starts_with('-')
+                    && expects("number").is_none()
+                    && expects("integer").is_some()
+                {
+                    "negative"
+                } else if expects("number").or(expects("integer")).is_some() {
+                    return Ok(());
+                } else {
+                    "a number"
+                }
+            }
+            DeValue::String(text) => match expects("string") {
+                Some(_) => return word(&forms, text, value.span()),
+                None if text.trim().parse::<f64>().is_ok() => {
+                    return refuse(SceneProblem::Quoted { text: text.to_string() });
+                }
+                None => "text",
+            },
+            DeValue::Array(entries) => match expects("array") {
+                Some(form) => {
+                    let inner = form.of(&form.at["items"]);
+                    return entries.iter().try_for_each(|entry| inner.value(entry));
+                }
+                None => "a list",
+            },
+            DeValue::Table(table) => match expects("object") {
+                Some(form) => return form.table(table, value.span()),
+                None => "a table",
+            },
+            DeValue::Boolean(_) if expects("boolean").is_some() => return Ok(()),
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date or time",
+        };
+        let names = [
+            ("number", "a number"),
+            ("integer", "a whole number, 0 or more"),
+            ("string", "text"),
+            ("array", "a list"),
+            ("object", "a table"),
+            ("boolean", "true or false"),
+        ];
+        let expected: Vec<_> =
+            names.iter().filter(|(kind, _)| expects(kind).is_some()).map(|x| x.1).collect();
+        refuse(SceneProblem::Kind { found, expected: expected.join(" or ") })
+    }
+}
+
+/// Is it one of the words there are, where not any will do?
+fn word(forms: &[Schema<'_>], text: &str, span: Range<usize>) -> Result<(), SceneError> {
+    let mut known = Vec::new();
+    for form in forms.iter().filter(|form| form.is("string")) {
+        let listed = form.at["enum"].as_array().into_iter().flatten();
+        let before = known.len();
+        known.extend(listed.chain([&form.at["const"]]).filter_map(Value::as_str).map(str::to_owned));
+        if known.len() == before {
+            return Ok(());
+        }
+    }
+    if known.iter().any(|word| word == text) {
+        return Ok(());
+    }
+    Err(SceneError { problem: SceneProblem::Unknown { what: "choice", name: text.into(), known }, span })
+}
+
+/// Is it finite in `f64`, and not 0 by rounding?
+fn is_number(text: &str) -> bool {
+    let value: f64 = text.parse().unwrap_or(f64::NAN);
+    let mantissa = text.split(['e', 'E']).next().unwrap_or(text);
+    let zero = !mantissa.contains(|c: char| ('1'..='9').contains(&c));
+    value.is_finite() && (value != 0.0 || zero)
+}

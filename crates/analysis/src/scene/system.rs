@@ -1,0 +1,173 @@
+//! The system of a scene.
+
+use super::document::{Expression, SystemTable};
+use super::problem::{SceneError, SceneProblem};
+use super::source::Source;
+use crate::study::Problem;
+use crate::{Model, ModelError, SYSTEMS};
+use afterbay_core::{InputError, Quantity, State};
+use afterbay_systems::{Custom, CustomError, Description, Friction, Place};
+
+/// The name of a system that is made of expressions.
+const CUSTOM: &str = "custom";
+
+/// The system a table describes.
+pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, SceneError> {
+    if table.name == CUSTOM {
+        return custom(source, table).map(Model::Custom);
+    }
+    let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
+    let Some(row) = SYSTEMS.iter().find(|row| row.name == table.name) else {
+        let known = SYSTEMS.iter().map(|row| row.name).chain([CUSTOM]).map(str::to_owned).collect();
+        let problem = SceneProblem::Unknown { what: "system", name: table.name.clone(), known };
+        return Err(at("system.name", problem));
+    };
+    let given = [
+        ("potential", table.potential.is_some()),
+        ("dissipation", table.dissipation.is_some()),
+        ("friction", table.friction.is_some()),
+        ("mass", table.mass.is_some()),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
+        let problem = SceneProblem::Misplaced { key, why: "only a system called \"custom\" has one" };
+        return Err(at(&format!("system.{key}"), problem));
+    }
+    let known = || row.parameters.iter().map(ToString::to_string).collect();
+    for name in table.parameters.keys() {
+        if !row.parameters.contains(&name.as_str()) {
+            let problem = SceneProblem::Unknown { what: "parameter", name: name.clone(), known: known() };
+            return Err(at(&format!("system.parameters.{name}"), problem));
+        }
+    }
+    if let Some(missing) = row.parameters.iter().find(|name| !table.parameters.contains_key(**name)) {
+        let path = if table.parameters.is_empty() { "system" } else { "system.parameters" };
+        return Err(at(path, SceneProblem::Missing { key: format!("parameters.{missing}") }));
+    }
+    let values = table.parameters.iter().map(|(name, &value)| (name.as_str(), value));
+    let model = row.model(values).map_err(|error| {
+        let path = match &error {
+            ModelError::NoParameter { name } | ModelError::Whole { name, .. } => name.as_str(),
+            ModelError::Custom(_) => "",
+        };
+        at(&format!("system.parameters.{path}"), error.clone().into())
+    })?;
+    match model.subject::<f64>() {
+        Ok(_) => Ok(model),
+        Err(error) => {
+            let name = if let InputError::Parameter { name, .. } = error { name } else { "" };
+            Err(at(&format!("system.parameters.{name}"), error.into()))
+        }
+    }
+}
+
+fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, SceneError> {
+    let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
+    if table.potential.is_none() {
+        return Err(at("system", SceneProblem::Missing { key: "potential".into() }));
+    }
+    for (key, what, list) in [
+        ("system.dissipation", "force", table.dissipation.as_ref()),
+        ("system.mass", "mass", table.mass.as_ref()),
+    ] {
+        if list.is_some_and(Vec::is_empty) {
+            return Err(at(key, SceneProblem::Empty { what }));
+        }
+    }
+    if table.friction.as_ref().is_some_and(Vec::is_empty) {
+        return Err(at("system.friction", SceneProblem::Empty { what: "row" }));
+    }
+    if table.dissipation.is_some() && table.friction.is_some() {
+        let why = "the friction is given by `dissipation` already";
+        return Err(at("system.friction", SceneProblem::Misplaced { key: "friction", why }));
+    }
+    Custom::new(&description(table)).map_err(|error| located(source, table, error))
+}
+
+/// The expressions of a table.
+fn description(table: &SystemTable) -> Description {
+    let texts = |list: &[Expression]| list.iter().map(Expression::text).collect::<Vec<_>>();
+    let friction = match (&table.dissipation, &table.friction) {
+        (Some(forces), _) => Friction::Forces(texts(forces)),
+        (None, Some(rows)) => Friction::Matrix(rows.iter().map(|row| texts(row)).collect()),
+        (None, None) => Friction::None,
+    };
+    Description {
+        potential: table.potential.as_ref().map(Expression::text).unwrap_or_default(),
+        friction,
+        masses: table.mass.as_deref().map(texts).unwrap_or_default(),
+        parameters: table.parameters.iter().map(|(name, &value)| (name.clone(), value)).collect(),
+    }
+}
+
+/// A problem of a custom system with its place in the scene.
+fn located(source: &Source<'_>, table: &SystemTable, error: CustomError) -> SceneError {
+    let span = match &error {
+        CustomError::Expression { place, span, .. } | CustomError::NotFinite { place, span, .. } => {
+            let (path, expression) = written(table, *place);
+            source.span_within(&path, &expression.map(Expression::text).unwrap_or_default(), span)
+        }
+        CustomError::Name { name, .. }
+        | CustomError::Value { name, .. }
+        | CustomError::Unused { name }
+        | CustomError::NoParameter { name } => source.span(&format!("system.parameters.{name}")),
+        CustomError::Count { list, .. } => source.span(match *list {
+            "list of masses" => "system.mass",
+            "dissipation" => "system.dissipation",
+            _ => "system.friction",
+        }),
+        CustomError::Input(InputError::Mass { dof, .. }) => source.span(&format!("system.mass.{dof}")),
+        CustomError::Empty | CustomError::TooLarge { .. } | CustomError::Input(_) => {
+            source.span("system.potential")
+        }
+    };
+    SceneError { problem: SceneProblem::Custom(error), span }
+}
+
+/// Where an expression is written, and what is written there.
+fn written(table: &SystemTable, place: Place) -> (String, Option<&Expression>) {
+    match place {
+        Place::Potential => ("system.potential".into(), table.potential.as_ref()),
+        Place::Mass(j) => (format!("system.mass.{j}"), table.mass.as_ref().and_then(|list| list.get(j))),
+        Place::Dissipation(j) => {
+            (format!("system.dissipation.{j}"), table.dissipation.as_ref().and_then(|list| list.get(j)))
+        }
+        Place::Friction(i, j) => {
+            let row = table.friction.as_ref().and_then(|rows| rows.get(i));
+            (format!("system.friction.{i}.{j}"), row.and_then(|row| row.get(j)))
+        }
+    }
+}
+
+/// Are the energy and the forces finite at the start?
+pub(super) fn finite_at(
+    source: &Source<'_>,
+    table: &SystemTable,
+    problem: &Problem,
+    start: &State<Vec<f64>>,
+) -> Result<(), SceneError> {
+    let at = |path: &str, error: InputError| SceneError { problem: error.into(), span: source.span(path) };
+    if let Model::Custom(custom) = &problem.model {
+        return custom.check_at(&start.q, &start.p).map_err(|error| match error {
+            CustomError::Input(error) => at("initial", error),
+            _ => located(source, table, error),
+        });
+    }
+    let subject = problem.model.subject::<f64>().map_err(|error| at("system", error))?;
+    let dof = subject.dof();
+    let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; dof]);
+    subject.gradient(&start.q, &start.p, &mut hq, &mut hp);
+    subject.dissipation(&start.q, &start.p, &hp, &mut d);
+    let energy = [subject.energy(&start.q, &start.p)];
+    let parts: [(Quantity, &[f64]); 4] = [
+        (Quantity::Energy, &energy),
+        (Quantity::Slope, &hq),
+        (Quantity::Velocity, &hp),
+        (Quantity::Dissipation, &d),
+    ];
+    for (quantity, part) in parts {
+        if let Some((dof, &value)) = part.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+            return Err(at("initial", InputError::NotFinite { quantity, dof, value }));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,34 @@
+//! A run of a long chain lives in ten vectors, the state included, and its steps allocate nothing.
+
+use afterbay_core::{Coupling, Method, State};
+use afterbay_methods::{Composition, Increment, Tiled};
+use afterbay_systems::FputChain;
+
+const N: usize = 100_000;
+
+fn check(method: &impl Method<Vec<f64>, FputChain<f64>>) {
+    let chain = FputChain::new(N, 1.0, 0.1).unwrap();
+    let all = allocation_counter::measure(|| {
+        let q = (0..N).map(|j| (0.1 * j as f64).sin()).collect();
+        let mut state = State::new(q, vec![0.0; N]).unwrap();
+        let mut workspace = method.workspace(&chain).unwrap();
+        let steps = allocation_counter::measure(|| {
+            for _ in 0..3 {
+                method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+            }
+        });
+        assert_eq!(steps.count_total, 0);
+    });
+    let vectors = all.bytes_max as f64 / (8 * N) as f64;
+    assert!(vectors < 10.0, "{vectors} vectors");
+}
+
+#[test]
+fn one_member_at_a_time() {
+    check(&Increment::new(Composition::pair()).in_order(Coupling::Chain.coloured(N)));
+}
+
+#[test]
+fn eight_members_at_a_time() {
+    check(&Tiled::new(Composition::kahan_li8()));
+}

@@ -1,0 +1,325 @@
+//! Energy-preserving collocation: symmetry, K, passivity, stiff scenes, failures.
+
+use afterbay_core::{
+    Block, Curvature, Damping, ExactFlow, Grid, Method, Passive, Series, State, StepFailure, System,
+    integrate,
+};
+use afterbay_methods::Collocation;
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+};
+use proptest::prelude::*;
+
+/// The largest error of q, p and w.
+fn errors(state: &State<Vec<f64>>, exact: &State<Vec<f64>>) -> [f64; 3] {
+    let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
+    parts.map(|(found, exact)| {
+        found.iter().zip(exact).fold(0.0, |most: f64, (&a, &b)| most.max((a - b).abs()))
+    })
+}
+
+/// Steps that keep K, are symmetric, and (`passive`) take nothing back.
+fn checked<S: Curvature<f64>>(
+    system: &S,
+    stages: usize,
+    h: f64,
+    q: Vec<f64>,
+    p: Vec<f64>,
+) -> Result<(), TestCaseError> {
+    let n = q.len();
+    let (method, mut state) = (Collocation::new(stages), State::new(q, p).unwrap());
+    let mut workspace = method.workspace(system).unwrap();
+    let passive = system.damping().passive;
+    for _ in 0..3 {
+        let before = state.clone();
+        if let Err(failure) = method.step(system, h, &mut state, &mut workspace) {
+            prop_assert_eq!(&before, &state, "{}", failure);
+            // Short steps have no excuse.
+            prop_assert!(h > 0.1, "{}", failure);
+            return Ok(());
+        }
+        let drift = drift(system, h, &before, &state);
+        prop_assert!(drift < ROUNDINGS, "K drifts by {} roundings, {}", drift, workspace.defect());
+        for j in 0..n {
+            let gained = state.w[j] - before.w[j];
+            prop_assert!(passive != Passive::Each || gained >= 0.0, "w{} gains {:e}", j + 1, gained);
+        }
+        if h < 0.1 {
+            let mut back = state.clone();
+            method.step(system, -h, &mut back, &mut method.workspace(system).unwrap()).unwrap();
+            for (part, was) in [(&back.q, &before.q), (&back.p, &before.p), (&back.w, &before.w)] {
+                let size = was.iter().chain(&before.p).chain(&state.w).fold(1.0, |a: f64, b| a.max(b.abs()));
+                for (a, b) in part.iter().zip(was) {
+                    prop_assert!((a - b).abs() < 200.0 * f64::EPSILON * size, "{} is not {}", a, b);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What every check of K allows, in unit roundoffs of the terms of [`drift`]. K moves by z1 = z0 + h γ_0, one operation a variable;
+/// by γ_0, a sum of 16 products of a table entry in two chains of 8 halved again by the pairs, so 5 roundings of a slope; by H at either
+/// end, a chain of 4 operations; by Δw, 6 for D·v and its sum, and by w1, 1. Each is a rounding of another term of `drift`, and 16 is
+/// what the longest of them would collect twice over where q and p both do.
+const ROUNDINGS: f64 = 16.0;
+
+/// |ΔK| over a rounding of what K is made of.
+fn drift<S: Curvature<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+    let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
+    let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let mut scale = 0.0;
+    for state in [before, after] {
+        let n = state.dof();
+        let (mut hq, mut hp, mut d) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+        system.dissipation(&state.q, &state.p, &hp, &mut d);
+        let mut bend = 0.0_f64;
+        system.curvature(&state.q, &state.p, |_, _, _, value| bend = bend.max(value.abs()));
+        let z = largest(&state.q).max(largest(&state.p));
+        let slopes = total(&hq) + total(&hp) + total(&d);
+        scale += state.energy(system).abs() + total(&state.w) + (1.0 + h * bend) * z * slopes;
+    }
+    (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale)
+}
+
+fn step() -> impl Strategy<Value = f64> {
+    prop_oneof![(-5.0..-1.0_f64).prop_map(|x| 10f64.powf(x)), 0.1..2.0]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #[test]
+    fn books_of_one_degree(
+        stages in 1..=8_usize, h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0, z in [-2.0..2.0, -2.0..2.0],
+    ) {
+        checked(&Duffing::new(alpha, beta, c).unwrap(), stages, h, vec![z[0]], vec![z[1]])?;
+        checked(&ModifiedVanDerPol::new(c, alpha, beta).unwrap(), stages, h, vec![z[0]], vec![z[1]])?;
+    }
+
+    #[test]
+    fn books_of_a_chain(
+        stages in 1..=8_usize, h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0),
+    ) {
+        checked(&FputChain::new(3, beta, c).unwrap(), stages, h, z[..3].to_vec(), z[3..].to_vec())?;
+        checked(&VanDerPolRing::new(3, c, beta).unwrap(), stages, h, z[..3].to_vec(), z[3..].to_vec())?;
+    }
+
+    /// H is no polynomial: the nodes are added that K needs.
+    #[test]
+    fn books_of_a_double_pendulum(
+        stages in 1..=8_usize, h in step(), c in 0.0..2.0, z in prop::array::uniform4(-1.5..1.5),
+    ) {
+        let system = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
+        checked(&system, stages, h, z[..2].to_vec(), z[2..].to_vec())?;
+    }
+}
+
+/// A step so long that no quadrature follows H along it, and twice the nodes do no better: that is no rounding.
+#[test]
+fn what_is_not_resolved_is_not_taken() {
+    let system = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [1.675_129_059_908_43, 0.3]).unwrap();
+    let q = vec![-0.988_421_713_161_297_9, 0.907_523_940_106_871_1];
+    let p = vec![0.068_482_842_986_598, 0.443_513_451_821_390_74];
+    checked(&system, 1, 0.848_085_938_350_559_2, q, p).unwrap();
+}
+
+/// K over 1e5 steps moves like the sum of roundings, not like t: less than 1e-18 of its terms a step, ten times less than one
+/// rounding, at the end as in the middle.
+#[test]
+fn k_does_not_drift() {
+    for stages in [1, 2, 4, 8] {
+        for h in [0.05, 0.3] {
+            let system = Duffing::new(-1.0, 1.0, 0.0).unwrap();
+            let mut state = State::new([1.5], [0.5]).unwrap();
+            let start = state.total(&system);
+            for _ in 0..2 {
+                integrate(&Collocation::new(stages), &system, Grid { h, steps: 50_000 }, &mut state, &mut ())
+                    .unwrap();
+                // p²/2 + q²/2 + q⁴/4 at most.
+                let drift = (state.total(&system) - start).abs() / 2.6;
+                assert!(drift < 1e5 * 1e-18, "{stages} {h}: {drift:e}");
+            }
+        }
+    }
+}
+
+/// The reservoir, q and p of another method in another scalar: a Taylor series.
+#[test]
+fn the_solution_is_the_solution() {
+    let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    let start = State::new([1.5], [0.5]).unwrap();
+    let exact =
+        afterbay_core::taylor::trajectory::<_, _, 24>(&duffing.map(Series::constant), &start, 0.5, 20)
+            .unwrap();
+    let mut state = start.clone();
+    integrate(&Collocation::new(8), &duffing, Grid { h: 0.5, steps: 20 }, &mut state, &mut ()).unwrap();
+    let exact = exact.last().unwrap();
+    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
+        assert!((a[0] - b[0]).abs() < 1e-13, "{a:?} {b:?}");
+    }
+}
+
+/// A linear system is multiplied by the Padé approximant (s, s) of the exponential.
+#[test]
+fn linear_decays() {
+    let (k, b, h) = (1.0, 200.0, 0.1);
+    let system = DampedOscillator::new(k, b).unwrap();
+    let mut state = State::new([1.0], [1.0]).unwrap();
+    let method = Collocation::new(1);
+    let mut workspace = method.workspace(&system).unwrap();
+    for _ in 0..3 {
+        // The midpoint rule: (1 - hA/2) z1 = (1 + hA/2) z0.
+        let (q, p) = (state.q[0], state.p[0]);
+        let (c, right) = (h / 2.0, [q + h / 2.0 * p, p - h / 2.0 * (k * q + b * p)]);
+        let determinant = 1.0 + c * b + c * c * k;
+        let exact = [
+            ((1.0 + c * b) * right[0] + c * right[1]) / determinant,
+            (right[1] - c * k * right[0]) / determinant,
+        ];
+        method.step(&system, h, &mut state, &mut workspace).unwrap();
+        assert!(
+            (state.q[0] - exact[0]).abs() < 1e-14 && (state.p[0] - exact[1]).abs() < 1e-14,
+            "{state:?} {exact:?}"
+        );
+    }
+    // With more stages the exponential itself, where they resolve it: the rates are -199.995 and -0.005.
+    let (mut state, mut exact) = (State::new([1.0], [-b]).unwrap(), State::new([1.0], [-b]).unwrap());
+    let method = Collocation::new(8);
+    method.step(&system, 0.01, &mut state, &mut method.workspace(&system).unwrap()).unwrap();
+    system.flow(0.01, &mut exact);
+    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
+        assert!((a[0] - b[0]).abs() < 1e-12 * exact.w[0], "{state:?} {exact:?}");
+    }
+}
+
+#[test]
+fn stiff_steps_are_solved() {
+    for stages in 1..=8 {
+        for (q, h, steps) in [(2.0, 1e-4, 2000), (1.5, 1e-3, 1000), (2.0, 1e-2, 1000)] {
+            let system = VanDerPol::new(1000.0).unwrap();
+            let mut state = State::new([q], [0.0]).unwrap();
+            let start = state.total(&system);
+            integrate(&Collocation::new(stages), &system, Grid { h, steps }, &mut state, &mut ()).unwrap();
+            assert!((state.total(&system) - start).abs() < 1e-14, "{stages} {h}");
+            // On the slow branch, p = -q / (μ (q² - 1)) to O(μ⁻³).
+            let [q, p] = [state.q[0], state.p[0]];
+            assert!((p + q / (1000.0 * (q * q - 1.0))).abs() < 1e-6, "{stages} {h}: {state:?}");
+        }
+    }
+}
+
+/// The steps after the first begin with the polynomial of the one before: what they find does not depend on it.
+#[test]
+fn history_does_not_matter() {
+    let system = FputChain::new(3, 0.5, 0.2).unwrap();
+    for stages in 1..=8 {
+        let method = Collocation::new(stages);
+        let mut kept = State::new(vec![0.5, -0.3, 0.8], vec![0.2, 0.7, -0.4]).unwrap();
+        let mut fresh = kept.clone();
+        let mut workspace = method.workspace(&system).unwrap();
+        for _ in 0..20 {
+            method.step(&system, 0.2, &mut kept, &mut workspace).unwrap();
+            method.step(&system, 0.2, &mut fresh, &mut method.workspace(&system).unwrap()).unwrap();
+        }
+        assert!(errors(&kept, &fresh).into_iter().all(|error| error < 2e-14), "{stages}: {kept:?} {fresh:?}");
+    }
+}
+
+/// H = p²/2, and D = -1/(1 - q) without an end: a force that is no number beyond q = 1.
+struct Cliff;
+
+impl System<f64> for Cliff {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, _q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (if q[0] > 1.0 { f64::NAN } else { 0.0 }, p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        d[0] = 0.1 * v[0];
+    }
+    fn damping(&self) -> Damping {
+        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    }
+}
+
+impl Curvature<f64> for Cliff {
+    fn curvature(&self, _q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        put(Block::Hpp, 0, 0, 1.0);
+        put(Block::Dp, 0, 0, 0.1);
+    }
+}
+
+/// A chain too long for Newton's iteration.
+#[test]
+fn failures_have_names_and_leave_the_state() {
+    let method = Collocation::new(4);
+    let mut state = State::new([0.5], [1.0]).unwrap();
+    let before = state.clone();
+    let mut workspace = method.workspace(&Cliff).unwrap();
+    method.step(&Cliff, 0.1, &mut state, &mut workspace).unwrap();
+    assert_ne!(state, before);
+    let before = state.clone();
+    let failure = method.step(&Cliff, 2.0, &mut state, &mut workspace).unwrap_err();
+    assert!(matches!(failure, StepFailure::NewtonStalled { .. }), "{failure}");
+    assert_eq!(state, before);
+
+    let chain = FputChain::new(400, 1.0, 0.1).unwrap();
+    let q: Vec<f64> = (0..400).map(|j| f64::from(j).sin()).collect();
+    let mut state = State::new(q, vec![0.0; 400]).unwrap();
+    let before = state.clone();
+    let failure = method.step(&chain, 3.0, &mut state, &mut method.workspace(&chain).unwrap()).unwrap_err();
+    assert!(matches!(failure, StepFailure::NotContracting { .. }), "{failure}");
+    assert_eq!(state, before);
+}
+
+#[test]
+fn stages_and_nodes_have_their_range() {
+    for (stages, nodes) in [(0, 8), (9, 32), (4, 7), (2, 65)] {
+        let method = Collocation { stages, nodes };
+        assert!(Method::<[f64; 1], _>::workspace(&method, &Cliff).is_err(), "{method:?}");
+    }
+}
+
+/// H = q²⁰ + p²/2 needs k = 10 s nodes: with 8, K would be lost by far more than rounding.
+#[test]
+fn nodes_are_added_where_k_needs_them() {
+    struct Steep;
+    impl System<f64> for Steep {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+            q[0].powi(20) + p[0] * p[0] / 2.0
+        }
+        fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+            (hq[0], hp[0]) = (20.0 * q[0].powi(19), p[0]);
+        }
+        fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+            d.fill(0.0);
+        }
+        fn damping(&self) -> Damping {
+            Damping::NONE
+        }
+    }
+    impl Curvature<f64> for Steep {
+        fn curvature(&self, q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+            put(Block::Hqq, 0, 0, 380.0 * q[0].powi(18));
+            put(Block::Hpp, 0, 0, 1.0);
+        }
+    }
+    for stages in [2, 3] {
+        let (method, mut state) = (Collocation::new(stages), State::new([0.9], [1.5]).unwrap());
+        let mut workspace = method.workspace(&Steep).unwrap();
+        let before = state.total(&Steep);
+        let effort = method.step(&Steep, 0.2, &mut state, &mut workspace).unwrap();
+        let drift = (state.total(&Steep) - before).abs();
+        println!("{effort:?} {drift:e} {}", workspace.defect());
+        assert!(drift < 1e-15 && workspace.defect() < 16.0, "{drift:e}");
+        assert!(effort.evaluations > 8 * effort.iterations, "{effort:?}");
+    }
+}

@@ -1,0 +1,337 @@
+//! Adaptive collocation: K and passivity at every step, the error asked for, sampling, refusals and failures.
+
+use afterbay_core::taylor::trajectory;
+use afterbay_core::{
+    Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, Series, State, StepFailure,
+    System, Tolerance, integrate_within, sample_within,
+};
+use afterbay_methods::AdaptiveCollocation;
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+};
+use proptest::prelude::*;
+use std::ops::ControlFlow;
+
+/// |ΔK| of a step in unit roundoffs of what K is made of: H, w, and what a rounding of z makes of H.
+fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+    let mut scale = 0.0;
+    for state in [before, after] {
+        let n = state.dof();
+        let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
+        system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+        let terms = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum::<f64>();
+        let w = state.w.iter().map(|w| w.abs()).sum::<f64>();
+        scale += state.energy(system).abs() + w + terms(&hq, &state.q) + terms(&hp, &state.p);
+    }
+    let drift = (after.total(system) - before.total(system)).abs();
+    if drift == 0.0 { 0.0 } else { drift / (f64::EPSILON / 2.0 * scale) }
+}
+
+/// 16 roundings are left by the correction of K, which sees one end of the step, and w is rounded once an entry.
+const ROUNDINGS: f64 = 20.0;
+
+/// K and Δw ≥ 0 of every step of a run.
+fn books<S: Curvature<f64>>(
+    system: &S,
+    tolerance: Tolerance,
+    end: f64,
+    q: Vec<f64>,
+    p: Vec<f64>,
+) -> Result<(), TestCaseError> {
+    let mut state = State::new(q, p).unwrap();
+    let mut last = state.clone();
+    let mut worst = Ok(());
+    let passive = system.damping().passive == Passive::Each;
+    let observer = &mut |_: u64, state: &State<Vec<f64>>| {
+        let drift = drift(system, &last, state);
+        let taken = state.w.iter().zip(&last.w).any(|(now, before)| now < before);
+        if !(drift < ROUNDINGS && !(passive && taken)) {
+            worst = Err(TestCaseError::fail(format!("K by {drift} roundings, {last:?} {state:?}")));
+            return ControlFlow::Break(());
+        }
+        last = state.clone();
+        ControlFlow::Continue(())
+    };
+    let statistics = integrate_within(&AdaptiveCollocation, system, &tolerance, end, &mut state, observer);
+    worst?;
+    let statistics = statistics.map_err(|error| TestCaseError::fail(format!("{error}")))?;
+    prop_assert!(statistics.least > 0.0 && statistics.largest <= end, "{:?}", statistics);
+    prop_assert_eq!(state.t, end);
+    Ok(())
+}
+
+fn tolerance() -> impl Strategy<Value = Tolerance> {
+    let one = || (-12.0..-0.5_f64).prop_map(|x| 10f64.powf(x));
+    [one(), one(), one(), one()].prop_map(|[relative, absolute, a, b]| Tolerance {
+        relative,
+        absolute,
+        w: (a, b),
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+    #[test]
+    fn books_of_one_degree(
+        tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0, z in [-2.0..2.0, -2.0..2.0],
+    ) {
+        books(&Duffing::new(alpha, beta, c).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        // With μ < 0 solutions leave the numbers.
+        books(&ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        // From next to the point of rest on top of the barrier, and of a system at rest.
+        books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
+        books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![0.0], vec![0.0])?;
+    }
+
+    /// Slow waves: steps are far longer than the fastest oscillation there could be.
+    #[test]
+    fn books_of_a_smooth_chain(tolerance in tolerance(), c in 0.0..0.1, n in 30..60_usize, a in 0.1..2.0) {
+        let q = (1..=n).map(|i| a * (std::f64::consts::PI * i as f64 / (n + 1) as f64).sin()).collect();
+        books(&FputChain::new(n, 1.0, c).unwrap(), tolerance, 100.0, q, vec![0.0; n])?;
+    }
+
+    #[test]
+    fn books_of_many_degrees(
+        tolerance in tolerance(), c in 0.0..1.0, z in prop::array::uniform20(-1.0..1.0),
+    ) {
+        books(&FputChain::new(10, 0.5, c).unwrap(), tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
+        books(&VanDerPolRing::new(3, c, 0.5).unwrap(), tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
+        let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
+        books(&pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
+    }
+}
+
+fn far(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+}
+
+/// The errors at `end` are within ten times the tolerance, from 1e-3 to 1e-12.
+fn accuracy<const N: usize>(
+    name: &str,
+    system: &impl Curvature<f64>,
+    series: &impl System<Series<f64, 24>>,
+    [q, p]: [[f64; N]; 2],
+    end: f64,
+) {
+    let start = State::new(q, p).unwrap();
+    let exact = &trajectory::<_, _, 24>(series, &start, end, 1).unwrap()[1];
+    for digits in 3..=12 {
+        let tolerance = 10f64.powi(-digits);
+        let mut state = start.clone();
+        let statistics = integrate_within(
+            &AdaptiveCollocation,
+            system,
+            &Tolerance::all(tolerance),
+            end,
+            &mut state,
+            &mut (),
+        )
+        .unwrap();
+        let z = far(&state.q, &exact.q).max(far(&state.p, &exact.p));
+        let w = far(&state.w, &exact.w);
+        println!("{name} {tolerance:e}: {z:.1e} {w:.1e} {statistics:?}");
+        let size = |x: &[f64]| 1.0 + far(x, &[0.0; N]);
+        assert!(z < 10.0 * tolerance * size(&exact.q).max(size(&exact.p)), "{name} {tolerance:e}: {z:e}");
+        assert!(w < 10.0 * tolerance * size(&exact.w), "{name} {tolerance:e}: w {w:e}");
+    }
+}
+
+#[test]
+fn the_error_asked_for_is_reached() {
+    let oscillator = DampedOscillator::new(1.0, 0.1).unwrap();
+    accuracy("oscillator", &oscillator, &oscillator.map(Series::constant), [[2.3], [-3.1]], 100.0);
+    let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    accuracy("duffing", &duffing, &duffing.map(Series::constant), [[1.5], [0.5]], 50.0);
+    let van_der_pol = VanDerPol::new(1.0).unwrap();
+    accuracy("van der pol", &van_der_pol, &van_der_pol.map(Series::constant), [[2.0], [0.0]], 50.0);
+    let chain = FputChain::new(8, 1.0, 0.01).unwrap();
+    let q = std::array::from_fn(|i| (std::f64::consts::PI * (i + 1) as f64 / 9.0).sin());
+    accuracy::<8>("chain", &chain, &chain.map(Series::constant), [q, [0.0; 8]], 50.0);
+    let pendulum = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
+    accuracy("pendulum", &pendulum, &pendulum.map(Series::constant), [[1.0, 1.5], [0.0; 2]], 5.0);
+}
+
+/// μ = 1000: two jumps in T = 2000, of which explicit steps would take millions.
+#[test]
+fn stiff_runs_end() {
+    let system = VanDerPol::new(1000.0).unwrap();
+    let run = |tolerance: f64| {
+        let mut state = State::new([2.0], [0.0]).unwrap();
+        let statistics = integrate_within(
+            &AdaptiveCollocation,
+            &system,
+            &Tolerance::all(tolerance),
+            2000.0,
+            &mut state,
+            &mut (),
+        )
+        .unwrap();
+        println!("{tolerance:e} {statistics:?} {state:?}");
+        assert!(statistics.accepted < 2000, "{statistics:?}");
+        state
+    };
+    let exact = run(1e-12);
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let state = run(tolerance);
+        let error = (state.q[0] - exact.q[0]).abs().max((state.p[0] - exact.p[0]).abs());
+        assert!(error < 10.0 * tolerance, "{tolerance:e}: {error:e}");
+    }
+}
+
+/// Samples are as accurate as steps, K is kept there, and they do not change the run.
+#[test]
+fn samples_are_steps() {
+    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    let start = State::new([1.5], [0.5]).unwrap();
+    let exact = trajectory::<_, _, 24>(&system.map(Series::constant), &start, 0.07, 300).unwrap();
+    let times: Vec<f64> = exact.iter().map(|state| state.t).collect();
+    for tolerance in [1e-4, 1e-8, 1e-12] {
+        let (mut state, mut seen) = (start.clone(), 0);
+        let k = start.total(&system);
+        sample_within(
+            &AdaptiveCollocation,
+            &system,
+            &Tolerance::all(tolerance),
+            &times,
+            &mut state,
+            &mut |n: u64, at: &State<[f64; 1]>| {
+                assert_eq!((n, at.t), (seen, times[seen as usize]));
+                let exact = &exact[seen as usize];
+                let error = far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
+                assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
+                assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
+                seen += 1;
+                ControlFlow::Continue(())
+            },
+        )
+        .unwrap();
+        assert_eq!(seen, times.len() as u64);
+        let mut alone = start.clone();
+        integrate_within(
+            &AdaptiveCollocation,
+            &system,
+            &Tolerance::all(tolerance),
+            times[300],
+            &mut alone,
+            &mut (),
+        )
+        .unwrap();
+        assert_eq!(state, alone);
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_refused() {
+    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    let start = State::new([1.5], [0.5]).unwrap();
+    let mut state = start.clone();
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-16] {
+        let outcome = integrate_within(
+            &AdaptiveCollocation,
+            &system,
+            &Tolerance::all(tolerance),
+            1.0,
+            &mut state,
+            &mut (),
+        );
+        assert!(matches!(outcome, Err(IntegrateError::Input(InputError::Tolerance { .. }))), "{tolerance}");
+    }
+    for end in [-1.0, f64::NAN, f64::INFINITY] {
+        let outcome =
+            integrate_within(&AdaptiveCollocation, &system, &Tolerance::all(1e-6), end, &mut state, &mut ());
+        assert!(matches!(outcome, Err(IntegrateError::Input(InputError::End { .. }))), "{end}");
+    }
+    let descending = [1.0, 0.5];
+    let outcome =
+        sample_within(&AdaptiveCollocation, &system, &Tolerance::all(1e-6), &descending, &mut state, &mut ());
+    assert!(matches!(outcome, Err(IntegrateError::Input(InputError::End { .. }))));
+    assert_eq!(state, start);
+}
+
+/// H = p²/2 and a force that is no number beyond q = 1; with `pole`, V = ln (1 - q): q falls into the pole in finite time.
+struct Cliff {
+    pole: bool,
+}
+
+impl System<f64> for Cliff {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0 + if self.pole { (1.0 - q[0]).ln() } else { 0.0 }
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        let beyond = if q[0] > 1.0 { f64::NAN } else { 0.0 };
+        (hq[0], hp[0]) = (if self.pole { -1.0 / (1.0 - q[0]) } else { beyond }, p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        d[0] = 0.1 * v[0];
+    }
+    fn damping(&self) -> Damping {
+        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    }
+}
+
+impl Curvature<f64> for Cliff {
+    fn curvature(&self, q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        put(Block::Hqq, 0, 0, if self.pole { -(1.0 - q[0]).powi(-2) } else { 0.0 });
+        put(Block::Hpp, 0, 0, 1.0);
+        put(Block::Dp, 0, 0, 0.1);
+    }
+}
+
+#[test]
+fn failures_have_names_and_the_last_good_state() {
+    for pole in [false, true] {
+        let mut state = State::new([0.0], [1.0]).unwrap();
+        let mut last = state.clone();
+        let outcome = integrate_within(
+            &AdaptiveCollocation,
+            &Cliff { pole },
+            &Tolerance::all(1e-6),
+            10.0,
+            &mut state,
+            &mut |_: u64, state: &State<[f64; 1]>| {
+                last = state.clone();
+                ControlFlow::Continue(())
+            },
+        );
+        println!("{outcome:?} {state:?}");
+        let Err(IntegrateError::Run(error)) = outcome else { panic!("{outcome:?}") };
+        let named = matches!(
+            error.failure,
+            StepFailure::Vanishes { .. } | StepFailure::NonFinite { .. } | StepFailure::NotContracting { .. }
+        );
+        assert!(named, "{error}");
+        assert_eq!((state.clone(), error.t), (last, state.t));
+        assert!(state.q[0] > 0.99 && state.q[0] <= 1.0, "{state:?}");
+    }
+}
+
+/// After the first steps nothing is allocated, accepted or rejected.
+#[test]
+fn steps_allocate_nothing() {
+    fn check<S: Curvature<f64>>(system: &S) {
+        for tolerance in [1e-4, 1e-9] {
+            let n = system.dof();
+            let mut state = State::new((0..n).map(|j| (j as f64).sin()).collect(), vec![0.5; n]).unwrap();
+            let method = AdaptiveCollocation;
+            let mut workspace = method.workspace(system, &Tolerance::all(tolerance), 10.0).unwrap();
+            let allocated = allocation_counter::measure(|| {
+                for i in 0..100 {
+                    let h = if i % 5 == 0 { 0.03 } else { 0.02 };
+                    if method
+                        .attempt(system, h, &state, &mut workspace)
+                        .is_ok_and(|attempt| attempt.error < 1.0)
+                    {
+                        Adaptive::<_, S>::accept(&method, &mut state, &mut workspace);
+                    }
+                }
+            });
+            assert_eq!(allocated.count_total, 0);
+        }
+    }
+    check(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
+    check(&FputChain::new(20, 0.5, 0.1).unwrap());
+    check(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
+}

@@ -1,0 +1,32 @@
+//! Steps allocate nothing: simple ones, those of Newton's iteration, those with more nodes.
+
+use afterbay_core::{Curvature, Method, State};
+use afterbay_methods::Collocation;
+use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPol};
+use allocation_counter::measure;
+
+fn allocations<S: Curvature<f64>>(system: &S, stages: usize, h: f64) -> u64 {
+    let method = Collocation::new(stages);
+    let q = (0..system.dof()).map(|j| 1.5 + (j as f64).sin()).collect();
+    let mut state = State::new(q, vec![0.1; system.dof()]).unwrap();
+    let mut workspace = method.workspace(system).unwrap();
+    measure(|| {
+        for _ in 0..20 {
+            let _ = method.step(system, h, &mut state, &mut workspace);
+        }
+    })
+    .count_total
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    for stages in [1, 4, 8] {
+        for h in [0.01, 0.3] {
+            let pendulum = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
+            assert_eq!(allocations(&pendulum, stages, h), 0);
+            assert_eq!(allocations(&VanDerPol::new(1000.0).unwrap(), stages, h), 0);
+            assert_eq!(allocations(&FputChain::new(20, 0.5, 0.1).unwrap(), stages, h), 0);
+            assert_eq!(allocations(&FputChain::new(600, 0.5, 0.1).unwrap(), stages, h), 0);
+        }
+    }
+}

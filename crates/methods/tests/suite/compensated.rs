@@ -1,0 +1,376 @@
+//! Increments whose roundings do not add up: K over long runs, the same method as without, what is carried and when.
+
+use crate::rubbed;
+use afterbay_core::{
+    Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable, State,
+    StepFailure, System, Vector, integrate,
+};
+use afterbay_methods::{Compensated, Composition, Increment};
+use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
+use nalgebra::{DVector, SVector};
+use proptest::prelude::*;
+use rubbed::Rubbed;
+use std::ops::ControlFlow;
+
+const N: usize = 8;
+
+fn chain(c: f64) -> FputChain<f64> {
+    FputChain::new(N, 1.0, c).unwrap()
+}
+
+/// At rest as a sine.
+fn sine() -> State<[f64; N]> {
+    let sine = |j: usize| (std::f64::consts::PI * (j + 1) as f64 / (N + 1) as f64).sin();
+    State::new(std::array::from_fn(sine), [0.0; N]).unwrap()
+}
+
+fn pair() -> Increment {
+    Increment::new(Composition::pair())
+}
+
+fn lift<V: Vector<Scalar = f64>>(state: &State<V>) -> State<Vec<Quad>> {
+    let lift = |part: &V| part.as_slice().iter().map(|&x| Quad::from_f64(x)).collect();
+    State { q: lift(&state.q), p: lift(&state.p), w: lift(&state.w), t: Quad::from_f64(state.t) }
+}
+
+/// What the rounding of each number of a state by itself makes of K, in `f64`, and a share of what K is made of for the steps
+/// themselves, which are good to 1e-31 of it.
+fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
+    let n = state.q.len();
+    let [mut hq, mut hp] = [0; 2].map(|_| vec![Quad::ZERO; n]);
+    exact.gradient(&state.q, &state.p, &mut hq, &mut hp);
+    let products =
+        |x: &[Quad], y: &[Quad]| x.iter().zip(y).map(|(&x, &y)| (x * y).to_f64().abs()).sum::<f64>();
+    let w = state.w.iter().map(|w| w.to_f64().abs()).sum::<f64>();
+    let all = products(&state.q, &hq) + products(&state.p, &hp) + w;
+    f64::EPSILON / 2.0 * all
+        + 1e-24 * (all + exact.energy(&state.q, &state.p).to_f64().abs())
+        + f64::MIN_POSITIVE
+}
+
+/// The largest deviation of K over a run, in roundings of the state it is seen at, and at the end beside K.
+fn deviation<const M: usize, S, P, A>(
+    method: &A,
+    system: &S,
+    exact: &P,
+    start: &State<[f64; M]>,
+    grid: Grid<f64>,
+) -> [f64; 2]
+where
+    S: Separable<f64>,
+    P: Separable<Quad>,
+    A: Method<[f64; M], S>,
+{
+    let before = lift(start).total(exact);
+    let mut found = [0.0_f64; 2];
+    let mut look = |step: u64, state: &State<[f64; M]>| {
+        if step.is_multiple_of(997) || step == grid.steps {
+            let lifted = lift(state);
+            let off = (lifted.total(exact) - before).to_f64();
+            found = [found[0].max(off.abs() / roundings(exact, &lifted)), off / before.to_f64()];
+        }
+        ControlFlow::Continue(())
+    };
+    integrate(method, system, grid, &mut start.clone(), &mut look).unwrap();
+    found
+}
+
+#[test]
+fn k_does_not_drift_from_a_rounding() {
+    let grid = || Grid::of(0.2, 100_000).unwrap();
+    // Friction so weak that the chain still moves at the end, at t = 2e4; and none.
+    for c in [0.0, 1e-5] {
+        let (system, exact) = (chain(c), chain(c).map(Quad::from));
+        let [plain, _] = deviation(&pair(), &system, &exact, &sine(), grid());
+        let [most, end] = deviation(&pair().compensated(exact), &system, &exact, &sine(), grid());
+        println!("c = {c}: {most:.2} roundings, {end:.1e} of K at the end; without {plain:.0} roundings");
+        assert!(most <= 1.0, "{c}: {most} roundings");
+        assert!(plain > 20.0, "{c}: {plain} roundings");
+    }
+}
+
+#[test]
+fn k_does_not_drift_on_a_limit_cycle() {
+    let system = VanDerPol::new(1.0).unwrap();
+    let exact = system.map(Quad::from);
+    let start = State::new([2.0], [0.0]).unwrap();
+    let grid = || Grid::of(0.1, 100_000).unwrap();
+    let [plain, _] = deviation(&pair(), &system, &exact, &start, grid());
+    let [most, _] = deviation(&pair().compensated(exact), &system, &exact, &start, grid());
+    println!("{most:.2} roundings, without {plain:.0}");
+    assert!(most <= 1.0 && plain > 20.0, "{most} and {plain} roundings");
+}
+
+#[test]
+fn friction_that_couples_momenta_is_compensated_too() {
+    let start = State::new([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]).unwrap();
+    let system = Rubbed { c: 1e-5 };
+    let grid = || Grid::of(0.2, 100_000).unwrap();
+    let [plain, _] = deviation(&pair(), &system, &system, &start, grid());
+    let [most, _] = deviation(&pair().compensated(system), &system, &system, &start, grid());
+    println!("{most:.2} roundings, without {plain:.0}");
+    // Without compensation they add up, but like √t: with the rounding of the slope of friction in them they were 2e5.
+    assert!(most <= 1.0 && (20.0..5e3).contains(&plain), "{most} and {plain} roundings");
+}
+
+/// How far a run in `f64` is from the same in `Quad`, in roundings of the largest number in each part.
+fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> f64 {
+    let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
+    let of = |(found, exact): (&V, &Vec<Quad>)| {
+        let pairs = || found.as_slice().iter().zip(exact);
+        let off = pairs().map(|(&a, &b)| (Quad::from_f64(a) - b).to_f64().abs()).fold(0.0, f64::max);
+        let size = pairs().map(|(a, _)| a.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        off / (f64::EPSILON / 2.0 * size)
+    };
+    parts.map(of).into_iter().fold(0.0, f64::max)
+}
+
+/// The run in `Quad`, rounded; the one without compensation is 1e-13 of it at most and further off than that.
+fn check_against_quad<S, P>(system: &S, exact: &P, start: &State<Vec<f64>>, label: &str)
+where
+    S: Separable<f64>,
+    P: Separable<Quad> + Copy,
+{
+    let n = system.dof();
+    for composition in
+        [Composition::sweep(), Composition::pair(), Composition::suzuki4(), Composition::kahan_li8()]
+    {
+        for order in [(0..n).collect(), system.coupling().coloured(n)] {
+            let method = Increment::new(composition.clone()).in_order(order);
+            let (mut plain, mut found, mut reference) = (start.clone(), start.clone(), lift(start));
+            for (h, steps) in [(0.1, 100), (0.07, 50)] {
+                let exact_h = Quad::from_f64(h);
+                integrate(&method, exact, Grid { h: exact_h, steps }, &mut reference, &mut ()).unwrap();
+                integrate(&method, system, Grid { h, steps }, &mut plain, &mut ()).unwrap();
+            }
+            let compensated = method.compensated(*exact);
+            let mut workspace = compensated.workspace(system).unwrap();
+            // What is carried outlasts a change of the step.
+            for h in [0.1; 100].into_iter().chain([0.07; 50]) {
+                compensated.step(system, h, &mut found, &mut workspace).unwrap();
+            }
+            let (off, without) = (away(&found, &reference), away(&plain, &reference));
+            println!("{label} {:2} sweeps: {off:.3}, without {without:.0}", composition.sweeps());
+            assert!(off <= 1.001, "{label} {composition:?}: {off} roundings from Quad");
+            assert!((4.0..1e4).contains(&without), "{label} {composition:?}: {without} roundings without");
+        }
+    }
+}
+
+#[test]
+fn a_run_is_that_in_quad_rounded() {
+    let wave: Vec<f64> = (0..N).map(|j| (0.7 * j as f64).sin()).collect();
+    let start = State::new(wave.clone(), wave.iter().rev().copied().collect()).unwrap();
+    for c in [0.0, 0.3] {
+        check_against_quad(&chain(c), &chain(c).map(Quad::from), &start, "chain");
+    }
+    let ring = VanDerPolRing::new(N, 0.8, 0.6).unwrap();
+    check_against_quad(&ring, &ring.map(Quad::from), &start, "ring");
+    let three = State::new(vec![0.8, -0.3, 0.5], vec![0.2, 0.9, -0.7]).unwrap();
+    check_against_quad(&Rubbed { c: 0.3 }, &Rubbed { c: 0.3 }, &three, "rubbed");
+}
+
+fn bits<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<u64> {
+    [&state.q, &state.p, &state.w].iter().flat_map(|part| part.as_slice()).map(|x| x.to_bits()).collect()
+}
+
+type OfChain = Compensated<FputChain<Quad>>;
+type Scratch = <OfChain as Method<[f64; N], FputChain<f64>>>::Workspace;
+
+/// A chain without a force on one of its masses that is a number.
+struct Torn {
+    chain: FputChain<f64>,
+    at: usize,
+}
+
+impl System<f64> for Torn {
+    fn dof(&self) -> usize {
+        self.chain.dof()
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        self.chain.energy(q, p)
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        self.chain.gradient(q, p, hq, hp);
+    }
+    fn dissipation(&self, q: &[f64], p: &[f64], v: &[f64], d: &mut [f64]) {
+        self.chain.dissipation(q, p, v, d);
+    }
+    fn damping(&self) -> Damping {
+        self.chain.damping()
+    }
+}
+
+impl Separable<f64> for Torn {
+    fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
+        if j == self.at { f64::NAN } else { self.chain.partial(q, j, at) }
+    }
+    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+        self.chain.drag(q, p, j)
+    }
+}
+
+fn of_chain() -> OfChain {
+    pair().compensated(chain(0.1).map(Quad::from))
+}
+
+/// The state and what is carried after a while.
+fn travelled(method: &OfChain) -> (State<[f64; N]>, Scratch) {
+    let mut state = sine();
+    let mut workspace = method.workspace(&chain(0.1)).unwrap();
+    (0..20).for_each(|_| {
+        method.step(&chain(0.1), 0.2, &mut state, &mut workspace).unwrap();
+    });
+    (state, workspace)
+}
+
+/// The state a while later.
+fn carry(method: &OfChain, state: &State<[f64; N]>, workspace: &mut Scratch) -> Vec<u64> {
+    let mut state = state.clone();
+    for _ in 0..20 {
+        method.step(&chain(0.1), 0.2, &mut state, workspace).unwrap();
+    }
+    bits(&state)
+}
+
+#[test]
+fn a_failed_step_leaves_everything_as_it_was() {
+    let method = of_chain();
+    let (state, mut workspace) = travelled(&method);
+    let undisturbed = carry(&method, &state, &mut workspace.clone());
+    let mut tried = state.clone();
+    // In the first coordinate, and when one or most of the others have moved.
+    for at in [0, 1, N - 1] {
+        let torn = Torn { chain: chain(0.1), at };
+        let failure = method.step(&torn, 0.2, &mut tried, &mut workspace).unwrap_err();
+        assert!(matches!(failure, StepFailure::NonFinite { dof, .. } if dof == at), "{failure}");
+        assert_eq!(bits(&tried), bits(&state));
+    }
+    for h in [1e200, f64::NAN] {
+        assert!(method.step(&chain(0.1), h, &mut tried, &mut workspace).is_err());
+        assert_eq!(bits(&tried), bits(&state));
+    }
+    assert_eq!(carry(&method, &tried, &mut workspace), undisturbed);
+}
+
+#[test]
+fn what_is_carried_belongs_to_one_state_only() {
+    let method = of_chain();
+    let (state, workspace) = travelled(&method);
+    let fresh = || method.workspace(&chain(0.1)).unwrap();
+    assert_ne!(carry(&method, &state, &mut workspace.clone()), carry(&method, &state, &mut fresh()));
+    for part in 0..3 {
+        for j in [0, N - 1] {
+            let mut other = state.clone();
+            let x = &mut [&mut other.q, &mut other.p, &mut other.w][part][j];
+            *x = x.next_up();
+            assert_eq!(carry(&method, &other, &mut workspace.clone()), carry(&method, &other, &mut fresh()));
+        }
+    }
+}
+
+fn carried_by<V, S, P>(system: &S, exact: P, q: V, p: V) -> Vec<u64>
+where
+    V: Vector<Scalar = f64>,
+    S: Separable<f64>,
+    P: Separable<Quad>,
+{
+    let mut state = State::new(q, p).unwrap();
+    let method = Increment::new(Composition::suzuki4()).compensated(exact);
+    integrate(&method, system, Grid::of(0.1, 200).unwrap(), &mut state, &mut ()).unwrap();
+    bits(&state)
+}
+
+#[test]
+fn storage_changes_no_bit() {
+    fn check<S: Separable<f64>, P: Separable<Quad> + Copy>(system: &S, exact: P) {
+        let (q, p) = ([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]);
+        let array = carried_by(system, exact, q, p);
+        assert_eq!(array, carried_by(system, exact, SVector::from(q), SVector::from(p)));
+        assert_eq!(array, carried_by(system, exact, q.to_vec(), p.to_vec()));
+        let vector = |x: [f64; 3]| DVector::from_row_slice(&x);
+        assert_eq!(array, carried_by(system, exact, vector(q), vector(p)));
+    }
+    let system = FputChain::new(3, 1.0, 0.1).unwrap();
+    check(&system, system.map(Quad::from));
+    check(&Rubbed { c: 0.3 }, Rubbed { c: 0.3 });
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    fn check<S: Separable<f64>, P: Separable<Quad>>(system: &S, exact: P) {
+        let n = system.dof();
+        let mut state = State::new(vec![0.3; n], vec![0.1; n]).unwrap();
+        let method = Increment::new(Composition::kahan_li8()).compensated(exact);
+        let mut workspace = method.workspace(system).unwrap();
+        let steps = allocation_counter::measure(|| {
+            for _ in 0..10 {
+                method.step(system, 0.1, &mut state, &mut workspace).unwrap();
+            }
+        });
+        assert_eq!(steps.count_total, 0);
+    }
+    let system = FputChain::new(40, 1.0, 0.1).unwrap();
+    check(&system, system.map(Quad::from));
+    check(&Rubbed { c: 0.3 }, Rubbed { c: 0.3 });
+}
+
+#[test]
+fn another_system_is_refused() {
+    let try_with = |exact: FputChain<f64>| {
+        let method = pair().compensated(exact.map(Quad::from));
+        let mut state = sine();
+        let outcome = integrate(&method, &chain(0.1), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+        assert!(outcome.is_ok() || bits(&state) == bits(&sine()));
+        outcome
+    };
+    assert!(try_with(chain(0.1)).is_ok());
+    let longer = FputChain::new(N + 1, 1.0, 0.1).unwrap();
+    let length = InputError::Length { quantity: Quantity::Coordinate, expected: N, found: N + 1 };
+    assert_eq!(try_with(longer), Err(length.into()));
+    for damping in [0.0, -0.1] {
+        let found = try_with(chain(damping));
+        assert!(matches!(found, Err(IntegrateError::Input(InputError::Unsupported { .. }))), "{found:?}");
+    }
+    // What cannot be told beforehand is seen in the first step.
+    for other in [FputChain::new(N, 1.001, 0.1).unwrap(), chain(0.1001)] {
+        let Err(IntegrateError::Run(error)) = try_with(other) else { panic!("{other:?}") };
+        assert!(matches!(error.failure, StepFailure::NewtonStalled { .. }) && error.step <= 2, "{error}");
+    }
+    let double =
+        Increment::new(Composition::pair()).in_order(vec![0; N]).compensated(chain(0.1).map(Quad::from));
+    assert!(Method::<[f64; N], _>::workspace(&double, &chain(0.1)).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// After a few steps of any length K is off by the rounding of the state alone, and Δw ≥ 0 where it is owed.
+    #[test]
+    fn k_is_kept_to_a_rounding_of_the_state(
+        q in prop::collection::vec(-3.0..3.0_f64, 1..10),
+        seed in -2.0..2.0_f64,
+        beta in -1.0..2.0_f64,
+        c in -0.5..1.0_f64,
+        log_h in -4.0..1.0_f64,
+    ) {
+        let p = q.iter().map(|q| seed * (7.0 * q).sin()).collect();
+        let system = FputChain::new(q.len(), beta, c).unwrap();
+        let exact = system.map(Quad::from);
+        let mut state = State::new(q, p).unwrap();
+        let before = lift(&state).total(&exact);
+        let method = Increment::new(Composition::pair()).compensated(exact);
+        let mut workspace = method.workspace(&system).unwrap();
+        for _ in 0..5 {
+            let last = state.clone();
+            if method.step(&system, 10f64.powf(log_h), &mut state, &mut workspace).is_err() {
+                prop_assert_eq!(bits(&state), bits(&last));
+                break;
+            }
+            let lifted = lift(&state);
+            let off = (lifted.total(&exact) - before).to_f64().abs() / roundings(&exact, &lifted);
+            prop_assert!(off <= 1.0 + 1e-6, "{} roundings", off);
+            prop_assert!(c < 0.0 || state.w.iter().zip(&last.w).all(|(new, old)| new >= old));
+        }
+    }
+}

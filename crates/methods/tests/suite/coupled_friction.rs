@@ -1,0 +1,323 @@
+//! Friction that couples the momenta, D = C(q) p: orders, K, passivity in sum, refusals.
+
+use crate::slope;
+use afterbay_core::taylor::trajectory;
+use afterbay_core::{
+    Damping, Drag, Grid, InputError, Method, Passive, Scalar, Separable, State, StepFailure, System,
+    integrate,
+};
+use afterbay_methods::{Composition, Increment, Leapfrog, Rk4};
+use allocation_counter::measure;
+use proptest::prelude::*;
+use slope::slope;
+
+/// A chain with fixed ends, H = Σ p_j²/(2 m_j) + Σ q_j²/2 + Σ r²/2 + r⁴/4, and D = S R S ∂H/∂p with S = diag(1 + s q_j²).
+#[derive(Clone, Debug)]
+struct Chain {
+    masses: Vec<f64>,
+    /// R = ± G Gᵀ
+    friction: Vec<Vec<f64>>,
+    /// s
+    swell: f64,
+    damping: Damping,
+}
+
+const PASSIVE: Damping = Damping { zero: false, passive: Passive::InSum, linear: true, coupled: true };
+
+impl Chain {
+    fn new(masses: Vec<f64>, shape: &[Vec<f64>], swell: f64) -> Self {
+        let row = |a: &Vec<f64>| shape.iter().map(|b| a.iter().zip(b).map(|(a, b)| a * b).sum()).collect();
+        Self { masses, friction: shape.iter().map(row).collect(), swell, damping: PASSIVE }
+    }
+
+    fn resistance<T: Scalar>(&self, q: &[T], i: usize, j: usize) -> T {
+        let swollen = |j: usize| (T::from_f64(self.swell) * q[j]).mul_add(q[j], T::one());
+        T::from_f64(self.friction[i][j]) * swollen(i) * swollen(j)
+    }
+
+    /// Σ |q| |∂V/∂q| of the springs at its largest on the way from `a` to `b`: what rounding q makes of V is ε of it, and it is more
+    /// than ε V where q is large and its springs are short.
+    fn strain(a: &[f64], b: &[f64]) -> f64 {
+        let ends = |j: Option<usize>| j.map_or([0.0; 2], |j| [a[j], b[j]]);
+        let spring = |j: usize| {
+            let (from, to) = (ends(j.checked_sub(1)), ends(Some(j)));
+            let longest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let r = longest(&[to[0] - from[0], to[0] - from[1], to[1] - from[0], to[1] - from[1]]);
+            (longest(&from) + longest(&to)) * (r + r.powi(3))
+        };
+        (0..a.len()).map(spring).sum()
+    }
+
+    /// Σ |R_ij| |v_i| |v_j| at its largest with energies up to `most`: p_j²/(2 m_j) and q_j²/2 are no more.
+    fn power(&self, most: f64) -> f64 {
+        let n = self.masses.len();
+        let swollen = (1.0 + self.swell * 2.0 * most).powi(2);
+        let speed = |j: usize| (2.0 * most / self.masses[j]).sqrt();
+        let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        pairs.map(|(i, j)| self.friction[i][j].abs() * swollen * speed(i) * speed(j)).sum()
+    }
+}
+
+impl<T: Scalar> System<T> for Chain {
+    fn dof(&self) -> usize {
+        self.masses.len()
+    }
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let n = q.len();
+        let own = |j: usize| (p[j] * p[j] / T::from_f64(self.masses[j]) + q[j] * q[j]).half();
+        let spring = |j: usize| {
+            let r = if j == 0 { q[0] } else { q[j] - q[j - 1] };
+            (r * r).half() * ((r * r).half() + T::one())
+        };
+        (0..n).fold(T::zero(), |sum, j| sum + own(j) + spring(j))
+    }
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        for j in 0..q.len() {
+            (hq[j], hp[j]) = (self.partial(q, j, q[j]), p[j] / T::from_f64(self.masses[j]));
+        }
+    }
+    fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        for (i, d) in d.iter_mut().enumerate() {
+            *d = (0..q.len()).fold(T::zero(), |sum, j| self.resistance(q, i, j).mul_add(v[j], sum));
+        }
+    }
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+}
+
+impl<T: Scalar> Separable<T> for Chain {
+    fn mass(&self, j: usize) -> T {
+        T::from_f64(self.masses[j])
+    }
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        let pull = |r: T| r * (r * r + T::one());
+        let left = pull(if j == 0 { at } else { at - q[j - 1] });
+        let right = q.get(j + 1).map_or(T::zero(), |&next| pull(at - next));
+        at + left + right
+    }
+    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+        let of = |k: usize| self.resistance(q, j, k) / T::from_f64(self.masses[k]);
+        let value = (0..q.len()).fold(T::zero(), |sum, k| of(k).mul_add(p[k], sum));
+        Drag { value, by_q: T::zero(), by_p: of(j) }
+    }
+}
+
+const N: usize = 4;
+
+fn four(swell: f64) -> Chain {
+    let shape = [[0.5, -0.4, 0.1], [0.3, 0.6, -0.5], [-0.4, 0.2, 0.7], [0.6, -0.3, 0.2]];
+    Chain::new(vec![1.0, 1.7, 0.6, 1.2], &shape.map(Vec::from), swell)
+}
+
+fn start() -> State<[f64; N]> {
+    State::new([0.8, -0.3, 0.5, -0.6], [0.2, 0.9, -0.7, 0.5]).unwrap()
+}
+
+/// The slopes of the errors of q, p and w at t = 1.
+fn orders<M: Method<[f64; N], Chain>>(system: &Chain, method: &M, counts: &[u64]) -> [f64; 3] {
+    let end = &trajectory::<Chain, _, 24>(system, &start(), 1.0, 1).unwrap()[1];
+    let far = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let errors: Vec<[f64; 3]> = counts
+        .iter()
+        .map(|&count| {
+            let mut state = start();
+            integrate(method, system, Grid { h: 1.0 / count as f64, steps: count }, &mut state, &mut ())
+                .unwrap();
+            [far(&state.q, &end.q), far(&state.p, &end.p), far(&state.w, &end.w)]
+        })
+        .collect();
+    let steps: Vec<f64> = counts.iter().map(|&count| 1.0 / count as f64).collect();
+    [0, 1, 2].map(|part| slope(&steps, &errors.iter().map(|error| error[part]).collect::<Vec<_>>()))
+}
+
+#[test]
+fn compositions_keep_their_order() {
+    for swell in [0.0, 0.4] {
+        for (composition, order, counts) in [
+            (Composition::sweep(), 1.0, [1000, 2000, 4000]),
+            (Composition::pair(), 2.0, [200, 400, 800]),
+            (Composition::suzuki4(), 4.0, [60, 84, 120]),
+            (Composition::blanes_moan4(), 4.0, [40, 56, 80]),
+            (Composition::yoshida6(), 6.0, [24, 32, 40]),
+        ] {
+            let natural = Increment::new(composition);
+            for method in [natural.clone(), natural.in_order(vec![2, 0, 3, 1])] {
+                let found = orders(&four(swell), &method, &counts);
+                println!("{order} {swell} {found:.3?}");
+                assert!(found.iter().all(|found| (found - order).abs() < 0.1), "{method:?}: {found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_explicit_method_needs_nothing() {
+    let found = orders(&four(0.4), &Rk4, &[60, 84, 120]);
+    assert!(found.iter().all(|found| (found - 4.0).abs() < 0.1), "{found:?}");
+}
+
+/// A chain of up to 10 masses whose R has any rank, in a state, a step size, and an order of the coordinates.
+fn chains() -> impl Strategy<Value = (Chain, State<Vec<f64>>, f64, Vec<usize>)> {
+    (1..=10_usize).prop_flat_map(|n| (Just(n), 1..=n, -5.0..1.0_f64)).prop_flat_map(|(n, rank, exponent)| {
+        let shape = prop::collection::vec(prop::collection::vec(-1.0..1.0, rank), n);
+        let chain = (prop::collection::vec(0.1..10.0, n), shape, prop_oneof![Just(0.0), 0.0..1.0])
+            .prop_map(|(masses, shape, swell)| Chain::new(masses, &shape, swell));
+        let part = || prop::collection::vec(-2.0..2.0, n);
+        let state = (part(), part()).prop_map(|(q, p)| State::new(q, p).unwrap());
+        let order = Just((0..n).collect::<Vec<_>>()).prop_shuffle();
+        (chain, state, Just(10.0_f64.powf(exponent)), order)
+    })
+}
+
+fn step(method: &Increment, chain: &Chain, h: f64, state: &mut State<Vec<f64>>) -> Result<(), StepFailure> {
+    let mut workspace = Method::<Vec<f64>, Chain>::workspace(method, chain).unwrap();
+    method.step(chain, h, state, &mut workspace).map(|_| ())
+}
+
+/// K, with w summed up so that this rounds no worse than H.
+fn total(chain: &Chain, state: &State<Vec<f64>>) -> f64 {
+    state.energy(chain) + state.w.iter().sum::<f64>()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+
+    /// Where friction is passive and V ≥ 0, every energy on the way through a sweep is at most H at one of its ends.
+    #[test]
+    fn k_is_kept_by_every_sweep((chain, start, h, order) in chains()) {
+        let s = 1.0 / (4.0 - 4.0_f64.cbrt());
+        let suzuki = [s, s, 1.0 - 4.0 * s, s, s].map(|weight| [weight / 2.0; 2]).concat();
+        let back: Vec<usize> = order.iter().rev().copied().collect();
+        for composition in [vec![0.5, 0.5], suzuki] {
+            let method = Increment::new(Composition::alternating(&composition).unwrap()).in_order(order.clone());
+            let (mut by_sweeps, mut at_once) = (start.clone(), start.clone());
+            let outcome = step(&method, &chain, h, &mut at_once);
+            for (i, fraction) in composition.iter().enumerate() {
+                let order = if i % 2 == 0 { &order } else { &back };
+                let sweep = Increment::new(Composition::sweep()).in_order(order.clone());
+                let before = by_sweeps.clone();
+                if let Err(failure) = step(&sweep, &chain, fraction * h, &mut by_sweeps) {
+                    prop_assert_eq!(&before, &by_sweeps, "a failed step changes nothing");
+                    prop_assert_eq!(outcome, Err(failure));
+                    prop_assert_eq!(&start, &at_once, "a failed step changes nothing");
+                    return Ok(());
+                }
+                let most = before.energy(&chain).max(by_sweeps.energy(&chain));
+                let held: f64 = before.w.iter().chain(&by_sweeps.w).map(|w| w.abs()).sum();
+                // Each coordinate moves K by up to 16 roundings of its own terms, as in `increment`, and the sums of n
+                // terms in D and K round n times.
+                let work = (fraction * h).abs() * chain.power(most);
+                let strain = Chain::strain(&before.q, &by_sweeps.q);
+                let bound = (16.0 + order.len() as f64) * f64::EPSILON / 2.0 * (2.0 * most + strain + held + work);
+                let drift = (total(&chain, &by_sweeps) - total(&chain, &before)).abs();
+                prop_assert!(drift <= bound, "sweep {i}: K moves by {drift:e}, {:.1} of the bound", drift / bound);
+            }
+            prop_assert_eq!(outcome, Ok(()));
+            prop_assert_eq!(&by_sweeps, &at_once, "a composition is its sweeps");
+        }
+    }
+
+    /// Σ D̄_j p̄_j/m_j = v̄ᵀ R v̄ whatever rounding makes of p̄; each of its terms, the entries of R among them, is rounded less than
+    /// 2 n + 8 times, and a pair is two sweeps of h/2 with two passes of h/4 each.
+    #[test]
+    fn the_reservoirs_fill_in_sum((chain, start, h, order) in chains()) {
+        for composition in [Composition::sweep(), Composition::pair()] {
+            let method = Increment::new(composition).in_order(order.clone());
+            let mut state = start.clone();
+            if step(&method, &chain, h, &mut state).is_ok() {
+                let terms = h * chain.power(start.energy(&chain));
+                let bound = (2.0 * order.len() as f64 + 8.0) * f64::EPSILON / 2.0 * terms;
+                let gain: f64 = state.w.iter().sum();
+                prop_assert!(gain >= -bound, "{gain:e}, {:.1} of the bound", gain / bound);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_reservoir_alone_may_be_drained() {
+    // v1 pushes on 2 what it loses: R = (1, -1)ᵀ (1, -1).
+    let chain = Chain::new(vec![1.0, 1.0], &[vec![1.0], vec![-1.0]], 0.0);
+    let mut state = State::new(vec![0.0, 0.0], vec![1.0, 0.2]).unwrap();
+    step(&Increment::new(Composition::pair()), &chain, 0.1, &mut state).unwrap();
+    assert!(state.w[0] > 0.0 && state.w[1] < 0.0 && state.w[0] + state.w[1] > 0.0, "{:?}", state.w);
+}
+
+#[test]
+fn what_is_coupled_and_not_linear_is_refused() {
+    let chain = Chain { damping: Damping { linear: false, ..PASSIVE }, ..four(0.0) };
+    for composition in [Composition::sweep(), Composition::pair(), Composition::kahan_li8()] {
+        match Method::<[f64; N], Chain>::workspace(&Increment::new(composition), &chain) {
+            Err(error @ InputError::Unsupported { method: "increment", .. }) => {
+                let message = error.to_string();
+                assert!(message.contains("not linear") && message.contains("gonzalez"), "{message}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// vᵀ R v ≥ 0 does not ask for a symmetric R; that the sweeps fill the reservoirs in sum does.
+#[test]
+fn what_is_passive_and_not_symmetric_is_refused() {
+    let gyre = |friction: [[f64; 2]; 2], passive| Chain {
+        masses: vec![1.0, 2.0],
+        friction: friction.map(Vec::from).to_vec(),
+        swell: 0.0,
+        damping: Damping { passive, ..PASSIVE },
+    };
+    let method = Increment::new(Composition::pair());
+    let accepts = |chain: &Chain| Method::<Vec<f64>, Chain>::workspace(&method, chain);
+    for friction in [[[0.1, 4.0], [-4.0, 0.1]], [[0.1, 0.01], [0.0, 0.1]], [[0.1, f64::NAN], [0.0, 0.1]]] {
+        match accepts(&gyre(friction, Passive::InSum)) {
+            Err(error @ InputError::Unsupported { method: "increment", .. }) => {
+                let message = error.to_string();
+                assert!(message.contains("not symmetric") && message.contains("gonzalez"), "{message}");
+            }
+            other => panic!("{other:?}"),
+        }
+        // It owes nothing.
+        assert!(accepts(&gyre(friction, Passive::No)).is_ok());
+    }
+    // C = R M⁻¹ of a symmetric R is not symmetric.
+    assert!(accepts(&gyre([[0.3, -0.2], [-0.2, 0.4]], Passive::InSum)).is_ok());
+}
+
+#[test]
+fn leapfrog_refuses_coupled_friction() {
+    match Method::<[f64; N], Chain>::workspace(&Leapfrog, &four(0.0)) {
+        Err(error @ InputError::Unsupported { method: "leapfrog", .. }) => {
+            assert!(error.to_string().contains("couples the momenta"), "{error}");
+        }
+        other => panic!("{other:?}"),
+    }
+    let uncoupled = Chain { damping: Damping { coupled: false, ..PASSIVE }, ..four(0.0) };
+    assert!(Method::<[f64; N], Chain>::workspace(&Leapfrog, &uncoupled).is_ok());
+}
+
+#[test]
+fn a_singular_equation_is_named_and_leaves_the_state_alone() {
+    // 1 + h/8 C22 = 0 in the first pass of a pair, after the first momentum has moved.
+    let mut chain = Chain::new(vec![1.0, 1.0], &[vec![1.0], vec![1.0]], 0.0);
+    chain.friction[1][1] = -16.0;
+    chain.damping.passive = Passive::No;
+    let start = State::new(vec![0.3, -0.2], vec![1.0, 0.2]).unwrap();
+    let mut state = start.clone();
+    let failure = step(&Increment::new(Composition::pair()), &chain, 0.5, &mut state).unwrap_err();
+    assert_eq!(failure, StepFailure::Singular { dof: 1, slope: 0.0 });
+    assert_eq!(state, start);
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    let (chain, method) = (four(0.4), Increment::new(Composition::suzuki4()));
+    let mut state = State::new(start().q.to_vec(), start().p.to_vec()).unwrap();
+    let mut workspace = Method::<Vec<f64>, Chain>::workspace(&method, &chain).unwrap();
+    let taken = measure(|| {
+        for _ in 0..50 {
+            method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+        }
+    });
+    assert_eq!(taken.count_total, 0);
+}

@@ -1,0 +1,453 @@
+//! What goes wrong has a name that says where, what and how much, and leaves the state as it was.
+
+use afterbay_core::solver::FixedPoint;
+use afterbay_core::{
+    Block, Curvature, Drag, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
+    RunError, Separable, State, StepFailure, System, View, integrate,
+};
+use afterbay_methods::moddg::steps::{Equation, Plain};
+use afterbay_methods::registry::{METHODS, Needs, Run, find, linear, nonlinear};
+use afterbay_methods::{Gonzalez, Leapfrog, LinearSolver, ModDg, Rk4};
+use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
+
+/// A free particle that meets a wall, beyond which the force is no number: V = 0 up to q = 1, D = 0.1 p.
+struct Wall;
+
+impl Wall {
+    fn force(at: f64) -> f64 {
+        if at > 1.0 { f64::NAN } else { 0.0 }
+    }
+}
+
+impl System<f64> for Wall {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, _q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (Self::force(q[0]), p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d[0] = 0.1 * p[0];
+    }
+}
+
+impl Separable<f64> for Wall {
+    fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
+        Self::force(at)
+    }
+    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
+        Drag { value: 0.1 * p[0], by_q: 0.0, by_p: 0.1 }
+    }
+}
+
+/// Two degrees of freedom, coupled by q1 q2, of which the force on the second ends where q2 > 1.
+struct Pair;
+
+impl System<f64> for Pair {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        (p[0] * p[0] + p[1] * p[1]) / 2.0 + q[0] * q[1]
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        hp.copy_from_slice(p);
+        (hq[0], hq[1]) = (self.partial(q, 0, q[0]), self.partial(q, 1, q[1]));
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d.fill(0.0);
+    }
+}
+
+impl Separable<f64> for Pair {
+    fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
+        if j == 1 && at > 1.0 { f64::NAN } else { q[1 - j] }
+    }
+    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
+        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    }
+}
+
+fn state(q: f64, p: f64) -> State<[f64; 1]> {
+    State::new([q], [p]).unwrap()
+}
+
+fn oscillator(k: f64, b: f64) -> DampedOscillator<f64> {
+    DampedOscillator::new(k, b).unwrap()
+}
+
+fn bound<S: OrderRaising<f64> + Curvature<f64> + 'static>(name: &str, system: S) -> Run<f64> {
+    nonlinear(find(name).unwrap(), system).unwrap()
+}
+
+fn closed(name: &str, system: DampedOscillator<f64>) -> Run<f64> {
+    linear(find(name).unwrap(), system).unwrap()
+}
+
+/// The failure of a step, which must not have touched the state.
+fn failure(run: &Run<f64>, h: f64, start: &State<[f64; 1]>) -> StepFailure {
+    let mut state = start.clone();
+    let error = run.step(h, &mut state).unwrap_err();
+    assert_eq!(&state, start, "{error}");
+    let IntegrateError::Run(RunError { step: 1, failure, .. }) = error else { panic!("{error}") };
+    failure
+}
+
+/// All of these stand in the message.
+fn assert_says(error: &impl std::fmt::Display, parts: &[&str]) {
+    let message = error.to_string();
+    for part in parts {
+        assert!(message.contains(part), "no {part:?} in {message:?}");
+    }
+}
+
+/// Runs until the force ends, and checks that the state is that of as many good steps.
+fn run_into_the_wall<M: Method<[f64; 1], Wall>>(
+    method: &M,
+    step: u64,
+    failure: impl Fn(&StepFailure) -> bool,
+) {
+    let h = 0.125;
+    let start = || {
+        let mut start = state(-0.3, 1.0);
+        start.t = 5.0;
+        start
+    };
+    let (mut met, mut good) = (start(), start());
+    let error = integrate(method, &Wall, Grid::of(h, 100).unwrap(), &mut met, &mut ()).unwrap_err();
+    integrate(method, &Wall, Grid::of(h, step - 1).unwrap(), &mut good, &mut ()).unwrap();
+    let IntegrateError::Run(error) = error else { panic!("{error}") };
+    assert!(error.step == step && error.t == good.t && failure(&error.failure), "{error:?}");
+    assert_eq!(met, good);
+    assert!(met.t == 5.0 + h * (step - 1) as f64 && met.check(1).is_ok());
+    assert_says(&error, &[&format!("step {step} "), &format!("t = {}", met.t), "1 becomes NaN"]);
+}
+
+#[test]
+fn a_force_that_ends_stops_the_run_at_the_last_good_step() {
+    let of = |wanted: Quantity| move |failure: &StepFailure| matches!(failure, StepFailure::NonFinite { quantity, dof: 0, value } if *quantity == wanted && value.is_nan());
+    // The wall is met when a trial point passes it; the particle needs 1.4 time units to arrive.
+    run_into_the_wall(&Leapfrog, 12, of(Quantity::Momentum));
+    run_into_the_wall(&Rk4, 12, of(Quantity::Coordinate));
+    run_into_the_wall(&ModDg::newton(), 12, of(Quantity::Force));
+    run_into_the_wall(&ModDg { steps: Plain, solver: FixedPoint }, 12, of(Quantity::Force));
+}
+
+#[test]
+fn the_degree_of_freedom_is_named() {
+    let start = State::new([0.0, 0.9], [0.0, 1.0]).unwrap();
+    for (error, quantity) in [
+        (
+            integrate(&Leapfrog, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()),
+            Quantity::Momentum,
+        ),
+        (integrate(&Rk4, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()), Quantity::Momentum),
+    ] {
+        let IntegrateError::Run(RunError { step: 1, t: 0.0, failure }) = error.unwrap_err() else { panic!() };
+        assert!(
+            matches!(failure, StepFailure::NonFinite { quantity: found, dof: 1, .. } if found == quantity)
+        );
+        assert_says(&failure, &["p2 becomes NaN"]);
+    }
+}
+
+#[test]
+fn a_stiff_simple_iteration_does_not_contract() {
+    let stiff = Duffing::new(1e3, 1.0, 0.1).unwrap();
+    let found = failure(&bound("moddg-fixed-point", stiff), 1.0, &state(1.0, 0.5));
+    let StepFailure::NotContracting { dof: 0, iterations, ratio } = found else { panic!("{found}") };
+    assert!(iterations > 3 && ratio > 1.0, "{found}");
+    assert_says(
+        &found,
+        &["degree of freedom 1", &format!("{iterations} iterations"), &format!("{ratio:.3}")],
+    );
+    // Newton's method takes the step.
+    bound("moddg", stiff).step(1.0, &mut state(1.0, 0.5)).unwrap();
+}
+
+#[test]
+fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
+    // ∂F/∂v is -2e12 here: what q loses to rounding in F is as large as the updates, and must not pass for convergence.
+    let (mu, alpha, beta) = (-4.639779684474526, 3.7658394849613304, -8.126693682460336e-12);
+    let system = ModifiedVanDerPol::new(mu, alpha, beta).unwrap();
+    let run = bound("moddg-fixed-point", system);
+    let found = failure(&run, 1.922333041947047, &state(680728.5370767893, 0.0));
+    assert!(matches!(found, StepFailure::NotContracting { .. }), "{found}");
+}
+
+#[test]
+fn an_equation_without_a_solution_stalls_newton() {
+    // V = -q⁴/4 has no bottom, and a step this large no solution.
+    let found = failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
+    assert!(
+        matches!(found, StepFailure::NewtonStalled { dof: 0, iterations, .. } if iterations > 50),
+        "{found}"
+    );
+    assert_says(&found, &["degree of freedom 1", "iterations", "last update"]);
+}
+
+#[test]
+fn delta_q_has_its_pole_at_turning_points() {
+    let system = oscillator(1.0, 0.1);
+    for row in METHODS.iter().filter(|row| row.poles().contains(&Equation::Q)) {
+        let found = failure(&closed(row.name, system), 0.1, &state(1.0, 0.0));
+        assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
+        assert_says(&found, &["degree of freedom 1", "pole", "0e0"]);
+    }
+    let nonlinear_pole =
+        failure(&bound("moddg-q3-shared", VanDerPol::new(0.5).unwrap()), 0.1, &state(1.5, 0.0));
+    assert!(matches!(nonlinear_pole, StepFailure::Pole { .. }), "{nonlinear_pole}");
+}
+
+#[test]
+fn delta_p_has_its_pole_where_the_force_vanishes() {
+    // k q + b p = 0 exactly.
+    let (system, start) = (oscillator(2.0, 0.5), state(0.25, -1.0));
+    for row in METHODS.iter().filter(|row| row.poles().contains(&Equation::P)) {
+        let found = failure(&closed(row.name, system), 0.1, &start);
+        assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
+    }
+}
+
+#[test]
+fn a_system_at_rest_is_a_pole_too() {
+    for row in METHODS.iter().filter(|row| !row.poles().is_empty()) {
+        let found = failure(&closed(row.name, oscillator(1.0, 0.1)), 0.1, &state(0.0, 0.0));
+        assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
+    }
+}
+
+#[test]
+fn without_damping_there_is_no_pole() {
+    for row in METHODS.iter().filter(|row| row.needs != Needs::Printed) {
+        for start in [state(1.0, 0.0), state(0.0, 1.0)] {
+            closed(row.name, oscillator(1.0, 0.0)).step(0.1, &mut start.clone()).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_closed_form_without_a_solution_is_singular() {
+    // σ = 1 + h/2 (b + h k/2) = 1 + (-2.5 + 0.5)/2 = 0.
+    let found = failure(&closed("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
+    assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
+    assert_says(&found, &["degree of freedom 1", "0e0", "singular"]);
+    // Newton's method has nothing to find either.
+    let found = failure(&bound("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
+    assert!(matches!(found, StepFailure::NewtonStalled { .. }), "{found}");
+}
+
+#[test]
+fn leapfrog_is_singular_where_the_drive_cancels_the_momentum() {
+    // 1 + h/2 ∂D/∂p = 1 - h/2 μ (1 - q²) = 0.
+    let found = failure(&bound("leapfrog", VanDerPol::new(4.0).unwrap()), 0.5, &state(0.0, 1.0));
+    assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
+}
+
+#[test]
+fn a_state_of_another_length_is_refused() {
+    let refused = |outcome: Result<Effort, IntegrateError>, quantity, found| {
+        let length = InputError::Length { quantity, expected: 1, found };
+        assert_eq!(outcome, Err(IntegrateError::Input(length)));
+    };
+    for run in [bound("moddg", Duffing::new(1.0, 1.0, 0.1).unwrap()), closed("moddg", oscillator(1.0, 0.1))] {
+        for n in [0, 2] {
+            let mut state = State::new(vec![1.0; n], vec![0.5; n]).unwrap();
+            let before = state.clone();
+            refused(run.step(0.1, &mut state), Quantity::Coordinate, n);
+            assert_eq!(state, before);
+        }
+        let mut state = State { p: vec![], ..State::new(vec![1.0], vec![0.5]).unwrap() };
+        refused(run.step(0.1, &mut state), Quantity::Momentum, 0);
+    }
+}
+
+/// No degree of freedom is nothing to do.
+struct Nobody;
+
+impl System<f64> for Nobody {
+    fn dof(&self) -> usize {
+        0
+    }
+    fn energy(&self, _q: &[f64], _p: &[f64]) -> f64 {
+        0.0
+    }
+    fn gradient(&self, _q: &[f64], _p: &[f64], _hq: &mut [f64], _hp: &mut [f64]) {}
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], _d: &mut [f64]) {}
+}
+
+impl Curvature<f64> for Nobody {
+    fn curvature(&self, _q: &[f64], _p: &[f64], _put: impl FnMut(Block, usize, usize, f64)) {}
+}
+
+#[test]
+fn no_degrees_of_freedom_are_nothing_to_do() {
+    for solver in [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense] {
+        let mut state = State::new(vec![], vec![]).unwrap();
+        let method = Gonzalez { solver: Some(solver) };
+        let mut workspace = Method::<Vec<f64>, Nobody>::workspace(&method, &Nobody).unwrap();
+        method.step(&Nobody, 0.1, &mut state, &mut workspace).unwrap();
+        assert_eq!(state.dof(), 0);
+    }
+}
+
+#[test]
+fn divergence_ends_before_the_numbers_do() {
+    for (name, h) in [("leapfrog", 2.5), ("rk4", 3.5)] {
+        for run in [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))] {
+            let mut last = state(2.3, -3.1);
+            let mut count = 0;
+            let mut show = |n: u64, seen: View<'_, f64>| {
+                let View { q: &[q], p: &[p], w: &[w], t } = seen else { panic!("{seen:?}") };
+                let state = State { q: [q], p: [p], w: [w], t };
+                assert!(state.check(1).is_ok(), "{name} shows {state:?}");
+                (count, last) = (n, state);
+                std::ops::ControlFlow::Continue(())
+            };
+            let mut state = state(2.3, -3.1);
+            let error = run.run(Grid::of(h, 100_000).unwrap(), &mut state, 1, &mut show).unwrap_err();
+            let IntegrateError::Run(error) = error else { panic!("{error}") };
+            let StepFailure::NonFinite { value, .. } = error.failure else { panic!("{error}") };
+            assert!(!value.is_finite() && error.step == count + 1 && error.t == last.t, "{name}: {error}");
+            assert_eq!(state, last, "{name}");
+            assert_says(&error, &[&format!("step {} ", count + 1), &format!("t = {}", last.t), "1 becomes "]);
+        }
+    }
+}
+
+#[test]
+fn every_method_leaves_finite_numbers_or_the_old_state() {
+    let mut failures = 0;
+    for row in METHODS {
+        let solved = nonlinear(row, Duffing::new(1.0, 1.0, -0.5).unwrap()).ok();
+        let closed = linear(row, oscillator(2.0, 0.5)).ok();
+        for run in solved.into_iter().chain(closed) {
+            for (q, p) in [(1e200, 1e200), (-1e155, 1e-300), (1e308, -1e308), (5e-324, 1e308)] {
+                let (start, mut state) = (state(q, p), state(q, p));
+                match run.step(0.7, &mut state) {
+                    Ok(_) => assert!(state.check(1).is_ok(), "{} left {state:?}", row.name),
+                    Err(failure) => {
+                        assert_eq!(state, start, "{}: {failure}", row.name);
+                        failures += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(failures > METHODS.len(), "{failures}");
+}
+
+#[test]
+fn a_step_of_no_time_changes_nothing() {
+    for row in METHODS.iter().filter(|row| row.poles().is_empty()) {
+        let solved = nonlinear(row, Duffing::new(1.0, 1.0, 0.5).unwrap()).ok();
+        let closed = linear(row, oscillator(2.0, 0.5)).ok();
+        for run in solved.into_iter().chain(closed) {
+            let (start, mut after) = (state(1.3, -0.7), state(1.3, -0.7));
+            let outcome = run.step(0.0, &mut after);
+            assert!(outcome.is_ok() && after == start, "{}: {outcome:?} {after:?}", row.name);
+        }
+    }
+}
+
+#[test]
+fn a_reservoir_beyond_the_numbers_is_not_finite() {
+    // q and p stay finite; what is lost does not.
+    let found = failure(&closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
+    assert_eq!(found, StepFailure::NonFinite { quantity: Quantity::Reservoir, dof: 0, value: f64::INFINITY });
+    assert_says(&found, &["w1 becomes inf"]);
+}
+
+#[test]
+fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
+    let system = oscillator(1.0, 0.1);
+    let grid = || Grid::of(0.1, 3).unwrap();
+    let vec = |q: &[f64], p: &[f64], w: &[f64]| State { q: q.to_vec(), p: p.to_vec(), w: w.to_vec(), t: 0.0 };
+    for (wrong, quantity, found) in [
+        (vec(&[1.0, 2.0], &[1.0, 2.0], &[0.0, 0.0]), Quantity::Coordinate, 2),
+        (vec(&[1.0], &[], &[0.0]), Quantity::Momentum, 0),
+        (vec(&[1.0], &[1.0], &[0.0, 0.0, 0.0]), Quantity::Reservoir, 3),
+    ] {
+        let mut state = wrong.clone();
+        let error = integrate(&Rk4, &system, grid(), &mut state, &mut ()).unwrap_err();
+        let expected = InputError::Length { quantity, expected: 1, found };
+        assert_eq!(error, IntegrateError::Input(expected.clone()));
+        assert_eq!(wrong.check(1), Err(expected));
+        assert_eq!(state, wrong);
+        assert_says(&error, &[&quantity.to_string(), &format!("{found} entries"), "degrees of freedom is 1"]);
+    }
+    for (wrong, quantity) in [
+        (vec(&[f64::INFINITY], &[1.0], &[0.0]), Quantity::Coordinate),
+        (vec(&[1.0], &[f64::NEG_INFINITY], &[0.0]), Quantity::Momentum),
+        (vec(&[1.0], &[1.0], &[f64::INFINITY]), Quantity::Reservoir),
+    ] {
+        for error in [
+            integrate(&Leapfrog, &system, grid(), &mut wrong.clone(), &mut ()),
+            integrate(&Rk4, &system, grid(), &mut wrong.clone(), &mut ()),
+            integrate(&ModDg::newton(), &system, grid(), &mut wrong.clone(), &mut ()),
+            integrate(&ModDg::linear(), &system, grid(), &mut wrong.clone(), &mut ()),
+        ] {
+            let error = error.unwrap_err();
+            let IntegrateError::Input(InputError::NotFinite { quantity: found, dof: 0, .. }) = error else {
+                panic!("{error}")
+            };
+            assert_eq!(found, quantity);
+            assert_says(&error, &[&format!("{quantity}1 = "), "inf"]);
+        }
+    }
+    assert_says(&State::new([1.0], [f64::NAN]).unwrap_err(), &["p1 = NaN"]);
+    assert_says(
+        &State::new(vec![1.0, 2.0], vec![1.0]).unwrap_err(),
+        &["p has 1 entries", "degrees of freedom is 2"],
+    );
+}
+
+#[test]
+fn the_scheme_for_one_degree_of_freedom_refuses_two() {
+    let start = State::new([0.5, 0.1], [0.0, 0.0]).unwrap();
+    let mut state = start.clone();
+    let error =
+        integrate(&ModDg::newton(), &Pair, Grid::of(0.1, 3).unwrap(), &mut state, &mut ()).unwrap_err();
+    assert!(
+        matches!(error, IntegrateError::Input(InputError::Unsupported { method: "moddg", .. })),
+        "{error}"
+    );
+    assert_says(&error, &["moddg", "one degree of freedom"]);
+    assert_eq!(state, start);
+}
+
+#[test]
+fn time_that_stands_still_is_refused() {
+    let system = oscillator(1.0, 0.1);
+    for (t, h, steps) in [(1e20, 0.1, 10), (f64::NAN, 0.1, 10), (1e16, 0.5, 1)] {
+        let mut late = State { t, ..state(1.0, 0.5) };
+        let error = integrate(&ModDg::linear(), &system, Grid::of(h, steps).unwrap(), &mut late, &mut ())
+            .unwrap_err();
+        assert!(matches!(error, IntegrateError::Input(InputError::TimeStalled { .. })), "{t}: {error}");
+        assert_eq!((late.q, late.p), ([1.0], [0.5]));
+    }
+    assert!(matches!(Grid::<f64>::of(1e307, 100), Err(InputError::End { .. })));
+}
+
+#[test]
+fn steps_beyond_the_numbers_fail_by_name() {
+    for h in [1e155, 1e160, 1e200, 1e300] {
+        let found = failure(&closed("moddg", oscillator(1.0, 0.1)), h, &state(1.3, 0.7));
+        assert!(matches!(found, StepFailure::NonFinite { .. }), "{h}: {found}");
+    }
+}
+
+#[test]
+fn huge_steps_keep_k_or_fail_by_name() {
+    let system = oscillator(1.0, 0.1);
+    for exponent in 1..150 {
+        let mut after = state(1.3, 0.7);
+        if bound("moddg", system).step(10.0_f64.powi(exponent), &mut after).is_ok() {
+            let drift = (after.total(&system) - state(1.3, 0.7).total(&system)).abs();
+            assert!(drift < 1e-14, "h = 1e{exponent}: {drift:e} at {after:?}");
+        }
+    }
+}

@@ -1,0 +1,409 @@
+//! Gonzalez's discrete gradient: orders, K, solvers, and what happens where it ends.
+
+use crate::slope;
+use crate::systems;
+use afterbay_core::taylor::trajectory;
+use afterbay_core::{
+    Block, Coupling, Curvature, Damping, Grid, InputError, Method, Quad, Scalar, Series, State, StepFailure,
+    System, Vector, integrate,
+};
+use afterbay_methods::{Gonzalez, LinearSolver};
+use nalgebra::{DVector, SVector};
+use proptest::prelude::*;
+use slope::slope;
+use systems::{Springs, Twisted, start};
+
+const METHOD: Gonzalez = Gonzalez { solver: None };
+const SOLVERS: [LinearSolver; 4] =
+    [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense];
+
+fn state<T: Scalar, const N: usize>() -> State<[T; N]> {
+    let (q, p) = start(N);
+    State::new(q.try_into().unwrap(), p.try_into().unwrap()).unwrap()
+}
+
+/// The slopes of the global errors at t = 1 of q, p and w, largest entries.
+fn orders<T, S, const N: usize>(system: &S, counts: &[u64]) -> [f64; 3]
+where
+    T: Scalar,
+    S: Curvature<T> + System<Series<T, 24>>,
+{
+    let exact = trajectory::<_, _, 24>(system, &state(), T::one(), 1).unwrap()[1].clone();
+    let mut errors = [(); 3].map(|()| Vec::new());
+    for &count in counts {
+        let mut end = state::<T, N>();
+        let grid = Grid { h: T::one() / T::from_f64(count as f64), steps: count };
+        integrate(&METHOD, system, grid, &mut end, &mut ()).unwrap();
+        let far =
+            |a: [T; N], b: [T; N]| a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max);
+        errors[0].push(far(end.q, exact.q));
+        errors[1].push(far(end.p, exact.p));
+        errors[2].push(far(end.w, exact.w));
+        let start = state::<T, N>().total(system);
+        let drift = (end.total(system) - start).to_f64().abs();
+        assert!(drift < 20.0 * T::EPSILON * (count as f64).sqrt() * start.to_f64(), "{drift:e}");
+    }
+    let steps: Vec<f64> = counts.iter().map(|&count| 1.0 / count as f64).collect();
+    let slopes = errors.map(|errors| slope(&steps, &errors));
+    println!("{slopes:.3?}");
+    assert!(slopes.iter().all(|slope| (slope - 2.0).abs() < 0.1), "{slopes:?}");
+    slopes
+}
+
+#[test]
+fn order_2_in_q_p_and_w() {
+    let (counts, fine) = ([50, 70, 100, 140, 200], [200, 400, 800]);
+    let twisted = Twisted { c: 0.3, offset: 0.0 };
+    orders::<f64, _, 2>(&twisted, &counts);
+    orders::<Quad, _, 2>(&twisted, &fine);
+    orders::<f64, _, 5>(&Springs::chain(5, 0.2), &counts);
+    orders::<Quad, _, 5>(&Springs::chain(5, 0.2), &fine);
+    orders::<f64, _, 4>(&Springs::ring(4, 0.2), &counts);
+    orders::<Quad, _, 4>(&Springs::ring(4, 0.2), &fine);
+}
+
+/// One step from `state`, and |ΔK| over a rounding of what K is made of.
+///
+/// With the equations solved but for (a, b), `ΔK = ∇̄H_q·a + ∇̄H_p·b` and the roundings of H and w. Rounding leaves in a and b
+/// that of z, of z1 and of h ∇H, which is h ∇∇H z.
+fn drift<S: Curvature<f64>>(system: &S, h: f64, state: &mut State<Vec<f64>>) -> Result<f64, StepFailure> {
+    let before = state.clone();
+    let mut workspace = METHOD.workspace(system).unwrap();
+    METHOD.step(system, h, state, &mut workspace)?;
+    let n = state.dof();
+    let mean = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| (a + b) / 2.0).collect() };
+    let (q, p) = (mean(&before.q, &state.q), mean(&before.p, &state.p));
+    let (mut hq, mut hp, mut d) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    system.gradient(&q, &p, &mut hq, &mut hp);
+    system.dissipation(&q, &p, &hp, &mut d);
+    let size = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
+    let mut bend = 0.0_f64;
+    system.curvature(&q, &p, |_, _, _, value| bend = bend.max(value.abs()));
+    let z = [&before.q, &before.p, &state.q, &state.p].map(|x| size(x)).into_iter().fold(0.0, f64::max);
+    let change: f64 = before
+        .q
+        .iter()
+        .zip(&state.q)
+        .chain(before.p.iter().zip(&state.p))
+        .map(|(a, b)| (b - a).powi(2))
+        .sum();
+    let along: f64 =
+        (0..n).map(|j| hq[j] * (state.q[j] - before.q[j]) + hp[j] * (state.p[j] - before.p[j])).sum();
+    let lambda =
+        if change == 0.0 { 0.0 } else { (state.energy(system) - before.energy(system) - along) / change };
+    let gradient = total(&hq) + total(&hp) + lambda.abs() * change.sqrt() * 2.0 * n as f64;
+    let held = before.energy(system).abs() + state.energy(system).abs() + total(&before.w) + total(&state.w);
+    let scale = held + (1.0 + h * bend) * z * (gradient + total(&d));
+    Ok((state.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale))
+}
+
+fn checked<S: Curvature<f64>>(system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> Result<(), TestCaseError> {
+    let mut state = State::new(q, p).unwrap();
+    for _ in 0..3 {
+        let before = state.clone();
+        match drift(system, h, &mut state) {
+            Ok(drift) => prop_assert!(drift < 8.0, "K drifts by {drift} roundings"),
+            Err(failure) => {
+                prop_assert_eq!(&before, &state, "{}", failure);
+                // Short steps have no excuse.
+                prop_assert!(h > 0.1, "{}", failure);
+            }
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #[test]
+    fn k_is_kept_without_separability(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in -0.5..2.0, z in prop::array::uniform4(-2.0..2.0),
+    ) {
+        checked(&Twisted { c, offset: 0.0 }, h, z[..2].to_vec(), z[2..].to_vec())?;
+    }
+
+    #[test]
+    fn k_is_kept_by_springs(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in -0.5..2.0,
+        (q, p) in (1_usize..40).prop_flat_map(|n| {
+            let part = || prop::collection::vec(-1.5..1.5, n);
+            (part(), part())
+        }),
+        kind in 0..3,
+    ) {
+        let n = q.len();
+        let system = match kind {
+            0 => Springs::chain(n, c),
+            1 if n > 2 => Springs::ring(n, c),
+            _ => Springs::dense(n, c),
+        };
+        checked(&system, h, q, p)?;
+    }
+
+    /// D_j = c m_j v_j: Δw_j = c m_j (Δq_j/h) Δq_j is of one sign, and rounding keeps order.
+    #[test]
+    fn every_reservoir_only_fills_where_r_is_diagonal(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
+        (masses, q, p) in (1_usize..20).prop_flat_map(|n| {
+            let part = || prop::collection::vec(-1.5..1.5, n);
+            (prop::collection::vec(0.1..10.0, n), part(), part())
+        }),
+        kind in 0..3,
+    ) {
+        let n = q.len();
+        let springs = match kind {
+            0 => Springs::chain(n, c),
+            1 if n > 2 => Springs::ring(n, c),
+            _ => Springs::dense(n, c),
+        };
+        let system = Springs { masses, ..springs };
+        let mut state = State::new(q, p).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        for _ in 0..6 {
+            let before = state.w.clone();
+            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+                break;
+            }
+            for (before, after) in before.iter().zip(&state.w) {
+                prop_assert!(after >= before, "{before:e} {after:e}");
+            }
+        }
+    }
+
+    /// D = R v, R coupled and positive definite, so one reservoir may drain into the other. What is computed of Δq·R Δq/h is
+    /// positive, the roundings of its products being less than a part of it; each w_j then is rounded once.
+    #[test]
+    fn the_reservoirs_together_only_fill_where_r_is_coupled(
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),
+    ) {
+        let system = Twisted { c, offset: 0.0 };
+        let mut state = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        for _ in 0..6 {
+            let before = state.w;
+            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+                break;
+            }
+            let sum = |w: [f64; 2]| Quad::from_f64(w[0]) + Quad::from_f64(w[1]);
+            let gained = (sum(state.w) - sum(before)).to_f64();
+            let rounding = f64::EPSILON / 2.0 * state.w.iter().map(|w| w.abs()).sum::<f64>();
+            prop_assert!(gained >= -rounding, "{gained:e} {rounding:e}");
+        }
+    }
+}
+
+/// The state after some steps of h = 0.1.
+fn carry<S, V>(method: Gonzalez, system: &S, steps: u64, q: V, p: V) -> State<V>
+where
+    S: Curvature<f64>,
+    V: Vector<Scalar = f64>,
+{
+    let mut state = State::new(q, p).unwrap();
+    integrate(&method, system, Grid::of(0.1, steps).unwrap(), &mut state, &mut ()).unwrap();
+    state
+}
+
+/// q, p and w in one.
+fn numbers<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<f64> {
+    [&state.q, &state.p, &state.w].iter().flat_map(|part| part.as_slice().to_vec()).collect()
+}
+
+#[test]
+fn every_linear_solver_leads_to_the_same_state() {
+    let refused = |error: &InputError| matches!(error, InputError::Unsupported { method: "gonzalez", .. });
+    let check = |system: &dyn Fn(Gonzalez) -> Result<Vec<f64>, InputError>, chain: bool| {
+        let chosen = system(METHOD).unwrap();
+        for solver in SOLVERS {
+            match system(Gonzalez { solver: Some(solver) }) {
+                Ok(found) => {
+                    for (a, b) in chosen.iter().zip(&found) {
+                        assert!((a - b).abs() < 2e-14 * (1.0 + a.abs()), "{solver:?}: {a} {b}");
+                    }
+                }
+                Err(error) => assert!(!chain && solver == LinearSolver::Chain && refused(&error), "{error}"),
+            }
+        }
+    };
+    let springs = |system: Springs| {
+        move |method: Gonzalez| {
+            Method::<Vec<f64>, _>::workspace(&method, &system)?;
+            let (q, p) = start(system.masses.len());
+            Ok(numbers(&carry(method, &system, 10, q, p)))
+        }
+    };
+    check(&springs(Springs::chain(3, 0.2)), true);
+    check(&springs(Springs::chain(50, 0.2)), true);
+    check(&springs(Springs::ring(50, 0.2)), false);
+    check(&springs(Springs::dense(60, 0.2)), false);
+    let twisted = Twisted { c: 0.3, offset: 0.0 };
+    let twist = move |method: Gonzalez| {
+        Method::<[f64; 2], _>::workspace(&method, &twisted)?;
+        Ok(numbers(&carry(method, &twisted, 10, [0.4, -0.7], [1.1, 0.2])))
+    };
+    check(&twist, false);
+}
+
+#[test]
+fn storage_changes_no_bit() {
+    let twisted = Twisted { c: 0.3, offset: 0.0 };
+    let (q, p) = ([0.4, -0.7], [1.1, 0.2]);
+    let array = numbers(&carry(METHOD, &twisted, 100, q, p));
+    assert_eq!(array, numbers(&carry(METHOD, &twisted, 100, q.to_vec(), p.to_vec())));
+    assert_eq!(array, numbers(&carry(METHOD, &twisted, 100, SVector::from(q), SVector::from(p))));
+    let (dq, dp) = (DVector::from_row_slice(&q), DVector::from_row_slice(&p));
+    assert_eq!(array, numbers(&carry(METHOD, &twisted, 100, dq, dp)));
+}
+
+#[test]
+fn without_dissipation_h_is_kept_and_nothing_is_held() {
+    for system in [Springs::chain(12, 0.0), Springs::ring(12, 0.0), Springs::dense(12, 0.0)] {
+        let (q, p) = start::<f64>(12);
+        let before = system.energy(&q, &p);
+        let state = carry(METHOD, &system, 1000, q, p);
+        assert_eq!(state.w, vec![0.0; 12]);
+        assert!((state.energy(&system) / before - 1.0).abs() < 2e-14);
+    }
+}
+
+#[test]
+fn the_equations_as_they_are_written_are_solved() {
+    let (c, h) = (0.3, 0.05);
+    let system = Springs { masses: vec![2.0, 2.0], springs: vec![(0, 1, 0.0)], c, coupling: Coupling::Chain };
+    let energy = |q: &[f64; 2], p: &[f64; 2]| System::<f64>::energy(&system, q, p);
+    let mut state = State::new([0.9, -0.4], [0.3, 1.2]).unwrap();
+    let mut workspace = METHOD.workspace(&system).unwrap();
+    for _ in 0..50 {
+        // The equations as they are written, iterated.
+        let (q0, p0, w0) = (state.q, state.p, state.w);
+        let (mut q1, mut p1, mut w1) = (q0, p0, w0);
+        for _ in 0..60 {
+            let mean = |a: &[f64; 2], b: &[f64; 2]| [0, 1].map(|j| (a[j] + b[j]) / 2.0);
+            let (q, p) = (mean(&q0, &q1), mean(&p0, &p1));
+            let ([mut hq, mut hp], mut d) = ([[0.0; 2]; 2], [0.0; 2]);
+            system.gradient(&q, &p, &mut hq, &mut hp);
+            let (dq, dp) = ([0, 1].map(|j| q1[j] - q0[j]), [0, 1].map(|j| p1[j] - p0[j]));
+            let square: f64 = dq.iter().chain(&dp).map(|x| x * x).sum();
+            let along: f64 = [0, 1].map(|j| hq[j] * dq[j] + hp[j] * dp[j]).iter().sum();
+            let rest = energy(&q1, &p1) - energy(&q0, &p0) - along;
+            let lambda = if square == 0.0 { 0.0 } else { rest / square };
+            let v = [0, 1].map(|j| hp[j] + lambda * dp[j]);
+            system.dissipation(&q, &p, &v, &mut d);
+            for j in 0..2 {
+                q1[j] = q0[j] + h * (hp[j] + lambda * dp[j]);
+                p1[j] = p0[j] - h * (hq[j] + lambda * dq[j] + d[j]);
+                w1[j] = w0[j] + h * d[j] * (hp[j] + lambda * dp[j]);
+            }
+        }
+        METHOD.step(&system, h, &mut state, &mut workspace).unwrap();
+        let pairs = state.q.iter().zip(&q1).chain(state.p.iter().zip(&p1)).chain(state.w.iter().zip(&w1));
+        for (found, expected) in pairs {
+            assert!((found - expected).abs() < 3e-15, "{found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn each_reservoir_only_fills() {
+    let system = Springs::chain(2, 0.5);
+    let mut workspace = Method::<[f64; 2], _>::workspace(&METHOD, &system).unwrap();
+    let mut least = 0.0_f64;
+    for i in 0..40_000 {
+        let angle = f64::from(i) * 0.7;
+        let mut state = State::new([angle.sin(), 0.3], [(1.3 * angle).cos(), -0.2]).unwrap();
+        METHOD.step(&system, 0.5, &mut state, &mut workspace).unwrap();
+        least = least.min(state.w[0]).min(state.w[1]);
+    }
+    assert!(least >= 0.0, "{least:e}");
+}
+
+#[test]
+fn a_decay_to_rest_is_followed_to_the_end() {
+    for offset in [0.0, 1.0, -30.0] {
+        let system = Twisted { c: 0.8, offset };
+        let state = carry(METHOD, &system, 5000, [0.4, -0.3], [0.2, 0.1]);
+        assert!(numbers(&state)[..4].iter().all(|x| x.abs() < 1e-12), "{state:?}");
+        let start = System::<f64>::energy(&system, &[0.4, -0.3], &[0.2, 0.1]);
+        let drift = (state.total(&system) - start).abs();
+        assert!(drift < 4e-13 * (1.0 + offset.abs()), "{offset} {drift:e}");
+        // And from every distance: rounding of H is felt nowhere.
+        for exponent in 1..140 {
+            let size = 10_f64.powi(-exponent);
+            let state = carry(METHOD, &system, 3, [size, -size], [0.0, size / 3.0]);
+            let midpoint =
+                carry(METHOD, &Twisted { c: 0.8, offset: 0.0 }, 3, [size, -size], [0.0, size / 3.0]);
+            for (a, b) in numbers(&state)[..4].iter().zip(&numbers(&midpoint)[..4]) {
+                let noise = 1e-14 * size + 20.0 * 1e-16 * offset.abs() / size;
+                assert!((a - b).abs() < noise.min(1e-3 * size), "{offset} {size:e}: {a:e} {b:e}");
+            }
+        }
+    }
+}
+
+/// V = -a q³/3 - b q²/2: pulls without end.
+struct Endless(f64, f64);
+
+impl System<f64> for Endless {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0 - self.0 * q[0].powi(3) / 3.0 - self.1 * q[0] * q[0] / 2.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (-self.0 * q[0] * q[0] - self.1 * q[0], p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d[0] = 0.0;
+    }
+    fn damping(&self) -> Damping {
+        Damping::NONE
+    }
+    fn coupling(&self) -> Coupling {
+        Coupling::Chain
+    }
+}
+
+impl Curvature<f64> for Endless {
+    fn curvature(&self, q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        put(Block::Hqq, 0, 0, -2.0 * self.0 * q[0] - self.1);
+        put(Block::Hpp, 0, 0, 1.0);
+    }
+}
+
+#[test]
+fn failures_have_names_and_leave_the_state_alone() {
+    let fails = |(a, b): (f64, f64), h: f64, q: f64| {
+        let system = Endless(a, b);
+        let mut state = State::new([q], [1.0]).unwrap();
+        let mut workspace = METHOD.workspace(&system).unwrap();
+        let failure = METHOD.step(&system, h, &mut state, &mut workspace).unwrap_err();
+        assert_eq!((state.q, state.p, state.w), ([q], [1.0], [0.0]));
+        failure
+    };
+    let stalled = fails((1.0, 0.0), 2.0, 2.0);
+    assert!(
+        matches!(stalled, StepFailure::NewtonStalled { dof: 0, iterations, .. } if iterations > 10),
+        "{stalled}"
+    );
+    // 1 - h²/4 = 0
+    let singular = fails((0.0, 1.0), 2.0, 2.0);
+    assert!(matches!(singular, StepFailure::Singular { dof: 0, .. }), "{singular}");
+    assert!(matches!(fails((f64::NAN, 0.0), 0.1, 1.0), StepFailure::NonFinite { dof: 0, .. }));
+    assert!(matches!(fails((f64::MAX, 0.0), 0.1, 1e3), StepFailure::NonFinite { dof: 0, .. }));
+}
+
+#[test]
+fn what_was_before_is_no_part_of_a_step() {
+    let system = Springs::chain(30, 0.2);
+    let (q, p) = start::<f64>(30);
+    let mut state = State::new(q, p).unwrap();
+    let mut used = METHOD.workspace(&system).unwrap();
+    // Also after a longer step, and after one that failed.
+    for h in [0.02, 0.02, 5.0, 0.02, f64::NAN, 0.3, 0.02] {
+        let mut alone = state.clone();
+        let fresh = METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap());
+        assert_eq!(METHOD.step(&system, h, &mut state, &mut used).is_ok(), fresh.is_ok());
+        assert_eq!(alone, state, "{h}");
+    }
+}

@@ -1,0 +1,270 @@
+//! The exact flow of linear systems, by tables and by series, with 1 to 40 degrees of freedom.
+
+use crate::many;
+use afterbay_core::{
+    Block, Curvature, Damping, ExactFlow, InputError, Method, Passive, Quad, Scalar, Series, State,
+    StepFailure, System,
+};
+use afterbay_methods::LinearExact;
+use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
+use allocation_counter::measure;
+use many::{errors, reference, start};
+use proptest::prelude::*;
+
+/// H = Σ [p_j²/2 + (1 + j/4) q_j²/2 + f q_j] + Σ [(q_{j+1} - q_j)²/2 + q_j p_{j+1}/4], D_j = c v_j + (v_{j+1} + v_{j-1}) c/4: not
+/// separable, friction that couples velocities, a constant force.
+#[derive(Clone, Copy)]
+struct Web {
+    n: usize,
+    f: f64,
+    c: f64,
+}
+
+impl<T: Scalar> System<T> for Web {
+    fn dof(&self) -> usize {
+        self.n
+    }
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let x = T::from_f64;
+        let own = |j: usize| (p[j] * p[j] + x(1.0 + j as f64 / 4.0) * q[j] * q[j]).half() + x(self.f) * q[j];
+        let bodies = (0..self.n).fold(T::zero(), |sum, j| sum + own(j));
+        (1..self.n).fold(bodies, |sum, j| {
+            let r = q[j] - q[j - 1];
+            sum + (r * r).half() + q[j - 1] * p[j] * x(0.25)
+        })
+    }
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        let x = T::from_f64;
+        for j in 0..self.n {
+            (hq[j], hp[j]) = (x(1.0 + j as f64 / 4.0) * q[j] + x(self.f), p[j]);
+        }
+        for j in 1..self.n {
+            let r = q[j] - q[j - 1];
+            hq[j] += r;
+            hq[j - 1] += p[j] * x(0.25) - r;
+            hp[j] += q[j - 1] * x(0.25);
+        }
+    }
+    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        let c = T::from_f64(self.c);
+        for j in 0..self.n {
+            d[j] = c * v[j];
+            if j > 0 {
+                d[j] += c * v[j - 1] * T::from_f64(0.25);
+            }
+            if j + 1 < self.n {
+                d[j] += c * v[j + 1] * T::from_f64(0.25);
+            }
+        }
+    }
+    fn damping(&self) -> Damping {
+        Damping { passive: Passive::InSum, coupled: true, ..Damping::GENERAL }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for Web {
+    fn curvature(&self, _q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let x = T::from_f64;
+        for j in 0..self.n {
+            let bonds = usize::from(j > 0) + usize::from(j + 1 < self.n);
+            put(Block::Hqq, j, j, x(1.0 + j as f64 / 4.0 + bonds as f64));
+            put(Block::Hpp, j, j, T::one());
+            if j > 0 {
+                put(Block::Hqq, j, j - 1, -T::one());
+                put(Block::Hqq, j - 1, j, -T::one());
+                put(Block::Hqp, j - 1, j, x(0.25));
+            }
+            // D is not asked for.
+        }
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+}
+
+fn from(n: usize) -> [Vec<f64>; 2] {
+    [
+        (0..n).map(|j| (0.9 * j as f64 + 0.3).sin()).collect(),
+        (0..n).map(|j| (1.7 * j as f64 + 1.1).cos()).collect(),
+    ]
+}
+
+/// One step to h against the Taylor series, and steps of h/8.
+fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(name: &str, system: &S, series: &R, h: f64) {
+    let [q, p] = from(system.dof());
+    let exact = reference(series, [&q, &p], T::from_f64(h), 1).pop().unwrap();
+    let mut workspace = LinearExact.workspace(system).unwrap();
+    for (parts, allowed) in [(1, 40.0), (8, 80.0)] {
+        let mut state = start::<T>([&q, &p]);
+        for _ in 0..parts {
+            LinearExact.step(system, T::from_f64(h / f64::from(parts)), &mut state, &mut workspace).unwrap();
+        }
+        let found = errors(&state, &exact);
+        println!("{name} h = {h}, {parts} steps: {found:?}");
+        let allowed = allowed
+            * (1.0 + h * 4.0)
+            * T::EPSILON
+            * (1.0 + exact.w.iter().fold(0.0, |a: f64, w| a.max(w.to_f64().abs())));
+        assert!(found.iter().all(|&error| error < allowed), "{name} {h} {parts}: {found:?}");
+    }
+}
+
+fn everywhere<T: Scalar>(sizes: &[usize]) {
+    for h in [1e-3, 0.5, 20.0] {
+        let x = T::from_f64;
+        for &n in sizes {
+            let chain = FputChain::new(n, x(0.0), x(0.25)).unwrap();
+            exact::<T, _, _>(&format!("chain {n}"), &chain, &chain.map(Series::constant), h);
+        }
+        let ring = VanDerPolRing::new(5, x(0.0), x(0.5)).unwrap();
+        exact::<T, _, _>("ring", &ring, &ring.map(Series::constant), h);
+        for n in [1, 3] {
+            for f in [0.0, 0.75] {
+                let web = Web { n, f, c: 0.5 };
+                exact::<T, _, _>(&format!("web {n}"), &web, &web, h);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_step_or_many_are_the_exact_flow() {
+    everywhere::<f64>(&[1, 3, 13, 40]);
+}
+
+#[test]
+fn one_step_or_many_are_the_exact_flow_in_31_digits() {
+    everywhere::<Quad>(&[1, 3]);
+}
+
+/// The series, with friction that couples velocities and a constant force.
+#[test]
+fn what_is_too_large_for_tables_is_exact_too() {
+    let web = Web { n: 14, f: 0.75, c: 0.5 };
+    exact::<f64, _, _>("web 14", &web, &web, 3.0);
+    exact::<Quad, _, _>("web 14", &web, &web, 0.5);
+}
+
+#[test]
+fn a_hundred_times_units_in_one_step() {
+    let system = DampedOscillator::new(1.0, 0.1).unwrap();
+    let (mut state, mut exact) = (State::new([2.3], [-3.1]).unwrap(), State::new([2.3], [-3.1]).unwrap());
+    LinearExact.step(&system, 100.0, &mut state, &mut LinearExact.workspace(&system).unwrap()).unwrap();
+    system.flow(100.0, &mut exact);
+    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
+        assert!((a[0] - b[0]).abs() < 1e-13, "{a:?} {b:?}");
+    }
+    // Fast and slow, in units far apart.
+    let system = DampedOscillator::new(1e6, 2e5).unwrap();
+    let (mut state, mut exact) = (State::new([1.0], [1.0]).unwrap(), State::new([1.0], [1.0]).unwrap());
+    LinearExact.step(&system, 0.1, &mut state, &mut LinearExact.workspace(&system).unwrap()).unwrap();
+    system.flow(0.1, &mut exact);
+    println!("{state:?} {exact:?}");
+    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
+        assert!((a[0] - b[0]).abs() < 1e-10 * b[0].abs(), "{a:?} {b:?}");
+    }
+}
+
+/// K, in roundings of its terms, moves by no more than 16 (1 + h |A|), and no reservoir gives back.
+fn checked<S: Curvature<f64>>(
+    system: &S,
+    rate: f64,
+    h: f64,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), TestCaseError> {
+    let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
+    let mut workspace = LinearExact.workspace(system).unwrap();
+    let scale = |state: &State<Vec<f64>>| {
+        let squares = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        rate * rate * squares(&state.q) + squares(&state.p) + state.w.iter().map(|w| w.abs()).sum::<f64>()
+    };
+    for _ in 0..5 {
+        let before = state.clone();
+        LinearExact.step(system, h, &mut state, &mut workspace).unwrap();
+        let size = f64::EPSILON / 2.0 * (scale(&before) + scale(&state));
+        let off = (state.total(system) - before.total(system)).abs() / (size + f64::MIN_POSITIVE);
+        prop_assert!(off < 16.0 * (1.0 + h * rate), "K is off by {} roundings", off);
+        if system.damping().passive == Passive::Each {
+            prop_assert!(state.w.iter().zip(&before.w).all(|(a, b)| a >= b));
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn books(h in (-6.0..2.0_f64).prop_map(|x| 10f64.powf(x)), k in (-2.0..2.0_f64).prop_map(|x| 10f64.powf(x)), c in -0.05..3.0_f64, z in prop::array::uniform6(-2.0..2.0)) {
+        // What grows without bound has no K to keep.
+        let h = if c < 0.0 { h.min(10.0) } else { h };
+        checked(&DampedOscillator::new(k, c).unwrap(), k.sqrt().max(1.0) + c.abs(), h, &z[..1], &z[3..4])?;
+        checked(&FputChain::new(3, 0.0, c).unwrap(), 2.0 + c.abs(), h, &z[..3], &z[3..])?;
+    }
+}
+
+/// The damped oscillator's K over a million steps moves by less than the steps' rates times a rounding.
+#[test]
+fn k_does_not_run_away() {
+    let system = DampedOscillator::new(1.0, 0.0).unwrap();
+    let mut state = State::new([1.0], [0.5]).unwrap();
+    let mut workspace = LinearExact.workspace(&system).unwrap();
+    let before = state.total(&system);
+    for _ in 0..1_000_000 {
+        LinearExact.step(&system, 0.01, &mut state, &mut workspace).unwrap();
+    }
+    let drift = (state.total(&system) - before).abs() / before;
+    println!("K moves by {drift:e} in 1e6 steps of 0.01");
+    assert!(drift < 1e4 * f64::EPSILON, "{drift:e}");
+}
+
+#[test]
+fn what_is_not_linear_is_refused() {
+    let duffing = Duffing::new(1.0, 0.5, 0.1).unwrap();
+    let error = Method::<[f64; 1], _>::workspace(&LinearExact, &duffing).unwrap_err();
+    assert!(matches!(error, InputError::Unsupported { method: "linear-exact", .. }), "{error}");
+    let linear = Duffing::new(1.0, 0.0, 0.1).unwrap();
+    assert!(Method::<[f64; 1], _>::workspace(&LinearExact, &linear).is_ok());
+}
+
+#[test]
+fn steps_that_are_too_long_fail_by_name() {
+    let chain = FputChain::new(20, 0.0, 0.1).unwrap();
+    let [q, p] = from(20);
+    let mut state = start::<f64>([&q, &p]);
+    let before = state.clone();
+    let failure =
+        LinearExact.step(&chain, 1e5, &mut state, &mut LinearExact.workspace(&chain).unwrap()).unwrap_err();
+    assert!(matches!(failure, StepFailure::TooLong { .. }), "{failure}");
+    assert_eq!(state, before);
+    // What grows beyond the numbers.
+    let active = DampedOscillator::new(1.0, -1.0).unwrap();
+    let mut state = State::new([1.0], [0.5]).unwrap();
+    let failure =
+        LinearExact.step(&active, 1e4, &mut state, &mut LinearExact.workspace(&active).unwrap()).unwrap_err();
+    assert!(matches!(failure, StepFailure::NonFinite { .. }), "{failure}");
+    assert_eq!((state.q, state.p, state.w), ([1.0], [0.5], [0.0]));
+}
+
+#[test]
+fn steps_allocate_nothing_and_storage_does_not_matter() {
+    for n in [1, 3, 20] {
+        let chain = FputChain::new(n, 0.0, 0.1).unwrap();
+        let [q, p] = from(n);
+        let mut state = start::<f64>([&q, &p]);
+        let mut workspace = LinearExact.workspace(&chain).unwrap();
+        let allocated = measure(|| {
+            for h in [0.1, 0.1, 3.0] {
+                LinearExact.step(&chain, h, &mut state, &mut workspace).unwrap();
+            }
+        });
+        assert_eq!(allocated.count_total, 0);
+    }
+    let chain = FputChain::new(3, 0.0, 0.1).unwrap();
+    let mut stack = State::new([0.5, -0.3, 0.8], [0.2, 0.7, -0.4]).unwrap();
+    let mut heap = State::new(stack.q.to_vec(), stack.p.to_vec()).unwrap();
+    LinearExact.step(&chain, 0.3, &mut stack, &mut LinearExact.workspace(&chain).unwrap()).unwrap();
+    LinearExact.step(&chain, 0.3, &mut heap, &mut LinearExact.workspace(&chain).unwrap()).unwrap();
+    assert_eq!((stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()), (heap.q, heap.p, heap.w));
+}

@@ -1,0 +1,276 @@
+//! The locally exact discrete gradient: order 2 in q, p and w, exact where the system is linear, K, passivity, symmetry, failures.
+
+use crate::many;
+use crate::many::orders as orders_of;
+use crate::systems;
+use afterbay_core::{
+    Coupling, Curvature, Damping, Method, Passive, Quad, Scalar, Series, State, StepFailure, System,
+};
+use afterbay_methods::{Gonzalez, LocallyExact};
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol, VanDerPolRing,
+};
+use allocation_counter::measure;
+use many::{errors, reference, start};
+use orders_of::check_orders;
+use proptest::prelude::*;
+use systems::{Springs, Twisted};
+
+const THREE: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
+const TWO: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
+
+fn chain<T: Scalar>() -> FputChain<T> {
+    FputChain::new(3, T::from_f64(0.5), T::from_f64(0.25)).unwrap()
+}
+
+fn ring<T: Scalar>() -> VanDerPolRing<T> {
+    VanDerPolRing::new(3, T::from_f64(0.75), T::from_f64(0.5)).unwrap()
+}
+
+fn pendulum<T: Scalar>(c: f64) -> DampedDoublePendulum<T> {
+    let x = T::from_f64;
+    DampedDoublePendulum::new([x(1.0), x(0.75)], [x(1.0), x(0.5)], x(3.0), [x(c), x(0.25)]).unwrap()
+}
+
+fn orders<T: Scalar>(counts: [u64; 4], tolerance: f64) {
+    let order = (2.0, tolerance);
+    let chains = (&chain::<T>(), &chain::<Series<T, 24>>());
+    check_orders("chain", &LocallyExact, chains, THREE, (2.0, counts), order);
+    let rings = (&ring::<T>(), &ring::<Series<T, 24>>());
+    check_orders("ring", &LocallyExact, rings, THREE, (2.0, counts), order);
+    let pendulums = (&pendulum::<T>(0.125), &pendulum::<Series<T, 24>>(0.125));
+    check_orders("pendulum", &LocallyExact, pendulums, TWO, (2.0, counts), order);
+    // Friction that couples velocities, H not separable.
+    let twisted = Twisted { c: 0.25, offset: 0.0 };
+    check_orders::<T, _, _, _>("twisted", &LocallyExact, (&twisted, &twisted), TWO, (2.0, counts), order);
+    let four: [&[f64]; 2] = [&[0.5, -0.3, 0.8, 0.1], &[0.2, 0.7, -0.4, 0.9]];
+    for springs in [Springs::dense(4, 0.2), Springs::ring(4, 0.2)] {
+        check_orders::<T, _, _, _>(
+            "springs",
+            &LocallyExact,
+            (&springs, &springs),
+            four,
+            (2.0, counts),
+            order,
+        );
+    }
+}
+
+#[test]
+fn order_two_on_many_degrees() {
+    orders::<f64>([100, 140, 200, 280], 0.1);
+}
+
+#[test]
+fn order_two_in_31_digits() {
+    orders::<Quad>([200, 280, 400, 560], 0.05);
+}
+
+/// Many steps of a linear system, each up to the period, beside the Taylor series.
+fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(system: &S, series: &R, h: f64) {
+    let n = system.dof();
+    let q: Vec<f64> = (0..n).map(|j| (0.9 * j as f64 + 0.3).sin()).collect();
+    let from: [&[f64]; 2] = [&q, &q];
+    let exact = reference(series, from, T::from_f64(h), 10);
+    let (mut state, mut workspace) = (start::<T>(from), LocallyExact.workspace(system).unwrap());
+    for exact in &exact[1..] {
+        let effort = LocallyExact.step(system, T::from_f64(h), &mut state, &mut workspace).unwrap();
+        let found = errors(&state, exact);
+        assert!(found.iter().all(|&error| error < 400.0 * (1.0 + h) * T::EPSILON), "{h} {n}: {found:?}");
+        assert_eq!(effort.iterations, 1);
+    }
+}
+
+#[test]
+fn exact_on_linear_systems() {
+    // At h = π the poles of tanh are met: the oscillator turns by half a period.
+    for h in [0.01, 0.7, std::f64::consts::PI, 9.0] {
+        for n in [1, 3, 20] {
+            let system = FputChain::new(n, 0.0, 0.25).unwrap();
+            exact::<f64, _, _>(&system, &system.map(Series::constant), h);
+        }
+        let quad = FputChain::new(3, 0.0, 0.25).unwrap().map(Quad::from_f64);
+        exact::<Quad, _, _>(&quad, &quad.map(Series::constant), h);
+        let system = DampedOscillator::new(1.0, 0.0).unwrap();
+        exact::<f64, _, _>(&system, &system.map(Series::constant), h);
+    }
+    // Overdamped: the midpoint rule turns the fast part around, this one lets it die.
+    let system = DampedOscillator::new(1.0, 200.0).unwrap();
+    exact::<f64, _, _>(&system, &system.map(Series::constant), 0.1);
+}
+
+/// |ΔK| in roundings of what K is made of, along the way.
+fn drift<S: Curvature<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+    let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
+    let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let mut scale = 0.0;
+    for state in [before, after] {
+        let n = state.dof();
+        let (mut hq, mut hp, mut d) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+        system.dissipation(&state.q, &state.p, &hp, &mut d);
+        let mut bend = 0.0_f64;
+        system.curvature(&state.q, &state.p, |_, _, _, value| bend = bend.max(value.abs()));
+        let z = largest(&state.q).max(largest(&state.p));
+        let slopes = total(&hq) + total(&hp) + total(&d);
+        scale += state.energy(system).abs() + total(&state.w) + (1.0 + h * bend) * z * slopes;
+    }
+    (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
+}
+
+fn checked<S: Curvature<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
+    let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
+    let mut workspace = LocallyExact.workspace(system).unwrap();
+    for _ in 0..3 {
+        let before = state.clone();
+        if let Err(failure) = LocallyExact.step(system, h, &mut state, &mut workspace) {
+            prop_assert_eq!(&before, &state, "{}", failure);
+            prop_assert!(h > 0.1, "{}", failure);
+            return Ok(());
+        }
+        let off = drift(system, h, &before, &state);
+        prop_assert!(off < 32.0, "K drifts by {} roundings", off);
+        let gained = state.w.iter().zip(&before.w).map(|(a, b)| a - b);
+        match system.damping().passive {
+            Passive::Each => {
+                prop_assert!(gained.clone().all(|gained| gained >= 0.0), "a reservoir gives back");
+            }
+            Passive::InSum => {
+                let lost = state.w.iter().map(|w| w.abs()).sum::<f64>() * f64::EPSILON;
+                prop_assert!(gained.clone().sum::<f64>() >= -lost, "the reservoirs give back");
+            }
+            Passive::No => {}
+        }
+        if h < 0.1 {
+            let mut back = state.clone();
+            LocallyExact.step(system, -h, &mut back, &mut LocallyExact.workspace(system).unwrap()).unwrap();
+            let size = before.q.iter().chain(&before.p).chain(&state.w).fold(1.0, |a: f64, b| a.max(b.abs()));
+            let off = errors(&back, &before);
+            prop_assert!(
+                off.iter().all(|&off| off < 400.0 * f64::EPSILON * size),
+                "not symmetric: {:?}",
+                off
+            );
+        }
+    }
+    Ok(())
+}
+
+fn step() -> impl Strategy<Value = f64> {
+    prop_oneof![(-5.0..-1.0_f64).prop_map(|x| 10f64.powf(x)), 0.1..2.0]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn books_of_one_degree(h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0, z in [-2.0..2.0, -2.0..2.0]) {
+        checked(&Duffing::new(alpha, beta, c).unwrap(), h, &z[..1], &z[1..])?;
+        checked(&VanDerPol::new(c).unwrap(), h, &z[..1], &z[1..])?;
+        checked(&Wind { c }, h, &z[..1], &z[1..])?;
+    }
+
+    #[test]
+    fn books_of_many(h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0)) {
+        checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
+        checked(&VanDerPolRing::new(3, c, beta).unwrap(), h, &z[..3], &z[3..])?;
+        checked(&Twisted { c: c.abs(), offset: 0.0 }, h, &z[..2], &z[2..4])?;
+        checked(&pendulum::<f64>(c.abs()), h, &z[..2], &z[2..4])?;
+    }
+}
+
+/// Duffing with D = c |v| v, a friction that is not linear in the velocity.
+struct Wind {
+    c: f64,
+}
+
+impl System<f64> for Wind {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0 + q[0] * q[0] / 2.0 + q[0].powi(4) / 4.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (q[0] + q[0].powi(3), p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        d[0] = self.c * v[0].abs() * v[0];
+    }
+    fn damping(&self) -> Damping {
+        Damping { passive: Passive::each_if(self.c >= 0.0), ..Damping::GENERAL }
+    }
+    fn coupling(&self) -> Coupling {
+        Coupling::Chain
+    }
+}
+
+impl Curvature<f64> for Wind {
+    fn curvature(&self, q: &[f64], p: &[f64], mut put: impl FnMut(afterbay_core::Block, usize, usize, f64)) {
+        use afterbay_core::Block;
+        put(Block::Hqq, 0, 0, 1.0 + 3.0 * q[0] * q[0]);
+        put(Block::Hpp, 0, 0, 1.0);
+        put(Block::Dp, 0, 0, 2.0 * self.c * p[0].abs());
+    }
+}
+
+/// Where H is nearly quadratic the error is the nonlinear part's alone.
+#[test]
+fn weak_nonlinearity_costs_little() {
+    let error = |beta: f64| {
+        let system = FputChain::new(3, beta, 0.25).unwrap();
+        let exact = reference(&system.map(Series::constant), THREE, 0.25, 1).pop().unwrap();
+        let (mut ours, mut theirs) = (start::<f64>(THREE), start::<f64>(THREE));
+        LocallyExact.step(&system, 0.25, &mut ours, &mut LocallyExact.workspace(&system).unwrap()).unwrap();
+        let method = Gonzalez::default();
+        method.step(&system, 0.25, &mut theirs, &mut method.workspace(&system).unwrap()).unwrap();
+        [errors(&ours, &exact), errors(&theirs, &exact)]
+    };
+    let [ours, theirs] = error(1e-4);
+    println!("beta = 1e-4: {ours:?} against {theirs:?} of the midpoint discrete gradient");
+    assert!((0..3).all(|i| ours[i] < 1e-2 * theirs[i]));
+}
+
+#[test]
+fn failures_have_names_and_leave_the_state() {
+    let mut state = State::new([2.0], [1.0]).unwrap();
+    let before = state.clone();
+    let steep = Duffing::new(-1.0, -5.0, 0.1).unwrap();
+    let failure =
+        LocallyExact.step(&steep, 5.0, &mut state, &mut LocallyExact.workspace(&steep).unwrap()).unwrap_err();
+    println!("{failure}");
+    assert!(
+        matches!(failure, StepFailure::NotContracting { dof: 0, .. } | StepFailure::TooLong { .. }),
+        "{failure}"
+    );
+    assert_eq!(state, before);
+    let stiff = DampedOscillator::new(1.0, 1e4).unwrap();
+    let failure =
+        LocallyExact.step(&stiff, 1.0, &mut state, &mut LocallyExact.workspace(&stiff).unwrap()).unwrap_err();
+    assert!(matches!(failure, StepFailure::TooLong { .. }), "{failure}");
+    assert_eq!(state, before);
+}
+
+#[test]
+fn steps_allocate_nothing_and_storage_does_not_matter() {
+    let system = pendulum::<f64>(0.125);
+    let (mut stack, mut heap) = (State::new([0.6, -0.4], [0.3, 0.5]).unwrap(), start::<f64>(TWO));
+    let mut on_stack = LocallyExact.workspace(&system).unwrap();
+    let mut on_heap = LocallyExact.workspace(&system).unwrap();
+    let twisted = Twisted { c: 0.2, offset: 0.0 };
+    let (mut coupled, mut place) = (start::<f64>(TWO), LocallyExact.workspace(&twisted).unwrap());
+    let springs = Springs::chain(40, 0.1);
+    let (q, p) = systems::start::<f64>(40);
+    let mut long = State::new(q, p).unwrap();
+    let mut along = LocallyExact.workspace(&springs).unwrap();
+    let allocated = measure(|| {
+        for _ in 0..50 {
+            LocallyExact.step(&system, 0.05, &mut stack, &mut on_stack).unwrap();
+            LocallyExact.step(&system, 0.05, &mut heap, &mut on_heap).unwrap();
+            LocallyExact.step(&springs, 0.05, &mut long, &mut along).unwrap();
+            LocallyExact.step(&twisted, 0.05, &mut coupled, &mut place).unwrap();
+        }
+    });
+    assert_eq!(allocated.count_total, 0);
+    assert_eq!((stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()), (heap.q, heap.p, heap.w));
+}

@@ -1,0 +1,38 @@
+//! All tests of the methods, in one program: each method is compiled for each system once.
+
+#![cfg(test)]
+
+mod books;
+mod chain_memory;
+mod collocation;
+mod collocation_adaptive;
+mod collocation_memory;
+mod collocation_orders;
+mod compensated;
+mod cost_flags;
+mod coupled_friction;
+mod custom;
+mod failures;
+mod gonzalez;
+mod gonzalez_memory;
+mod gonzalez_references;
+mod increment;
+mod increment_general;
+mod increment_local_orders;
+mod k_is_kept;
+mod k_is_lost;
+mod linear_exact;
+mod linear_scenes;
+mod locally_exact;
+mod many;
+mod masses;
+mod one_kernel;
+mod order_table;
+mod orders;
+mod planes;
+mod relaxed;
+mod rubbed;
+mod slope;
+mod stability_flags;
+mod systems;
+mod tiled;

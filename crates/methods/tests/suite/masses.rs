@@ -1,0 +1,145 @@
+//! What is no mass is refused before the first step, by every method that divides by it, and by name.
+
+use afterbay_core::{
+    Block, Correction, Curvature, Drag, Grid, InputError, IntegrateError, Linear, Method, Misprinted,
+    OrderRaising, Separable, State, System, integrate,
+};
+use afterbay_methods::moddg::ClosedForm;
+use afterbay_methods::moddg::steps::Plain;
+use afterbay_methods::registry::{METHODS, Needs, Row, linear, nonlinear, separable};
+use afterbay_methods::{Composition, Increment, Leapfrog, ModDg, Rk4};
+
+/// H = Σ [p_j²/(2 m_j) + q_j²/2] without friction, one mass each.
+#[derive(Clone)]
+struct Weights<const N: usize>([f64; N]);
+
+impl<const N: usize> System<f64> for Weights<N> {
+    fn dof(&self) -> usize {
+        N
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        (0..N).map(|j| (p[j] * p[j] / self.0[j] + q[j] * q[j]) / 2.0).sum()
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        hq.copy_from_slice(q);
+        (0..N).for_each(|j| hp[j] = p[j] / self.0[j]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d.fill(0.0);
+    }
+}
+
+impl<const N: usize> Separable<f64> for Weights<N> {
+    fn mass(&self, j: usize) -> f64 {
+        self.0[j]
+    }
+    fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
+        at
+    }
+    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
+        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    }
+}
+
+impl Linear<f64> for Weights<1> {
+    fn stiffness(&self, _i: usize, _j: usize) -> f64 {
+        1.0
+    }
+    fn friction(&self, _j: usize) -> f64 {
+        0.0
+    }
+}
+
+/// δ of the undamped oscillator, the same in both equations and without a pole.
+const CORRECTION: Correction<f64> = Correction { third: 1.0 / 12.0, fourth: 0.0 };
+
+impl OrderRaising<f64> for Weights<1> {
+    fn delta_q(&self, _q: f64, _p: f64) -> Correction<f64> {
+        CORRECTION
+    }
+    fn delta_p(&self, _q: f64, _p: f64) -> Correction<f64> {
+        CORRECTION
+    }
+}
+
+impl Misprinted<f64> for Weights<1> {
+    fn printed_delta_q(&self, _q: f64, _p: f64) -> Correction<f64> {
+        CORRECTION
+    }
+    fn printed_delta_p(&self, _q: f64, _p: f64) -> Correction<f64> {
+        CORRECTION
+    }
+}
+
+impl<const N: usize> Curvature<f64> for Weights<N> {
+    fn curvature(&self, _q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        for j in 0..N {
+            put(Block::Hqq, j, j, 1.0);
+            put(Block::Hpp, j, j, 1.0 / self.0[j]);
+        }
+    }
+}
+
+const NO_MASSES: [f64; 6] = [0.0, -0.0, -2.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+
+fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64) {
+    let Err(error) = found else { panic!("{} takes m = {mass}", row.name) };
+    let InputError::Mass { dof, value } = error else { panic!("{}: {error}", row.name) };
+    assert_eq!((dof, value.to_bits()), (at, mass.to_bits()), "{}", row.name);
+    assert!(error.to_string().starts_with(&format!("m{} = {mass:?} must be positive", at + 1)), "{error}");
+}
+
+/// Asks for no mass: it takes ∂H/∂p as it is.
+fn is_free(row: &Row) -> bool {
+    matches!(row.needs, Needs::Any | Needs::Curvature | Needs::Linear)
+}
+
+#[test]
+fn what_is_no_mass_is_refused_with_one_degree_of_freedom() {
+    for row in METHODS.iter().filter(|row| !is_free(row)) {
+        assert!(linear::<f64, _>(row, Weights([2.0])).is_ok(), "{}", row.name);
+        for mass in NO_MASSES {
+            assert_mass(row, linear::<f64, _>(row, Weights([mass])), 0, mass);
+            if row.needs != Needs::Printed {
+                let solved = nonlinear::<f64, _>(row, Weights([mass]));
+                assert_mass(row, solved, 0, mass);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_mass_is_refused_wherever_it_hangs() {
+    let divides = |row: &&Row| matches!(row.needs, Needs::Separable | Needs::SeparableOrPlanes);
+    let many: Vec<&Row> = METHODS.iter().filter(divides).collect();
+    assert!(many.len() >= 6);
+    for row in many {
+        assert!(separable::<f64, _>(row, Weights([2.0, 1e-300, 1e300])).is_ok(), "{}", row.name);
+        for (mass, at) in NO_MASSES.into_iter().zip([0, 1, 2, 0, 1, 2]) {
+            let mut masses = [1.0, 2.0, 3.0];
+            masses[at] = mass;
+            assert_mass(row, separable::<f64, _>(row, Weights(masses)), at, mass);
+        }
+    }
+}
+
+#[test]
+fn a_run_that_needs_a_mass_does_not_start_without_one() {
+    fn run(method: &impl Method<[f64; 1], Weights<1>>, mass: f64) -> Result<(), IntegrateError> {
+        let start = State::new([1.0], [0.5]).unwrap();
+        let mut state = start.clone();
+        let outcome = integrate(method, &Weights([mass]), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+        assert!(outcome.is_ok() || state == start);
+        outcome.map(drop)
+    }
+    let refused = Err(IntegrateError::Input(InputError::Mass { dof: 0, value: -1.0 }));
+    assert_eq!(run(&Leapfrog, -1.0), refused);
+    assert_eq!(run(&Increment::new(Composition::pair()), -1.0), refused);
+    assert_eq!(run(&ModDg::newton(), -1.0), refused);
+    assert_eq!(run(&ModDg { steps: Plain, solver: ClosedForm }, -1.0), refused);
+    // Nothing here divides by a mass.
+    assert_eq!(run(&Rk4, -1.0), Ok(()));
+    for outcome in [run(&Leapfrog, 1.0), run(&ModDg::newton(), 1.0), run(&ModDg::linear(), 1.0)] {
+        assert_eq!(outcome, Ok(()));
+    }
+}

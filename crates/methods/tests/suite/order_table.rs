@@ -1,0 +1,217 @@
+//! The order table: the global order of every row of the registry in q, p and w, in 31 digits, on nonlinear damped problems.
+//!
+//! `cargo test -p afterbay-methods --test suite order_table -- --nocapture` prints it.
+
+use crate::slope;
+use afterbay_core::taylor::trajectory;
+use afterbay_core::{Grid, Quad, Scalar, Series, State, System};
+use afterbay_methods::registry::{EXACT, METHODS, Needs, Row, Run, general, linear, nonlinear, separable};
+use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
+use rayon::prelude::*;
+use slope::slope;
+use std::ops::ControlFlow;
+
+/// How far a slope may lie from the order.
+const TOLERANCE: f64 = 0.05;
+/// The 0.975 quantile of Student's t with three degrees of freedom: five points, two parameters.
+const STUDENT: f64 = 3.182_446_305_284_263;
+/// Largest |K - K0| / |K0| along a run of a method that keeps K, and largest error of one that has none but rounding: 1.2e-32 each,
+/// in up to 2048 steps.
+const KEPT: f64 = 5e-30;
+/// Errors lie above the roundings of 31 digits, and from order 8 on below that of `f64`.
+const SEEN: [f64; 2] = [1e-28, 1.1e-16];
+
+/// Five numbers of steps, short enough for the next term of the error to vanish.
+fn counts(order: u32) -> [u64; 5] {
+    match order {
+        0..4 => [32, 40, 48, 64, 80],
+        4..6 => [32, 48, 64, 96, 128],
+        6..8 => [24, 32, 40, 48, 64],
+        8..10 => [64, 68, 72, 80, 88],
+        10..12 => [24, 28, 32, 40, 48],
+        12..14 => [16, 20, 24, 28, 32],
+        14..16 => [14, 16, 20, 24, 28],
+        _ => [13, 14, 15, 16, 18],
+    }
+}
+
+/// Where a step is its own adjoint the next term of its error is two powers of h smaller, otherwise one, and the order shows in shorter
+/// steps: that is so of explicit methods, of δ at the start of a step, and of a single sweep.
+fn finer(row: &Row) -> u64 {
+    if row.needs == Needs::Any || !row.poles().is_empty() || row.order() == 1 { 8 } else { 1 }
+}
+
+/// The global orders that follow from the local ones: q and p feel what the other is off by, and w feels both, but nothing feels w.
+fn orders(row: &Row) -> [u32; 3] {
+    let [q, p, w] = row.local_order;
+    [q.min(p), q.min(p), q.min(p).min(w)]
+}
+
+type Energy = dyn Fn(&[Quad], &[Quad]) -> Quad + Sync;
+type Bind = dyn Fn(&Row) -> Run<Quad> + Sync;
+
+/// A system in a state, and its solution at the end.
+struct Problem {
+    name: &'static str,
+    end: f64,
+    /// What its numbers of steps are multiplied by.
+    finer: u64,
+    start: State<Vec<Quad>>,
+    exact: State<Vec<Quad>>,
+    /// H
+    energy: Box<Energy>,
+    bind: Box<Bind>,
+}
+
+impl Problem {
+    fn new<S: System<Quad> + Sync + 'static, const N: usize>(
+        name: &'static str,
+        system: S,
+        series: &impl System<Series<Quad, 24>>,
+        [q, p]: [[f64; N]; 2],
+        (end, finer): (f64, u64),
+        bind: impl Fn(&Row) -> Run<Quad> + Sync + 'static,
+    ) -> Self {
+        let lift = |x: [f64; N]| x.map(Quad::from_f64).to_vec();
+        let start = State::new(lift(q), lift(p)).unwrap();
+        let exact = trajectory(series, &start, Quad::from_f64(end), 1).unwrap().pop().unwrap();
+        let energy = Box::new(move |q: &[Quad], p: &[Quad]| system.energy(q, p));
+        Self { name, end, finer, start, exact, energy, bind: Box::new(bind) }
+    }
+
+    /// The errors of q, p and w at the end (Euclidean norms), and the largest drift of K on the way.
+    fn run(&self, run: &Run<Quad>, steps: u64) -> ([f64; 3], f64) {
+        let mut state = self.start.clone();
+        let before = (self.energy)(&state.q, &state.p);
+        let mut drift = 0.0_f64;
+        let h = Quad::from_f64(self.end) / Quad::from_f64(steps as f64);
+        run.run(Grid { h, steps }, &mut state, 1, &mut |_, now| {
+            let total = now.w.iter().fold((self.energy)(now.q, now.p), |sum, &w| sum + w);
+            drift = drift.max(((total - before) / before).abs().to_f64());
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+        let far = |a: &[Quad], b: &[Quad]| {
+            a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().powi(2)).sum::<f64>().sqrt()
+        };
+        let Self { exact, .. } = self;
+        ([far(&state.q, &exact.q), far(&state.p, &exact.p), far(&state.w, &exact.w)], drift)
+    }
+
+    /// A line of the table, and what is wrong with it.
+    fn line(&self, row: &Row) -> (String, Vec<String>) {
+        let run = (self.bind)(row);
+        let exact = row.order() == EXACT;
+        let counts = counts(row.order()).map(|count| count * self.finer * finer(row));
+        let runs = counts.map(|count| self.run(&run, count));
+        let drift = runs.iter().fold(0.0, |most: f64, run| most.max(run.1));
+        let (mut line, mut wrong) = (format!("{:24} {:10}", row.name, self.name), Vec::new());
+        for (part, (variable, order)) in ["q", "p", "w"].into_iter().zip(orders(row)).enumerate() {
+            let errors = runs.map(|(errors, _)| errors[part]);
+            let (least, most) = errors.iter().fold((f64::MAX, 0.0_f64), |(a, b), &e| (a.min(e), b.max(e)));
+            if exact {
+                line += &format!(" {:>14}", "exact");
+                if most > KEPT {
+                    wrong.push(format!("{} {variable}: off by {most:e}", row.name));
+                }
+                continue;
+            }
+            let (found, interval) = fit(&counts.map(|count| self.end / count as f64), &errors);
+            line += &format!(" {found:6.3} ± {interval:.3}");
+            let within = (found - f64::from(order)).abs() < TOLERANCE;
+            if !within || least < SEEN[0] || (order >= 8 && most > SEEN[1]) {
+                wrong.push(format!(
+                    "{} {} {variable}: {found:.3} of {order}, {errors:?}",
+                    row.name, self.name
+                ));
+            }
+        }
+        let [q, p, w] = runs[4].0;
+        line += &format!("   {q:7.1e} {p:7.1e} {w:7.1e}   {drift:7.1e}");
+        if row.keeps_k && drift > KEPT {
+            wrong.push(format!("{} {}: K is off by {drift:e}", row.name, self.name));
+        }
+        (line, wrong)
+    }
+}
+
+/// The slope of log(error) against log(h) by least squares, and the half-width of its 95 % confidence interval.
+fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
+    let found = slope(steps, errors);
+    let mean = |values: [f64; 5]| values.iter().sum::<f64>() / 5.0;
+    let (x, y) = (steps.map(f64::ln), errors.map(f64::ln));
+    let (middle, height) = (mean(x), mean(y));
+    let left = |(x, y): (&f64, &f64)| (y - height - found * (x - middle)).powi(2);
+    let spread = x.iter().map(|x| (x - middle).powi(2)).sum::<f64>();
+    let rest = x.iter().zip(&y).map(left).sum::<f64>();
+    (found, STUDENT * (rest / 3.0 / spread).sqrt())
+}
+
+/// The problems a row is measured on: several degrees of freedom, one of them not separable, where it takes these. Those with one degree
+/// end before p or V' + D vanishes, where δ has its poles.
+fn problems(needs: Needs) -> &'static [usize] {
+    match needs {
+        Needs::Any | Needs::Curvature | Needs::SeparableOrPlanes => &[0, 1],
+        Needs::Separable => &[0],
+        Needs::OneDegree => &[2, 3],
+        Needs::Printed => &[4],
+        Needs::Linear => &[5],
+    }
+}
+
+fn all() -> [Problem; 6] {
+    let (one, x) = (Quad::ONE, Quad::from_f64);
+    let three = [[0.5, -0.3, 0.8], [0.2, 0.7, -0.4]];
+    let up = [[0.8], [1.6]];
+    let chain = FputChain::new(3, one, x(0.25)).unwrap();
+    let straight = FputChain::new(3, x(0.0), x(0.25)).unwrap();
+    let pendulum =
+        DampedDoublePendulum::new([one, x(0.75)], [one, x(0.5)], one, [x(0.125), x(0.25)]).unwrap();
+    let duffing = Duffing::new(one, one, x(0.3)).unwrap();
+    let van_der_pol = VanDerPol::new(x(0.5)).unwrap();
+    let oscillator = DampedOscillator::new(x(1.25), x(0.375)).unwrap();
+    let lift = Series::constant;
+    [
+        Problem::new("chain", chain, &chain.map(lift), three, (1.0, 1), move |row| {
+            separable(row, chain).unwrap()
+        }),
+        // Its sines turn faster than the chain's forces.
+        Problem::new(
+            "pendulum",
+            pendulum,
+            &pendulum.map(lift),
+            [[0.6, -0.4], [0.3, 0.5]],
+            (1.0, 2),
+            move |row| general(row, pendulum).unwrap(),
+        ),
+        Problem::new("duffing", duffing, &duffing.map(lift), up, (0.375, 1), move |row| {
+            nonlinear(row, duffing).unwrap()
+        }),
+        Problem::new("vanderpol", van_der_pol, &van_der_pol.map(lift), up, (0.375, 1), move |row| {
+            nonlinear(row, van_der_pol).unwrap()
+        }),
+        Problem::new("oscillator", oscillator, &oscillator.map(lift), up, (0.375, 1), move |row| {
+            linear(row, oscillator).unwrap()
+        }),
+        Problem::new("linear", straight, &straight.map(lift), three, (1.0, 1), move |row| {
+            separable(row, straight).unwrap()
+        }),
+    ]
+}
+
+#[test]
+fn every_row_has_its_order_in_q_p_and_w() {
+    let all = all();
+    let cases: Vec<(&Row, &Problem)> = METHODS
+        .iter()
+        .flat_map(|row| problems(row.needs).iter().map(|&i| (row, &all[i])).collect::<Vec<_>>())
+        .collect();
+    let lines: Vec<_> = cases.par_iter().map(|(row, problem)| problem.line(row)).collect();
+    println!(
+        "{:24} {:10} {:>14} {:>14} {:>14}   {:>23}   {:>7}",
+        "method", "problem", "q ± 95 %", "p", "w", "least errors of q, p, w", "|ΔK|/K"
+    );
+    lines.iter().for_each(|(line, _)| println!("{line}"));
+    let wrong: Vec<String> = lines.into_iter().flat_map(|(_, wrong)| wrong).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

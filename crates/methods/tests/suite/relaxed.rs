@@ -1,0 +1,277 @@
+//! Runge-Kutta methods with relaxation: orders at the grid points, K, passivity, time, failures, memory.
+
+use crate::many;
+use crate::many::orders as orders_of;
+use afterbay_core::{
+    Damping, Grid, Method, Passive, Quad, Scalar, Series, State, StepFailure, System, integrate,
+};
+use afterbay_methods::{Relaxed, Rk4};
+use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPolRing};
+use allocation_counter::measure;
+use orders_of::check_orders;
+use proptest::prelude::*;
+
+const CHAIN: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
+const PENDULUM: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
+
+fn chain<T: Scalar>() -> FputChain<T> {
+    FputChain::new(3, T::from_f64(0.5), T::from_f64(0.25)).unwrap()
+}
+
+fn ring<T: Scalar>() -> VanDerPolRing<T> {
+    VanDerPolRing::new(3, T::from_f64(0.75), T::from_f64(0.5)).unwrap()
+}
+
+fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
+    let x = T::from_f64;
+    DampedDoublePendulum::new([x(1.0), x(0.75)], [x(1.0), x(0.5)], x(3.0), [x(0.125), x(0.25)]).unwrap()
+}
+
+/// By numbers of steps.
+fn chain_orders(method: Relaxed, order: f64, counts: [u64; 4]) {
+    let chains = (&chain::<f64>(), &chain::<Series<f64, 24>>());
+    check_orders("chain", &method, chains, CHAIN, (2.0, counts), (order, 0.1));
+}
+
+fn ring_orders<T: Scalar>(method: Relaxed, order: f64, counts: [u64; 4], tolerance: f64) {
+    let rings = (&ring::<T>(), &ring::<Series<T, 24>>());
+    check_orders("ring", &method, rings, CHAIN, (2.0, counts), (order, tolerance));
+}
+
+/// On the chain and the double pendulum in 31 digits: order_table.rs.
+#[test]
+fn order_four_at_the_grid_points() {
+    chain_orders(Relaxed::rk4(), 4.0, [200, 250, 320, 400]);
+    ring_orders::<f64>(Relaxed::rk4(), 4.0, [200, 250, 320, 400], 0.1);
+    ring_orders::<Quad>(Relaxed::rk4(), 4.0, [3000, 4000, 5000, 6000], 0.05);
+}
+
+#[test]
+fn order_eight_at_the_grid_points() {
+    chain_orders(Relaxed::dop853(), 8.0, [20, 24, 28, 34]);
+    ring_orders::<f64>(Relaxed::dop853(), 8.0, [16, 20, 24, 28], 0.1);
+    ring_orders::<Quad>(Relaxed::dop853(), 8.0, [1000, 1200, 1400, 1500], 0.05);
+}
+
+/// Steps with one workspace, each beginning where the last one ended.
+fn steps<S: System<f64>>(
+    method: Relaxed,
+    system: &S,
+    h: f64,
+    state: &mut State<Vec<f64>>,
+    count: u32,
+) -> Result<(), StepFailure> {
+    let mut workspace = method.workspace(system).unwrap();
+    (0..count).try_for_each(|_| method.step(system, h, state, &mut workspace).map(drop))
+}
+
+/// |ΔK| in roundings of what K is made of at both ends.
+fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+    let scale = |state: &State<Vec<f64>>| {
+        let n = state.dof();
+        let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
+        system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+        let terms = |z: &[f64], slope: &[f64]| z.iter().zip(slope).map(|(a, b)| (a * b).abs()).sum::<f64>();
+        state.energy(system).abs()
+            + terms(&state.q, &hq)
+            + terms(&state.p, &hp)
+            + state.w.iter().map(|w| w.abs()).sum::<f64>()
+    };
+    let size = scale(before) + scale(after);
+    (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
+}
+
+/// f·H''f for f = z', by a second difference of H: how firmly K holds γ.
+fn bend<S: System<f64>>(system: &S, state: &State<Vec<f64>>) -> f64 {
+    let n = state.dof();
+    let (mut hq, mut hp, mut d) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+    system.dissipation(&state.q, &state.p, &hp, &mut d);
+    let energy = |step: f64| {
+        let q: Vec<f64> = (0..n).map(|j| step.mul_add(hp[j], state.q[j])).collect();
+        let p: Vec<f64> = (0..n).map(|j| step.mul_add(-hq[j] - d[j], state.p[j])).collect();
+        system.energy(&q, &p)
+    };
+    (energy(1e-4) - 2.0 * energy(0.0) + energy(-1e-4)) / 1e-8
+}
+
+/// Does that pass through 0 within the step? There may be no root then, however short the step.
+fn lets_go<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
+    let mut after = before.clone();
+    let mut workspace = Method::<Vec<f64>, S>::workspace(&Rk4, system).unwrap();
+    Rk4.step(system, h, &mut after, &mut workspace).is_err()
+        || bend(system, before) * bend(system, &after) <= 0.0
+}
+
+/// A few steps that keep K, rk4 passive, and a failed one changes nothing.
+fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
+    for (method, passive) in [(Relaxed::rk4(), true), (Relaxed::dop853(), false)] {
+        let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
+        let first = state.clone();
+        let mut workspace = method.workspace(system).unwrap();
+        for n in 1..=20 {
+            let before = state.clone();
+            match method.step(system, h, &mut state, &mut workspace) {
+                Ok(_) => {
+                    prop_assert!(state.check(q.len()).is_ok());
+                    // The target is that of the first step: twenty steps keep K as well as one.
+                    let off = drift(system, &first, &state);
+                    prop_assert!(off <= 16.0, "{:?}: K is off by {} roundings after {}", method, off, n);
+                    if passive && system.damping().passive == Passive::Each {
+                        for j in 0..q.len() {
+                            prop_assert!(state.w[j] >= before.w[j], "w{} fell", j + 1);
+                        }
+                    }
+                }
+                Err(failure) => {
+                    let named = matches!(
+                        failure,
+                        StepFailure::NoRelaxationRoot { .. } | StepFailure::NonFinite { .. }
+                    );
+                    prop_assert!(
+                        named && (h > 1e-2 || lets_go(system, h, &before)),
+                        "{:?}: {}",
+                        method,
+                        failure
+                    );
+                    prop_assert_eq!(&before, &state);
+                    break;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn books_of_a_chain(h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), beta in 0.0..2.0, c in -0.5..2.0, z in prop::array::uniform6(-2.0..2.0)) {
+        checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
+    }
+
+    #[test]
+    fn books_of_a_double_pendulum(h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), c in 0.0..2.0, z in prop::array::uniform4(-2.0..2.0)) {
+        let system = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [c, 0.25]).unwrap();
+        checked(&system, h, &z[..2], &z[2..])?;
+    }
+}
+
+/// In the ninth step f·H''f passes through 0.
+#[test]
+fn a_short_step_without_a_root() {
+    let system =
+        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [0.855_653_685_212_379_1, 0.25]).unwrap();
+    let z =
+        [1.274_137_907_960_212_9, 0.128_012_654_228_454_12, 1.720_979_757_704_655, 1.728_457_055_200_074_6];
+    checked(&system, 0.007_609_133_956_834_795, &z[..2], &z[2..]).unwrap();
+}
+
+/// K of a million roundings' worth of steps is that of the first.
+#[test]
+fn roundings_of_k_do_not_add_up() {
+    let system = chain::<f64>();
+    for method in [Relaxed::rk4(), Relaxed::dop853()] {
+        let mut state = many::start::<f64>(CHAIN);
+        let first = state.clone();
+        integrate(&method, &system, Grid::of(0.1, 20_000).unwrap(), &mut state, &mut ()).unwrap();
+        assert!(drift(&system, &first, &state) < 8.0, "{}", drift(&system, &first, &state));
+    }
+}
+
+/// The lag is given back by the next step: with it forgotten the error is that of another order, with it the same as ever.
+#[test]
+fn a_state_changed_from_outside_is_a_new_beginning() {
+    let system = chain::<f64>();
+    let method = Relaxed::rk4();
+    let mut state = many::start::<f64>(CHAIN);
+    let mut workspace = method.workspace(&system).unwrap();
+    method.step(&system, 0.1, &mut state, &mut workspace).unwrap();
+    state.w[1] += 1.0;
+    let mut fresh = state.clone();
+    method.step(&system, 0.1, &mut state, &mut workspace).unwrap();
+    method.step(&system, 0.1, &mut fresh, &mut method.workspace(&system).unwrap()).unwrap();
+    assert_eq!(state, fresh);
+}
+
+#[test]
+fn beyond_stability_there_is_no_root() {
+    let system = DampedOscillator::new(1.0, 0.0).unwrap();
+    for (method, h) in [(Relaxed::rk4(), 4.0), (Relaxed::dop853(), 8.0)] {
+        let mut state = State::new(vec![1.0], vec![0.5]).unwrap();
+        let before = state.clone();
+        let failure = steps(method, &system, h, &mut state, 1).unwrap_err();
+        let StepFailure::NoRelaxationRoot { excess } = failure else { panic!("{failure}") };
+        assert!(excess.abs() > 0.1 && failure.to_string().contains("another step size"), "{failure}");
+        assert_eq!(state, before);
+    }
+}
+
+/// f·H''f passes through 0 twice a swing on the double well.
+#[test]
+fn flanks_of_a_double_well() {
+    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    for (method, h) in [(Relaxed::rk4(), 0.05), (Relaxed::dop853(), 0.25)] {
+        let (mut failed, runs) = (0, 200);
+        for i in 0..runs {
+            let mut state = State::new(vec![1.5 + 0.002 * f64::from(i)], vec![0.5]).unwrap();
+            failed += u32::from(steps(method, &system, h, &mut state, (50.0 / h) as u32).is_err());
+        }
+        println!("{method:?} {h}: {failed} of {runs} runs meet no root");
+        assert!(failed <= 10, "{failed}");
+    }
+}
+
+/// A force that is no number beyond q1 = 1.
+struct Cliff;
+
+impl System<f64> for Cliff {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn energy(&self, _q: &[f64], p: &[f64]) -> f64 {
+        (p[0] * p[0] + p[1] * p[1]) / 2.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        hq[0] = if q[0] > 1.0 { f64::NAN } else { 0.0 };
+        hq[1] = 0.0;
+        hp.copy_from_slice(p);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        (d[0], d[1]) = (0.1 * v[0], 0.1 * v[1]);
+    }
+    fn damping(&self) -> Damping {
+        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    }
+}
+
+#[test]
+fn what_is_no_number_is_named() {
+    for method in [Relaxed::rk4(), Relaxed::dop853()] {
+        let mut state = State::new(vec![0.5, 0.0], vec![1.0, 1.0]).unwrap();
+        let before = state.clone();
+        let failure = steps(method, &Cliff, 2.0, &mut state, 1).unwrap_err();
+        assert!(matches!(failure, StepFailure::NonFinite { dof: 0, .. }), "{failure}");
+        assert_eq!(state, before);
+    }
+}
+
+#[test]
+fn storage_does_not_matter_and_steps_allocate_nothing() {
+    let system = pendulum::<f64>();
+    for method in [Relaxed::rk4(), Relaxed::dop853()] {
+        let mut stack = State::new([0.6, -0.4], [0.3, 0.5]).unwrap();
+        let mut heap = many::start::<f64>(PENDULUM);
+        let (mut on_stack, mut on_heap) =
+            (method.workspace(&system).unwrap(), method.workspace(&system).unwrap());
+        let allocated = measure(|| {
+            for _ in 0..50 {
+                method.step(&system, 0.05, &mut stack, &mut on_stack).unwrap();
+                method.step(&system, 0.05, &mut heap, &mut on_heap).unwrap();
+            }
+        });
+        assert_eq!(allocated.count_total, 0);
+        assert_eq!((stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()), (heap.q, heap.p, heap.w));
+    }
+}
