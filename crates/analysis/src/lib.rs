@@ -4,17 +4,20 @@
 //! [`paper`] puts studies together into the paper's experiment, and [`record`] writes it all down.
 
 pub mod chart;
+pub mod experiment;
 mod model;
 pub mod paper;
 pub mod progress;
 pub mod record;
 pub mod report;
 pub mod scene;
+mod sheet;
 mod solution;
 pub mod statistics;
 pub mod study;
 mod subject;
 
 pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
+pub use sheet::{Finding, ReportError};
 pub use solution::Solution;
 pub use subject::Subject;

@@ -5,25 +5,21 @@
 
 mod books;
 mod errata;
-mod many_degrees;
+pub(crate) mod many_degrees;
 mod orders;
 mod other_systems;
 mod overdamped;
-mod sheet;
 mod stability;
-mod work;
-
-pub use sheet::Finding;
+pub(crate) mod work;
 
 use crate::Model;
 use crate::progress::Progress;
-use crate::record::{Manifest, Output, StorageError, processor};
-use crate::report::Report;
+use crate::record::{Manifest, Output, processor};
+use crate::report::{Block, Report, Section};
+use crate::sheet::{Finding, ReportError};
 use crate::study::Problem;
-use afterbay_core::{InputError, IntegrateError};
 use afterbay_methods::registry::{self, Row};
 use serde::Serialize;
-use thiserror::Error;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
 pub fn oscillator() -> Problem {
@@ -56,28 +52,11 @@ impl Extent {
     }
 }
 
-/// Why the paper could not be run.
-#[derive(Debug, Error)]
-pub enum PaperError {
-    /// A study could not be run.
-    #[error(transparent)]
-    Study(#[from] IntegrateError),
-    /// A table could not be made.
-    #[error(transparent)]
-    Storage(#[from] StorageError),
-}
-
-impl From<InputError> for PaperError {
-    fn from(error: InputError) -> Self {
-        Self::Study(error.into())
-    }
-}
-
 /// Runs the paper. Gives all there is to write down, and the findings in brief.
 ///
 /// # Errors
-/// [`PaperError`] if a study is refused; a run that fails is a row in its table.
-pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Finding>), PaperError> {
+/// [`ReportError`] if a study is refused; a run that fails is a row in its table.
+pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Finding>), ReportError> {
     let sheets = [
         orders::sheet(progress)?,
         errata::sheet()?,
@@ -109,7 +88,7 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
             processor(),
             manifest.threads
         ),
-        sections: vec![sheet::summary(&findings)],
+        sections: vec![summary(&findings)],
     };
     let mut artifacts = Vec::new();
     for sheet in sheets {
@@ -122,4 +101,18 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
 /// The rows of methods by name.
 fn methods(names: &[&str]) -> Vec<&'static Row> {
     names.iter().filter_map(|name| registry::find(name)).collect()
+}
+
+/// The first section: every finding in brief.
+fn summary(findings: &[Finding]) -> Section {
+    let mut blocks = vec![Block::Text(
+        "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures stand side by side \
+         throughout and are never mixed: the error of (q, p), the error of w against the exact solution, and the drift \
+         of K; and where a system is passive, the number of steps that took energy back from the reservoir. The sections below give the figures behind each \
+         line. The paper \
+         gives no horizon for its figures: it is [0, 20] here unless another is named."
+            .into(),
+    )];
+    blocks.extend(findings.iter().map(|finding| Block::Verdict(finding.verdict, finding.topic.clone())));
+    Section { heading: "What holds".into(), blocks }
 }

@@ -6,6 +6,10 @@ pub trait Progress: Sync {
     fn begin(&self, stage: &str, total: usize);
     /// One piece is done.
     fn advance(&self);
+    /// Has somebody had enough? What is not begun is left out then, and what runs ends early.
+    fn stopped(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody looks.

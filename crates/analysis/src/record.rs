@@ -114,6 +114,15 @@ impl Manifest {
     }
 }
 
+impl Manifest {
+    /// The hash of the scene whose results are in a folder, if there are any.
+    pub fn hash_in(folder: &Path) -> Option<String> {
+        let text = std::fs::read_to_string(folder.join("run.json")).ok()?;
+        let manifest: serde_json::Value = serde_json::from_str(&text).ok()?;
+        Some(manifest["hash"].as_str().unwrap_or_default().to_owned())
+    }
+}
+
 /// The processor's own name where the system tells it, else its architecture.
 pub fn processor() -> String {
     let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

@@ -1,5 +1,6 @@
 //! Progress on stderr; nothing where that is not a terminal.
 
+use crate::interrupt;
 use afterbay_analysis::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::Mutex;
@@ -10,7 +11,9 @@ pub(crate) struct Bars {
 }
 
 impl Bars {
+    /// No bar yet. From here on Ctrl-C stops what is done, not the command.
     pub(crate) fn new() -> Self {
+        interrupt::listen();
         Self { bar: Mutex::new(ProgressBar::hidden()) }
     }
 
@@ -37,5 +40,9 @@ impl Progress for Bars {
 
     fn advance(&self) {
         self.current().inc(1);
+    }
+
+    fn stopped(&self) -> bool {
+        interrupt::stopped()
     }
 }

@@ -2,21 +2,37 @@
 
 mod arguments;
 mod bars;
+mod check;
+mod experiment;
 mod failure;
+mod interrupt;
 mod list;
 mod paper;
+mod scene;
 mod table;
 
 use arguments::{Arguments, Command};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use experiment::What;
+use failure::Failure;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let result = match arguments.command {
-        Command::Paper { out, quick } => paper::run(&out, quick, arguments.threads, arguments.format),
-        Command::List { what } => list::run(what, arguments.format),
-    };
+    let format = arguments.format;
+    let result = threads(arguments.threads).and_then(|()| match arguments.command {
+        Command::Paper { out, quick } => paper::run(&out, quick, format),
+        Command::Run(arguments) => experiment::run(What::Run, &arguments, format),
+        Command::Study(arguments) => experiment::run(What::Study, &arguments, format),
+        Command::Pick { .. } => Ok(ExitCode::SUCCESS),
+        Command::Check { scene } => check::run(&scene, format),
+        Command::Schema => table::json(&afterbay_analysis::scene::schema()).map(|()| ExitCode::SUCCESS),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Arguments::command(), "afterbay", &mut std::io::stdout());
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::List { what } => list::run(what, format),
+    });
     match result {
         Ok(code) => code,
         Err(failure) => {
@@ -24,4 +40,10 @@ fn main() -> ExitCode {
             ExitCode::from(failure.code)
         }
     }
+}
+
+/// Starts the threads of the sweeps; 0 stands for all there are.
+fn threads(count: Option<u16>) -> Result<(), Failure> {
+    let count = usize::from(count.unwrap_or(0));
+    rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(Failure::threads)
 }

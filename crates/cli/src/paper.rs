@@ -9,15 +9,7 @@ use afterbay_analysis::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
 
-pub(crate) fn run(
-    out: &Path,
-    quick: bool,
-    threads: Option<u16>,
-    format: Format,
-) -> Result<ExitCode, Failure> {
-    // 0 stands for all there are.
-    let threads = usize::from(threads.unwrap_or(0));
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::threads)?;
+pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, Failure> {
     let bars = Bars::new();
     let extent = if quick { Extent::Quick } else { Extent::Full };
     let (output, findings) = paper::run(extent, &bars)?;

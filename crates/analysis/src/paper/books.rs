@@ -1,10 +1,10 @@
 //! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global orders behind them.
 
-use super::sheet::{Sheet, decimal, line, marked, over_time, scientific};
-use super::{BASE_STEP, FIGURE_STEP, PaperError, methods, oscillator};
+use super::{BASE_STEP, FIGURE_STEP, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet, decimal, line, marked, over_time, scientific};
 use crate::statistics::median;
 use crate::study::energy::{self, Books, EnergyRow};
 use crate::study::global_order;
@@ -27,7 +27,7 @@ struct LocalErrorRow {
     error_w: f64,
 }
 
-pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, PaperError> {
+pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Errors and books over time: figures 4.1 to 4.4");
     sheet.text(format!(
         "The paper does not say at which step its figures over time were made; h = {FIGURE_STEP} is taken here, from \
@@ -67,7 +67,7 @@ impl Traces {
     }
 }
 
-fn local_errors(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Traces, PaperError> {
+fn local_errors(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Traces, ReportError> {
     let study = LocalOrder { base_step: BASE_STEP, steps: vec![FIGURE_STEP] };
     let shown = methods(&["moddg-q3-shared", "moddg-q4-shared", "moddg", "leapfrog", "rk4"]);
     progress.begin("local errors over time", shown.len());
@@ -135,10 +135,14 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
     sheet.show("figure-4-3", &chart, "Local error of p along the solution.", "local_errors");
 }
 
-fn energy_books(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Vec<Books>, PaperError> {
+fn energy_books(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Vec<Books>, ReportError> {
     progress.begin("energy books", KEPT.len());
     let all = energy::run(&oscillator(), &methods(&KEPT), FIGURE_STEP, 1, progress)?;
-    sheet.runs.extend(all.iter().map(|books| books.ending(oscillator().model.name(), FIGURE_STEP)));
+    sheet
+        .runs
+        .extend(all.iter().map(|books| {
+            books.ending.record("energy", oscillator().model.name(), books.method, FIGURE_STEP)
+        }));
     let rows: Vec<&EnergyRow> = all.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("energy", &energy::columns(1), &rows)?;
     Ok(all)
@@ -181,7 +185,7 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books]) {
     ));
     let shared: Vec<_> = books.iter().filter(|books| books.method.ends_with("-shared")).collect();
     let simple = shared.iter().map(|books| books.drift).fold(0.0, f64::max);
-    let all = shared.iter().all(|books| books.result.is_ok());
+    let all = shared.iter().all(|books| books.ending.is_completed());
     sheet.find(
         "figure 4.2, \"even with a simpler δ\"",
         if all && simple < 1e-12 { Verdict::Holds } else { Verdict::Fails },
@@ -229,7 +233,7 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
     );
 }
 
-fn global_orders(sheet: &mut Sheet, progress: &dyn Progress) -> Result<(), PaperError> {
+fn global_orders(sheet: &mut Sheet, progress: &dyn Progress) -> Result<(), ReportError> {
     let rows = methods(&["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4"]);
     let steps = [0.2, 0.1, 0.05, 0.025, 0.0125, 0.00625];
     progress.begin("global errors", rows.len() * steps.len());

@@ -1,8 +1,7 @@
 //! The paper's δ, coefficient by coefficient: from the exact flow, in closed form, and as printed.
 
-use super::PaperError;
-use super::sheet::Sheet;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet};
 use afterbay_core::{Correction, InputError, Misprinted, OrderRaising, Quad, Scalar, Series, taylor};
 use afterbay_systems::DampedOscillator;
 use serde::Serialize;
@@ -22,7 +21,7 @@ struct Erratum {
 
 const POINTS: [[f64; 3]; 3] = [[0.1, 2.3, -3.1], [0.1, 1.0, 0.5], [0.0, 2.3, -3.1]];
 
-pub(super) fn sheet() -> Result<Sheet, PaperError> {
+pub(super) fn sheet() -> Result<Sheet, ReportError> {
     let mut rows = Vec::new();
     for [b, q, p] in POINTS {
         rows.extend(errata(b, q, p)?);

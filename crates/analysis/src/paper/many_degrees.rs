@@ -1,19 +1,19 @@
 //! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is ours.
 
 mod books;
-mod long_run;
+pub(crate) mod long_run;
 mod orders;
 mod size;
 mod work;
 
-use super::sheet::Sheet;
-use super::{Extent, PaperError};
+use super::Extent;
 use crate::Model;
 use crate::progress::Progress;
+use crate::sheet::{ReportError, Sheet};
 use crate::study::{LARGEST_BY_SERIES, Problem};
 use std::f64::consts::PI;
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
+pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Beyond the paper: N degrees of freedom");
     sheet.text(format!(
         "The paper leaves N > 1 open. Here each degree of freedom has a reservoir w_j of its own, and K = H + Σ w_j. Three \

@@ -1,10 +1,10 @@
 //! Figures 3.1 to 3.4: the empirical orders of the δ variants.
 
-use super::sheet::{Sheet, decimal, marked, scientific};
-use super::{BASE_STEP, PaperError, STEPS, methods, oscillator};
+use super::{BASE_STEP, STEPS, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::report::{Block, Verdict};
+use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
 use crate::study::Problem;
 use crate::study::VARIABLES;
 use crate::study::local_order::{LocalErrors, LocalOrder, OrderRow, Statistic, rows};
@@ -42,7 +42,7 @@ fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
     (statistic == Statistic::Max).then_some(values[column])
 }
 
-pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, PaperError> {
+pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let study = LocalOrder { base_step: BASE_STEP, steps: STEPS.to_vec() };
     let all: Vec<_> = of_the_paper().collect();
     progress.begin("local errors of every method", all.len() * STEPS.len());
@@ -251,7 +251,7 @@ fn order_chart(
 }
 
 /// Orders from the maximum on several horizons.
-fn horizons(study: &LocalOrder) -> Result<Block, PaperError> {
+fn horizons(study: &LocalOrder) -> Result<Block, ReportError> {
     let variants = methods(&["moddg-q3-shared", "moddg-p4-shared", "moddg-p4-single"]);
     let mut table = Vec::new();
     for end in [2.0, 5.0, 10.0, 20.0, 40.0] {
@@ -267,7 +267,7 @@ fn horizons(study: &LocalOrder) -> Result<Block, PaperError> {
         }
     }
     table.sort_by(|a, b| a[0].cmp(&b[0]));
-    Ok(super::sheet::table(
+    Ok(crate::sheet::table(
         &["method", "horizon", "max q", "max p", "max w", "median q", "median p", "median w"],
         table,
     ))

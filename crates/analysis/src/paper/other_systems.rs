@@ -1,11 +1,11 @@
 //! What the paper announces but does not show: the same study for Duffing, Van der Pol and modified Van der Pol.
 
-use super::sheet::{Sheet, decimal, line, over_time, scientific};
-use super::{BASE_STEP, Extent, FIGURE_STEP, PaperError, STEPS, methods};
+use super::{BASE_STEP, Extent, FIGURE_STEP, STEPS, methods};
 use crate::Model;
 use crate::chart::Axis;
 use crate::progress::Progress;
 use crate::report::{Block, Verdict};
+use crate::sheet::{ReportError, Sheet, decimal, line, over_time, scientific};
 use crate::study::local_order::{LocalOrder, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
 
@@ -49,7 +49,7 @@ pub(super) fn problems() -> [(&'static str, Problem); 4] {
 const STUDIED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-p4-shared", "moddg-qp3", "moddg-qp4"];
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
+pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Announced but not shown: Duffing, Van der Pol, modified Van der Pol");
     sheet.text(
         "The paper names these systems without defining them. Ours: Duffing V = α q²/2 + β q⁴/4 with D = c p, single well \
@@ -98,7 +98,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
             let w_error = books.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
             cells.extend([scientific(Some(books.drift)), scientific(Some(w_error))]);
             cells.push(books.violations.map_or("none owed".into(), |count| count.to_string()));
-            cells.push(books.result.as_ref().err().map_or("completed".into(), ToString::to_string));
+            cells.push(books.ending.describe());
             cells
         });
         let header = [
@@ -111,7 +111,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
             "steps with Δw < 0",
             "run",
         ];
-        let table = super::sheet::table(&header, table.collect());
+        let table = crate::sheet::table(&header, table.collect());
         sheet.fold(
             &format!("{name}: orders and books of every method"),
             vec![

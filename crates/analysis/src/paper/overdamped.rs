@@ -1,11 +1,11 @@
 //! Perfect books, wrong decay: the overdamped oscillator at a step the explicit methods cannot take.
 
-use super::sheet::{Sheet, line, marked, over_time, scientific};
-use super::{PaperError, methods};
+use super::methods;
 use crate::Model;
 use crate::chart::Axis;
 use crate::progress::Silent;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet, line, marked, over_time, scientific};
 use crate::study::Problem;
 use crate::study::decay::{self, Decay, DecayRow};
 use crate::study::energy::{self, Books};
@@ -19,7 +19,7 @@ fn problem(b: f64) -> Problem {
     Problem { model: Model::DampedOscillator { k: 1.0, b }, q: vec![1.0], p: vec![1.0], end: 2.0 }
 }
 
-pub(super) fn sheet() -> Result<Sheet, PaperError> {
+pub(super) fn sheet() -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Perfect books, wrong decay");
     sheet.text(
         "Midpoint-type discrete gradients are A-stable but not L-stable: a stiff component is reflected, not damped. With \
@@ -59,8 +59,8 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
     });
     sheet.table(&["step", "R exact", "R moddg", "R leapfrog", "R rk4"], table.collect());
     for books in &books {
-        if let Err(error) = &books.result {
-            sheet.text(format!("{}: {error}.", books.method));
+        if let Some(failure) = &books.ending.failure {
+            sheet.text(format!("{}: {failure}.", books.method));
         }
     }
     every_method(&mut sheet)?;
@@ -88,9 +88,9 @@ pub(super) fn sheet() -> Result<Sheet, PaperError> {
 }
 
 /// The table of all methods, at both frictions, and which of them are to be trusted.
-fn every_method(sheet: &mut Sheet) -> Result<(), PaperError> {
+fn every_method(sheet: &mut Sheet) -> Result<(), ReportError> {
     let all: Vec<&'static Row> = METHODS.iter().collect();
-    let run = |b: f64| -> Result<Vec<DecayRow>, PaperError> {
+    let run = |b: f64| -> Result<Vec<DecayRow>, ReportError> {
         let problem = problem(b);
         let books = energy::run(&problem, &all, STEP, 1, &Silent)?;
         Ok(decay::rows(&problem, b, STEP, &books)?)

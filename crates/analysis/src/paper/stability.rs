@@ -1,17 +1,17 @@
 //! Where methods fail: maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
 
-use super::sheet::Sheet;
-use super::{Extent, PaperError, methods, oscillator};
+use super::{Extent, methods, oscillator};
 use crate::Model;
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::progress::Progress;
 use crate::report::Verdict as Holds;
+use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
 use crate::study::stability::{GROWTH, Map, StabilityRow, TOLERANCE, Verdict};
 
 const MAPPED: [&str; 5] = ["leapfrog", "rk4", "moddg", "moddg-fixed-point", "moddg-q3-shared"];
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
+pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Stability where methods fail");
     sheet.text(format!(
         "Each cell is a run over [0, 20] (50 steps at least). \"Right\" is a bounded run whose mean energy over its second \

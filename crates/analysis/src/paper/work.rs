@@ -1,18 +1,18 @@
 //! What accuracy costs, a chart per system.
 
 use super::other_systems::problems;
-use super::sheet::{Sheet, marked, scientific};
-use super::{Extent, PaperError, methods, oscillator};
+use super::{Extent, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::report::{Block, Verdict};
+use crate::sheet::{ReportError, Sheet, marked, scientific};
 use crate::study::work_precision::{self, WorkRow};
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
 
 /// The columns of a table of runs, see [`cells`].
-pub(super) const HEADER: [&str; 9] = [
+pub(crate) const HEADER: [&str; 9] = [
     "method",
     "h",
     "outcome",
@@ -27,7 +27,7 @@ pub(super) const HEADER: [&str; 9] = [
 /// What a run costs: a name and the figure.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, PaperError> {
+pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Accuracy against cost");
     sheet.text(
         "Errors at t = 20 against the time of the whole run. Every time is the fastest of several runs, taken one after \
@@ -44,7 +44,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         let folder = if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
-        sheet.runs.extend(found.iter().map(|row| row.ending(problem.model.name())));
+        sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
         cheapest(&mut sheet, name, &found);
         let seconds: Cost = ("seconds", |row| row.seconds);
         let evaluations: Cost = ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));
@@ -87,14 +87,14 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Pa
         let [qp, w] = by_evaluations;
         sheet.fold(
             &format!("{name}: every run, and errors against evaluations"),
-            vec![super::sheet::table(&HEADER, table), Block::Pair(qp, w)],
+            vec![crate::sheet::table(&HEADER, table), Block::Pair(qp, w)],
         );
     }
     Ok(sheet)
 }
 
 /// The answer in one sentence: the cheapest way to an error of 1e-4, with and without K.
-pub(super) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
+pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     const WANTED: f64 = 1e-4;
     let best = |keeps: bool| {
         let good = rows.iter().filter(|row| {
@@ -120,7 +120,7 @@ pub(super) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
 }
 
 /// The cells of a run.
-pub(super) fn cells(row: &WorkRow) -> Vec<String> {
+pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
     vec![
         row.method.into(),
         row.h.to_string(),

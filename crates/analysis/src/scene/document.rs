@@ -46,6 +46,28 @@ pub struct SystemTable {
     pub mass: Option<Vec<Expression>>,
 }
 
+impl SystemTable {
+    /// The expressions of a custom system, each with its name.
+    pub fn expressions(&self) -> Vec<(String, String)> {
+        let mut all = Vec::new();
+        let numbered = |name: &'static str, list: Option<&Vec<Expression>>| {
+            let list = list.map_or(&[][..], |list| list.as_slice());
+            list.iter()
+                .enumerate()
+                .map(move |(j, text)| (format!("{name}{}", j + 1), text.text()))
+                .collect::<Vec<_>>()
+        };
+        all.extend(self.potential.iter().map(|text| ("V".into(), text.text())));
+        all.extend(numbered("D", self.dissipation.as_ref()));
+        for (i, row) in self.friction.iter().flatten().enumerate() {
+            let row = row.iter().enumerate();
+            all.extend(row.map(|(j, text)| (format!("R{}{}", i + 1, j + 1), text.text())));
+        }
+        all.extend(numbered("m", self.mass.as_ref()));
+        all
+    }
+}
+
 /// An expression such as "c*p1", or a number.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]

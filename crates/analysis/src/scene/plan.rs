@@ -45,6 +45,19 @@ pub struct Studies {
     pub long_run: Option<LongRunPlan>,
 }
 
+impl Studies {
+    /// Is there none?
+    pub fn is_empty(&self) -> bool {
+        let Self { local_order, global_order, energy, work_precision, stability, long_run } = self;
+        local_order.is_none()
+            && global_order.is_none()
+            && energy.is_none()
+            && work_precision.is_none()
+            && stability.is_none()
+            && long_run.is_none()
+    }
+}
+
 /// Local errors and orders.
 #[derive(Clone, Debug)]
 pub struct LocalOrderPlan {

@@ -2,7 +2,6 @@
 //! exact one, and whether K tells anything of it.
 
 use super::energy::Books;
-use super::outcome;
 use afterbay_core::IntegrateError;
 use serde::{Serialize, Serializer};
 
@@ -36,8 +35,8 @@ impl Decay {
         if books.rows.iter().any(|row| grown(row.energy)) {
             return Self::Diverged;
         }
-        if books.result.is_err() {
-            return Self::Failed(outcome::word(&books.result));
+        if !books.ending.is_completed() {
+            return Self::Failed(books.ending.outcome);
         }
         let kept = books.drift <= KEPT * start;
         let right =

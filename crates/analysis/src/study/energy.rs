@@ -1,10 +1,10 @@
 //! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and what the reservoir is off by.
 
+use super::outcome::Ending;
 use super::passivity::Passivity;
-use super::{Problem, numbered, outcome};
+use super::{Problem, numbered};
 use crate::Solution;
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -53,21 +53,7 @@ pub struct Books {
     /// nothing.
     pub violations: Option<u64>,
     /// How the run ended.
-    pub result: Result<(), IntegrateError>,
-}
-
-impl Books {
-    /// How the run ended, for the record.
-    pub fn ending(&self, system: &'static str, h: f64) -> RunOutcome {
-        RunOutcome {
-            study: "energy",
-            system,
-            method: self.method,
-            h,
-            outcome: outcome::word(&self.result).into(),
-            failure: self.result.as_ref().err().map(ToString::to_string),
-        }
-    }
+    pub ending: Ending,
 }
 
 /// Follows the books of each method with steps of size h, every `every`-th state recorded.
@@ -85,7 +71,7 @@ pub fn run(
     methods
         .par_iter()
         .map(|row| {
-            let books = follow(problem, row, h, every.max(1), &solution);
+            let books = follow(problem, row, h, every.max(1), &solution, progress);
             progress.advance();
             books
         })
@@ -98,6 +84,7 @@ fn follow(
     h: f64,
     every: u64,
     solution: &Solution<f64>,
+    progress: &dyn Progress,
 ) -> Result<Books, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
     let method = problem.model.bind(row)?;
@@ -107,9 +94,11 @@ fn follow(
     let finite = |x: f64| x.is_finite().then_some(x);
 
     let mut rows = Vec::new();
-    let (mut drift, mut energy_before) = (0.0_f64, None);
+    let grid = Grid::new(h, problem.end)?;
+    let (mut drift, mut energy_before, mut done) = (0.0_f64, None, 0);
     let mut passivity = Passivity::new(subject.damping().passive, &state.w);
-    let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
+    let result = method.run(grid, &mut state, 1, &mut |step, state| {
+        done = step;
         let energy = state.energy(&*subject);
         let off = state.total(&*subject) - total;
         drift = drift.max(off.abs());
@@ -131,10 +120,11 @@ fn follow(
             });
         }
         energy_before = Some(energy);
-        ControlFlow::Continue(())
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let violations = passivity.violations();
-    Ok(Books { method: row.name, rows, drift, violations, result: result.map(|_| ()) })
+    let ending = Ending::of(&result, grid.steps, done);
+    Ok(Books { method: row.name, rows, drift, violations, ending })
 }
 
 /// The difference of the largest size, with its sign.

@@ -1,5 +1,6 @@
 //! Global errors and the order they show.
 
+use super::outcome::Ending;
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
 use crate::progress::Progress;
@@ -22,6 +23,10 @@ pub struct GlobalRow {
     pub error: Option<f64>,
     /// log(error/error before) / log(h/h before), against the step before it.
     pub order: Option<f64>,
+    /// How the run ended.
+    pub outcome: &'static str,
+    /// What went wrong, in words.
+    pub failure: Option<String>,
 }
 
 /// Global errors of each method at each of the `steps`, in the order given.
@@ -52,7 +57,7 @@ pub fn run(
                 Some(own) => (own, 1),
                 None => (&shared, doublings(finest, h).unwrap_or(1)),
             };
-            let error = largest_error(problem, row, h, exact, stride);
+            let error = largest_error(problem, row, h, (exact, stride), progress);
             progress.advance();
             error
         })
@@ -62,8 +67,9 @@ pub fn run(
     for (method, errors) in methods.iter().zip(errors.chunks(steps.len().max(1))) {
         for (variable, name) in VARIABLES.into_iter().enumerate() {
             let mut before: Option<(f64, f64)> = None;
-            for (&h, error) in steps.iter().zip(errors) {
+            for (&h, (error, ending)) in steps.iter().zip(errors) {
                 let error = error.map(|error| error[variable]);
+                let Ending { outcome, failure } = ending.clone();
                 let order = before.zip(error).map(|((h0, e0), e)| (e / e0).ln() / (h / h0).ln());
                 rows.push(GlobalRow {
                     method: method.name,
@@ -71,6 +77,8 @@ pub fn run(
                     h,
                     error,
                     order: order.filter(|order| order.is_finite()),
+                    outcome,
+                    failure,
                 });
                 before = error.map(|error| (h, error));
             }
@@ -96,17 +104,19 @@ fn largest_error(
     problem: &Problem,
     row: &Row,
     h: f64,
-    solution: &Solution<f64>,
-    stride: usize,
-) -> Result<Option<[f64; 3]>, IntegrateError> {
+    (solution, stride): (&Solution<f64>, usize),
+    progress: &dyn Progress,
+) -> Result<(Option<[f64; 3]>, Ending), IntegrateError> {
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
-    let mut largest = [0.0_f64; 3];
-    let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
+    let (grid, mut largest, mut done) = (Grid::new(h, problem.end)?, [0.0_f64; 3], 0);
+    let result = method.run(grid, &mut state, 1, &mut |step, state| {
+        done = step;
         for (largest, now) in largest.iter_mut().zip(distance(state, solution.at(stride * step as usize))) {
             *largest = largest.max(now);
         }
-        ControlFlow::Continue(())
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    Ok(result.is_ok().then_some(largest))
+    let ending = Ending::of(&result, grid.steps, done);
+    Ok((ending.is_completed().then_some(largest), ending))
 }

@@ -5,7 +5,7 @@
 //! starts, and rms and mean go over the samples of a window and over the starts.
 
 use super::Problem;
-use super::outcome::{COMPLETED, word};
+use super::outcome::{COMPLETED, Ending};
 use crate::Subject;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
@@ -52,10 +52,8 @@ pub struct LongRun {
     pub setup: Setup,
     /// The windows that every start reached the end of, four a decade.
     pub rows: Vec<LongRunRow>,
-    /// How the runs ended, in one word: that of the first that did not reach its end.
-    pub outcome: &'static str,
-    /// What went wrong there, in words.
-    pub failure: Option<String>,
+    /// How the runs ended: that of the first that did not reach its end.
+    pub ending: Ending,
 }
 
 impl Setup {
@@ -132,7 +130,7 @@ pub fn run(
         .par_iter()
         .with_max_len(1)
         .map(|&(setup, problem)| {
-            let followed = follow(problem, setup, &ends);
+            let followed = follow(problem, setup, &ends, progress);
             progress.advance();
             followed
         })
@@ -142,9 +140,14 @@ pub fn run(
 }
 
 /// The windows a run came to the end of, and how it ended.
-type Followed = (Vec<Window>, Result<(), IntegrateError>);
+type Followed = (Vec<Window>, Ending);
 
-fn follow(problem: &Problem, setup: &Setup, ends: &[u64]) -> Result<Followed, IntegrateError> {
+fn follow(
+    problem: &Problem,
+    setup: &Setup,
+    ends: &[u64],
+    progress: &dyn Progress,
+) -> Result<Followed, IntegrateError> {
     let Setup { row, h, compensated } = *setup;
     let exact = problem.model.subject::<Quad>()?;
     let method = if compensated { problem.model.bind_compensated(row)? } else { problem.model.bind(row)? };
@@ -159,15 +162,16 @@ fn follow(problem: &Problem, setup: &Setup, ends: &[u64]) -> Result<Followed, In
             if step > 0 {
                 window.see(((total(&*exact, state) - initial) / initial.abs()).to_f64());
             }
-            ControlFlow::Continue(())
+            if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        match result {
-            Ok(_) => windows.push(window),
-            Err(error) => return Ok((windows, Err(error))),
+        let ending = Ending::of(&result, 1, u64::from(!progress.stopped()));
+        if !ending.is_completed() {
+            return Ok((windows, ending));
         }
+        windows.push(window);
         done = end;
     }
-    Ok((windows, Ok(())))
+    Ok((windows, Ending { outcome: COMPLETED, failure: None }))
 }
 
 /// K of a state, in 106 bits.
@@ -187,12 +191,12 @@ fn gathered(setup: Setup, ends: &[u64], of: &[Followed]) -> LongRun {
         let (rms, mean) = ((all.squares / count).sqrt(), all.sum / count);
         LongRunRow { method, h, compensated, steps, t: h * steps as f64, rms, mean }
     };
-    let failed = of.iter().map(|(_, result)| result).find(|result| result.is_err());
+    let endings = of.iter().map(|(_, ending)| ending);
+    let ending = endings.clone().find(|ending| !ending.is_completed()).or(endings.clone().next());
     LongRun {
         setup,
         rows: ends.iter().enumerate().take(reached).map(row).collect(),
-        outcome: failed.map_or(COMPLETED, word),
-        failure: failed.and_then(|result| result.as_ref().err()).map(ToString::to_string),
+        ending: ending.cloned().unwrap_or(Ending { outcome: COMPLETED, failure: None }),
     }
 }
 
@@ -217,7 +221,7 @@ mod tests {
                     .for_each(|step| window.see(path[step as usize]));
                 window
             };
-            (begins.zip(&ends).map(window).collect(), Ok(()))
+            (begins.zip(&ends).map(window).collect(), Ending { outcome: COMPLETED, failure: None })
         };
         let setup = Setup { row: &METHODS[0], h: 0.1, compensated: false };
         gathered(setup, &ends, &deviations.iter().map(seen).collect::<Vec<_>>()).growth().unwrap()

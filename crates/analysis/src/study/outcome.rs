@@ -1,9 +1,52 @@
 //! How a run ended, in one word for the tables and in a sentence for people.
 
+use crate::record::RunOutcome;
 use afterbay_core::{IntegrateError, StepFailure};
+use serde::Serialize;
 
 /// The word of a run that reached its end.
 pub const COMPLETED: &str = "completed";
+/// The word of a run that was stopped on its way.
+pub const INTERRUPTED: &str = "interrupted";
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Ending {
+    /// One word.
+    pub outcome: &'static str,
+    /// What went wrong, in words.
+    pub failure: Option<String>,
+}
+
+impl Ending {
+    /// The ending of a run of so many steps, of which so many were done.
+    pub fn of<T>(result: &Result<T, IntegrateError>, steps: u64, done: u64) -> Self {
+        let outcome = if result.is_ok() && done < steps { INTERRUPTED } else { word(result) };
+        Self { outcome, failure: result.as_ref().err().map(ToString::to_string) }
+    }
+
+    /// Did it reach its end?
+    pub fn is_completed(&self) -> bool {
+        self.outcome == COMPLETED
+    }
+
+    /// The same in words.
+    pub fn describe(&self) -> String {
+        self.failure.clone().unwrap_or_else(|| self.outcome.into())
+    }
+
+    /// The same for the record.
+    pub fn record(
+        &self,
+        study: &'static str,
+        system: &'static str,
+        method: &'static str,
+        h: f64,
+    ) -> RunOutcome {
+        let Self { outcome, failure } = self;
+        RunOutcome { study, system, method, h, outcome: (*outcome).into(), failure: failure.clone() }
+    }
+}
 
 /// One word for the ending of a run.
 pub fn word<T>(result: &Result<T, IntegrateError>) -> &'static str {

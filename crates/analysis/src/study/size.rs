@@ -49,7 +49,7 @@ pub fn run(
             let subject = problem.model.subject::<f64>()?;
             let initial_energy = problem.start()?.energy(&*subject);
             let rows = methods.iter().map(|row| {
-                let found = work_precision::errors(problem, row, h, &exact)?;
+                let found = work_precision::errors(problem, row, h, &exact, progress)?;
                 progress.advance();
                 Ok(SizeRow {
                     method: row.name,

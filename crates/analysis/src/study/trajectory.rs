@@ -1,8 +1,9 @@
 //! Trajectories: the states themselves.
 
+use super::outcome::Ending;
 use super::{Problem, numbered};
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError};
+use afterbay_core::{Grid, IntegrateError, View};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -41,11 +42,14 @@ pub fn columns(dof: usize) -> Vec<String> {
 pub struct Trajectory {
     /// Name of the method.
     pub method: &'static str,
-    /// Every `every`-th state.
+    /// Every `every`-th state, and the last good one.
     pub rows: Vec<TrajectoryRow>,
     /// How the run ended.
-    pub result: Result<(), IntegrateError>,
+    pub ending: Ending,
 }
+
+/// No run goes on for more steps than this without being asked whether it may.
+const ASKED: u64 = 4096;
 
 /// Runs each method with steps of size h and keeps every `every`-th state.
 ///
@@ -63,16 +67,33 @@ pub fn run(
         .par_iter()
         .map(|row| {
             let subject = problem.model.subject::<f64>()?;
-            let mut rows = Vec::new();
-            let result =
-                problem.model.bind(row)?.run(grid, &mut problem.start()?, every, &mut |step, state| {
-                    let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
-                    let (energy, total) = (state.energy(&*subject), state.total(&*subject));
-                    rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
-                    ControlFlow::Continue(())
-                });
+            let (mut rows, every) = (Vec::new(), every.max(1));
+            let mut record = |step: u64, state: View<'_, f64>| {
+                let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
+                let (energy, total) = (state.energy(&*subject), state.total(&*subject));
+                rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
+            };
+            let (mut state, mut done, mut recorded) = (problem.start()?, 0, 0);
+            let stride = if every <= ASKED { every } else { 1 };
+            let result = problem.model.bind(row)?.run(grid, &mut state, stride, &mut |step, state| {
+                done = step;
+                if step % every == 0 {
+                    record(step, state);
+                    recorded = step;
+                }
+                if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
             progress.advance();
-            Ok(Trajectory { method: row.name, rows, result: result.map(|_| ()) })
+            let last = match &result {
+                Ok(_) if progress.stopped() => done,
+                Ok(_) => grid.steps,
+                Err(IntegrateError::Run(error)) => error.step - 1,
+                Err(IntegrateError::Input(_)) => 0,
+            };
+            if last != recorded {
+                record(last, state.view());
+            }
+            Ok(Trajectory { method: row.name, rows, ending: Ending::of(&result, grid.steps, last) })
         })
         .collect()
 }

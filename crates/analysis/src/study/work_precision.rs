@@ -1,7 +1,8 @@
 //! What accuracy costs: errors against time and evaluations.
 
+use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
-use super::{Problem, distance, outcome};
+use super::{Problem, distance};
 use crate::Solution;
 use crate::progress::Progress;
 use crate::record::RunOutcome;
@@ -47,15 +48,9 @@ pub struct WorkRow {
 
 impl WorkRow {
     /// How the run ended, for the record.
-    pub fn ending(&self, system: &'static str) -> RunOutcome {
-        RunOutcome {
-            study: "work-precision",
-            system,
-            method: self.method,
-            h: self.h,
-            outcome: self.outcome.into(),
-            failure: self.failure.clone(),
-        }
+    pub fn record(&self, system: &'static str) -> RunOutcome {
+        let ending = Ending { outcome: self.outcome, failure: self.failure.clone() };
+        ending.record("work-precision", system, self.method, self.h)
     }
 }
 
@@ -74,13 +69,13 @@ pub fn run(
     let mut rows = tasks
         .par_iter()
         .map(|&(row, h)| {
-            let errors = errors(problem, row, h, &exact);
+            let errors = errors(problem, row, h, &exact, progress);
             progress.advance();
             errors
         })
         .collect::<Result<Vec<_>, _>>()?;
     for (row, (method, h)) in rows.iter_mut().zip(tasks) {
-        if row.outcome == outcome::COMPLETED {
+        if row.outcome == COMPLETED && !progress.stopped() {
             row.seconds = Some(time(problem, method, h)?.as_secs_f64());
         }
         progress.advance();
@@ -94,6 +89,7 @@ pub(super) fn errors(
     row: &'static Row,
     h: f64,
     exact: &Solution<f64>,
+    progress: &dyn Progress,
 ) -> Result<WorkRow, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
     let method = problem.model.bind(row)?;
@@ -101,18 +97,20 @@ pub(super) fn errors(
     let total = state.total(&*subject);
     let (mut drift, mut steps) = (0.0_f64, 0);
     let mut passivity = Passivity::new(subject.damping().passive, &state.w);
-    let result = method.run(Grid::new(h, problem.end)?, &mut state, 1, &mut |step, state| {
+    let grid = Grid::new(h, problem.end)?;
+    let result = method.run(grid, &mut state, 1, &mut |step, state| {
         drift = drift.max((state.total(&*subject) - total).abs());
         passivity.see(state.w);
         steps = step;
-        ControlFlow::Continue(())
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    let effort: Option<Effort> = result.as_ref().ok().copied();
+    let Ending { outcome, failure } = Ending::of(&result, grid.steps, steps);
+    let effort: Option<Effort> = result.ok().filter(|_| outcome == COMPLETED);
     let off = effort.map(|_| distance(state.view(), exact.at(1)));
     Ok(WorkRow {
         method: row.name,
         h,
-        outcome: outcome::word(&result),
+        outcome,
         error_qp: off.map(|[q, p, _]| q.max(p)),
         error_w: off.map(|[.., w]| w),
         k_drift: drift,
@@ -121,7 +119,7 @@ pub(super) fn errors(
         steps,
         evaluations: effort.map(|effort| effort.evaluations),
         iterations: effort.map(|effort| effort.iterations),
-        failure: result.err().map(|error| error.to_string()),
+        failure,
         reference_doubt: exact.doubt,
     })
 }

@@ -3,10 +3,10 @@
 use super::orders::{ANY, end, masses};
 use super::{chain, pendulum};
 use crate::chart::{Axis, LineChart};
-use crate::paper::sheet::{Sheet, line, over_time, scientific};
-use crate::paper::{Extent, PaperError, methods, oscillator};
+use crate::paper::{Extent, methods, oscillator};
 use crate::progress::Progress;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use crate::study::{Problem, energy, trajectory};
 
 const KEPT: [&str; 5] = ["increment-2", "increment-8", "gonzalez", "leapfrog", "rk4"];
@@ -19,20 +19,22 @@ pub(in crate::paper) fn add(
     sheet: &mut Sheet,
     extent: Extent,
     progress: &dyn Progress,
-) -> Result<(), PaperError> {
+) -> Result<(), ReportError> {
     let n = masses(extent);
     let problem = chain(n, extent.pick(10.0, end(extent)));
     progress.begin("energy books of the chain", KEPT.len());
     let books = energy::run(&problem, &methods(&KEPT), STEP, 1, progress)?;
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("fput-chain/energy", &energy::columns(n), &rows)?;
-    sheet.runs.extend(books.iter().map(|books| books.ending(problem.model.name(), STEP)));
+    sheet.runs.extend(
+        books.iter().map(|books| books.ending.record("energy", problem.model.name(), books.method, STEP)),
+    );
     let initial = books.first().and_then(|books| books.rows.first()).map_or(1.0, |row| row.energy);
     let kept = |books: &&energy::Books| methods(&[books.method]).iter().any(|row| row.keeps_k);
     let worst = books.iter().filter(kept).map(|books| books.drift / initial).fold(0.0, f64::max);
     let least =
         books.iter().filter(|books| !kept(books)).map(|books| books.drift / initial).fold(f64::MAX, f64::min);
-    let holds = worst < ROUNDING && books.iter().filter(kept).all(|books| books.result.is_ok());
+    let holds = worst < ROUNDING && books.iter().filter(kept).all(|books| books.ending.is_completed());
     sheet.find(
         "K with a reservoir for each degree of freedom",
         if holds { Verdict::Holds } else { Verdict::Fails },
@@ -101,7 +103,7 @@ fn trajectories(
     problem: &Problem,
     names: &[&str],
     progress: &dyn Progress,
-) -> Result<(), PaperError> {
+) -> Result<(), ReportError> {
     progress.begin(&format!("trajectories of {}", problem.model.name()), names.len());
     let runs = trajectory::run(problem, &methods(names), STEP, 10, progress)?;
     let rows: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();

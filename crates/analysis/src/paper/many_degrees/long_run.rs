@@ -2,16 +2,14 @@
 
 use super::chain;
 use crate::Model;
-use crate::chart::{Axis, LineChart};
-use crate::paper::sheet::{Sheet, marked, scientific};
-use crate::paper::{Extent, PaperError, methods};
+use crate::chart::{Axis, Curve, LineChart};
+use crate::paper::{Extent, methods};
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet, marked, scientific};
 use crate::statistics::Fit;
 use crate::study::Problem;
 use crate::study::long_run::{self, LongRun, Setup};
-use crate::study::outcome::COMPLETED;
 use std::f64::consts::PI;
 
 /// Name, step, and whether roundings are kept from adding up.
@@ -48,7 +46,7 @@ pub(in crate::paper) fn add(
     sheet: &mut Sheet,
     extent: Extent,
     progress: &dyn Progress,
-) -> Result<(), PaperError> {
+) -> Result<(), ReportError> {
     let (starts, steps) = (starts(extent), extent.pick(1_000_000, 100_000));
     let setup =
         |&(name, h, compensated)| methods(&[name]).into_iter().map(move |row| Setup { row, h, compensated });
@@ -57,13 +55,9 @@ pub(in crate::paper) fn add(
     let found = long_run::run(&starts, &setups, steps, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.data("fput-chain/long_run", &rows)?;
-    sheet.runs.extend(found.iter().map(|run| RunOutcome {
-        study: if run.setup.compensated { "long-run, compensated" } else { "long-run" },
-        system: "fput-chain",
-        method: run.setup.row.name,
-        h: run.setup.h,
-        outcome: run.outcome.into(),
-        failure: run.failure.clone(),
+    sheet.runs.extend(found.iter().map(|run| {
+        let study = if run.setup.compensated { "long-run, compensated" } else { "long-run" };
+        run.ending.record(study, "fput-chain", run.setup.row.name, run.setup.h)
     }));
     sheet.text(format!(
         "A method that keeps K moves it by the roundings of each step. How do they add up? On a chain of 8 without friction \
@@ -88,13 +82,11 @@ pub(in crate::paper) fn add(
         ],
         found.iter().map(cells).collect(),
     );
-    let curve =
-        |run: &LongRun| marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect());
     let chart = LineChart {
         title: "The chain without friction: K in a long run".into(),
         x: Axis::log("time t"),
         y: Axis::log("|K - K₀| / |K₀|, rms of a window"),
-        curves: found.iter().map(curve).collect(),
+        curves: found.iter().map(chart_of).collect(),
         guides: vec![0.5, 1.0],
     };
     sheet.show(
@@ -107,8 +99,13 @@ pub(in crate::paper) fn add(
     Ok(())
 }
 
+/// The deviation of K over time.
+pub(crate) fn chart_of(run: &LongRun) -> Curve {
+    marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect())
+}
+
 /// What an exponent says, as far as its interval lets it.
-fn grows(fit: &Fit) -> &'static str {
+pub(crate) fn grows(fit: &Fit) -> &'static str {
     let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
     if may_be(0.0) && !may_be(0.5) {
@@ -124,7 +121,7 @@ fn grows(fit: &Fit) -> &'static str {
     }
 }
 
-fn cells(run: &LongRun) -> Vec<String> {
+pub(crate) fn cells(run: &LongRun) -> Vec<String> {
     let (growth, last) = (run.growth(), run.rows.last());
     vec![
         run.setup.label(),
@@ -133,7 +130,7 @@ fn cells(run: &LongRun) -> Vec<String> {
         growth.as_ref().map_or("", grows).into(),
         scientific(last.map(|row| row.rms)),
         scientific(last.map(|row| row.mean)),
-        run.failure.clone().unwrap_or_else(|| run.outcome.into()),
+        run.ending.describe(),
     ]
 }
 
@@ -142,7 +139,7 @@ fn judge(sheet: &mut Sheet, found: &[LongRun], steps: u64) {
     let end = |run: &LongRun| run.rows.last().map_or(f64::NAN, |row| row.rms);
     let kept: Vec<_> = found.iter().filter(keeps).collect();
     let worst = kept.iter().map(|run| end(run)).fold(0.0, f64::max);
-    let holds = kept.iter().all(|run| run.outcome == COMPLETED && end(run) < ROUNDING);
+    let holds = kept.iter().all(|run| run.ending.is_completed() && end(run) < ROUNDING);
     let say = |run: &&LongRun| {
         let growth =
             run.growth().map_or("not known".into(), |fit| format!("{} ({:.2})", grows(&fit), fit.slope));

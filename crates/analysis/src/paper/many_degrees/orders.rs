@@ -2,10 +2,10 @@
 
 use super::{chain, pendulum, ring};
 use crate::chart::{Axis, LineChart};
-use crate::paper::sheet::{Sheet, decimal, marked, table};
-use crate::paper::{Extent, PaperError, methods};
+use crate::paper::{Extent, methods};
 use crate::progress::Progress;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet, decimal, marked, table};
 use crate::study::VARIABLES;
 use crate::study::global_order::{self, GlobalRow};
 use afterbay_methods::registry;
@@ -45,7 +45,7 @@ pub(in crate::paper) fn add(
     sheet: &mut Sheet,
     extent: Extent,
     progress: &dyn Progress,
-) -> Result<(), PaperError> {
+) -> Result<(), ReportError> {
     let (coarsest, count) = extent.pick((0.4, 6), (0.2, 4));
     let steps: Vec<f64> = (0..count).map(|k| coarsest / f64::from(1 << k)).collect();
     let (end, mut figures) = (end(extent), Vec::new());

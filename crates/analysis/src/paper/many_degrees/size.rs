@@ -2,10 +2,10 @@
 
 use super::{chain, wave};
 use crate::chart::{Axis, Curve, LineChart};
-use crate::paper::sheet::{Sheet, marked};
-use crate::paper::{Extent, PaperError, methods};
+use crate::paper::{Extent, methods};
 use crate::progress::Progress;
 use crate::report::Verdict;
+use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::size::SizeRow;
 use crate::study::{cost, size};
 
@@ -24,7 +24,7 @@ pub(in crate::paper) fn add(
     sheet: &mut Sheet,
     extent: Extent,
     progress: &dyn Progress,
-) -> Result<(), PaperError> {
+) -> Result<(), ReportError> {
     let sizes = (1..=extent.pick(10, 5)).map(|k| 1_usize << k);
     let problems: Vec<_> = sizes.map(|n| wave(n, END)).collect();
     progress.begin("errors against N", problems.len() * COMPARED.len());

@@ -3,10 +3,10 @@
 use super::orders::{ANY, SEPARABLE};
 use super::{chain, pendulum};
 use crate::chart::{Axis, LineChart};
-use crate::paper::sheet::{Sheet, marked, scientific, table};
 use crate::paper::work::{HEADER, cells, cheapest};
-use crate::paper::{Extent, PaperError, methods};
+use crate::paper::{Extent, methods};
 use crate::progress::Progress;
+use crate::sheet::{ReportError, Sheet, marked, scientific, table};
 use crate::study::Problem;
 use crate::study::work_precision::{self, WorkRow};
 
@@ -24,7 +24,7 @@ pub(in crate::paper) fn add(
     sheet: &mut Sheet,
     extent: Extent,
     progress: &dyn Progress,
-) -> Result<(), PaperError> {
+) -> Result<(), ReportError> {
     let count = extent.pick(5, 3);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
     for (name, problem, names) in [
@@ -37,7 +37,7 @@ pub(in crate::paper) fn add(
         let doubt = found.iter().map(|row| row.reference_doubt).fold(0.0, f64::max);
         let data = format!("{name}/work_precision");
         sheet.data(&data, &found)?;
-        sheet.runs.extend(found.iter().map(|row| row.ending(problem.model.name())));
+        sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
         let title = format!("{name} with N = {}", problem.model.dof());
         cheapest(sheet, &title, &found);
         let chart = |what: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {

@@ -1,9 +1,28 @@
-//! A part of the report while it is being written.
+//! A part of a report while it is being written.
 
 use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
+use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;
+use thiserror::Error;
+
+/// Why there is no report.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// A study could not be run.
+    #[error(transparent)]
+    Study(#[from] IntegrateError),
+    /// A table could not be made.
+    #[error(transparent)]
+    Storage(#[from] StorageError),
+}
+
+impl From<InputError> for ReportError {
+    fn from(error: InputError) -> Self {
+        Self::Study(error.into())
+    }
+}
 
 /// A statement that was put to the test.
 #[derive(Clone, Debug, Serialize)]
@@ -17,46 +36,46 @@ pub struct Finding {
 }
 
 /// A section with all that belongs to it.
-pub(super) struct Sheet {
-    pub(super) section: Section,
-    pub(super) artifacts: Vec<Artifact>,
-    pub(super) findings: Vec<Finding>,
-    pub(super) runs: Vec<RunOutcome>,
+pub(crate) struct Sheet {
+    pub(crate) section: Section,
+    pub(crate) artifacts: Vec<Artifact>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) runs: Vec<RunOutcome>,
 }
 
 impl Sheet {
-    pub(super) fn new(heading: &str) -> Self {
+    pub(crate) fn new(heading: &str) -> Self {
         let section = Section { heading: heading.into(), blocks: Vec::new() };
         Self { section, artifacts: Vec::new(), findings: Vec::new(), runs: Vec::new() }
     }
 
-    pub(super) fn text(&mut self, text: impl Into<String>) {
+    pub(crate) fn text(&mut self, text: impl Into<String>) {
         self.section.blocks.push(Block::Text(text.into()));
     }
 
     /// States a finding, here and in the summary.
-    pub(super) fn find(&mut self, topic: &str, verdict: Verdict, statement: impl Into<String>) {
+    pub(crate) fn find(&mut self, topic: &str, verdict: Verdict, statement: impl Into<String>) {
         let statement = statement.into();
         self.section.blocks.push(Block::Verdict(verdict, format!("{topic}: {statement}")));
         self.findings.push(Finding { topic: topic.into(), verdict, statement });
     }
 
-    pub(super) fn table(&mut self, header: &[&str], rows: Vec<Vec<String>>) {
+    pub(crate) fn table(&mut self, header: &[&str], rows: Vec<Vec<String>>) {
         self.section.blocks.push(table(header, rows));
     }
 
-    pub(super) fn fold(&mut self, summary: &str, blocks: Vec<Block>) {
+    pub(crate) fn fold(&mut self, summary: &str, blocks: Vec<Block>) {
         self.section.blocks.push(Block::Fold(summary.into(), blocks));
     }
 
     /// Stores rows as `data/NAME.csv`.
-    pub(super) fn data<R: Serialize>(&mut self, name: &str, rows: &[R]) -> Result<(), StorageError> {
+    pub(crate) fn data<R: Serialize>(&mut self, name: &str, rows: &[R]) -> Result<(), StorageError> {
         self.artifacts.push(Artifact::table(format!("data/{name}.csv"), rows)?);
         Ok(())
     }
 
     /// The same of rows with vectors in them, under a header that names each entry.
-    pub(super) fn wide_data<R: Serialize>(
+    pub(crate) fn wide_data<R: Serialize>(
         &mut self,
         name: &str,
         header: &[String],
@@ -67,7 +86,7 @@ impl Sheet {
     }
 
     /// Stores a chart as `figures/NAME.svg`, to be shown with a caption; its numbers are in `data/DATA.csv`.
-    pub(super) fn figure(
+    pub(crate) fn figure(
         &mut self,
         name: &str,
         svg: String,
@@ -80,57 +99,43 @@ impl Sheet {
     }
 
     /// Shows a chart over the full width.
-    pub(super) fn show(&mut self, name: &str, chart: &LineChart, caption: impl Into<String>, data: &str) {
+    pub(crate) fn show(&mut self, name: &str, chart: &LineChart, caption: impl Into<String>, data: &str) {
         let figure = self.figure(name, chart.svg(), caption, data);
         self.section.blocks.push(Block::Figure(figure));
     }
 
     /// Shows two charts side by side.
-    pub(super) fn show_pair(&mut self, left: Figure, right: Figure) {
+    pub(crate) fn show_pair(&mut self, left: Figure, right: Figure) {
         self.section.blocks.push(Block::Pair(left, right));
     }
 }
 
-/// The first section: every finding in brief.
-pub(super) fn summary(findings: &[Finding]) -> Section {
-    let mut blocks = vec![Block::Text(
-        "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures stand side by side \
-         throughout and are never mixed: the error of (q, p), the error of w against the exact solution, and the drift \
-         of K; and where a system is passive, the number of steps that took energy back from the reservoir. The sections below give the figures behind each \
-         line. The paper \
-         gives no horizon for its figures: it is [0, 20] here unless another is named."
-            .into(),
-    )];
-    blocks.extend(findings.iter().map(|finding| Block::Verdict(finding.verdict, finding.topic.clone())));
-    Section { heading: "What holds".into(), blocks }
-}
-
 /// A table of the report.
-pub(super) fn table(header: &[&str], rows: Vec<Vec<String>>) -> Block {
+pub(crate) fn table(header: &[&str], rows: Vec<Vec<String>>) -> Block {
     Block::Table(Table { header: header.iter().map(|&name| name.into()).collect(), rows })
 }
 
 /// A chart over time.
-pub(super) fn over_time(title: &str, y: Axis, curves: Vec<Curve>) -> LineChart {
+pub(crate) fn over_time(title: &str, y: Axis, curves: Vec<Curve>) -> LineChart {
     LineChart { title: title.into(), x: Axis::linear("time t"), y, curves, guides: Vec::new() }
 }
 
 /// A curve without markers.
-pub(super) fn line(label: &str, points: Vec<(f64, f64)>) -> Curve {
+pub(crate) fn line(label: &str, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), points, style: Style::Line }
 }
 
 /// A curve with a marker at every point.
-pub(super) fn marked(label: &str, points: Vec<(f64, f64)>) -> Curve {
+pub(crate) fn marked(label: &str, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), points, style: Style::LineMarkers }
 }
 
 /// A number in a table: three decimals, or nothing.
-pub(super) fn decimal(value: Option<f64>) -> String {
+pub(crate) fn decimal(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| format!("{value:.3}"))
 }
 
 /// A number in a table: two significant digits, or nothing.
-pub(super) fn scientific(value: Option<f64>) -> String {
+pub(crate) fn scientific(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| format!("{value:.1e}"))
 }

@@ -1,0 +1,184 @@
+//! What a scene asks for: trajectories and studies, as tables, figures and a report with a sentence on each.
+
+mod energy;
+mod global_orders;
+mod local_orders;
+mod long_run;
+mod stability;
+mod trajectories;
+mod work;
+
+use crate::progress::Progress;
+use crate::record::{Manifest, Output, RunOutcome, processor};
+use crate::report::Report;
+use crate::scene::Scene;
+use crate::sheet::{Finding, ReportError, Sheet};
+use crate::{Model, SYSTEMS};
+use afterbay_core::{InputError, IntegrateError, Passive, State};
+use afterbay_methods::registry::Row;
+
+/// Everything an experiment leaves behind, and its findings in brief.
+pub type Results = (Output, Vec<Finding>);
+
+/// The trajectories a scene asks for.
+///
+/// # Errors
+/// [`ReportError`] where nothing can be run. A run that fails is in its table, up to the last good state.
+pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
+    let mut sheets = vec![about(scene)?];
+    if let Some(plan) = &scene.run {
+        sheets.push(trajectories::sheet(scene, plan, progress)?);
+    }
+    finish("run", scene, sheets)
+}
+
+/// One study of a scene: its name, and what makes its part of the report.
+type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 'a>);
+
+/// The studies a scene declares.
+///
+/// # Errors
+/// [`ReportError`] where nothing can be run. A run that fails is in its table, and a study without a reference in the report.
+pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
+    let studies = &scene.studies;
+    let mut parts: Vec<Part<'_>> = Vec::new();
+    if let Some(plan) = &studies.local_order {
+        parts.push(("local-order", Box::new(|| local_orders::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.global_order {
+        parts.push(("global-order", Box::new(|| global_orders::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.energy {
+        parts.push(("energy", Box::new(|| energy::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.work_precision {
+        parts.push(("work-precision", Box::new(|| work::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.long_run {
+        parts.push(("long-run", Box::new(|| long_run::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.stability {
+        parts.push(("stability", Box::new(|| stability::sheet(scene, plan, progress))));
+    }
+    let mut sheets = vec![about(scene)?];
+    for (name, part) in parts {
+        if progress.stopped() {
+            break;
+        }
+        match part() {
+            Ok(sheet) => sheets.push(sheet),
+            // Without a reference there is nothing to compare to; the other studies may need none, or a shorter one.
+            Err(ReportError::Study(error)) if is_of_reference(&error) => {
+                sheets.push(without_reference(scene, name, &error));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    finish("study", scene, sheets)
+}
+
+fn is_of_reference(error: &IntegrateError) -> bool {
+    matches!(error, IntegrateError::Run(_) | IntegrateError::Input(InputError::SolutionEnds { .. }))
+}
+
+fn without_reference(scene: &Scene, study: &'static str, error: &IntegrateError) -> Sheet {
+    let mut sheet = Sheet::new(&format!("{study}: not done"));
+    sheet.text(format!("There is no reference to compare to: {error}."));
+    sheet.runs.push(RunOutcome {
+        study,
+        system: scene.problem.model.name(),
+        method: "reference",
+        h: scene.step,
+        outcome: "no-reference".into(),
+        failure: Some(error.to_string()),
+    });
+    sheet
+}
+
+/// What the scene is about.
+fn about(scene: &Scene) -> Result<Sheet, ReportError> {
+    let (mut sheet, problem) = (Sheet::new("The scene"), &scene.problem);
+    let subject = problem.model.subject::<f64>()?;
+    let start: State<Vec<f64>> = problem.start()?;
+    let system = &scene.document.system;
+    let mut rows = vec![vec!["system".into(), problem.model.name().into()]];
+    let mut row = |name: &str, value: String| rows.push(vec![name.into(), value]);
+    match (&problem.model, SYSTEMS.iter().find(|row| row.name == problem.model.name())) {
+        (Model::Custom(custom), _) => {
+            for (name, expression) in system.expressions() {
+                row(&name, expression);
+            }
+            let structure = custom.structure();
+            row(
+                "degree of V",
+                structure.degree.map_or("not a polynomial".into(), |degree| degree.to_string()),
+            );
+            row("coupling", format!("{:?}", structure.coupling).to_lowercase());
+        }
+        (_, Some(known)) => row("equations", known.equations.into()),
+        (_, None) => {}
+    }
+    for (name, value) in &system.parameters {
+        row(name, value.to_string());
+    }
+    row("degrees of freedom", problem.model.dof().to_string());
+    row("equations are linear", if subject.is_linear() { "yes" } else { "no" }.into());
+    let damping = subject.damping();
+    row(
+        "friction",
+        match (damping.zero, damping.passive) {
+            (true, _) => "none: H itself is kept".into(),
+            (_, Passive::Each) => "passive: every w_j only fills".into(),
+            (_, Passive::InSum) => "passive in sum: Σ w_j only fills".into(),
+            (_, Passive::No) => "active, or not known to be passive: w may fall".into(),
+        },
+    );
+    row("q at t = 0", list(&start.q));
+    row("p at t = 0", list(&start.p));
+    row("H at t = 0, which K keeps", start.energy(&*subject).to_string());
+    row("end of time", problem.end.to_string());
+    row("step", scene.step.to_string());
+    sheet.table(&["what", "value"], rows);
+    Ok(sheet)
+}
+
+/// The first few numbers of a list.
+fn list(numbers: &[f64]) -> String {
+    const SHOWN: usize = 8;
+    let shown: Vec<_> = numbers.iter().take(SHOWN).map(ToString::to_string).collect();
+    let more =
+        if numbers.len() > SHOWN { format!(", … ({} in all)", numbers.len()) } else { String::new() };
+    format!("{}{more}", shown.join(", "))
+}
+
+/// The names of methods, for a title or a sentence.
+fn names(methods: &[&Row]) -> Vec<&'static str> {
+    methods.iter().map(|row| row.name).collect()
+}
+
+fn finish(command: &'static str, scene: &Scene, sheets: Vec<Sheet>) -> Result<Results, ReportError> {
+    let document = serde_json::to_value(&scene.document).unwrap_or_default();
+    let findings: Vec<Finding> = sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
+    let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
+    let manifest = Manifest::new(command, document, runs);
+    let mut report = Report {
+        title: format!(
+            "{}: {}",
+            scene.problem.model.name(),
+            if command == "run" { "trajectories" } else { "studies" }
+        ),
+        subtitle: format!(
+            "afterbay {} on {} ({} threads). All quantities are in the units of the scene.",
+            manifest.version,
+            processor(),
+            manifest.threads
+        ),
+        sections: Vec::new(),
+    };
+    let mut artifacts = Vec::new();
+    for sheet in sheets {
+        artifacts.extend(sheet.artifacts);
+        report.sections.push(sheet.section);
+    }
+    Ok((Output { report, artifacts, manifest }, findings))
+}

@@ -1,0 +1,80 @@
+//! The energy books: what H loses, what the reservoir holds, and what K is off by.
+
+use crate::chart::{Axis, Curve};
+use crate::progress::Progress;
+use crate::report::Verdict;
+use crate::scene::{EnergyPlan, Scene};
+use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
+use crate::study::energy::{self, Books, EnergyRow};
+
+/// The table the charts are made of.
+const DATA: &str = "energy";
+
+pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Energy books");
+    let problem = &scene.problem;
+    progress.begin("energy books", plan.methods.len());
+    let found = energy::run(problem, &plan.methods, plan.step, plan.every, progress)?;
+    let rows: Vec<_> = found.iter().flat_map(|books| &books.rows).collect();
+    sheet.wide_data(DATA, &energy::columns(problem.model.dof()), &rows)?;
+    let record = |books: &Books| books.ending.record("energy", problem.model.name(), books.method, plan.step);
+    sheet.runs.extend(found.iter().map(record));
+    sheet.text(format!(
+        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all steps, the error of w against the exact \
+         solution at the states kept, and the steps that took energy back from a reservoir that is owed to fill only.",
+        plan.step
+    ));
+    let worst = |books: &Books, value: fn(&EnergyRow) -> Option<f64>| {
+        books.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
+    };
+    let says = |books: &Books| {
+        let w = worst(books, |row| Some(row.w_error));
+        format!("{}: K off by {:.0e}, w by {w:.0e}", books.method, books.drift)
+    };
+    let done = found.iter().all(|books| books.ending.is_completed());
+    sheet.find(
+        "Energy books",
+        if done { Verdict::Note } else { Verdict::Fails },
+        format!("{}.", found.iter().map(says).collect::<Vec<_>>().join("; ")),
+    );
+    let cells = |books: &Books| {
+        vec![
+            books.method.into(),
+            books.ending.describe(),
+            scientific(Some(books.drift)),
+            scientific(Some(worst(books, |row| Some(row.w_error)))),
+            scientific(Some(worst(books, |row| row.ratio_error))),
+            books.violations.map_or("none owed".into(), |count| count.to_string()),
+        ]
+    };
+    sheet.table(
+        &["method", "outcome", "max |K - K₀|", "max |w_j - w_j(t)|", "max |d_R|", "times Δw < 0"],
+        found.iter().map(cells).collect(),
+    );
+    let curves = |value: &dyn Fn(&EnergyRow) -> f64| -> Vec<Curve> {
+        let of = |books: &Books| books.rows.iter().map(|row| (row.t, value(row))).collect();
+        found.iter().map(|books| line(books.method, of(books))).collect()
+    };
+    let charts = [
+        ("books-energy", "H over time.", over_time("Energy", Axis::linear("H"), curves(&|row| row.energy))),
+        (
+            "books-reservoir",
+            "What the reservoirs hold together.",
+            over_time("Reservoir", Axis::linear("Σ w"), curves(&|row| row.w.iter().sum())),
+        ),
+        (
+            "books-deviation-of-k",
+            "Deviation of K. Where it is exact there is no place on this axis.",
+            over_time("Deviation of K", Axis::log("|K - K₀|"), curves(&|row| row.drift.abs())),
+        ),
+        (
+            "books-error-of-w",
+            "Error of w against the exact solution, the largest over the degrees of freedom.",
+            over_time("Error of w", Axis::log("|w - w(t)|"), curves(&|row| row.w_error.abs())),
+        ),
+    ];
+    let [a, b, c, d] = charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
+    sheet.show_pair(a, b);
+    sheet.show_pair(c, d);
+    Ok(sheet)
+}

@@ -1,0 +1,89 @@
+//! Global errors and the orders they show.
+
+use super::names;
+use crate::chart::{Axis, LineChart};
+use crate::progress::Progress;
+use crate::record::RunOutcome;
+use crate::report::Verdict;
+use crate::scene::{Scene, StepsPlan};
+use crate::sheet::{ReportError, Sheet, decimal, marked, scientific, table};
+use crate::study::VARIABLES;
+use crate::study::global_order::{self, GlobalRow};
+
+/// An order is taken from errors above this alone, where rounding has not come first.
+const ABOVE_ROUNDING: f64 = 1e-11;
+
+pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Global errors and orders");
+    let (problem, all) = (&scene.problem, names(&plan.methods));
+    progress.begin("global errors", all.len() * plan.steps.len());
+    let mut steps = plan.steps.clone();
+    steps.sort_by(|a, b| b.total_cmp(a));
+    let found = global_order::run(problem, &plan.methods, &steps, progress)?;
+    sheet.data("global_orders", &found)?;
+    // One run has three rows, one a variable.
+    let runs = found.iter().filter(|row| row.variable == VARIABLES[0]);
+    sheet.runs.extend(runs.map(|row| RunOutcome {
+        study: "global-order",
+        system: problem.model.name(),
+        method: row.method,
+        h: row.h,
+        outcome: row.outcome.into(),
+        failure: row.failure.clone(),
+    }));
+    sheet.text(format!(
+        "The largest error of each variable over [0, {}] and over the degrees of freedom. The order is that between the two finest \
+         steps whose errors are above {ABOVE_ROUNDING:e}.",
+        problem.end
+    ));
+    let of = |method: &str, variable: &str| -> Vec<&GlobalRow> {
+        found.iter().filter(|row| row.method == method && row.variable == variable).collect()
+    };
+    let order = |method: &str, variable: &str| {
+        let above = |row: &&&GlobalRow| row.error.is_some_and(|error| error > ABOVE_ROUNDING);
+        of(method, variable).iter().filter(above).filter_map(|row| row.order).next_back()
+    };
+    let finest =
+        |method: &str, variable: &str| of(method, variable).iter().filter_map(|row| row.error).next_back();
+    let cells = |row: &&'static afterbay_methods::registry::Row| {
+        let claimed = row.order();
+        let claimed =
+            if claimed == afterbay_methods::registry::EXACT { "exact".into() } else { claimed.to_string() };
+        let mut cells = vec![row.name.into(), claimed];
+        cells.extend(VARIABLES.map(|variable| decimal(order(row.name, variable))));
+        cells.extend(VARIABLES.map(|variable| scientific(finest(row.name, variable))));
+        cells
+    };
+    let says = |name: &&'static str| {
+        let [q, p, w] = VARIABLES.map(|variable| order(name, variable));
+        let say = |order: Option<f64>| order.map_or("–".into(), |order| format!("{order:.2}"));
+        format!("{name} {} / {} / {}", say(q), say(p), say(w))
+    };
+    sheet.find(
+        "Global orders of q / p / w",
+        Verdict::Note,
+        format!("{}.", all.iter().map(says).collect::<Vec<_>>().join("; ")),
+    );
+    let header = ["method", "order", "found in q", "p", "w", "error of q at the finest step", "of p", "of w"];
+    sheet.section.blocks.push(table(&header, plan.methods.iter().map(cells).collect()));
+    let chart = |variable: &str| LineChart {
+        title: format!("Global error of {variable}"),
+        x: Axis::log("step h"),
+        y: Axis::log(format!("largest error of {variable} on [0, {}]", problem.end)),
+        curves: all
+            .iter()
+            .map(|method| {
+                let points = of(method, variable).into_iter().filter_map(|row| Some((row.h, row.error?)));
+                marked(method, points.collect())
+            })
+            .collect(),
+        guides: Vec::new(),
+    };
+    let [q, p, w] = VARIABLES.map(|variable| {
+        let caption = format!("Global error of {variable} against the step.");
+        sheet.figure(&format!("global-error-{variable}"), chart(variable).svg(), caption, "global_orders")
+    });
+    sheet.show_pair(q, p);
+    sheet.section.blocks.push(crate::report::Block::Figure(w));
+    Ok(sheet)
+}

@@ -1,0 +1,93 @@
+//! Local errors and the orders they show.
+
+use super::names;
+use crate::chart::{Axis, LineChart};
+use crate::progress::Progress;
+use crate::report::Verdict;
+use crate::scene::{LocalOrderPlan, Scene};
+use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
+use crate::study::VARIABLES;
+use crate::study::local_order::{LocalErrors, OrderRow, Statistic, rows};
+
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &LocalOrderPlan,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Local errors and orders");
+    let study = &plan.study;
+    progress.begin("local errors", plan.methods.len() * study.steps.len());
+    let errors = study.run::<f64>(&scene.problem, &plan.methods, progress)?;
+    let orders = rows(&errors, |_, _, _| None);
+    sheet.data("local_orders", &orders)?;
+    sheet.text(format!(
+        "From every point of the exact solution at the multiples of {} one step of each size is taken; T is the exact increment \
+         less the numerical one, divided by h. The order is the slope of log |T| against log h, with its 95 % interval, points at the \
+         rounding floor left out. The maximum is made by one point, the median by all of them.",
+        study.base_step
+    ));
+    let of = |method: &str, variable: &str, statistic: &str| {
+        orders
+            .iter()
+            .find(|row| row.method == method && row.variable == variable && row.statistic == statistic)
+    };
+    let says = |name: &&'static str| {
+        let order = |variable| decimal(of(name, variable, "median").and_then(|row| row.order));
+        let [q, p, w] = VARIABLES.map(order);
+        format!("{name} {}", [q, p, w].map(|x| if x.is_empty() { "–".into() } else { x }).join(" / "))
+    };
+    let all = names(&plan.methods);
+    sheet.find(
+        "Local orders of q / p / w (median)",
+        Verdict::Note,
+        format!("{}.", all.iter().map(says).collect::<Vec<_>>().join("; ")),
+    );
+    let cells = |row: &OrderRow| {
+        vec![
+            row.method.into(),
+            row.variable.into(),
+            row.statistic.into(),
+            decimal(row.order),
+            row.ci_low.zip(row.ci_high).map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
+            row.points.to_string(),
+            row.worst_t.to_string(),
+            scientific(row.pole_distance),
+            row.failed.to_string(),
+        ]
+    };
+    let header = [
+        "method",
+        "variable",
+        "statistic",
+        "order",
+        "95 % interval",
+        "steps",
+        "t of the worst point",
+        "its distance to a pole",
+        "steps that failed",
+    ];
+    let table = crate::sheet::table(&header, orders.iter().map(cells).collect());
+    sheet.fold("every order", vec![table]);
+    let chart = |i: usize, name: &str| LineChart {
+        title: format!("Local error of {name}, median"),
+        x: Axis::log("step h"),
+        y: Axis::log(format!("median of |T| of {name}")),
+        curves: all
+            .iter()
+            .map(|method| {
+                let points = errors.iter().filter(|errors| errors.method.name == *method);
+                let point = |errors: &LocalErrors| (errors.h, errors.variables[i].get(Statistic::Median));
+                marked(method, points.map(point).collect())
+            })
+            .collect(),
+        guides: Vec::new(),
+    };
+    let [q, p, w] = [0, 1, 2].map(|i| {
+        let name = VARIABLES[i];
+        let caption = format!("Median of the local errors of {name} over the base grid.");
+        sheet.figure(&format!("local-error-{name}"), chart(i, name).svg(), caption, "local_orders")
+    });
+    sheet.show_pair(q, p);
+    sheet.section.blocks.push(crate::report::Block::Figure(w));
+    Ok(sheet)
+}

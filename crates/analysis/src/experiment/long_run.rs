@@ -1,0 +1,77 @@
+//! How roundings add up in K over very many steps.
+
+use crate::chart::{Axis, LineChart};
+use crate::paper::many_degrees::long_run::{cells, chart_of, grows};
+use crate::progress::Progress;
+use crate::report::Verdict;
+use crate::scene::{LongRunPlan, Scene};
+use crate::sheet::{ReportError, Sheet};
+use crate::study::Problem;
+use crate::study::long_run::{self, LongRun, Setup};
+
+/// Starts beside the one of the scene, each with its amplitudes a little larger: one path of a random walk says little of its
+/// exponent.
+const STARTS: i32 = 8;
+
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &LongRunPlan,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("K in a long run");
+    let LongRunPlan { methods, step: h, count, compensated } = plan;
+    let starts: Vec<Problem> = (0..STARTS)
+        .map(|k| {
+            let larger = |part: &[f64]| part.iter().map(|x| x * (1.0 + f64::from(k) / 1024.0)).collect();
+            Problem { q: larger(&scene.problem.q), p: larger(&scene.problem.p), ..scene.problem.clone() }
+        })
+        .collect();
+    let mut setups: Vec<Setup> =
+        methods.iter().map(|&row| Setup { row, h: *h, compensated: false }).collect();
+    if *compensated {
+        let able = methods.iter().filter(|row| scene.problem.model.bind_compensated(row).is_ok());
+        setups.extend(able.map(|&row| Setup { row, h: *h, compensated: true }));
+    }
+    progress.begin("K in a long run", setups.len() * starts.len());
+    let found = long_run::run(&starts, &setups, *count, progress)?;
+    let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
+    sheet.data("long_run", &rows)?;
+    sheet.runs.extend(found.iter().map(|run| {
+        let study = if run.setup.compensated { "long-run, compensated" } else { "long-run" };
+        run.ending.record(study, scene.problem.model.name(), run.setup.row.name, run.setup.h)
+    }));
+    sheet.text(format!(
+        "{count} steps from each of {STARTS} starts, the scene's and amplitudes larger by 1/1024, 2/1024, … of it; K in 106 bits at \
+         some hundred samples in each of four windows a decade. Roundings that are independent grow like √t, those that lean to one side \
+         like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % interval of that line."
+    ));
+    let says = |run: &LongRun| {
+        let end = run.rows.last().map_or(f64::NAN, |row| row.rms);
+        let growth =
+            run.growth().map_or("not known".into(), |fit| format!("{} ({:.2})", grows(&fit), fit.slope));
+        format!("{}: {end:.0e} of K, growing {growth}", run.setup.label())
+    };
+    let done = found.iter().all(|run| run.ending.is_completed());
+    sheet.find(
+        "K in a long run",
+        if done { Verdict::Note } else { Verdict::Fails },
+        format!("{}.", found.iter().map(says).collect::<Vec<_>>().join("; ")),
+    );
+    let header =
+        ["method and step", "exponent of t", "interval", "grows", "rms at the end", "mean at the end", "run"];
+    sheet.table(&header, found.iter().map(cells).collect());
+    let chart = LineChart {
+        title: "K in a long run".into(),
+        x: Axis::log("time t"),
+        y: Axis::log("|K - K₀| / |K₀|, rms of a window"),
+        curves: found.iter().map(chart_of).collect(),
+        guides: vec![0.5, 1.0],
+    };
+    sheet.show(
+        "long-run",
+        &chart,
+        "Deviation of K beside K, root mean square over the samples of a window and the starts. Dashed: growth like √t and like t.",
+        "long_run",
+    );
+    Ok(sheet)
+}

@@ -1,0 +1,72 @@
+//! What accuracy costs.
+
+use super::names;
+use crate::chart::{Axis, LineChart};
+use crate::paper::work::{HEADER, cells, cheapest};
+use crate::progress::Progress;
+use crate::report::Block;
+use crate::scene::{Scene, StepsPlan};
+use crate::sheet::{ReportError, Sheet, marked, table};
+use crate::study::work_precision::{self, WorkRow};
+
+/// The table the charts are made of.
+const DATA: &str = "work_precision";
+
+pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Accuracy against cost");
+    let (problem, all) = (&scene.problem, names(&plan.methods));
+    progress.begin("cost of accuracy", 2 * all.len() * plan.steps.len());
+    let found = work_precision::run(problem, &plan.methods, &plan.steps, progress)?;
+    sheet.data(DATA, &found)?;
+    sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
+    sheet.text(format!(
+        "Errors at t = {} against the time of the whole run. Every time is the fastest of several runs, taken one after the other. \
+         The error of (q, p) and the error of w are charted apart; the drift of K stands in the table and says nothing of either.",
+        problem.end
+    ));
+    cheapest(&mut sheet, problem.model.name(), &found);
+    let chart =
+        |title: &str, cost: &str, x: fn(&WorkRow) -> Option<f64>, y: fn(&WorkRow) -> Option<f64>| LineChart {
+            title: title.into(),
+            x: Axis::log(cost),
+            y: Axis::log(format!("{title} at t = {}", problem.end)),
+            curves: all
+                .iter()
+                .map(|method| {
+                    let of = found.iter().filter(|row| row.method == *method);
+                    marked(method, of.filter_map(|row| Some((x(row)?, y(row)?))).collect())
+                })
+                .collect(),
+            guides: Vec::new(),
+        };
+    let (seconds, evaluations) = ("seconds", "evaluations of the force");
+    let count = |row: &WorkRow| row.evaluations.map(|count| count as f64);
+    let charts = [
+        (
+            "work-qp",
+            "Error of (q, p) against time.",
+            chart("Error of (q, p)", seconds, |row| row.seconds, |row| row.error_qp),
+        ),
+        (
+            "work-w",
+            "Error of w against time.",
+            chart("Error of w", seconds, |row| row.seconds, |row| row.error_w),
+        ),
+        (
+            "evaluations-qp",
+            "Error of (q, p) against evaluations.",
+            chart("Error of (q, p)", evaluations, count, |row| row.error_qp),
+        ),
+        (
+            "evaluations-w",
+            "Error of w against evaluations.",
+            chart("Error of w", evaluations, count, |row| row.error_w),
+        ),
+    ];
+    let [qp, w, by_qp, by_w] =
+        charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
+    sheet.show_pair(qp, w);
+    sheet.section.blocks.push(table(&HEADER, found.iter().map(cells).collect()));
+    sheet.fold("errors against evaluations", vec![Block::Pair(by_qp, by_w)]);
+    Ok(sheet)
+}

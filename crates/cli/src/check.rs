@@ -1,0 +1,73 @@
+//! `afterbay check`
+
+use crate::arguments::Format;
+use crate::failure::Failure;
+use crate::{scene, table};
+use afterbay_analysis::scene::Scene;
+use afterbay_methods::registry::Row;
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// What a scene would do.
+#[derive(Serialize)]
+struct Plan {
+    what: &'static str,
+    methods: Vec<&'static str>,
+    detail: String,
+}
+
+pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
+    let scene = scene::read(path)?;
+    let plans = plans(&scene);
+    match format {
+        Format::Json => table::json(&plans)?,
+        Format::Table => {
+            let (model, dof) = (scene.problem.model.name(), scene.problem.model.dof());
+            let freedom = if dof == 1 { "degree" } else { "degrees" };
+            table::line(&format!("{} is valid: {model}, {dof} {freedom} of freedom.", path.display()))?;
+            let rows =
+                plans.iter().map(|plan| vec![plan.what.into(), plan.methods.join(", "), plan.detail.clone()]);
+            table::print(&["what", "methods", "detail"], rows)?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn plans(scene: &Scene) -> Vec<Plan> {
+    let studies = &scene.studies;
+    let mut plans = Vec::new();
+    let mut add = |what, methods: &[&'static Row], detail| {
+        plans.push(Plan { what, methods: methods.iter().map(|row| row.name).collect(), detail });
+    };
+    if let Some(plan) = &scene.run {
+        let steps = (scene.problem.end / scene.step).round();
+        add(
+            "run",
+            &plan.methods,
+            format!("{steps} steps of {}, every {}th state kept", scene.step, plan.every),
+        );
+    }
+    if let Some(plan) = &studies.local_order {
+        let detail = format!("{} steps on a grid of {}", plan.study.steps.len(), plan.study.base_step);
+        add("local-order", &plan.methods, detail);
+    }
+    if let Some(plan) = &studies.global_order {
+        add("global-order", &plan.methods, format!("{} steps", plan.steps.len()));
+    }
+    if let Some(plan) = &studies.energy {
+        add("energy", &plan.methods, format!("steps of {}, every {}th row kept", plan.step, plan.every));
+    }
+    if let Some(plan) = &studies.work_precision {
+        add("work-precision", &plan.methods, format!("{} steps", plan.steps.len()));
+    }
+    if let Some(plan) = &studies.stability {
+        let detail =
+            format!("{} steps by {} values of {}", plan.steps.len(), plan.values.len(), plan.parameter);
+        add("stability", &plan.methods, detail);
+    }
+    if let Some(plan) = &studies.long_run {
+        add("long-run", &plan.methods, format!("{} steps of {}", plan.count, plan.step));
+    }
+    plans
+}

@@ -1,0 +1,103 @@
+//! `afterbay run` and `afterbay study`
+
+use crate::arguments::{Format, SceneArguments};
+use crate::bars::Bars;
+use crate::failure::Failure;
+use crate::{scene, table};
+use afterbay_analysis::experiment::Results;
+use afterbay_analysis::progress::Progress;
+use afterbay_analysis::record::{Manifest, RunOutcome};
+use afterbay_analysis::report::Verdict;
+use afterbay_analysis::scene::{Scene, SceneError, SceneProblem};
+use afterbay_analysis::study::outcome::COMPLETED;
+use afterbay_analysis::{Finding, ReportError, experiment};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Some runs failed; the results are written.
+const FAILED: u8 = 4;
+/// Somebody had enough; what was done is written.
+pub(crate) const INTERRUPTED: u8 = 130;
+
+/// What to do with a scene.
+#[derive(Clone, Copy)]
+pub(crate) enum What {
+    Run,
+    Study,
+}
+
+/// What is printed as JSON.
+#[derive(Serialize)]
+struct Summary<'a> {
+    out: &'a Path,
+    findings: &'a [Finding],
+    runs: &'a [RunOutcome],
+}
+
+pub(crate) fn run(what: What, arguments: &SceneArguments, format: Format) -> Result<ExitCode, Failure> {
+    let scene = scene::read(&arguments.scene)?;
+    wanted(what, &scene)
+        .map_err(|problem| Failure::scene(&arguments.scene, "", SceneError { problem, span: 0..0 }))?;
+    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
+    if !arguments.force {
+        let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
+        let hash = Manifest::new("", document, Vec::new()).hash;
+        if let Some(other) = Manifest::hash_in(&out).filter(|found| *found != hash) {
+            return Err(Failure::taken(&out, &other));
+        }
+    }
+    let bars = Bars::new();
+    let (output, findings): Results = match what {
+        What::Run => experiment::run(&scene, &bars),
+        What::Study => experiment::study(&scene, &bars),
+    }
+    .map_err(|error: ReportError| Failure::from(error))?;
+    bars.finish();
+    output.write(&out).map_err(Failure::storage)?;
+    let runs = &output.manifest.runs;
+    match format {
+        Format::Json => table::json(&Summary { out: &out, findings: &findings, runs })?,
+        Format::Table => print(&findings, runs, &out)?,
+    }
+    Ok(if bars.stopped() {
+        ExitCode::from(INTERRUPTED)
+    } else if runs.iter().any(|run| run.outcome != COMPLETED) {
+        ExitCode::from(FAILED)
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+/// Has the scene what is asked for?
+fn wanted(what: What, scene: &Scene) -> Result<(), SceneProblem> {
+    match what {
+        What::Run if scene.run.is_none() => Err(SceneProblem::Nothing { table: "[run]" }),
+        What::Study if scene.studies.is_empty() => Err(SceneProblem::Nothing { table: "[study.*]" }),
+        What::Run | What::Study => Ok(()),
+    }
+}
+
+fn default_folder(scene: &Path) -> PathBuf {
+    Path::new("out").join(scene.file_stem().unwrap_or(scene.as_os_str()))
+}
+
+fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Result<(), Failure> {
+    for finding in findings {
+        let mark = match finding.verdict {
+            Verdict::Holds => "holds: ",
+            Verdict::Fails => "! ",
+            Verdict::Note => "",
+        };
+        table::line(&format!("{mark}{}: {}", finding.topic, finding.statement))?;
+    }
+    let failed: Vec<_> = runs.iter().filter(|run| run.outcome != COMPLETED).collect();
+    if !failed.is_empty() {
+        let rows = failed.iter().map(|run| {
+            let why = run.failure.clone().unwrap_or_else(|| run.outcome.clone());
+            vec![run.study.into(), run.method.into(), run.h.to_string(), why]
+        });
+        table::print(&["study", "method", "h", "did not complete"], rows)?;
+    }
+    table::line(&format!("Report: {}", out.join("report.html").display()))
+}

@@ -1,0 +1,18 @@
+//! Scene files.
+
+use crate::failure::Failure;
+use afterbay_analysis::scene::{MOST_BYTES, Scene, text};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Reads and checks a scene. No more of a file is read than a scene may have.
+pub(crate) fn read(path: &Path) -> Result<Scene, Failure> {
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|error| Failure::unreadable(path, error))?;
+    file.take(MOST_BYTES as u64 + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|error| Failure::unreadable(path, error))?;
+    let text = text(&bytes).map_err(|error| Failure::scene(path, "", error))?;
+    Scene::read(text).map_err(|error| Failure::scene(path, text, error))
+}
