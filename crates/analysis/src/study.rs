@@ -11,6 +11,7 @@ pub mod local_order;
 pub mod long_run;
 pub mod outcome;
 mod passivity;
+pub mod pick;
 mod reference;
 pub mod size;
 pub mod stability;

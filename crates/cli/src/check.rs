@@ -34,6 +34,10 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+fn kept(every: u64) -> String {
+    if every == 1 { "every state kept".into() } else { format!("every {every} steps a state kept") }
+}
+
 fn plans(scene: &Scene) -> Vec<Plan> {
     let studies = &scene.studies;
     let mut plans = Vec::new();
@@ -42,11 +46,7 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     };
     if let Some(plan) = &scene.run {
         let steps = (scene.problem.end / scene.step).round();
-        add(
-            "run",
-            &plan.methods,
-            format!("{steps} steps of {}, every {}th state kept", scene.step, plan.every),
-        );
+        add("run", &plan.methods, format!("{steps} steps of {}, {}", scene.step, kept(plan.every)));
     }
     if let Some(plan) = &studies.local_order {
         let detail = format!("{} steps on a grid of {}", plan.study.steps.len(), plan.study.base_step);
@@ -56,7 +56,7 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         add("global-order", &plan.methods, format!("{} steps", plan.steps.len()));
     }
     if let Some(plan) = &studies.energy {
-        add("energy", &plan.methods, format!("steps of {}, every {}th row kept", plan.step, plan.every));
+        add("energy", &plan.methods, format!("steps of {}, {}", plan.step, kept(plan.every)));
     }
     if let Some(plan) = &studies.work_precision {
         add("work-precision", &plan.methods, format!("{} steps", plan.steps.len()));

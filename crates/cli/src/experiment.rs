@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Some runs failed; the results are written.
-const FAILED: u8 = 4;
+pub(crate) const FAILED: u8 = 4;
 /// Somebody had enough; what was done is written.
 pub(crate) const INTERRUPTED: u8 = 130;
 

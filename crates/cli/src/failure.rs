@@ -1,5 +1,6 @@
 //! A command that did not do what it was asked for, and the exit code that says so to scripts.
 
+use crate::experiment::FAILED;
 use afterbay_analysis::ReportError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -76,6 +77,10 @@ impl Failure {
         Self { diagnostic, code: SCENE }
     }
 
+    pub(crate) fn study(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self { diagnostic: Trouble::Study(Box::new(error)), code: FAILED }
+    }
+
     pub(crate) fn threads(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self { diagnostic: Trouble::Threads(Box::new(error)), code: USAGE }
     }
@@ -85,7 +90,7 @@ impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         match error {
             ReportError::Storage(error) => Self::storage(error),
-            ReportError::Study(error) => Self { diagnostic: Trouble::Study(Box::new(error)), code: USAGE },
+            ReportError::Study(error) => Self::study(error),
         }
     }
 }

@@ -79,7 +79,7 @@ pub(super) fn sheet(scene: &Scene, plan: &RunPlan, progress: &dyn Progress) -> R
         ("deviation-of-k", &kept, "Deviation of K. States at which it is exact have no place on this axis."),
     );
     sheet.text(format!(
-        "Methods: {}. Every {}th state is in the table.",
+        "Methods: {}. Of every {} states one is in the table, and the last.",
         names(&plan.methods).join(", "),
         plan.every
     ));

@@ -1,0 +1,247 @@
+//! The cheapest method and step that meets an error, measured on the problem itself.
+//!
+//! For each method the number of steps is raised until the errors of (q, p) and of w at the end are within the bound, then taken back by
+//! bisection to the least that does. The times of what qualifies are taken one after the other. The winner is checked against a run
+//! of twice as many steps: by how much the two differ is an error estimate that needs no reference.
+
+use super::work_precision::{self, WorkRow};
+use super::{Problem, distance};
+use crate::Solution;
+use crate::progress::Progress;
+use afterbay_core::{Grid, IntegrateError, Passive};
+use afterbay_methods::registry::{EXACT, METHODS, Row};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Wanted {
+    /// The largest error of (q, p) and of w at the end.
+    pub error: f64,
+    /// K is to be kept to rounding.
+    pub keep_k: bool,
+    /// No energy is to be taken back from a reservoir that only fills.
+    pub passive: bool,
+}
+
+/// A method at the step it was found to need, or how near it came.
+#[derive(Clone, Debug, Serialize)]
+pub struct Candidate {
+    /// Its run.
+    #[serde(flatten)]
+    pub run: WorkRow,
+    /// Why it does not qualify.
+    pub why_not: Option<String>,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pick {
+    /// What was wanted.
+    pub wanted: Wanted,
+    /// What qualifies, the cheapest first.
+    pub qualified: Vec<Candidate>,
+    /// What does not, the nearest first.
+    pub others: Vec<Candidate>,
+    /// The largest difference of (q, p) and of w between the winner and a run of twice as many steps.
+    pub check: Option<[f64; 2]>,
+    /// How far two computations of the reference are apart; 0 where it is known to rounding.
+    pub reference_doubt: f64,
+    /// Is it owed that a reservoir only fills?
+    pub owed: bool,
+}
+
+/// A run that takes so many times as long as one that qualifies is not worth looking at, if it takes this long at least.
+const SLOWER: u32 = 30;
+const SHORT: Duration = Duration::from_millis(20);
+/// No method is given more than this for its search.
+const PATIENCE: Duration = Duration::from_secs(8);
+/// The most steps of a run.
+const MOST: u64 = 1 << 31;
+/// The number of steps is found to this share.
+const CLOSE: f64 = 1.05;
+/// K moves by no more than this beside the largest of its terms where it is kept to rounding.
+const ROUNDING: f64 = 1e-11;
+
+/// Measures every method that applies.
+///
+/// # Errors
+/// Those of the input, and of the reference. What goes wrong in a run is why its method does not qualify.
+pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result<Pick, IntegrateError> {
+    let exact = problem.solution(problem.end, 1)?;
+    let rows: Vec<&'static Row> = METHODS.iter().filter(|row| problem.model.bind(row).is_ok()).collect();
+    let shortest = AtomicU64::new(u64::MAX);
+    progress.begin("search for steps", rows.len());
+    let found = rows
+        .par_iter()
+        .with_max_len(1)
+        .map(|row| {
+            let (exact, shortest) = (&exact, &shortest);
+            let candidate =
+                Search { problem, row, wanted, exact, progress, shortest, started: Instant::now() }.find();
+            progress.advance();
+            candidate
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let (mut qualified, mut others): (Vec<_>, Vec<_>) =
+        found.into_iter().flatten().partition(|candidate: &Candidate| candidate.why_not.is_none());
+    progress.begin("times", qualified.len());
+    for candidate in &mut qualified {
+        if let Some(row) = rows.iter().find(|row| row.name == candidate.run.method) {
+            let time = work_precision::time(problem, row, candidate.run.h)?;
+            candidate.run.seconds = Some(time.as_secs_f64());
+        }
+        progress.advance();
+    }
+    let seconds = |candidate: &Candidate| candidate.run.seconds.unwrap_or(f64::INFINITY);
+    qualified.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
+    others.sort_by(|a, b| error(&a.run).total_cmp(&error(&b.run)));
+    let check = qualified.first().map(|winner| halved(problem, &winner.run)).transpose()?.flatten();
+    let owed = problem.model.subject::<f64>()?.damping().passive != Passive::No;
+    Ok(Pick { wanted, qualified, others, check, reference_doubt: exact.doubt, owed })
+}
+
+/// The larger of the two errors of a run, infinite where it did not reach its end.
+fn error(run: &WorkRow) -> f64 {
+    run.error_qp.zip(run.error_w).map_or(f64::INFINITY, |(qp, w)| if qp > w { qp } else { w })
+}
+
+/// The search for the steps of one method.
+struct Search<'a> {
+    problem: &'a Problem,
+    row: &'static Row,
+    wanted: Wanted,
+    exact: &'a Solution<f64>,
+    progress: &'a dyn Progress,
+    /// The shortest time of a run that qualifies, of any method, in nanoseconds.
+    shortest: &'a AtomicU64,
+    started: Instant,
+}
+
+impl Search<'_> {
+    /// A run, and why no longer one is worth it.
+    fn run(&self, steps: u64) -> Result<(WorkRow, Option<&'static str>), IntegrateError> {
+        let clock = Instant::now();
+        let h = self.problem.end / steps as f64;
+        let found = work_precision::errors(self.problem, self.row, h, self.exact, self.progress)?;
+        let took = clock.elapsed();
+        let nanoseconds = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+        if error(&found) <= self.wanted.error && lack(self.row, self.wanted).is_none() {
+            self.shortest.fetch_min(nanoseconds, Ordering::Relaxed);
+        }
+        let shortest = self.shortest.load(Ordering::Relaxed);
+        let enough = if took > SHORT && nanoseconds / u64::from(SLOWER) > shortest {
+            Some("it takes far longer than others that qualify")
+        } else if self.started.elapsed() > PATIENCE || steps > MOST / 2 {
+            Some("more steps were not tried")
+        } else {
+            None
+        };
+        Ok((found, enough))
+    }
+
+    /// The fewest steps within the bound, where twice as many are within it too: an error may be small by chance. None where
+    /// somebody had enough.
+    fn find(&self) -> Result<Option<Candidate>, IntegrateError> {
+        let bound = self.wanted.error;
+        let order = if self.row.order() == EXACT { 1.0 } else { f64::from(self.row.order()) };
+        let (mut steps, mut too_few, mut nearest) = (1_u64, 0, None::<WorkRow>);
+        let mut good = loop {
+            let (found, enough) = self.run(steps)?;
+            let now = error(&found);
+            if now <= bound && error(&self.run(2 * steps)?.0) <= bound {
+                break found;
+            }
+            if self.progress.stopped() {
+                return Ok(None);
+            }
+            too_few = steps;
+            let before = nearest.as_ref().map_or(f64::INFINITY, error);
+            let best = now.min(before);
+            let stuck = now > bound && now > 0.5 * before && now < 1e-3;
+            let why = match enough {
+                _ if stuck => Some(format!("its error stays at {best:.1e} however small the step")),
+                Some(enough) => Some(format!("at {steps} steps its error is still {best:.1e}: {enough}")),
+                None => None,
+            };
+            if nearest.is_none() || now < before {
+                nearest = Some(found.clone());
+            }
+            if why.is_some() {
+                return Ok(Some(Candidate { run: nearest.unwrap_or(found), why_not: why }));
+            }
+            // Once errors fall as they should, the order tells where to look.
+            let share = now / bound;
+            let leap = if now < 0.1 { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
+            steps = (steps as f64 * leap).ceil() as u64;
+        };
+        while too_few > 0 && good.steps as f64 > CLOSE * too_few as f64 {
+            let middle = (too_few as f64 * good.steps as f64).sqrt().round() as u64;
+            if middle <= too_few || middle >= good.steps {
+                break;
+            }
+            let (found, enough) = self.run(middle)?;
+            if error(&found) <= bound {
+                good = found
+            } else {
+                too_few = middle
+            }
+            if enough.is_some() {
+                break;
+            }
+        }
+        let why_not = self.flaw(&good)?;
+        Ok(Some(Candidate { run: good, why_not }))
+    }
+
+    /// What a run within the bound lacks.
+    fn flaw(&self, run: &WorkRow) -> Result<Option<String>, IntegrateError> {
+        let wanted = self.wanted;
+        if let Some(lacks) = lack(self.row, wanted) {
+            return Ok(Some(lacks.into()));
+        }
+        if wanted.keep_k && run.k_drift > ROUNDING * scale(self.problem, self.exact)? {
+            return Ok(Some(format!("K drifts by {:.1e}", run.k_drift)));
+        }
+        let taken = run.passivity_violations.filter(|&count| wanted.passive && count > 0);
+        Ok(taken.map(|count| format!("it took energy back {count} times")))
+    }
+}
+
+/// What is wanted of a method that it does not promise.
+fn lack(row: &Row, wanted: Wanted) -> Option<&'static str> {
+    match (wanted.keep_k && !row.keeps_k, wanted.passive && !row.passive) {
+        (true, _) => Some("it does not keep K"),
+        (_, true) => Some("it may take energy back from the reservoir"),
+        _ => None,
+    }
+}
+
+/// The largest of what K is made of, at the start and at the end.
+fn scale(problem: &Problem, exact: &Solution<f64>) -> Result<f64, IntegrateError> {
+    let subject = problem.model.subject::<f64>()?;
+    let of = |i: usize| {
+        let state = exact.at(i);
+        let kinetic: f64 = state.p.iter().map(|p| p * p).sum();
+        state.energy(&*subject).abs() + state.w.iter().map(|w| w.abs()).sum::<f64>() + kinetic
+    };
+    Ok(of(0).max(of(1)).max(f64::MIN_POSITIVE))
+}
+
+/// How far a run is from one of twice as many steps.
+fn halved(problem: &Problem, run: &WorkRow) -> Result<Option<[f64; 2]>, IntegrateError> {
+    let Some(row) = METHODS.iter().find(|row| row.name == run.method) else { return Ok(None) };
+    let end = |steps: u64| -> Result<_, IntegrateError> {
+        let mut state = problem.start::<f64>()?;
+        let grid = Grid::new(problem.end / steps as f64, problem.end)?;
+        let done =
+            problem.model.bind(row)?.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
+        Ok(done.is_ok().then_some(state))
+    };
+    let (Some(coarse), Some(fine)) = (end(run.steps)?, end(2 * run.steps)?) else { return Ok(None) };
+    let [q, p, w] = distance(coarse.view(), fine.view());
+    Ok(Some([q.max(p), w]))
+}
