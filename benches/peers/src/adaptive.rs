@@ -3,18 +3,16 @@
 use super::Scene;
 use super::measure::{Line, Run, Setting, Spent};
 use super::ours::write;
-use afterbay_analysis::Model;
-use afterbay_core::{Curvature, InputError, State, Tolerance, Vector, integrate_within};
-use afterbay_methods::AdaptiveCollocation;
-use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
+use afterbay_core::{InputError, State, Tolerance, Vector};
+use afterbay_methods::registry::ADAPTIVE;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-/// The line of a scene whose system has one here.
+/// The line of a scene.
 pub(crate) fn line(scene: &Scene) -> Line {
     let of = scene.clone();
     Line {
-        method: "adaptive-collocation",
+        method: ADAPTIVE,
         keeps_k: true,
         ours: true,
         settings: (1..=13).map(|k| Setting::Tolerance(10_f64.powi(-k))).collect(),
@@ -28,50 +26,26 @@ pub(crate) fn line(scene: &Scene) -> Line {
 }
 
 fn bind(scene: &Scene, tolerance: Tolerance) -> Result<Run, InputError> {
-    match scene.problem.model {
-        Model::DampedOscillator { k, b } => {
-            stored::<[f64; 1], _>(scene, DampedOscillator::new(k, b)?, tolerance)
-        }
-        Model::Duffing { alpha, beta, c } => {
-            stored::<[f64; 1], _>(scene, Duffing::new(alpha, beta, c)?, tolerance)
-        }
-        Model::VanDerPol { mu } => stored::<[f64; 1], _>(scene, VanDerPol::new(mu)?, tolerance),
-        Model::FputChain { n, beta, c } => {
-            stored::<Vec<f64>, _>(scene, FputChain::new(n, beta, c)?, tolerance)
-        }
-        Model::DampedDoublePendulum { m1, m2, l1, l2, g, c1, c2 } => {
-            let pendulum = DampedDoublePendulum::new([m1, m2], [l1, l2], g, [c1, c2])?;
-            stored::<[f64; 2], _>(scene, pendulum, tolerance)
-        }
-        Model::ModifiedVanDerPol { .. } | Model::VanDerPolRing { .. } => Err(InputError::Unsupported {
-            method: "adaptive-collocation",
-            why: "no scene here has this system",
-        }),
-    }
+    if scene.dof() == 1 { stored::<[f64; 1]>(scene, tolerance) } else { stored::<Vec<f64>>(scene, tolerance) }
 }
 
 /// The run with its state in `V`.
-fn stored<V, S>(scene: &Scene, system: S, tolerance: Tolerance) -> Result<Run, InputError>
-where
-    V: Vector<Scalar = f64> + 'static,
-    S: Curvature<f64> + 'static,
-{
+fn stored<V: Vector<Scalar = f64> + 'static>(scene: &Scene, tolerance: Tolerance) -> Result<Run, InputError> {
+    let method = scene.problem.model.bind_adaptive()?;
     let lift = |part: &[f64]| V::filled(part, |x| x);
     let start = State::new(lift(&scene.problem.q), lift(&scene.problem.p))?;
     let end = scene.problem.end;
     Ok(Box::new(move |last, watch| {
         let mut state = start.clone();
-        let method = AdaptiveCollocation;
         let done = match watch {
-            None => integrate_within(&method, &system, &tolerance, end, &mut state, &mut ()),
+            None => method.run(&tolerance, end, &mut state, &mut |_, _| ControlFlow::Continue(())),
             Some(watch) => {
                 let mut y = vec![0.0; 3 * state.dof()];
-                let mut look = |_: u64, state: &State<V>| {
-                    write(state.view(), &mut y);
+                method.run(&tolerance, end, &mut state, &mut |_, state| {
+                    write(state, &mut y);
                     watch(&y);
                     ControlFlow::Continue(())
-                };
-                integrate_within(&method, &system, &tolerance, end, &mut state, &mut look)
+                })
             }
         };
         let done = done.map_err(|error| error.to_string())?;

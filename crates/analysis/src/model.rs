@@ -2,7 +2,7 @@
 
 use crate::Subject;
 use afterbay_core::{InputError, Quad, Scalar, System, f64x8};
-use afterbay_methods::registry::{self, Row, Run};
+use afterbay_methods::registry::{self, Row, Run, Within};
 use afterbay_systems::{
     Custom, CustomError, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol,
     VanDerPol, VanDerPolRing,
@@ -268,6 +268,19 @@ impl Model {
                 registry::compensated(row, system, exact)
             },
             general _system => Err(InputError::Unsupported { method: row.name, why: "H is not separable" })
+        )
+    }
+
+    /// Adaptive collocation bound to the system.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`]
+    pub fn bind_adaptive(&self) -> Result<Within, InputError> {
+        with_system!(
+            self,
+            |_: &str, x| x,
+            separable system => registry::adaptive(system),
+            general system => registry::adaptive(system)
         )
     }
 

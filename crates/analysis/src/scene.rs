@@ -10,7 +10,9 @@ mod source;
 mod system;
 
 pub use document::{Document, Spacing};
-pub use plan::{EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies};
+pub use plan::{
+    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies, WorkPrecisionPlan,
+};
 pub use problem::{SceneError, SceneProblem};
 
 use crate::study::Problem;

@@ -127,7 +127,7 @@ fn global_errors_fall_with_the_order_of_the_method() {
 #[test]
 fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
     // Simple iteration does not contract at h = 2.5; the next step size is fine again.
-    let found = work_precision::run(&oscillator(), &rows(&["moddg-fixed-point"]), &[2.5, 0.1], &Silent)
+    let found = work_precision::run(&oscillator(), &rows(&["moddg-fixed-point"]), &[2.5, 0.1], &[], &Silent)
         .expect("runs");
     assert_eq!(found[0].outcome, "not-contracting");
     assert!(

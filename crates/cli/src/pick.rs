@@ -46,22 +46,22 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
         [winner, rest @ ..] => {
             let run = &winner.run;
             table::line(&format!(
-                "{} with step = {:?} is the cheapest within {bound:e} at t = {end}{}: {}.",
+                "{} with {} is the cheapest within {bound:e} at t = {end}{}: {}.",
                 run.method,
-                run.h,
+                run.setting(),
                 structure(found),
                 cost(winner)
             ))?;
             if let Some([qp, w]) = found.check {
                 table::line(&format!(
-                    "Checked: a run of twice as many steps differs by {qp:.1e} in (q, p) and {w:.1e} in w."
+                    "Checked: a finer run differs by {qp:.1e} in (q, p) and {w:.1e} in w."
                 ))?;
             }
             match rest.first() {
                 Some(second) => table::line(&format!(
-                    "The runner-up is {} with step = {:?}: {}.",
+                    "The runner-up is {} with {}: {}.",
                     second.run.method,
-                    second.run.h,
+                    second.run.setting(),
                     cost(second)
                 ))?,
                 None => table::line("Nothing else qualifies.")?,
@@ -77,7 +77,7 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     let shown = found.qualified.iter().take(SHOWN).chain(found.others.iter().take(NEAREST));
     let header = [
         "method",
-        "step",
+        "step or tolerance",
         "error of (q, p)",
         "error of w",
         "max |K - K₀|",
@@ -123,7 +123,7 @@ fn cells(candidate: &Candidate) -> Vec<String> {
     };
     vec![
         run.method.into(),
-        format!("{:?}", run.h),
+        run.setting(),
         scientific(run.error_qp),
         scientific(run.error_w),
         scientific(Some(run.k_drift)),

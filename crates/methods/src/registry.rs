@@ -3,6 +3,7 @@
 mod cost;
 mod run;
 mod table;
+mod within;
 
 use crate::moddg::ClosedForm;
 use crate::moddg::steps::{Equation, Placement, Plain, Printed, Raised};
@@ -20,6 +21,7 @@ use run::bind;
 pub use cost::Cost;
 pub use run::{Run, Show};
 pub use table::METHODS;
+pub use within::{ADAPTIVE, Within, adaptive};
 
 /// The order of what has no error but rounding.
 pub const EXACT: u32 = u32::MAX;

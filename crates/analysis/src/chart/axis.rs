@@ -176,6 +176,10 @@ fn number(v: f64, step: f64, largest: f64) -> String {
 
 /// Three significant digits without trailing zeros.
 fn three_digits(v: f64) -> String {
+    if !(1e-3..1e5).contains(&v) {
+        let power = v.log10().floor();
+        return format!("{}×10{}", three_digits(v / 10f64.powf(power)), superscript(power as i32));
+    }
     let decimals = (2.0 - v.log10().floor()).max(0.0) as usize;
     let text = format!("{v:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
@@ -223,6 +227,11 @@ mod tests {
     fn short_exact_log_axes_count_in_powers_of_two() {
         let span = Axis::log("h").exactly(0.2f64.log10(), 2.1f64.log10());
         assert_eq!(labels(&span), ["0.25", "0.5", "1", "2"]);
+    }
+
+    #[test]
+    fn small_numbers_are_written_with_powers() {
+        assert_eq!([3.05e-5, 1e-3, 12.0, 2.5e7].map(three_digits), ["3.05×10⁻⁵", "0.001", "12", "2.5×10⁷"]);
     }
 
     #[test]

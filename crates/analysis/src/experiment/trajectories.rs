@@ -16,8 +16,11 @@ const DATA: &str = "trajectory";
 pub(super) fn sheet(scene: &Scene, plan: &RunPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Trajectories");
     let (problem, n) = (&scene.problem, scene.problem.model.dof());
-    progress.begin("trajectories", plan.methods.len());
-    let found = trajectory::run(problem, &plan.methods, scene.step, plan.every, progress)?;
+    progress.begin("trajectories", plan.methods.len() + usize::from(plan.tolerance.is_some()));
+    let mut found = trajectory::run(problem, &plan.methods, scene.step, plan.every, progress)?;
+    if let Some(tolerance) = plan.tolerance {
+        found.push(trajectory::run_within(problem, tolerance, scene.step, plan.every, progress)?);
+    }
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &trajectory::columns(n), &rows)?;
     let record = |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);

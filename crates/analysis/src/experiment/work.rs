@@ -5,18 +5,24 @@ use crate::chart::{Axis, LineChart};
 use crate::paper::work::{HEADER, cells, cheapest};
 use crate::progress::Progress;
 use crate::report::Block;
-use crate::scene::{Scene, StepsPlan};
+use crate::scene::{Scene, WorkPrecisionPlan};
 use crate::sheet::{ReportError, Sheet, marked, table};
 use crate::study::work_precision::{self, WorkRow};
+use afterbay_methods::registry::ADAPTIVE;
 
 /// The table the charts are made of.
 const DATA: &str = "work_precision";
 
-pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &WorkPrecisionPlan,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Accuracy against cost");
-    let (problem, all) = (&scene.problem, names(&plan.methods));
-    progress.begin("cost of accuracy", 2 * all.len() * plan.steps.len());
-    let found = work_precision::run(problem, &plan.methods, &plan.steps, progress)?;
+    let (problem, mut all) = (&scene.problem, names(&plan.methods));
+    all.extend((!plan.tolerances.is_empty()).then_some(ADAPTIVE));
+    progress.begin("cost of accuracy", 2 * (plan.methods.len() * plan.steps.len() + plan.tolerances.len()));
+    let found = work_precision::run(problem, &plan.methods, &plan.steps, &plan.tolerances, progress)?;
     sheet.data(DATA, &found)?;
     sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
     sheet.text(format!(

@@ -7,6 +7,7 @@ use crate::progress::Progress;
 use crate::report::{Block, Verdict};
 use crate::sheet::{ReportError, Sheet, marked, scientific};
 use crate::study::work_precision::{self, WorkRow};
+use afterbay_methods::registry::ADAPTIVE;
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
@@ -14,7 +15,7 @@ const COMPARED: [&str; 7] =
 /// The columns of a table of runs, see [`cells`].
 pub(crate) const HEADER: [&str; 9] = [
     "method",
-    "h",
+    "h or tolerance",
     "outcome",
     "error of (q, p)",
     "error of w",
@@ -33,14 +34,16 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
         "Errors at t = 20 against the time of the whole run. Every time is the fastest of several runs, taken one after \
          the other on an otherwise idle program. The error of (q, p) and the error of w are charted apart; the drift of \
          K stands in the table and says nothing of either. Beside the paper's methods stand compositions of coordinate \
-         increments: what raises the order without a δ, keeping K.",
+         increments, what raises the order without a δ, and adaptive collocation at tolerances from 1e-3: both keep K.",
     );
     let count = extent.pick(9, 4);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
+    let tolerances: Vec<f64> = (0..count).map(|k| 10_f64.powi(-3 - k)).collect();
     let rows = methods(&COMPARED);
     for (name, problem) in std::iter::once(("damped-oscillator", oscillator())).chain(problems()) {
-        progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
-        let found = work_precision::run(&problem, &rows, &steps, progress)?;
+        progress
+            .begin(&format!("cost of accuracy: {name}"), 2 * (rows.len() * steps.len() + tolerances.len()));
+        let found = work_precision::run(&problem, &rows, &steps, &tolerances, progress)?;
         let folder = if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
@@ -54,6 +57,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
             y: Axis::log(format!("{title} at t = 20")),
             curves: COMPARED
                 .iter()
+                .chain([&ADAPTIVE])
                 .map(|method| {
                     let of = found.iter().filter(|row| row.method == *method);
                     marked(method, of.filter_map(|row| Some(((cost.1)(row)?, error(row)?))).collect())
@@ -99,13 +103,13 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     let best = |keeps: bool| {
         let good = rows.iter().filter(|row| {
             let accurate = row.error_qp.zip(row.error_w).is_some_and(|(qp, w)| qp <= WANTED && w <= WANTED);
-            let exact = methods(&[row.method]).iter().any(|method| method.keeps_k);
+            let exact = row.method == ADAPTIVE || methods(&[row.method]).iter().any(|method| method.keeps_k);
             accurate && (exact || !keeps)
         });
         good.min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)))
     };
     let say = |row: Option<&WorkRow>| match row {
-        Some(row) => format!("{} at h = {} ({} s)", row.method, row.h, scientific(row.seconds)),
+        Some(row) => format!("{} at {} ({} s)", row.method, row.setting(), scientific(row.seconds)),
         None => "none of these".into(),
     };
     sheet.find(
@@ -123,7 +127,7 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
 pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
     vec![
         row.method.into(),
-        row.h.to_string(),
+        row.tolerance.map_or(row.h.to_string(), |tolerance| format!("tolerance {tolerance:e}")),
         row.failure.clone().unwrap_or_else(|| row.outcome.into()),
         scientific(row.error_qp),
         scientific(row.error_w),

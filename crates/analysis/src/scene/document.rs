@@ -117,6 +117,9 @@ pub struct RunTable {
     /// Every so many steps a state is kept. If not given, as many as keep no more than 10,000 states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
+    /// A tolerance, relative and absolute, of q, p and w: adaptive collocation is run with it too, and shown at the same times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
 }
 
 /// What `afterbay study` does.
@@ -191,6 +194,9 @@ pub struct WorkPrecisionTable {
     pub methods: Option<Vec<String>>,
     /// The steps, each of which divides the end of time.
     pub steps: Spread,
+    /// Tolerances, relative and absolute, of q, p and w: adaptive collocation is run with each of them too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tolerances: Vec<f64>,
 }
 
 /// A map over steps and a parameter.

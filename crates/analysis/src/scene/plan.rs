@@ -4,7 +4,7 @@ use super::document::{Document, Spacing, Spread};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use crate::study::{Problem, local_order::LocalOrder, trajectory};
-use afterbay_core::{Grid, InputError};
+use afterbay_core::{Grid, InputError, Tolerance};
 use afterbay_methods::registry::{self, METHODS, Row};
 
 /// The most steps of a run, and of all runs of a study.
@@ -26,6 +26,8 @@ pub struct RunPlan {
     pub methods: Vec<&'static Row>,
     /// Every so many steps a state is kept.
     pub every: u64,
+    /// What adaptive collocation is to meet.
+    pub tolerance: Option<f64>,
 }
 
 /// The studies a scene declares.
@@ -38,7 +40,7 @@ pub struct Studies {
     /// The energy books.
     pub energy: Option<EnergyPlan>,
     /// Work against precision.
-    pub work_precision: Option<StepsPlan>,
+    pub work_precision: Option<WorkPrecisionPlan>,
     /// Stability.
     pub stability: Option<StabilityPlan>,
     /// Growth of the deviation of K.
@@ -74,6 +76,17 @@ pub struct StepsPlan {
     pub methods: Vec<&'static Row>,
     /// The steps, in the order of the scene.
     pub steps: Vec<f64>,
+}
+
+/// Work against precision.
+#[derive(Clone, Debug)]
+pub struct WorkPrecisionPlan {
+    /// The methods.
+    pub methods: Vec<&'static Row>,
+    /// The steps, in the order of the scene.
+    pub steps: Vec<f64>,
+    /// What adaptive collocation is to meet.
+    pub tolerances: Vec<f64>,
 }
 
 /// The energy books.
@@ -157,7 +170,10 @@ impl Planner<'_> {
         self.steps_fit("time.step", self.steps as f64 * methods.len() as f64)?;
         let columns = trajectory::columns(self.problem.model.dof()).len();
         self.table_fits("run.every", self.steps / every, methods.len() * columns)?;
-        Ok(Some(RunPlan { methods, every }))
+        if let Some(tolerance) = table.tolerance {
+            self.within("run.tolerance", Tolerance::all(tolerance).check::<f64>())?;
+        }
+        Ok(Some(RunPlan { methods, every, tolerance: table.tolerance }))
     }
 
     pub(super) fn studies(&self) -> Planned<Studies> {
@@ -196,8 +212,14 @@ impl Planner<'_> {
             studies.energy = Some(EnergyPlan { methods, step, every });
         }
         if let Some(table) = &tables.work_precision {
-            let plan = self.at_steps("study.work-precision", table.methods.as_ref(), &table.steps)?;
-            studies.work_precision = Some(plan);
+            let path = "study.work-precision";
+            let StepsPlan { methods, steps } = self.at_steps(path, table.methods.as_ref(), &table.steps)?;
+            let tolerances = table.tolerances.clone();
+            for (i, &tolerance) in tolerances.iter().enumerate() {
+                let check = Tolerance::all(tolerance).check::<f64>();
+                self.within(&format!("{path}.tolerances.{i}"), check)?;
+            }
+            studies.work_precision = Some(WorkPrecisionPlan { methods, steps, tolerances });
         }
         if let Some(table) = &tables.long_run {
             let path = "study.long-run";

@@ -1,6 +1,6 @@
 //! The cheapest method and step that meets an error, measured on the problem itself.
 //!
-//! For each method the number of steps is raised until the errors of (q, p) and of w at the end are within the bound, then taken back by
+//! For each method of the registry the number of steps is raised until the errors of (q, p) and of w at the end are within the bound, then taken back by
 //! bisection to the least that does. The times of what qualifies are taken one after the other. The winner is checked against a run
 //! of twice as many steps: by how much the two differ is an error estimate that needs no reference.
 
@@ -8,8 +8,8 @@ use super::work_precision::{self, WorkRow};
 use super::{Problem, distance};
 use crate::Solution;
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError, Passive};
-use afterbay_methods::registry::{EXACT, METHODS, Row};
+use afterbay_core::{Grid, IntegrateError, Passive, Scalar, Tolerance, View};
+use afterbay_methods::registry::{self, EXACT, METHODS, Row};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -61,6 +61,10 @@ const SHORT: Duration = Duration::from_millis(20);
 const PATIENCE: Duration = Duration::from_secs(8);
 /// The most steps of a run.
 const MOST: u64 = 1 << 31;
+/// Adaptive collocation is tried with tolerances this far apart, so often, and with none looser than this.
+const NEXT: f64 = 2.0;
+const TRIES: u32 = 24;
+const LOOSEST: f64 = 0.1;
 /// The number of steps is found to this share.
 const CLOSE: f64 = 1.05;
 /// K moves by no more than this beside the largest of its terms where it is kept to rounding.
@@ -88,18 +92,24 @@ pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result
         .collect::<Result<Vec<_>, _>>()?;
     let (mut qualified, mut others): (Vec<_>, Vec<_>) =
         found.into_iter().flatten().partition(|candidate: &Candidate| candidate.why_not.is_none());
+    match loosest(problem, wanted, &exact, progress)? {
+        Some(candidate) if candidate.why_not.is_none() => qualified.push(candidate),
+        adaptive => others.extend(adaptive),
+    }
     progress.begin("times", qualified.len());
-    for candidate in &mut qualified {
-        if let Some(row) = rows.iter().find(|row| row.name == candidate.run.method) {
-            let time = work_precision::time(problem, row, candidate.run.h)?;
-            candidate.run.seconds = Some(time.as_secs_f64());
-        }
+    for Candidate { run, .. } in &mut qualified {
+        let time = match (run.tolerance, registry::find(run.method)) {
+            (Some(tolerance), _) => work_precision::time_within(problem, tolerance)?,
+            (None, Some(row)) => work_precision::time(problem, row, run.h)?,
+            (None, None) => continue,
+        };
+        run.seconds = Some(time.as_secs_f64());
         progress.advance();
     }
     let seconds = |candidate: &Candidate| candidate.run.seconds.unwrap_or(f64::INFINITY);
     qualified.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
     others.sort_by(|a, b| error(&a.run).total_cmp(&error(&b.run)));
-    let check = qualified.first().map(|winner| halved(problem, &winner.run)).transpose()?.flatten();
+    let check = qualified.first().map(|winner| finer(problem, &winner.run)).transpose()?.flatten();
     let owed = problem.model.subject::<f64>()?.damping().passive != Passive::No;
     Ok(Pick { wanted, qualified, others, check, reference_doubt: exact.doubt, owed })
 }
@@ -193,22 +203,70 @@ impl Search<'_> {
                 break;
             }
         }
-        let why_not = self.flaw(&good)?;
+        let why_not = match lack(self.row, self.wanted) {
+            Some(lacks) => Some(lacks.into()),
+            None => flaw(self.problem, self.wanted, self.exact, &good)?,
+        };
         Ok(Some(Candidate { run: good, why_not }))
     }
+}
 
-    /// What a run within the bound lacks.
-    fn flaw(&self, run: &WorkRow) -> Result<Option<String>, IntegrateError> {
-        let wanted = self.wanted;
-        if let Some(lacks) = lack(self.row, wanted) {
-            return Ok(Some(lacks.into()));
+/// Adaptive collocation with the loosest tolerance within the bound. None where somebody had enough.
+fn loosest(
+    problem: &Problem,
+    wanted: Wanted,
+    exact: &Solution<f64>,
+    progress: &dyn Progress,
+) -> Result<Option<Candidate>, IntegrateError> {
+    let least = 64.0 * <f64 as Scalar>::EPSILON;
+    let run = |tolerance: f64| work_precision::errors_within(problem, tolerance, exact, progress);
+    let (mut tolerance, mut good, mut nearest) = (wanted.error.clamp(least, LOOSEST), None, None::<WorkRow>);
+    // Errors may be smaller than what is asked for, or larger.
+    for _ in 0..TRIES {
+        let found = run(tolerance)?;
+        if progress.stopped() {
+            return Ok(None);
         }
-        if wanted.keep_k && run.k_drift > ROUNDING * scale(self.problem, self.exact)? {
-            return Ok(Some(format!("K drifts by {:.1e}", run.k_drift)));
+        if error(&found) <= wanted.error {
+            good = Some(found);
+            if tolerance >= LOOSEST || nearest.is_some() {
+                break;
+            }
+            tolerance = (tolerance * NEXT).min(LOOSEST);
+        } else if good.is_some() {
+            break;
+        } else {
+            if nearest.as_ref().is_none_or(|nearest| error(&found) < error(nearest)) {
+                nearest = Some(found);
+            }
+            if tolerance <= least {
+                break;
+            }
+            tolerance = (tolerance / NEXT).max(least);
         }
-        let taken = run.passivity_violations.filter(|&count| wanted.passive && count > 0);
-        Ok(taken.map(|count| format!("it took energy back {count} times")))
     }
+    match (good, nearest) {
+        (Some(run), _) => Ok(Some(Candidate { why_not: flaw(problem, wanted, exact, &run)?, run })),
+        (None, Some(run)) => {
+            let why = format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", error(&run));
+            Ok(Some(Candidate { run, why_not: Some(why) }))
+        }
+        (None, None) => Ok(None),
+    }
+}
+
+/// What a run within the bound lacks.
+fn flaw(
+    problem: &Problem,
+    wanted: Wanted,
+    exact: &Solution<f64>,
+    run: &WorkRow,
+) -> Result<Option<String>, IntegrateError> {
+    if wanted.keep_k && run.k_drift > ROUNDING * scale(problem, exact)? {
+        return Ok(Some(format!("K drifts by {:.1e}", run.k_drift)));
+    }
+    let taken = run.passivity_violations.filter(|&count| wanted.passive && count > 0);
+    Ok(taken.map(|count| format!("it took energy back {count} times")))
 }
 
 /// What is wanted of a method that it does not promise.
@@ -231,17 +289,26 @@ fn scale(problem: &Problem, exact: &Solution<f64>) -> Result<f64, IntegrateError
     Ok(of(0).max(of(1)).max(f64::MIN_POSITIVE))
 }
 
-/// How far a run is from one of twice as many steps.
-fn halved(problem: &Problem, run: &WorkRow) -> Result<Option<[f64; 2]>, IntegrateError> {
-    let Some(row) = METHODS.iter().find(|row| row.name == run.method) else { return Ok(None) };
-    let end = |steps: u64| -> Result<_, IntegrateError> {
+/// How far a run is from one of twice as many steps, or of a quarter of the tolerance.
+fn finer(problem: &Problem, run: &WorkRow) -> Result<Option<[f64; 2]>, IntegrateError> {
+    let end = |part: f64| -> Result<_, IntegrateError> {
         let mut state = problem.start::<f64>()?;
-        let grid = Grid::new(problem.end / steps as f64, problem.end)?;
-        let done =
-            problem.model.bind(row)?.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
-        Ok(done.is_ok().then_some(state))
+        let look = &mut |_: u64, _: View<'_, f64>| ControlFlow::Continue(());
+        let done = match (run.tolerance, registry::find(run.method)) {
+            (Some(tolerance), _) => {
+                let tolerance =
+                    Tolerance::all((tolerance * part * part).max(64.0 * <f64 as Scalar>::EPSILON));
+                problem.model.bind_adaptive()?.run(&tolerance, problem.end, &mut state, look).is_ok()
+            }
+            (None, Some(row)) => {
+                let grid = Grid::new(run.h * part, problem.end)?;
+                problem.model.bind(row)?.run(grid, &mut state, u64::MAX, look).is_ok()
+            }
+            (None, None) => false,
+        };
+        Ok(done.then_some(state))
     };
-    let (Some(coarse), Some(fine)) = (end(run.steps)?, end(2 * run.steps)?) else { return Ok(None) };
+    let (Some(coarse), Some(fine)) = (end(1.0)?, end(0.5)?) else { return Ok(None) };
     let [q, p, w] = distance(coarse.view(), fine.view());
     Ok(Some([q.max(p), w]))
 }

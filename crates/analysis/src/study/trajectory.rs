@@ -3,8 +3,8 @@
 use super::outcome::Ending;
 use super::{Problem, numbered};
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError, View};
-use afterbay_methods::registry::Row;
+use afterbay_core::{Grid, IntegrateError, Tolerance, View};
+use afterbay_methods::registry::{ADAPTIVE, Row};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -96,4 +96,37 @@ pub fn run(
             Ok(Trajectory { method: row.name, rows, ending: Ending::of(&result, grid.steps, last) })
         })
         .collect()
+}
+
+/// The same by adaptive collocation: its states at the times of every `every`-th step of size h, K exact there too.
+///
+/// # Errors
+/// Those of the input.
+pub fn run_within(
+    problem: &Problem,
+    tolerance: f64,
+    h: f64,
+    every: u64,
+    progress: &dyn Progress,
+) -> Result<Trajectory, IntegrateError> {
+    let (grid, every) = (Grid::<f64>::new(h, problem.end)?, every.max(1));
+    let subject = problem.model.subject::<f64>()?;
+    let last = (grid.steps % every != 0).then_some(grid.steps);
+    let steps: Vec<u64> = (0..=grid.steps / every).map(|n| n * every).chain(last).collect();
+    let times: Vec<f64> = steps.iter().map(|&step| step as f64 * h).collect();
+    let (mut rows, mut state) = (Vec::new(), problem.start()?);
+    let method = problem.model.bind_adaptive()?;
+    let result = method.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
+        let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
+        let (energy, total) = (state.energy(&*subject), state.total(&*subject));
+        let step = steps.get(n as usize).copied().unwrap_or(grid.steps);
+        rows.push(TrajectoryRow { method: ADAPTIVE, step, t: state.t, q, p, w, energy, total });
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    progress.advance();
+    if let Err(IntegrateError::Input(error)) = result {
+        return Err(error.into());
+    }
+    let done = rows.last().map_or(0, |row| row.step);
+    Ok(Trajectory { method: ADAPTIVE, rows, ending: Ending::of(&result, grid.steps, done) })
 }

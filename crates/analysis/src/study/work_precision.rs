@@ -3,11 +3,11 @@
 use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
 use super::{Problem, distance};
-use crate::Solution;
 use crate::progress::Progress;
 use crate::record::RunOutcome;
-use afterbay_core::{Effort, Grid, IntegrateError};
-use afterbay_methods::registry::Row;
+use crate::{Solution, Subject};
+use afterbay_core::{Effort, Grid, IntegrateError, State, Tolerance, View};
+use afterbay_methods::registry::{ADAPTIVE, Row};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -44,9 +44,19 @@ pub struct WorkRow {
     pub failure: Option<String>,
     /// How far two computations of the reference are apart; 0 where it is known to rounding.
     pub reference_doubt: f64,
+    /// The relative and absolute tolerance of q, p and w, where the steps follow from it; the step is then the mean one.
+    pub tolerance: Option<f64>,
 }
 
 impl WorkRow {
+    /// The step or the tolerance, in words.
+    pub fn setting(&self) -> String {
+        match self.tolerance {
+            Some(tolerance) => format!("tolerance = {tolerance:e}"),
+            None => format!("step = {:?}", self.h),
+        }
+    }
+
     /// How the run ended, for the record.
     pub fn record(&self, system: &'static str) -> RunOutcome {
         let ending = Ending { outcome: self.outcome, failure: self.failure.clone() };
@@ -54,7 +64,14 @@ impl WorkRow {
     }
 }
 
-/// Runs each method at each step: errors in parallel, then times one after the other.
+/// A run to be measured.
+#[derive(Clone, Copy)]
+enum Task {
+    Step(&'static Row, f64),
+    Tolerance(f64),
+}
+
+/// Runs each method at each step, and adaptive collocation at each tolerance: errors in parallel, then times one after the other.
 ///
 /// # Errors
 /// Those of the input. A run that fails keeps its row.
@@ -62,25 +79,88 @@ pub fn run(
     problem: &Problem,
     methods: &[&'static Row],
     steps: &[f64],
+    tolerances: &[f64],
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
     let exact = problem.solution(problem.end, 1)?;
-    let tasks: Vec<_> = methods.iter().flat_map(|&row| steps.iter().map(move |&h| (row, h))).collect();
+    let fixed = methods.iter().flat_map(|&row| steps.iter().map(move |&h| Task::Step(row, h)));
+    let tasks: Vec<_> = fixed.chain(tolerances.iter().map(|&tolerance| Task::Tolerance(tolerance))).collect();
     let mut rows = tasks
         .par_iter()
-        .map(|&(row, h)| {
-            let errors = errors(problem, row, h, &exact, progress);
+        .map(|&task| {
+            let errors = match task {
+                Task::Step(row, h) => errors(problem, row, h, &exact, progress),
+                Task::Tolerance(tolerance) => errors_within(problem, tolerance, &exact, progress),
+            };
             progress.advance();
             errors
         })
         .collect::<Result<Vec<_>, _>>()?;
-    for (row, (method, h)) in rows.iter_mut().zip(tasks) {
+    for (row, task) in rows.iter_mut().zip(tasks) {
         if row.outcome == COMPLETED && !progress.stopped() {
-            row.seconds = Some(time(problem, method, h)?.as_secs_f64());
+            let time = match task {
+                Task::Step(method, h) => time(problem, method, h)?,
+                Task::Tolerance(tolerance) => time_within(problem, tolerance)?,
+            };
+            row.seconds = Some(time.as_secs_f64());
         }
         progress.advance();
     }
     Ok(rows)
+}
+
+/// What is seen of a run on its way.
+struct Watch<'a> {
+    subject: Box<dyn Subject<f64>>,
+    total: f64,
+    drift: f64,
+    steps: u64,
+    passivity: Passivity,
+    progress: &'a dyn Progress,
+}
+
+impl<'a> Watch<'a> {
+    fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
+        let (subject, start) = (problem.model.subject::<f64>()?, problem.start::<f64>()?);
+        let passivity = Passivity::new(subject.damping().passive, &start.w);
+        Ok(Self { total: start.total(&*subject), subject, drift: 0.0, steps: 0, passivity, progress })
+    }
+
+    fn see(&mut self, step: u64, state: View<'_, f64>) -> ControlFlow<()> {
+        self.drift = self.drift.max((state.total(&*self.subject) - self.total).abs());
+        self.passivity.see(state.w);
+        self.steps = step;
+        if self.progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// The row of a run at a step or a tolerance that ended in a state.
+    fn row(
+        self,
+        (method, h, tolerance): (&'static str, f64, Option<f64>),
+        (ending, effort): (Ending, Option<Effort>),
+        state: &State<Vec<f64>>,
+        exact: &Solution<f64>,
+    ) -> WorkRow {
+        let effort = effort.filter(|_| ending.is_completed());
+        let off = effort.map(|_| distance(state.view(), exact.at(1)));
+        let Ending { outcome, failure } = ending;
+        WorkRow {
+            method,
+            h,
+            outcome,
+            error_qp: off.map(|[q, p, _]| q.max(p)),
+            error_w: off.map(|[.., w]| w),
+            k_drift: self.drift,
+            passivity_violations: self.passivity.violations(),
+            seconds: None,
+            steps: self.steps,
+            evaluations: effort.map(|effort| effort.evaluations),
+            iterations: effort.map(|effort| effort.iterations),
+            failure,
+            reference_doubt: exact.doubt,
+            tolerance,
+        }
+    }
 }
 
 /// The row of one run, its time not taken; `exact` begins with the start and the end.
@@ -91,37 +171,31 @@ pub(super) fn errors(
     exact: &Solution<f64>,
     progress: &dyn Progress,
 ) -> Result<WorkRow, IntegrateError> {
-    let subject = problem.model.subject::<f64>()?;
-    let method = problem.model.bind(row)?;
-    let mut state = problem.start()?;
-    let total = state.total(&*subject);
-    let (mut drift, mut steps) = (0.0_f64, 0);
-    let mut passivity = Passivity::new(subject.damping().passive, &state.w);
-    let grid = Grid::new(h, problem.end)?;
-    let result = method.run(grid, &mut state, 1, &mut |step, state| {
-        drift = drift.max((state.total(&*subject) - total).abs());
-        passivity.see(state.w);
-        steps = step;
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    let Ending { outcome, failure } = Ending::of(&result, grid.steps, steps);
-    let effort: Option<Effort> = result.ok().filter(|_| outcome == COMPLETED);
-    let off = effort.map(|_| distance(state.view(), exact.at(1)));
-    Ok(WorkRow {
-        method: row.name,
-        h,
-        outcome,
-        error_qp: off.map(|[q, p, _]| q.max(p)),
-        error_w: off.map(|[.., w]| w),
-        k_drift: drift,
-        passivity_violations: passivity.violations(),
-        seconds: None,
-        steps,
-        evaluations: effort.map(|effort| effort.evaluations),
-        iterations: effort.map(|effort| effort.iterations),
-        failure,
-        reference_doubt: exact.doubt,
-    })
+    let (method, mut state, grid) = (problem.model.bind(row)?, problem.start()?, Grid::new(h, problem.end)?);
+    let mut watch = Watch::new(problem, progress)?;
+    let result = method.run(grid, &mut state, 1, &mut |step, state| watch.see(step, state));
+    let ending = Ending::of(&result, grid.steps, watch.steps);
+    Ok(watch.row((row.name, h, None), (ending, result.ok()), &state, exact))
+}
+
+/// The same of adaptive collocation with a tolerance.
+pub(super) fn errors_within(
+    problem: &Problem,
+    tolerance: f64,
+    exact: &Solution<f64>,
+    progress: &dyn Progress,
+) -> Result<WorkRow, IntegrateError> {
+    let (method, mut state) = (problem.model.bind_adaptive()?, problem.start()?);
+    let mut watch = Watch::new(problem, progress)?;
+    let result = method
+        .run(&Tolerance::all(tolerance), problem.end, &mut state, &mut |step, state| watch.see(step, state));
+    if let Err(IntegrateError::Input(error)) = result {
+        return Err(error.into());
+    }
+    let ending = Ending::of(&result, 1, u64::from(state.t == problem.end));
+    let mean = if watch.steps > 0 { state.t / watch.steps as f64 } else { problem.end };
+    let effort = result.ok().map(|statistics| statistics.effort);
+    Ok(watch.row((ADAPTIVE, mean, Some(tolerance)), (ending, effort), &state, exact))
 }
 
 /// Runs are repeated until they took this long together, and the fastest counts: what disturbs a run only slows it.
@@ -131,14 +205,30 @@ const REPEATS: u32 = 3;
 
 /// The fastest of several runs.
 pub(super) fn time(problem: &Problem, row: &Row, h: f64) -> Result<Duration, IntegrateError> {
-    let method = problem.model.bind(row)?;
-    let grid = Grid::new(h, problem.end)?;
+    let (method, grid) = (problem.model.bind(row)?, Grid::new(h, problem.end)?);
+    fastest(problem, |state| {
+        method.run(grid, state, u64::MAX, &mut |_, _| ControlFlow::Continue(())).map(drop)
+    })
+}
+
+/// The same of adaptive collocation.
+pub(super) fn time_within(problem: &Problem, tolerance: f64) -> Result<Duration, IntegrateError> {
+    let (method, tolerance) = (problem.model.bind_adaptive()?, Tolerance::all(tolerance));
+    fastest(problem, |state| {
+        method.run(&tolerance, problem.end, state, &mut |_, _| ControlFlow::Continue(())).map(drop)
+    })
+}
+
+fn fastest(
+    problem: &Problem,
+    run: impl Fn(&mut State<Vec<f64>>) -> Result<(), IntegrateError>,
+) -> Result<Duration, IntegrateError> {
     let start = problem.start()?;
     let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);
     while repeats < REPEATS || all < LONG_ENOUGH {
         let mut state = start.clone();
         let clock = Instant::now();
-        method.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()))?;
+        run(&mut state)?;
         let elapsed = clock.elapsed();
         best = best.min(elapsed);
         all += elapsed;

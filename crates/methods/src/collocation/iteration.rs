@@ -15,6 +15,8 @@ use std::hint::cold_path;
 const PATIENCE: u32 = 3;
 /// Roundings of what K is made of that are not yet an error of the quadrature.
 const ROUNDINGS: f64 = 16.0;
+/// The same of all that roundings of z may make of it: the new state is rounded once more after this.
+const BENT: f64 = 8.0;
 
 /// A step while it is made.
 #[derive(Clone, Debug)]
@@ -111,7 +113,7 @@ impl<V: Vector> Workspace<V> {
         for level in 0..self.rules.len() {
             effort += self.solve(system, h, state, level)?;
             let scale = self.end(system, h, state, level, start)?;
-            if self.defect <= ROUNDINGS || self.defect * scale <= ROUNDINGS * self.terms(system, h, state) {
+            if self.defect <= ROUNDINGS || self.defect * scale <= BENT * self.terms(system, h, state) {
                 self.made_by = Some(h);
                 return Ok(effort);
             }

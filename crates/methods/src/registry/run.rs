@@ -41,7 +41,7 @@ impl<T: Scalar> Run<T> {
 }
 
 /// Where a state is taken from and put back to.
-struct Place<'a, T> {
+pub(super) struct Place<'a, T> {
     q: &'a mut [T],
     p: &'a mut [T],
     w: &'a mut [T],
@@ -49,17 +49,17 @@ struct Place<'a, T> {
 }
 
 impl<'a, T: Scalar> Place<'a, T> {
-    fn of<V: Vector<Scalar = T>>(state: &'a mut State<V>) -> Self {
+    pub(super) fn of<V: Vector<Scalar = T>>(state: &'a mut State<V>) -> Self {
         let State { q, p, w, t } = state;
         Self { q: q.as_mut_slice(), p: p.as_mut_slice(), w: w.as_mut_slice(), t }
     }
 
-    fn take<V: Vector<Scalar = T>>(&self) -> State<V> {
+    pub(super) fn take<V: Vector<Scalar = T>>(&self) -> State<V> {
         let copy = |part: &[T]| V::filled(part, |x| x);
         State { q: copy(self.q), p: copy(self.p), w: copy(self.w), t: *self.t }
     }
 
-    fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
+    pub(super) fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
         let View { q, p, w, t } = state.view();
         for (to, from) in [(self.q, q), (self.p, p), (self.w, w)] {
             to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
