@@ -1,13 +1,139 @@
-//! Where methods fail.
+//! Where methods fail: a map of verdicts for each method, and at the end an atlas of what breaks first.
 
+use super::names;
+use crate::chart::{Axis, Cells, HeatMap};
 use crate::progress::Progress;
-use crate::scene::{Scene, StabilityPlan};
+use crate::record::RunOutcome;
+use crate::report::{Block, Verdict as Holds};
+use crate::scene::{Scene, Spacing, StabilityPlan};
 use crate::sheet::{ReportError, Sheet};
+use crate::study::outcome::INTERRUPTED;
+use crate::study::stability::{
+    AtlasRow, GROWTH, MOST_LOOKS, Map, SHARE, StabilityRow, TOLERANCE, Verdict, atlas,
+};
+
+/// The table the maps are made of.
+const DATA: &str = "stability";
+/// Steps of a run, at least: fewer show nothing.
+const LEAST_STEPS: u64 = 50;
 
 pub(super) fn sheet(
-    _scene: &Scene,
-    _plan: &StabilityPlan,
-    _progress: &dyn Progress,
+    scene: &Scene,
+    plan: &StabilityPlan,
+    progress: &dyn Progress,
 ) -> Result<Sheet, ReportError> {
-    Ok(Sheet::new("Stability where methods fail"))
+    let mut sheet = Sheet::new("Stability where methods fail");
+    let map = Map {
+        problem: scene.problem.clone(),
+        parameter: &plan.parameter,
+        values: &plan.values,
+        steps: &plan.steps,
+        end: plan.end,
+        least_steps: LEAST_STEPS,
+    };
+    sheet.text(format!(
+        "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
+         T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run. \"Right\" is a \
+         bounded run whose mean A over its second half is that of the exact solution, |ln(A/A_exact)| ≤ {TOLERANCE} (1 + |ln A_exact|), \
+         and whose mean q is within {SHARE} Q of c. \"Growing\" is an A beyond {GROWTH}. Both are looked at after the same {MOST_LOOKS} \
+         steps at most. Where the step is linear the spectral radius of its matrix stands beside the verdict.",
+        plan.end
+    ));
+    progress.begin("stability", map.pieces(plan.methods.len()));
+    let found = map.run(&plan.methods, progress)?;
+    sheet.data(DATA, &found)?;
+    let whole = plan.methods.len() * plan.steps.len() * plan.values.len();
+    let model = scene.problem.model.name();
+    if found.len() < whole {
+        let missing = format!("{} of {whole} cells were not begun", whole - found.len());
+        let outcome = INTERRUPTED.into();
+        let (study, method, h) = ("stability", "all", scene.step);
+        sheet.runs.push(RunOutcome {
+            study,
+            system: model,
+            method,
+            h,
+            outcome,
+            failure: Some(missing.clone()),
+        });
+        sheet.text(format!("Interrupted: {missing}, and the maps are left out."));
+        return Ok(sheet);
+    }
+    let rows = atlas(&found);
+    let says = |row: &AtlasRow| match row.h.zip(row.verdict) {
+        Some((h, verdict)) => format!("{}: {} from h = {h:.3}", row.method, verdict.describe()),
+        None => format!("{}: nothing fails", row.method),
+    };
+    sheet.find(
+        "What breaks first as h grows",
+        Holds::Note,
+        format!("{}.", rows.iter().map(says).collect::<Vec<_>>().join("; ")),
+    );
+    let mut figures = Vec::new();
+    for method in names(&plan.methods) {
+        let cells: Vec<_> = found.iter().filter(|row| row.method == method).collect();
+        let verdicts = verdict_map(&format!("{method}: verdict"), plan, &cells);
+        let name = format!("stability-{method}");
+        figures.push(sheet.figure(&name, verdicts.svg(), "What the run did.", DATA));
+        let radii: Option<Vec<f64>> = cells.iter().map(|row| row.spectral_radius).collect();
+        if let Some(radii) = radii {
+            let cells = Cells::Values {
+                label: "log₁₀ of the spectral radius (0: neither growing nor decaying)".into(),
+                span: 1.0,
+                values: radii.into_iter().map(f64::log10).collect(),
+            };
+            let radius = HeatMap { title: format!("{method}: spectral radius"), cells, ..verdicts };
+            let caption = "The exact spectral radius of the step matrix.";
+            figures.push(sheet.figure(&format!("spectral-radius-{method}"), radius.svg(), caption, DATA));
+        }
+    }
+    let mut figures = figures.into_iter();
+    while let Some(left) = figures.next() {
+        match figures.next() {
+            Some(right) => sheet.show_pair(left, right),
+            None => sheet.section.blocks.push(Block::Figure(left)),
+        }
+    }
+    sheet.text("Failure atlas: for each method the first thing that is not right as h grows, over all values and at the middle one.");
+    let header = ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
+    sheet.table(&header, rows.iter().map(cells_of).collect());
+    Ok(sheet)
+}
+
+fn cells_of(row: &AtlasRow) -> Vec<String> {
+    let verdict = |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
+    let step = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.4}"));
+    let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
+        if from == to { format!("{from:.3}") } else { format!("{from:.3} to {to:.3}") }
+    });
+    vec![
+        row.method.into(),
+        verdict(row.verdict),
+        step(row.h),
+        values,
+        verdict(row.middle_verdict),
+        step(row.middle_h),
+        format!("{} = {:.3}", row.parameter, row.middle),
+    ]
+}
+
+/// The verdicts of one method over steps and values, as a map.
+fn verdict_map(title: &str, plan: &StabilityPlan, cells: &[&StabilityRow]) -> HeatMap {
+    let index =
+        |row: &&StabilityRow| Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0);
+    let axis = |label: &str, spacing| match spacing {
+        Spacing::Linear => Axis::linear(label),
+        Spacing::Log => Axis::log(label),
+    };
+    HeatMap {
+        title: title.into(),
+        x: axis("step h", plan.step_spacing),
+        y: axis(&plan.parameter, plan.spacing),
+        xs: plan.steps.clone(),
+        ys: plan.values.clone(),
+        cells: Cells::Verdicts {
+            names: Verdict::ALL.map(|verdict| verdict.describe().into()).into(),
+            verdicts: cells.iter().map(index).collect(),
+        },
+    }
 }

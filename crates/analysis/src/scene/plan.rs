@@ -107,6 +107,8 @@ pub struct StabilityPlan {
     pub methods: Vec<&'static Row>,
     /// The steps, ascending.
     pub steps: Vec<f64>,
+    /// How they are spaced; a list counts as spaced by ratios.
+    pub step_spacing: Spacing,
     /// The parameter that is varied.
     pub parameter: String,
     /// Its values, ascending.
@@ -272,7 +274,11 @@ impl Planner<'_> {
         let cells = (steps.len() * values.len() * methods.len()) as f64;
         self.budget(path, "the number of cells", (cells, MOST_CELLS), "give fewer steps or values")?;
         let (parameter, spacing) = (varied.name.clone(), varied.scale);
-        Ok(Some(StabilityPlan { methods, steps, parameter, values, spacing, end }))
+        let step_spacing = match &table.steps {
+            Spread::List(_) => Spacing::Log,
+            Spread::Range(range) => range.scale,
+        };
+        Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
     }
 
     fn at_steps(&self, path: &str, methods: Option<&Vec<String>>, steps: &Spread) -> Planned<StepsPlan> {

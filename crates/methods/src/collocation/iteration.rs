@@ -112,8 +112,13 @@ impl<V: Vector> Workspace<V> {
         let mut effort = Effort::default();
         for level in 0..self.rules.len() {
             effort += self.solve(system, h, state, level)?;
+            let before = self.defect;
             let scale = self.end(system, h, state, level, start)?;
-            if self.defect <= ROUNDINGS || self.defect * scale <= BENT * self.terms(system, h, state) {
+            // Where more nodes change nothing, it may be the rounding of H.
+            let settled = level > 0 && self.defect > 0.5 * before;
+            if self.defect <= ROUNDINGS
+                || (settled && self.defect * scale <= BENT * self.terms(system, h, state))
+            {
                 self.made_by = Some(h);
                 return Ok(effort);
             }
