@@ -1,12 +1,12 @@
 """Checks references.csv with another library, heyoka (Taylor integrators by just-in-time compilation), in 113 bits.
 
     pip install heyoka numpy
-    python3 benches/peers/data/references.py [SCENE ...]
+    python3 benches/peers/data/references.py [--rows] [SCENE ...]
 
 The equations of motion are written down here once more: in velocities for the pendulum, with Lagrange's equations solved
 for the accelerations, so that neither H nor its derivatives appear. w_j' = D_j v_j is integrated with them, not taken from
 the energy. Prints for each scene how far the table is from heyoka's end state, as a part of the largest of |q| and |p|, and of
-the largest |w|.
+the largest |w|. With `--rows` it prints heyoka's end states themselves, rounded, as rows of the table: that of C2 is made so.
 """
 
 import csv
@@ -89,6 +89,11 @@ for name in [name for name in sys.argv[1:] if name in SCENES] or SCENES:
     outcome, *_ = flow.propagate_until(real(end))
     assert outcome == hy.taylor_outcome.time_limit, (name, outcome)
     found = momenta(flow.state) if name == "E" else flow.state
+    if "--rows" in sys.argv:
+        dof = len(found) // 3
+        for j in range(dof):
+            print(name, j, *(repr(float(x)) for x in found[j::dof]), sep=",", flush=True)
+        continue
     off = [abs(a - b) for a, b in zip(found, known[name])]
     split = 2 * len(off) // 3
     part = [float(max(off[i:j]) / max(abs(x) for x in found[i:j])) for i, j in ((0, split), (split, len(off)))]

@@ -3,7 +3,7 @@
 use crate::{InputError, Scalar};
 
 /// The error allowed at the end of a run, of (q, p) and of w: `absolute + relative · size`, with the largest |q_j|, |p_j| and |w_j| as the
-/// sizes of q, p and w. The steps spend it in proportion to their length, so that what they add to each other stays within it;
+/// sizes of q, p and w. The steps aim at their share of it by length, so that what they add to each other is about that;
 /// a system that pulls solutions apart multiplies it, one that draws them together divides it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {

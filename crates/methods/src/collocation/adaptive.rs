@@ -15,7 +15,13 @@
 //!
 //! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, at the times between steps as well: a sample
 //! is a step of its own from where the step began, with K exact. A-stable. Sweeps are left for Newton's method where they hold steps back for
-//! long, which the workspace grows for once. The error is estimated to be larger than it is, where solutions draw together by far.
+//! long.
+//!
+//! A step aims at an error of its share of what is allowed at the end, by its length. That is what is spent where errors stay; where
+//! solutions draw together, or errors cancel, the error at the end is smaller, down to a hundredth and less.
+//!
+//! Steps allocate nothing, but one: the first that is made by Newton's method, or next to a point of rest, makes the workspace of
+//! [`super::Collocation`] for itself. Runs that never need it, and most do not, are spared its memory.
 //!
 //! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or `Vanishes`.
 

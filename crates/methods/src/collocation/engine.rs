@@ -23,6 +23,10 @@ const BEST: f64 = 0.135;
 const PHASE: f64 = 4.0;
 /// How much a step may be shorter or longer for the sake of sweeps.
 const STRETCH: [f64; 2] = [0.5, 2.0];
+/// What is allowed of a step, over its share of the error of the run: steps aim at a fifth of what is allowed, and so at their share.
+/// Calibrated, not derived: where steps err to one side and nothing fades, as on an oscillator without friction, the error at the
+/// end is then what was asked for, and over the test set nowhere above ten times that (`collocation_accuracy` in the tests prints both).
+const SHARES: f64 = 5.0;
 /// The error of the solver, over what is allowed of the step.
 const SOLVED: f64 = 0.1;
 /// An error, over what is allowed, that may be as large as K says, and one that does not hold steps back.
@@ -165,9 +169,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         Effort { evaluations: u64::from(sweeps) * K as u64, iterations: u64::from(sweeps) }
     }
 
-    /// The share of the error of a run that is allowed of a step.
+    /// How much of the error of a run is allowed of a step.
     fn allowed(&self, length: f64) -> f64 {
-        if self.span > 0.0 { length / self.span } else { 1.0 }
+        if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
     /// What is allowed of q, p and w at the end of the run.

@@ -1,13 +1,12 @@
 //! Adaptive collocation: K and passivity at every step, the error asked for, sampling, refusals and failures.
 
-use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, Series, State, StepFailure,
-    System, Tolerance, integrate_within, sample_within,
+    Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, State, StepFailure, System,
+    Tolerance, integrate_within, sample_within,
 };
 use afterbay_methods::AdaptiveCollocation;
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
 use proptest::prelude::*;
 use std::ops::ControlFlow;
@@ -101,125 +100,6 @@ proptest! {
     }
 }
 
-fn far(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
-}
-
-/// The errors at `end` are within ten times the tolerance, from 1e-3 to 1e-12.
-fn accuracy<const N: usize>(
-    name: &str,
-    system: &impl Curvature<f64>,
-    series: &impl System<Series<f64, 24>>,
-    [q, p]: [[f64; N]; 2],
-    end: f64,
-) {
-    let start = State::new(q, p).unwrap();
-    let exact = &trajectory::<_, _, 24>(series, &start, end, 1).unwrap()[1];
-    for digits in 3..=12 {
-        let tolerance = 10f64.powi(-digits);
-        let mut state = start.clone();
-        let statistics = integrate_within(
-            &AdaptiveCollocation,
-            system,
-            &Tolerance::all(tolerance),
-            end,
-            &mut state,
-            &mut (),
-        )
-        .unwrap();
-        let z = far(&state.q, &exact.q).max(far(&state.p, &exact.p));
-        let w = far(&state.w, &exact.w);
-        println!("{name} {tolerance:e}: {z:.1e} {w:.1e} {statistics:?}");
-        let size = |x: &[f64]| 1.0 + far(x, &[0.0; N]);
-        assert!(z < 10.0 * tolerance * size(&exact.q).max(size(&exact.p)), "{name} {tolerance:e}: {z:e}");
-        assert!(w < 10.0 * tolerance * size(&exact.w), "{name} {tolerance:e}: w {w:e}");
-    }
-}
-
-#[test]
-fn the_error_asked_for_is_reached() {
-    let oscillator = DampedOscillator::new(1.0, 0.1).unwrap();
-    accuracy("oscillator", &oscillator, &oscillator.map(Series::constant), [[2.3], [-3.1]], 100.0);
-    let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap();
-    accuracy("duffing", &duffing, &duffing.map(Series::constant), [[1.5], [0.5]], 50.0);
-    let van_der_pol = VanDerPol::new(1.0).unwrap();
-    accuracy("van der pol", &van_der_pol, &van_der_pol.map(Series::constant), [[2.0], [0.0]], 50.0);
-    let chain = FputChain::new(8, 1.0, 0.01).unwrap();
-    let q = std::array::from_fn(|i| (std::f64::consts::PI * (i + 1) as f64 / 9.0).sin());
-    accuracy::<8>("chain", &chain, &chain.map(Series::constant), [q, [0.0; 8]], 50.0);
-    let pendulum = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
-    accuracy("pendulum", &pendulum, &pendulum.map(Series::constant), [[1.0, 1.5], [0.0; 2]], 5.0);
-}
-
-/// μ = 1000: two jumps in T = 2000, of which explicit steps would take millions.
-#[test]
-fn stiff_runs_end() {
-    let system = VanDerPol::new(1000.0).unwrap();
-    let run = |tolerance: f64| {
-        let mut state = State::new([2.0], [0.0]).unwrap();
-        let statistics = integrate_within(
-            &AdaptiveCollocation,
-            &system,
-            &Tolerance::all(tolerance),
-            2000.0,
-            &mut state,
-            &mut (),
-        )
-        .unwrap();
-        println!("{tolerance:e} {statistics:?} {state:?}");
-        assert!(statistics.accepted < 2000, "{statistics:?}");
-        state
-    };
-    let exact = run(1e-12);
-    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let state = run(tolerance);
-        let error = (state.q[0] - exact.q[0]).abs().max((state.p[0] - exact.p[0]).abs());
-        assert!(error < 10.0 * tolerance, "{tolerance:e}: {error:e}");
-    }
-}
-
-/// Samples are as accurate as steps, K is kept there, and they do not change the run.
-#[test]
-fn samples_are_steps() {
-    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
-    let start = State::new([1.5], [0.5]).unwrap();
-    let exact = trajectory::<_, _, 24>(&system.map(Series::constant), &start, 0.07, 300).unwrap();
-    let times: Vec<f64> = exact.iter().map(|state| state.t).collect();
-    for tolerance in [1e-4, 1e-8, 1e-12] {
-        let (mut state, mut seen) = (start.clone(), 0);
-        let k = start.total(&system);
-        sample_within(
-            &AdaptiveCollocation,
-            &system,
-            &Tolerance::all(tolerance),
-            &times,
-            &mut state,
-            &mut |n: u64, at: &State<[f64; 1]>| {
-                assert_eq!((n, at.t), (seen, times[seen as usize]));
-                let exact = &exact[seen as usize];
-                let error = far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
-                assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
-                assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
-                seen += 1;
-                ControlFlow::Continue(())
-            },
-        )
-        .unwrap();
-        assert_eq!(seen, times.len() as u64);
-        let mut alone = start.clone();
-        integrate_within(
-            &AdaptiveCollocation,
-            &system,
-            &Tolerance::all(tolerance),
-            times[300],
-            &mut alone,
-            &mut (),
-        )
-        .unwrap();
-        assert_eq!(state, alone);
-    }
-}
-
 #[test]
 fn what_cannot_be_done_is_refused() {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
@@ -308,7 +188,7 @@ fn failures_have_names_and_the_last_good_state() {
     }
 }
 
-/// After the first steps nothing is allocated, accepted or rejected.
+/// Steps by sweeps allocate nothing, accepted or rejected.
 #[test]
 fn steps_allocate_nothing() {
     fn check<S: Curvature<f64>>(system: &S) {
@@ -334,4 +214,39 @@ fn steps_allocate_nothing() {
     check(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
     check(&FputChain::new(20, 0.5, 0.1).unwrap());
     check(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
+}
+
+/// Newton's method makes room for itself when it is first needed, and never again.
+#[test]
+fn only_the_first_step_of_newton_s_method_allocates() {
+    let system = VanDerPol::new(1000.0).unwrap();
+    let mut state = State::new([2.0], [0.0]).unwrap();
+    let method = AdaptiveCollocation;
+    let mut workspace = method.workspace(&system, &Tolerance::all(1e-6), 2000.0).unwrap();
+    let (mut h, mut allocating) = (1e-5, Vec::new());
+    for step in 0..200 {
+        let mut error = 0.0;
+        let allocated = allocation_counter::measure(|| {
+            match method.attempt(&system, h, &state, &mut workspace) {
+                Ok(attempt) => error = attempt.error,
+                Err(_) => error = f64::INFINITY,
+            }
+            if error < 1.0 {
+                Adaptive::<_, VanDerPol<f64>>::accept(&method, &mut state, &mut workspace);
+            }
+        });
+        if allocated.count_total > 0 {
+            allocating.push(step);
+        }
+        h *= if error < 0.1 {
+            1.5
+        } else if error < 1.0 {
+            1.0
+        } else {
+            0.5
+        };
+    }
+    // So long a step is one of Newton's method.
+    assert!(h > 1.0, "{h}");
+    assert_eq!(allocating.len(), 1, "{allocating:?}");
 }

@@ -5,9 +5,12 @@
 mod books;
 mod chain_memory;
 mod collocation;
+mod collocation_accuracy;
 mod collocation_adaptive;
+mod collocation_estimate;
 mod collocation_memory;
 mod collocation_orders;
+mod collocation_samples;
 mod compensated;
 mod cost_flags;
 mod coupled_friction;

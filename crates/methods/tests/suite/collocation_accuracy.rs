@@ -1,0 +1,154 @@
+//! What adaptive collocation errs by, told a tolerance, beside end states by other libraries, Taylor series and exact flows.
+//!
+//! `cargo test -p afterbay-methods --test suite collocation_accuracy -- --nocapture` prints it.
+
+use afterbay_core::taylor::trajectory;
+use afterbay_core::{Curvature, Series, State, Statistics, System, Tolerance, integrate_within};
+use afterbay_methods::AdaptiveCollocation;
+use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+/// End states of the test set by heyoka in 113 bits and by Taylor series in 106 (benches/peers/data/references.py and
+/// benches/peers/examples/references.rs).
+const REFERENCES: &str = include_str!("../../../../benches/peers/data/references.csv");
+
+/// q, p and w at the end of a scene.
+fn reference(scene: &str) -> [Vec<f64>; 3] {
+    let rows = REFERENCES.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
+    let rows: Vec<_> = rows.filter(|row| row[0] == scene).collect();
+    [2, 3, 4].map(|column| rows.iter().map(|row| row[column].parse().unwrap()).collect())
+}
+
+/// q, p and w at the end by Taylor series.
+fn series<S: System<Series<f64, 24>>>(system: &S, [q, p]: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
+    let start = State::new(q.to_vec(), p.to_vec()).unwrap();
+    let exact = trajectory::<_, _, 24>(system, &start, end, 1).unwrap().pop().unwrap();
+    [exact.q, exact.p, exact.w]
+}
+
+fn run<S: Curvature<f64>>(
+    system: &S,
+    [q, p]: [&[f64]; 2],
+    end: f64,
+    tolerance: f64,
+) -> ([Vec<f64>; 3], Statistics) {
+    let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
+    let tolerance = Tolerance::all(tolerance);
+    let done = integrate_within(&AdaptiveCollocation, system, &tolerance, end, &mut state, &mut ()).unwrap();
+    ([state.q, state.p, state.w], done)
+}
+
+fn far(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+}
+
+/// The errors of q, p and w over what [`Tolerance`] allows of them at the end.
+fn shares(found: &[Vec<f64>; 3], exact: &[Vec<f64>; 3], tolerance: f64) -> [f64; 3] {
+    [0, 1, 2].map(|part| {
+        let size = exact[part].iter().fold(1.0, |sum: f64, x| sum.max(1.0 + x.abs()));
+        far(&found[part], &exact[part]) / (tolerance * size)
+    })
+}
+
+/// A line of the table for each tolerance from 1e-3 to 1e-12: the largest error over what is allowed of it. None is beyond ten.
+fn line<S: Curvature<f64>>(
+    name: &str,
+    system: &S,
+    start: [&[f64]; 2],
+    end: f64,
+    exact: &[Vec<f64>; 3],
+) -> Vec<f64> {
+    let mut evaluations = 0;
+    let errors: Vec<f64> = (3..=12)
+        .map(|digits| {
+            let tolerance = 10f64.powi(-digits);
+            let (found, done) = run(system, start, end, tolerance);
+            evaluations += done.effort.evaluations;
+            shares(&found, exact, tolerance).into_iter().fold(0.0, f64::max)
+        })
+        .collect();
+    let columns: String = errors.iter().map(|error| format!("{error:8.0e}")).collect();
+    println!("{name:24}{columns} {evaluations:9}");
+    assert!(errors.iter().all(|&error| error < 10.0), "{name}: {errors:?}");
+    errors
+}
+
+fn head() {
+    let columns: String = (3..=12).map(|digits| format!("{:>8}", format!("1e-{digits}"))).collect();
+    println!("{:24}{columns} {:>9}", "error / allowed at", "evaluated");
+}
+
+#[test]
+fn errors_are_within_ten_times_the_tolerance() {
+    head();
+    let a = DampedOscillator::new(1.0, 0.1).unwrap();
+    line("A oscillator", &a, [&[2.3], &[-3.1]], 100.0, &reference("A"));
+    let b = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    line("B Duffing", &b, [&[1.5], &[0.5]], 50.0, &reference("B"));
+    let c1 = VanDerPol::new(1.0).unwrap();
+    line("C1 Van der Pol", &c1, [&[2.0], &[0.0]], 50.0, &reference("C1"));
+    let sine = |n: usize| (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect::<Vec<_>>();
+    let d64 = FputChain::new(64, 1.0, 0.01).unwrap();
+    line("D64 chain", &d64, [&sine(64), &[0.0; 64]], 100.0, &reference("D64"));
+    let e = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 1.0, [0.1; 2]).unwrap();
+    line("E double pendulum", &e, [&[1.5, -0.5], &[0.0; 2]], 5.0, &reference("E"));
+    // Beyond the test set: a pendulum that pulls solutions apart, and a chain whose steps the error decides.
+    let fast = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
+    let start: [&[f64]; 2] = [&[1.0, 1.5], &[0.0; 2]];
+    line("  double pendulum, fast", &fast, start, 5.0, &series(&fast.map(Series::constant), start, 5.0));
+    let d8 = FputChain::new(8, 1.0, 0.01).unwrap();
+    let q = sine(8);
+    let start: [&[f64]; 2] = [&q, &[0.0; 8]];
+    line("  chain of 8", &d8, start, 50.0, &series(&d8.map(Series::constant), start, 50.0));
+}
+
+/// Without friction an oscillator keeps what its steps err by, and they err to the same side: in the mean over the tolerances it
+/// spends what is allowed.
+#[test]
+fn the_tolerance_is_spent_where_errors_stay() {
+    head();
+    let oscillator = DampedOscillator::new(1.0, 0.0).unwrap();
+    let (start, end): ([&[f64]; 2], f64) = ([&[2.3], &[-3.1]], 100.0);
+    let (sin, cos) = end.sin_cos();
+    let exact = [vec![2.3 * cos - 3.1 * sin], vec![-3.1 * cos - 2.3 * sin], vec![0.0]];
+    let errors = line("  oscillator, no friction", &oscillator, start, end, &exact);
+    let mean = (errors.iter().map(|error| error.ln()).sum::<f64>() / 10.0).exp();
+    assert!((0.4..2.5).contains(&mean), "{mean}: {errors:?}");
+}
+
+/// Roundings of the largest H on the way that w may be off by.
+const ROUNDINGS: f64 = 8.0;
+
+/// μ = 1000: two jumps in T = 2000, of which explicit steps would take millions. Between jumps solutions draw together, so that q is right to
+/// rounding. p = 9e-4 is the difference of forces near 1 over steps of 100 and more, and A-stable steps carry roundings of it on: 1e-13
+/// are left. H is near 1e6 in a jump, and roundings of that are what w is known to.
+#[test]
+fn stiff_runs_end_where_another_library_does() {
+    let system = VanDerPol::new(1000.0).unwrap();
+    let exact = reference("C2");
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
+        let mut state = State::new([2.0], [0.0]).unwrap();
+        let mut largest = 0.0_f64;
+        let done = integrate_within(
+            &AdaptiveCollocation,
+            &system,
+            &Tolerance::all(tolerance),
+            2000.0,
+            &mut state,
+            &mut |_: u64, state: &State<[f64; 1]>| {
+                largest = largest.max(state.energy(&system));
+                ControlFlow::Continue(())
+            },
+        )
+        .unwrap();
+        let found = [state.q, state.p, state.w].map(|part| part.to_vec());
+        let [q, p, w] = [0, 1, 2].map(|part| far(&found[part], &exact[part]));
+        println!("{tolerance:e}: off by {q:.1e} {p:.1e} {w:.1e}, {done:?}, H up to {largest:.1e}");
+        assert!(done.accepted < 2000, "{done:?}");
+        let [of_q, of_p, _] = shares(&found, &exact, tolerance);
+        assert!(of_q < 10.0 && of_p < 10.0, "{tolerance:e}: {q:e} {p:e}");
+        let known = ROUNDINGS * f64::EPSILON * largest;
+        assert!(w < 10.0 * tolerance + known, "{tolerance:e}: w by {w:e}, {known:e} of it roundings");
+    }
+}
