@@ -20,6 +20,7 @@ use crate::progress::Progress;
 use crate::record::{Manifest, Output, StorageError, processor};
 use crate::report::Report;
 use crate::study::Problem;
+use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use afterbay_methods::registry::{self, Row};
 use serde::Serialize;
@@ -62,6 +63,9 @@ pub enum PaperError {
     /// A study could not be run.
     #[error(transparent)]
     Study(#[from] IntegrateError),
+    /// A map could not be drawn.
+    #[error(transparent)]
+    Map(#[from] MapError),
     /// A table could not be made.
     #[error(transparent)]
     Storage(#[from] StorageError),

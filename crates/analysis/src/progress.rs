@@ -6,6 +6,10 @@ pub trait Progress: Sync {
     fn begin(&self, stage: &str, total: usize);
     /// One piece is done.
     fn advance(&self);
+    /// Is it to be broken off? What has begun is finished, and what has not is left out.
+    fn stopped(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody looks.
