@@ -295,6 +295,16 @@ impl Model {
             let run = registry::linear_lanes(row, system)?;
             return Ok(run.map(|run| Lanes { run, system: Box::new(system) }));
         }
+        if let Self::FputChain { n, beta, c } = *self {
+            let system = FputChain::new(n, lift("beta", beta), lift("c", c))?;
+            let run = registry::uniform_lanes(row, system)?;
+            return Ok(run.map(|run| Lanes { run, system: Box::new(system) }));
+        }
+        if let Self::VanDerPolRing { n, mu, coupling } = *self {
+            let system = VanDerPolRing::new(n, lift("mu", mu), lift("coupling", coupling))?;
+            let run = registry::uniform_lanes(row, system)?;
+            return Ok(run.map(|run| Lanes { run, system: Box::new(system) }));
+        }
         with_system!(
             self,
             lift,

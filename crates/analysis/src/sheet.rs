@@ -3,6 +3,7 @@
 use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
+use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;
 use thiserror::Error;
@@ -13,6 +14,9 @@ pub enum ReportError {
     /// A study could not be run.
     #[error(transparent)]
     Study(#[from] IntegrateError),
+    /// A map could not be drawn.
+    #[error(transparent)]
+    Map(#[from] MapError),
     /// A table could not be made.
     #[error(transparent)]
     Storage(#[from] StorageError),

@@ -103,6 +103,10 @@ macro_rules! with_one_degree {
             fn denominator(&self, equation: Equation, q: &[T], p: &[T]) -> Option<T> {
                 Some(equation.denominator(self, *q.first()?, *p.first()?))
             }
+
+            fn is_linear(&self) -> bool {
+                Curvature::is_linear(self)
+            }
         }
     )*};
 }
@@ -116,6 +120,10 @@ macro_rules! with_many_degrees {
 
             fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
                 registry::$bind(row, *self)
+            }
+
+            fn is_linear(&self) -> bool {
+                Curvature::is_linear(self)
             }
         }
     )*};

@@ -180,7 +180,7 @@ fn only_increments_of_separable_systems_are_compensated() {
         Model::VanDerPolRing { n: 6, mu: 1.0, coupling: 0.5 },
     ] {
         let (q, p) = (vec![0.5; model.dof()], vec![0.1; model.dof()]);
-        let problem = Problem { model, q, p, end: 1.0 };
+        let problem = Problem { model: model.clone(), q, p, end: 1.0 };
         let method = model.bind_compensated(find("increment-4").unwrap()).unwrap();
         let [mut state, mut plain] = [0; 2].map(|_| problem.start::<f64>().unwrap());
         method.step(0.1, &mut state).unwrap();

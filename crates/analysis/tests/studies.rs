@@ -3,7 +3,7 @@
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent, oscillator};
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::study::stability::{Map, Verdict};
+use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, View};
 use afterbay_methods::registry::{METHODS, Row, find};
@@ -148,7 +148,7 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
         parameter: "b",
         values: &[0.0, 0.1, 10.0],
         steps: &[0.1, 1.9, 2.1, 3.0],
-        model: |b| Model::DampedOscillator { k: 1.0, b },
+        end: 20.0,
         least_steps: 200,
     };
     let cells = map.run(&rows(&["leapfrog", "rk4", "moddg", "moddg-fixed-point"]), &Silent).expect("runs");
@@ -180,7 +180,7 @@ fn van_der_pol_is_judged_by_its_limit_cycle() {
         parameter: "mu",
         values: &[0.5, 5.0],
         steps: &[0.01, 0.5],
-        model: |mu| Model::VanDerPol { mu },
+        end: 20.0,
         least_steps: 50,
     };
     let cells = map.run(&rows(&["leapfrog", "rk4", "moddg"]), &Silent).expect("runs");
@@ -217,14 +217,14 @@ fn a_map_with_a_step_that_cannot_be_taken_is_refused() {
             parameter: "b",
             values: &[0.1],
             steps: &[h],
-            model: |b| Model::DampedOscillator { k: 1.0, b },
+            end: 20.0,
             least_steps: 50,
         };
         let error = map.run(&rows(&["moddg"]), &Silent).expect_err("no such step");
         match steps {
-            None => assert!(matches!(error, IntegrateError::Input(InputError::Step { .. })), "{h}: {error}"),
+            None => assert!(matches!(error, MapError::Input(InputError::Step { .. })), "{h}: {error}"),
             Some(_) => {
-                assert!(matches!(error, IntegrateError::Input(InputError::Budget { .. })), "{h}: {error}");
+                assert!(matches!(error, MapError::Input(InputError::Budget { .. })), "{h}: {error}");
             }
         }
     }

@@ -91,6 +91,7 @@ impl From<ReportError> for Failure {
         match error {
             ReportError::Storage(error) => Self::storage(error),
             ReportError::Study(error) => Self::study(error),
+            ReportError::Map(error) => Self::study(error),
         }
     }
 }

@@ -22,6 +22,15 @@ impl Coupling {
         }
     }
 
+    /// Are two colours enough for `n` degrees of freedom, no two of a colour acting on each other?
+    pub fn two_coloured(&self, n: usize) -> bool {
+        match self {
+            Self::Chain => true,
+            Self::Ring => n % 2 == 0,
+            Self::Dense => false,
+        }
+    }
+
     /// The `n` degrees of freedom colour by colour, no two of a colour acting on each other: red-black for a chain and
     /// an even ring, a third colour for the last of an odd ring. What is dense stays in its natural order.
     pub fn coloured(&self, n: usize) -> Vec<usize> {
@@ -45,5 +54,7 @@ mod tests {
         assert_eq!(Coupling::Ring.coloured(5), [0, 2, 1, 3, 4]);
         assert_eq!(Coupling::Dense.coloured(3), [0, 1, 2]);
         assert_eq!(Coupling::Ring.coloured(1), [0]);
+        let two = |n| [Coupling::Chain, Coupling::Ring, Coupling::Dense].map(|x| x.two_coloured(n));
+        assert_eq!((two(5), two(6)), ([true, false, false], [true, true, false]));
     }
 }

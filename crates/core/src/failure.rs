@@ -243,6 +243,19 @@ pub enum StepFailure {
         /// The last update.
         update: f64,
     },
+    /// The solution that continues from h → 0 is lost where the equation is seen to have several: the branch it is on meets
+    /// another and ends, or forks.
+    #[error(
+        "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and none is seen to continue \
+         from h = 0 to its end: take a smaller step",
+        dof + 1
+    )]
+    SeveralSolutions {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The share of the step at which they are seen.
+        share: f64,
+    },
     /// The linear equation of the step has no solution.
     #[error("the equation of degree of freedom {} is singular (its slope is {slope:e}): take another step", dof + 1)]
     Singular {

@@ -67,6 +67,9 @@ pub trait Scalar:
     /// What a comparison gives.
     type Mask: Mask;
 
+    /// How many numbers stand side by side.
+    const LANES: usize = 1;
+
     /// The unit roundoff: a sum or product is off by at most this share of itself.
     const EPSILON: f64;
 

@@ -5,6 +5,7 @@
 
 mod fixed_point;
 mod newton;
+mod several;
 
 pub use fixed_point::FixedPoint;
 pub use newton::Newton;

@@ -177,13 +177,40 @@ where
     stored::<[T; 1], S>(row, system)
 }
 
-/// Binds a method to eight separable systems side by side; none where it runs one at a time: an implicit step in all degrees of
-/// freedom at once has its pivots, and its number of iterations, to itself.
+/// Binds a method to eight separable systems side by side, each of which it moves as it would alone, to the bit, as far as functions
+/// are that of the scalar; none where it runs one at a time: an implicit step in all degrees of freedom at once has its pivots, and its
+/// number of iterations, to itself. A step that fails in one of them changes none, and so does one that takes more than Newton's direct
+/// iteration in one of them ([`Newton`]): it is then to be taken one at a time.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where the method needs more.
 pub fn lanes<S: Separable<f64x8> + 'static>(row: &Row, system: S) -> Result<Option<Run<f64x8>>, InputError> {
-    fn stored<V, S>(row: &Row, system: S) -> Result<Option<Run<f64x8>>, InputError>
+    let natural = (0..system.dof()).collect();
+    beside(row, system, natural)
+}
+
+/// The same of eight chains or rings of equal members: coordinate increments in the order of [`uniform`].
+///
+/// # Errors
+/// [`InputError::Unsupported`] where the method needs more.
+pub fn uniform_lanes<S: Separable<f64x8> + 'static>(
+    row: &Row,
+    system: S,
+) -> Result<Option<Run<f64x8>>, InputError> {
+    let (coupling, n) = (system.coupling(), system.dof());
+    if coupling.two_coloured(n) && !system.damping().coupled {
+        return beside(row, system, coupling.coloured(n));
+    }
+    lanes(row, system)
+}
+
+/// Eight systems side by side, their coordinates moved in an order.
+fn beside<S: Separable<f64x8> + 'static>(
+    row: &Row,
+    system: S,
+    order: Vec<usize>,
+) -> Result<Option<Run<f64x8>>, InputError> {
+    fn stored<V, S>(row: &Row, system: S, order: Vec<usize>) -> Result<Option<Run<f64x8>>, InputError>
     where
         V: Vector<Scalar = f64x8> + 'static,
         S: Separable<f64x8> + 'static,
@@ -191,16 +218,18 @@ pub fn lanes<S: Separable<f64x8> + 'static>(row: &Row, system: S) -> Result<Opti
         match row.kind {
             Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
             Kind::Rk4 => bind::<V, _, _>(Rk4, system),
-            Kind::Increment(composition) => bind::<V, _, _>(Increment::new(composition()), system),
+            Kind::Increment(composition) => {
+                bind::<V, _, _>(Increment::new(composition()).in_order(order), system)
+            }
             Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),
             _ => return Ok(None),
         }
         .map(Some)
     }
     if system.dof() == 1 {
-        stored::<[f64x8; 1], S>(row, system)
+        stored::<[f64x8; 1], S>(row, system, order)
     } else {
-        stored::<Vec<f64x8>, S>(row, system)
+        stored::<Vec<f64x8>, S>(row, system, order)
     }
 }
 

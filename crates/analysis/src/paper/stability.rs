@@ -7,17 +7,20 @@ use crate::progress::Progress;
 use crate::report::Verdict as Holds;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
-use crate::study::stability::{GROWTH, Map, StabilityRow, TOLERANCE, Verdict};
+use crate::study::stability::{GROWTH, MOST_LOOKS, Map, SHARE, StabilityRow, TOLERANCE, Verdict};
 
 const MAPPED: [&str; 5] = ["leapfrog", "rk4", "moddg", "moddg-fixed-point", "moddg-q3-shared"];
 
 pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Stability where methods fail");
     sheet.text(format!(
-        "Each cell is a run over [0, 20] (50 steps at least). \"Right\" is a bounded run whose mean energy over its second \
-         half is that of the exact solution: |ln(E/E_exact)| ≤ {TOLERANCE} (1 + |ln(E_exact/E₀)|). \"Growing\" is an \
-         energy beyond {GROWTH} times the largest of the exact solution. For the damped oscillator the spectral radius \
-         of the matrix of one step stands beside the verdict, where the step is linear.",
+        "Each cell is a run over [0, 20] (50 steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
+         T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run: never \
+         negative, whatever V is. \"Right\" is a bounded run whose mean A over its second half is that of the exact solution, \
+         |ln(A/A_exact)| ≤ {TOLERANCE} (1 + |ln A_exact|), and whose mean q is within {SHARE} Q of c: as large, and at the same \
+         place. \"Growing\" is an A beyond {GROWTH}. Both are looked at after the same {MOST_LOOKS} steps at most. \"Several solutions\" \
+         is a step whose equation is seen to have more than one while the one that continues from h = 0 ends. For the damped oscillator \
+         the spectral radius of the matrix of one step stands beside the verdict, where the step is linear.",
     ));
     let count = extent.pick(60, 16);
     let steps = spread(count, 0.01, 10.0, true);
@@ -29,10 +32,10 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
         parameter: "b",
         values: &values,
         steps: &steps,
-        model: |b| Model::DampedOscillator { k: 1.0, b },
+        end: 20.0,
         least_steps: 50,
     };
-    progress.begin("stability of the damped oscillator", rows.len() * count);
+    progress.begin("stability of the damped oscillator", map.pieces(rows.len()));
     let cells = map.run(&rows, progress)?;
     sheet.data("stability", &cells)?;
     compare_with_spectrum(&mut sheet, &cells);
@@ -62,9 +65,9 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
     }
 
     let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
-    let map = Map { problem, parameter: "mu", model: |mu| Model::VanDerPol { mu }, ..map };
+    let map = Map { problem, parameter: "mu", ..map };
     let rows = methods(&MAPPED[..4]);
-    progress.begin("stability of Van der Pol", rows.len() * count);
+    progress.begin("stability of Van der Pol", map.pieces(rows.len()));
     let cells = map.run(&rows, progress)?;
     sheet.data("van-der-pol/stability", &cells)?;
     first_failures(&mut sheet, &cells);

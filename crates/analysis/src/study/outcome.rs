@@ -63,6 +63,7 @@ pub fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::NonFinite { .. } => "not-finite",
         StepFailure::NotContracting { .. } => "not-contracting",
         StepFailure::NewtonStalled { .. } => "newton-stalled",
+        StepFailure::SeveralSolutions { .. } => "several-solutions",
         StepFailure::Singular { .. } => "singular",
         StepFailure::Pole { .. } => "pole",
         StepFailure::Unresolved { .. } => "unresolved",

@@ -28,6 +28,7 @@ impl Mask for f64x8 {
 impl Scalar for f64x8 {
     /// All bits of a lane set or none.
     type Mask = f64x8;
+    const LANES: usize = 8;
     const EPSILON: f64 = f64::EPSILON / 2.0;
 
     #[inline(always)]

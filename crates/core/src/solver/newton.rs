@@ -1,12 +1,15 @@
 //! Newton's method for a scalar equation, with chord corrections and continuation.
 
+use super::several::several;
 use super::{Equation, Root, Sample, Solver};
 use crate::{Mask, Quantity, Scalar, StepFailure};
 use std::hint::cold_path;
 
 /// Newton's iteration to rounding: two evaluations where that is enough, which is the ordinary step. Corrections with the last slope (chords) follow while they contract fast, so that
 /// an ordinary step needs one division. Where the slopes seen allow for a fold on the way, or nothing converges, the
-/// solution is followed from s = 0 instead, and its loss is a failure. The slope between the points where it is seen is taken for
+/// solution is followed from s = 0 instead, and its loss is a failure: of its own, [`StepFailure::SeveralSolutions`], where it is
+/// lost to others that are seen. Of numbers side by side none is followed, so that each has what it would have alone:
+/// where one needs it, all fail. The slope between the points where it is seen is taken for
 /// a parabola, so that a force that turns often within a step may still lead to another solution, unseen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton;
@@ -49,6 +52,9 @@ impl Solver for Newton {
     ) -> Result<Root<T>, StepFailure> {
         match iterate::<_, true>(T::one(), start, start, &mut equation) {
             Ok(root) => Ok(root),
+            Err(Stalled { update, evaluations: iterations }) if T::LANES > 1 => {
+                Err(StepFailure::NewtonStalled { dof, iterations, update })
+            }
             Err(stalled) => follow(dof, start, &mut equation, stalled.evaluations),
         }
     }
@@ -188,6 +194,8 @@ fn carefully<T: Scalar, E: Equation<T>, const DIRECT: bool>(
         }
         let (size, largest) = (update.abs(), previous.abs());
         let scale = T::from_f64(T::EPSILON) * (start.abs() + f.rough).mul_add(inverse.abs(), x.abs());
+        // What has decayed to where a share of it is no number is rounded by the smallest there are.
+        let scale = scale + T::from_f64(f64::MIN_POSITIVE);
         let (next, square) = Correction { previous, update, rest: before, missing }.next();
         let waiting = done;
         // Done where the next correction would be lost in rounding.
@@ -253,6 +261,12 @@ fn follow<T: Scalar>(
                 evaluations += stalled.evaluations;
                 stride *= 0.25;
                 if stride < SHORTEST || evaluations > MOST {
+                    // Just before the end of a branch it has another beside it, just after a fork two.
+                    for share in [s, next, 1.0] {
+                        if several(T::from_f64(share), x, start, equation) {
+                            return Err(StepFailure::SeveralSolutions { dof, share });
+                        }
+                    }
                     return Err(StepFailure::NewtonStalled {
                         dof,
                         iterations: evaluations,
@@ -419,6 +433,29 @@ mod tests {
     }
 
     #[test]
+    fn what_has_decayed_below_the_normal_numbers_is_solved() {
+        // q'' = -q - 2 q' near rest, h = 0.05, from where q e^t = p e^t = 1.
+        let mut seed = 1_u64;
+        for _ in 0..2000 {
+            let size = 10_f64.powf(random(&mut seed, -323.0, -300.0));
+            let [q, p] = [1.0, -0.9].map(|x| x * size * random(&mut seed, 0.5, 1.0));
+            let root = Newton.solve(0, p, |s: f64, v: f64| {
+                let (h, pull) = (s * 0.05, s * 0.025);
+                let to = h.mul_add(v, q);
+                let slope = pull * (h * 0.5 + 2.0);
+                Sample {
+                    value: pull * ((q + to) * 0.5 + 2.0 * v),
+                    slope,
+                    rough: pull * 0.5 * q.abs(),
+                    blur: 0.0,
+                }
+            });
+            let exact = (p - 0.025 * q) / (1.0 + 0.025 * 2.025);
+            assert!((root.unwrap().x - exact).abs() <= 1e-15 * exact.abs() + 1e-322, "{q:e} {p:e} {root:?}");
+        }
+    }
+
+    #[test]
     fn a_continuation_ends() {
         // The slope given is off so much that no correction shrinks.
         let failure = Newton.solve(0, 1.0, |s: f64, x: f64| Sample {
@@ -435,7 +472,7 @@ mod tests {
 
     #[test]
     fn a_lost_solution_is_a_failure() {
-        // x + s (x² - 4x + 6) = 0 has no real solution once s > 0.11.
+        // x + s (x² - 4x + 6) = 0 has two solutions, which meet at s = (√6 - 2)/4, and none beyond.
         let failure = Newton
             .solve(1, 0.0, |s: f64, x: f64| Sample {
                 value: s * (x * x - 4.0 * x + 6.0),
@@ -444,6 +481,29 @@ mod tests {
                 blur: 0.0,
             })
             .unwrap_err();
-        assert!(matches!(failure, StepFailure::NewtonStalled { dof: 1, .. }), "{failure}");
+        let StepFailure::SeveralSolutions { dof: 1, share } = failure else { panic!("{failure}") };
+        assert!((share - (6_f64.sqrt() - 2.0) / 4.0).abs() < 1e-5, "{share}");
+    }
+
+    #[test]
+    fn a_fork_is_a_failure() {
+        // x + s (x³ - 2 x) = 0 has the solution 0, where the slope is 1 - 2 s, and ±√(2 - 1/s) beside it from s = 1/2 on.
+        let failure = Newton.solve(0, 0.0, cubic(-2.0, 1.0)).unwrap_err();
+        let StepFailure::SeveralSolutions { dof: 0, share } = failure else { panic!("{failure}") };
+        assert!(share > 0.49, "{share}");
+        // x (1 - s) = 0 has no other solution, and at s = 1 any.
+        let failure = Newton.solve(0, 0.0, cubic(-1.0, 0.0)).unwrap_err();
+        assert!(matches!(failure, StepFailure::NewtonStalled { .. }), "{failure}");
+    }
+
+    #[test]
+    fn side_by_side_none_is_followed() {
+        use crate::f64x8;
+        let steep = |s: f64x8, x: f64x8| {
+            let stiffness = f64x8::new([1e-3, 1e-3, 5.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]);
+            Sample { value: s * stiffness * x, slope: s * stiffness, rough: x, blur: x }
+        };
+        let failure = Newton.solve(0, f64x8::splat(1.0), steep).unwrap_err();
+        assert!(matches!(failure, StepFailure::NewtonStalled { .. }), "{failure}");
     }
 }

@@ -52,9 +52,11 @@ impl Tiled {
     pub fn fits<S: Uniform + ?Sized>(system: &S) -> Result<(), InputError> {
         let why = match system.coupling() {
             Coupling::Dense => "colours are for chains and rings",
-            Coupling::Ring if system.dof() % 2 == 1 => "a ring of two colours has an even number of members",
+            ref coupling if !coupling.two_coloured(system.dof()) => {
+                "a ring of two colours has an even number of members"
+            }
             _ if system.damping().coupled => "friction that couples momenta acts on one at a time",
-            Coupling::Chain | Coupling::Ring => return Ok(()),
+            _ => return Ok(()),
         };
         Err(InputError::Unsupported { method: "increment", why })
     }

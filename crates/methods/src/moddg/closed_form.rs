@@ -58,7 +58,9 @@ where
                 });
             }
             // Beside a singular step the coefficients lose digits. All from one v, the equations keep K all the same.
-            (q1, p1) = (delta_q.mul_add(v, q0), (one + one).mul_add(v, -p0));
+            let regular = one.half().le(sigma);
+            q1 = V::Scalar::select(regular, q1, delta_q.mul_add(v, q0));
+            p1 = V::Scalar::select(regular, p1, (one + one).mul_add(v, -p0));
         }
         let w1 = (!system.damping().zero).then(|| (delta_w * b * v).mul_add(v, w0));
         let singular = |failure| match sigma == V::Scalar::zero() {

@@ -34,7 +34,9 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         StepFailure::Pole { .. } => !row.poles().is_empty(),
         StepFailure::Singular { .. } => closed,
         StepFailure::NotContracting { .. } => row.name == "moddg-fixed-point",
-        StepFailure::NewtonStalled { .. } => !closed && row.name != "moddg-fixed-point",
+        StepFailure::NewtonStalled { .. } | StepFailure::SeveralSolutions { .. } => {
+            !closed && row.name != "moddg-fixed-point"
+        }
         StepFailure::Unresolved { .. } | StepFailure::Vanishes { .. } => false,
         StepFailure::TooLong { .. } => row.name == "locally-exact",
         StepFailure::NoRelaxationRoot { .. } => row.name.starts_with("relaxed"),

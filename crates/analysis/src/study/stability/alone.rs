@@ -1,0 +1,121 @@
+//! A run looked at on its way, and one cell by itself.
+
+use super::measure::{Looks, Scales, Seen};
+use super::side::Side;
+use crate::study::Problem;
+use afterbay_core::{Grid, InputError, IntegrateError, State, StepFailure, System};
+use afterbay_methods::registry::Run;
+use std::ops::ControlFlow;
+
+/// How a run ended.
+pub(super) struct Ending {
+    pub(super) seen: Seen<f64>,
+    pub(super) steps_done: u64,
+    pub(super) failure: Option<StepFailure>,
+}
+
+/// The steps of a run and when it is looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Course<'a> {
+    pub(super) h: f64,
+    pub(super) looks: &'a Looks,
+    /// Is w to be seen after every step? Else it is seen where the run is looked at.
+    pub(super) watched: bool,
+}
+
+/// A run on its way.
+#[derive(Clone)]
+pub(super) struct Traveller<T: Side> {
+    pub(super) state: State<Vec<T>>,
+    pub(super) seen: Seen<T>,
+}
+
+/// The run of a method.
+pub(super) struct Vehicle<'a, T: Side> {
+    pub(super) run: &'a Run<T>,
+    pub(super) system: &'a dyn System<T>,
+    pub(super) scales: &'a Scales<T>,
+}
+
+/// A step that failed, and the number of good ones.
+pub(super) struct Broken {
+    pub(super) good: u64,
+    pub(super) failure: StepFailure,
+}
+
+impl<T: Side> Vehicle<'_, T> {
+    /// Takes the steps after `from` up to `to`, and looks where the course says.
+    pub(super) fn carry(
+        &self,
+        course: Course<'_>,
+        traveller: &mut Traveller<T>,
+        from: u64,
+        to: u64,
+    ) -> Result<Option<Broken>, InputError> {
+        let Course { h, looks, watched } = course;
+        let Traveller { state, seen } = traveller;
+        let mut slopes = [state.q.clone(), state.q.clone()];
+        let mut at = from;
+        while at < to {
+            let (next, every) = stretch(looks, watched, at, to);
+            let outcome = self.run.run(Grid::of(h, next - at)?, state, every, &mut |since, state| {
+                let look = if since > 0 { looks.weight(at + since) } else { None };
+                if since > 0 && (watched || look.is_some()) {
+                    seen.watch(state.w);
+                }
+                if let Some(weight) = look {
+                    seen.look(state, weight, self.scales, self.system, &mut slopes);
+                }
+                ControlFlow::Continue(())
+            });
+            match outcome {
+                Ok(_) => at = next,
+                Err(IntegrateError::Input(error)) => return Err(error),
+                Err(IntegrateError::Run(error)) => {
+                    return Ok(Some(Broken { good: at + error.step - 1, failure: error.failure }));
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Up to where steps can be taken without a change in what is shown, and every how many of them one is.
+fn stretch(looks: &Looks, watched: bool, at: u64, to: u64) -> (u64, u64) {
+    let Looks { first, every, .. } = *looks;
+    if watched {
+        return (to, 1);
+    }
+    if at < first {
+        return (to.min(first), first - at);
+    }
+    let after = (at - first) % every;
+    let whole = (to - at) / every * every;
+    if after > 0 || whole == 0 {
+        return (to.min(at + every - after), every - after);
+    }
+    (at + whole, every)
+}
+
+/// A cell by itself.
+pub(super) fn alone(
+    problem: &Problem,
+    vehicle: &Vehicle<'_, f64>,
+    course: Course<'_>,
+) -> Result<Ending, InputError> {
+    let state = problem.start::<f64>()?;
+    let seen = Seen::nothing(state.dof());
+    let mut traveller = Traveller { state, seen };
+    let count = course.looks.count;
+    let broken = vehicle.carry(course, &mut traveller, 0, count)?;
+    Ok(traveller.ended(count, broken))
+}
+
+impl Traveller<f64> {
+    /// The ending of a run.
+    pub(super) fn ended(self, count: u64, broken: Option<Broken>) -> Ending {
+        let (steps_done, failure) =
+            broken.map_or((count, None), |broken| (broken.good, Some(broken.failure)));
+        Ending { seen: self.seen, steps_done, failure }
+    }
+}

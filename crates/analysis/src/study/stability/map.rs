@@ -1,0 +1,213 @@
+//! A map over steps and the values of one parameter.
+
+use super::lanes::WIDTH;
+use super::measure::Looks;
+use super::piece::{Place, StabilityRow, Way, cells};
+use super::reference::{Event, Exact, Reference, References, events, of_start};
+use crate::ModelError;
+use crate::progress::Progress;
+use crate::study::Problem;
+use afterbay_core::{Grid, InputError};
+use afterbay_methods::registry::{self, Row};
+use rayon::prelude::*;
+use std::cmp::Reverse;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use thiserror::Error;
+
+/// The most steps a run may have.
+const MOST_STEPS: f64 = 1e7;
+
+/// A map over steps and the values of one parameter.
+#[derive(Clone, Debug)]
+pub struct Map<'a> {
+    /// The system and where runs start.
+    pub problem: Problem,
+    /// The parameter that is varied, see [`Model::with`](crate::Model::with).
+    pub parameter: &'a str,
+    /// Its values.
+    pub values: &'a [f64],
+    /// The steps.
+    pub steps: &'a [f64],
+    /// The time a run covers, rounded up to whole steps, [`Map::least_steps`] at least.
+    pub end: f64,
+    /// The least number of steps of a run.
+    pub least_steps: u64,
+}
+
+/// Why there is no map. What goes wrong in a cell is its verdict.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MapError {
+    /// The parameter is none of the system, or can't have a value.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A step, a state or a method the system does not take.
+    #[error(transparent)]
+    Input(#[from] InputError),
+}
+
+impl Map<'_> {
+    /// Pieces of work, as they are told to [`Progress`].
+    pub fn pieces(&self, methods: usize) -> usize {
+        self.values.len().div_ceil(WIDTH) * (1 + methods * self.steps.len())
+    }
+
+    /// The cells, method after method, value after value, step after step. Where [`Progress::stopped`] says so, cells not begun are
+    /// left out.
+    ///
+    /// # Errors
+    /// [`MapError`]
+    pub fn run(
+        &self,
+        methods: &[&'static Row],
+        progress: &dyn Progress,
+    ) -> Result<Vec<StabilityRow>, MapError> {
+        self.judge(methods, &self.references(progress)?, progress)
+    }
+
+    /// The exact solutions the cells are judged by.
+    ///
+    /// # Errors
+    /// [`MapError`]
+    pub fn references(&self, progress: &dyn Progress) -> Result<References, MapError> {
+        let places = self.places()?;
+        let looks = self.looks()?;
+        let steps: Vec<(f64, &Looks)> = self.steps.iter().copied().zip(&looks).collect();
+        let events = events(&steps);
+        let of_groups = places
+            .par_chunks(WIDTH)
+            .map(|group| {
+                let found = if progress.stopped() {
+                    group.iter().map(|_| None).collect()
+                } else {
+                    self.exact(group, &events)?
+                };
+                progress.advance();
+                Ok(found)
+            })
+            .collect::<Result<Vec<Vec<_>>, MapError>>()?;
+        Ok(References(of_groups.into_iter().flatten().collect()))
+    }
+
+    /// The cells, with references of this map.
+    ///
+    /// # Errors
+    /// [`MapError`]
+    pub fn judge(
+        &self,
+        methods: &[&'static Row],
+        references: &References,
+        progress: &dyn Progress,
+    ) -> Result<Vec<StabilityRow>, MapError> {
+        self.judged(methods, references, progress, Way::Together)
+    }
+
+    /// The same one cell at a time: what the others are measured by.
+    ///
+    /// # Errors
+    /// [`MapError`]
+    pub fn judge_alone(
+        &self,
+        methods: &[&'static Row],
+        references: &References,
+        progress: &dyn Progress,
+    ) -> Result<Vec<StabilityRow>, MapError> {
+        self.judged(methods, references, progress, Way::Alone)
+    }
+
+    fn places(&self) -> Result<Vec<Place>, MapError> {
+        let place = |&value: &f64| {
+            let model = self.problem.model.with(self.parameter, value)?;
+            let problem = Problem { model, ..self.problem.clone() };
+            problem.start::<f64>()?;
+            let subject = problem.model.subject::<f64>()?;
+            Ok(Place { value, problem, subject })
+        };
+        self.values.iter().map(place).collect()
+    }
+
+    fn looks(&self) -> Result<Vec<Looks>, InputError> {
+        self.steps.iter().map(|&h| Ok(Looks::new(self.steps_of(h)?))).collect()
+    }
+
+    /// How many steps of size h a run takes.
+    fn steps_of(&self, h: f64) -> Result<u64, InputError> {
+        Grid::<f64>::of(h, self.least_steps)?;
+        let steps = (self.end / h).ceil();
+        if steps.is_nan() || steps > MOST_STEPS {
+            return Err(InputError::Budget { steps, limit: MOST_STEPS });
+        }
+        Ok((steps as u64).max(self.least_steps))
+    }
+
+    /// The references of up to eight values.
+    fn exact(&self, group: &[Place], events: &[Event]) -> Result<Vec<Option<Vec<Reference>>>, MapError> {
+        let rk4 = registry::find("rk4")
+            .ok_or(InputError::Unsupported { method: "rk4", why: "it is not registered" })?;
+        let steps = self.steps.len();
+        let values = std::array::from_fn(|k| group[k.min(group.len() - 1)].value);
+        if let Some(lanes) = group[0].problem.model.bind_lanes(rk4, self.parameter, values)? {
+            let exact =
+                Exact { problem: &group[0].problem, run: &lanes.run, system: &*lanes.system, events, steps };
+            if let Some(found) = exact.references()? {
+                return Ok(found.into_iter().take(group.len()).map(Some).collect());
+            }
+        }
+        let each = |place: &Place| -> Result<_, MapError> {
+            let run = place.problem.model.bind(rk4)?;
+            let exact = Exact { problem: &place.problem, run: &run, system: &*place.subject, events, steps };
+            let found = exact.references()?.and_then(|lanes| lanes.into_iter().next());
+            Ok(Some(match found {
+                Some(found) => found,
+                None => of_start(&place.problem, &*place.subject, steps)?,
+            }))
+        };
+        group.iter().map(each).collect()
+    }
+
+    fn judged(
+        &self,
+        methods: &[&'static Row],
+        References(references): &References,
+        progress: &dyn Progress,
+        way: Way,
+    ) -> Result<Vec<StabilityRow>, MapError> {
+        let (places, looks) = (self.places()?, self.looks()?);
+        let (values, steps) = (places.len(), self.steps.len());
+        let groups = values.div_ceil(WIDTH);
+        // The dearest first, so that no long run is left for the end.
+        let mut tasks: Vec<[usize; 3]> = (0..methods.len())
+            .flat_map(|i| (0..steps).flat_map(move |j| (0..groups).map(move |k| [i, j, k])))
+            .collect();
+        tasks.sort_by_key(|&[_, j, _]| Reverse(looks[j].count));
+        let next = AtomicUsize::new(0);
+        let work = |_| {
+            let mut done = Vec::new();
+            while let Some(&[i, j, k]) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if progress.stopped() {
+                    break;
+                }
+                let range = k * WIDTH..values.min((k + 1) * WIDTH);
+                let exact: Option<Vec<_>> =
+                    references[range.clone()].iter().map(|of| of.as_ref()?.get(j)).collect();
+                let Some(exact) = exact else { continue };
+                let rows = cells(
+                    self.parameter,
+                    methods[i],
+                    (self.steps[j], &looks[j]),
+                    &places[range.clone()],
+                    &exact,
+                    way,
+                )?;
+                let first = (i * values + range.start) * steps + j;
+                done.extend(rows.into_iter().enumerate().map(|(lane, row)| (first + lane * steps, row)));
+                progress.advance();
+            }
+            Ok(done)
+        };
+        let workers = 0..rayon::current_num_threads();
+        let done = workers.into_par_iter().map(work).collect::<Result<Vec<_>, MapError>>()?;
+        let mut rows: Vec<(usize, StabilityRow)> = done.into_iter().flatten().collect();
+        rows.sort_by_key(|row| row.0);
+        Ok(rows.into_iter().map(|row| row.1).collect())
+    }
+}

@@ -1,0 +1,100 @@
+//! The cells of a method and a step at neighbouring values: one piece of work.
+
+use super::alone::Course;
+use super::lanes::{Cell, together};
+use super::map::MapError;
+use super::measure::Looks;
+use super::reference::Reference;
+use super::spectrum::spectral_radius;
+use super::verdict::Verdict;
+use crate::Subject;
+use crate::study::{Problem, outcome};
+use afterbay_core::{InputError, Passive};
+use afterbay_methods::registry::{Row, Run};
+use serde::Serialize;
+
+/// A row of `stability.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StabilityRow {
+    /// Name of the method.
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// Name of the parameter that is varied.
+    pub parameter: String,
+    /// Its value.
+    pub value: f64,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Of the matrix of one step, where the step is linear.
+    pub spectral_radius: Option<f64>,
+    /// Steps done.
+    pub steps_done: u64,
+    /// How the run ended.
+    pub outcome: &'static str,
+}
+
+/// A value of the parameter.
+pub(super) struct Place {
+    pub(super) value: f64,
+    pub(super) problem: Problem,
+    pub(super) subject: Box<dyn Subject<f64>>,
+}
+
+/// Do cells run side by side?
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Together,
+    Alone,
+}
+
+/// The cells of a method and a step at up to eight values.
+pub(super) fn cells(
+    parameter: &str,
+    row: &'static Row,
+    (h, looks): (f64, &Looks),
+    places: &[Place],
+    exact: &[&Reference],
+    way: Way,
+) -> Result<Vec<StabilityRow>, MapError> {
+    let runs = places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;
+    let owed = |place: &Place| place.subject.damping().passive;
+    let watched = !row.passive && places.iter().any(|place| owed(place) != Passive::No);
+    let course = Course { h, looks, watched };
+    let cells: Vec<Cell<'_>> = places
+        .iter()
+        .zip(&runs)
+        .zip(exact)
+        .map(|((place, run), &exact)| {
+            let Place { value, problem, subject } = place;
+            Cell { problem, value: *value, run, system: &**subject, exact }
+        })
+        .collect();
+    let side_by_side = match way {
+        Way::Together => together(&cells, row, parameter, course)?,
+        Way::Alone => None,
+    };
+    let endings = match side_by_side {
+        Some(endings) => endings,
+        None => cells.iter().map(|cell| cell.alone(course)).collect::<Result<_, _>>()?,
+    };
+    let judged = endings.into_iter().zip(places).zip(exact).zip(&runs);
+    judged
+        .map(|(((ending, place), exact), run)| {
+            Ok(StabilityRow {
+                method: row.name,
+                h,
+                parameter: parameter.to_owned(),
+                value: place.value,
+                verdict: Verdict::of(&ending, exact, owed(place)),
+                spectral_radius: radius(place, run, h)?,
+                steps_done: ending.steps_done,
+                outcome: ending.failure.as_ref().map_or(outcome::COMPLETED, outcome::step_word),
+            })
+        })
+        .collect()
+}
+
+fn radius(place: &Place, run: &Run<f64>, h: f64) -> Result<Option<f64>, InputError> {
+    if place.subject.is_linear() { spectral_radius(run, place.subject.dof(), h) } else { Ok(None) }
+}

@@ -1,0 +1,168 @@
+//! What the exact solution does: RK4 over the whole time, its steps halved until nothing that is compared changes.
+//!
+//! One solution serves all steps h and all methods at a value of the parameter, and nothing of it is kept: it is looked at for all of them
+//! on its way, between two of its own steps by cubics through values and slopes. Eight values run side by side where the system allows it; where one of them leaves the numbers, each
+//! runs alone.
+
+use super::measure::{Looks, Scales};
+use super::side::Side;
+use super::verdict::{SHARE, TOLERANCE};
+use super::walk::{Sums, Walk};
+use crate::study::Problem;
+use afterbay_core::{Grid, InputError, IntegrateError, System};
+use afterbay_methods::registry::Run;
+use std::ops::ControlFlow;
+
+/// What is known of the exact solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Standing {
+    /// Halving the step changes what is compared by no more than a hundredth of what is allowed.
+    Resolved,
+    /// It still changes more at the shortest step.
+    Unsettled,
+    /// The solution leaves the numbers.
+    Leaves,
+}
+
+/// The exact solution over the second half of a run.
+#[derive(Clone, Debug)]
+pub(super) struct Reference {
+    pub(super) standing: Standing,
+    pub(super) scales: Scales<f64>,
+    /// The mean of A.
+    pub(super) size: f64,
+}
+
+/// The references of a map, for each value and step.
+#[derive(Clone, Debug)]
+pub struct References(pub(super) Vec<Option<Vec<Reference>>>);
+
+impl Reference {
+    /// Are size and mean the same, within shares of what a verdict allows?
+    pub(super) fn agrees(&self, size: f64, mean: &[f64], [tolerance, share]: [f64; 2]) -> bool {
+        let Scales { by_reach, centre, .. } = &self.scales;
+        let square = |parts: &mut dyn Iterator<Item = f64>| parts.map(|x| x * x).sum::<f64>() * by_reach;
+        // Rounding does not let rest be more quiet than this.
+        let rounding = (1024.0 * f64::EPSILON).powi(2) * square(&mut centre.iter().copied());
+        let [found, exact] = [size, self.size].map(|size| size.max(rounding).max(1e-300).ln());
+        let off = square(&mut mean.iter().zip(centre).map(|(mean, centre)| mean - centre));
+        (found - exact).abs() <= tolerance * (1.0 + exact.abs()) && off.sqrt() <= share
+    }
+}
+
+/// Steps of the first solution, in their length and number, and the most of the last.
+const COARSEST: f64 = 0.02;
+const LEAST_STEPS: u64 = 256;
+const MOST_STEPS: u64 = 1 << 21;
+
+/// What cutting the step may change, as a share of what a verdict allows.
+const SETTLED: f64 = 0.01;
+
+/// A look at the solution, for a step of the map.
+pub(super) struct Event {
+    t: f64,
+    pub(super) step: usize,
+    pub(super) weight: f64,
+}
+
+/// The looks of all steps in the order of time.
+pub(super) fn events(steps: &[(f64, &Looks)]) -> Vec<Event> {
+    let mut events: Vec<Event> = steps
+        .iter()
+        .enumerate()
+        .flat_map(|(step, &(h, looks))| {
+            looks.all().map(move |(n, weight)| Event { t: h * n as f64, step, weight })
+        })
+        .collect();
+    events.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.step.cmp(&b.step)));
+    events
+}
+
+/// Eight values, or one, of which references are made for all steps.
+pub(super) struct Exact<'a, T: Side> {
+    pub(super) problem: &'a Problem,
+    pub(super) run: &'a Run<T>,
+    pub(super) system: &'a dyn System<T>,
+    pub(super) events: &'a [Event],
+    pub(super) steps: usize,
+}
+
+impl<T: Side> Exact<'_, T> {
+    /// The references of every lane and step; none where a solution leaves the numbers.
+    pub(super) fn references(&self) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
+        let Some(end) = self.events.last().map(|event| event.t) else {
+            return Ok(Some(vec![vec![]; T::LANES]));
+        };
+        let mut count = ((end / COARSEST) as u64).clamp(LEAST_STEPS, MOST_STEPS / 2).next_power_of_two();
+        let mut before: Option<Vec<Vec<Reference>>> = None;
+        loop {
+            let last = count >= MOST_STEPS;
+            let mut found = self.solution(end, count)?;
+            if let Some(found) = &mut found
+                && (settle(found, before.as_deref()) || last)
+            {
+                return Ok(Some(std::mem::take(found)));
+            }
+            if last {
+                return Ok(None);
+            }
+            before = found;
+            count *= 2;
+        }
+    }
+
+    /// Those of RK4 with `count` steps; none where a number is not finite.
+    fn solution(&self, end: f64, count: u64) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
+        let mut state = self.problem.start::<T>()?;
+        let dof = state.dof();
+        let length = end / count as f64;
+        let mut walk = Walk::new(self.system, dof, self.steps);
+        let mut events = self.events.iter().peekable();
+        let ended = self.run.run(Grid::of(length, count)?, &mut state, 1, &mut |n, state| {
+            walk.arrive(state);
+            // The last step ends at the end but for rounding.
+            let t = if n < count { length * n as f64 } else { f64::INFINITY };
+            while let Some(event) = events.next_if(|event| n > 0 && event.t <= t) {
+                walk.look(event, event.t / length - (n - 1) as f64, length);
+            }
+            ControlFlow::Continue(())
+        });
+        match ended {
+            Ok(_) => {
+                let of_lane = |k| walk.sums.iter().map(|sums| sums.reference(k)).collect();
+                Ok(Some((0..T::LANES).map(of_lane).collect()))
+            }
+            Err(IntegrateError::Input(error)) => Err(error),
+            Err(IntegrateError::Run(_)) => Ok(None),
+        }
+    }
+}
+
+/// Those that are the same as before are resolved. Are all?
+fn settle(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bool {
+    let Some(before) = before else { return false };
+    let mut all = true;
+    for (found, before) in found.iter_mut().flatten().zip(before.iter().flatten()) {
+        let mean = &found.scales.centre;
+        if before.agrees(found.size, mean, [SETTLED * TOLERANCE, SETTLED * SHARE]) {
+            found.standing = Standing::Resolved;
+        } else {
+            all = false;
+        }
+    }
+    all
+}
+
+/// The references where the solution leaves the numbers: sizes are those of the start.
+pub(super) fn of_start(
+    problem: &Problem,
+    system: &dyn System<f64>,
+    steps: usize,
+) -> Result<Vec<Reference>, InputError> {
+    let state = problem.start::<f64>()?;
+    let mut walk = Walk::new(system, state.dof(), 1);
+    walk.arrive(state.view());
+    let mut sums = Sums::nothing(state.dof());
+    sums.largest = walk.largest;
+    Ok(vec![Reference { standing: Standing::Leaves, ..sums.reference(0) }; steps])
+}

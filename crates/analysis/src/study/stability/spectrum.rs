@@ -1,0 +1,46 @@
+//! The spectral radius of a step.
+
+use afterbay_core::{InputError, IntegrateError, State};
+use afterbay_methods::registry::Run;
+use nalgebra::{DMatrix, Schur};
+
+/// How far the image of a sum may be from the sum of the images, as a share of the largest number in them.
+const LINEAR: f64 = 1e-9;
+/// Sweeps of the eigenvalue iteration for each row.
+const SWEEPS: usize = 100;
+
+/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on unit vectors; none where the step fails on
+/// one of them or is not linear.
+///
+/// # Errors
+/// Those of the input.
+pub(super) fn spectral_radius(method: &Run<f64>, dof: usize, h: f64) -> Result<Option<f64>, InputError> {
+    let size = 2 * dof;
+    let image = |z: &[f64]| -> Result<Option<Vec<f64>>, InputError> {
+        let mut state = State::new(z[..dof].to_vec(), z[dof..].to_vec())?;
+        match method.step(h, &mut state) {
+            Ok(_) => Ok(Some([state.q, state.p].concat())),
+            Err(IntegrateError::Input(error)) => Err(error),
+            Err(IntegrateError::Run(_)) => Ok(None),
+        }
+    };
+    // A sum in which no two have the same weight.
+    let weights: Vec<f64> = (0..size).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect();
+    let Some(mut off) = image(&weights)? else { return Ok(None) };
+    let mut matrix = DMatrix::zeros(size, size);
+    for i in 0..size {
+        let mut unit = vec![0.0; size];
+        unit[i] = 1.0;
+        let Some(column) = image(&unit)? else { return Ok(None) };
+        for (j, x) in column.into_iter().enumerate() {
+            matrix[(j, i)] = x;
+            off[j] -= weights[i] * x;
+        }
+    }
+    let largest = matrix.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+    if off.iter().any(|off| off.abs() > LINEAR * largest * size as f64) {
+        return Ok(None);
+    }
+    let Some(schur) = Schur::try_new(matrix, f64::EPSILON, SWEEPS * size) else { return Ok(None) };
+    Ok(Some(schur.complex_eigenvalues().iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max)))
+}
