@@ -3,7 +3,7 @@
 use super::document::{Document, Spacing, Spread};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
-use crate::study::{Problem, local_order::LocalOrder, trajectory};
+use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
 use afterbay_methods::registry::{self, METHODS, Row};
 
@@ -267,6 +267,10 @@ impl Planner<'_> {
         let end = table.end.unwrap_or(self.problem.end);
         if !(end > 0.0) {
             return self.refuse(&format!("{path}.end"), InputError::End { end });
+        }
+        if let Some(finest) = steps.first() {
+            let (size, change) = ((end / finest).ceil(), "take larger steps or an earlier end");
+            self.budget(path, "the number of steps of a cell", (size, stability::MOST_STEPS), change)?;
         }
         let all: f64 =
             steps.iter().map(|h| (end / h).ceil()).sum::<f64>() * (values.len() * methods.len()) as f64;

@@ -19,7 +19,7 @@ mod verdict;
 mod walk;
 
 pub use atlas::{AtlasRow, atlas};
-pub use map::{Map, MapError};
+pub use map::{MOST_STEPS, Map, MapError};
 pub use measure::MOST_LOOKS;
 pub use piece::StabilityRow;
 pub use reference::References;

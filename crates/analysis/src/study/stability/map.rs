@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use thiserror::Error;
 
 /// The most steps a run may have.
-const MOST_STEPS: f64 = 1e7;
+pub const MOST_STEPS: f64 = 1e7;
 
 /// A map over steps and the values of one parameter.
 #[derive(Clone, Debug)]
