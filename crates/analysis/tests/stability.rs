@@ -129,7 +129,9 @@ fn explicit_methods_end_where_theory_says_and_moddg_nowhere() {
     }
     for cell in cells.iter().filter(|cell| cell.method == "moddg") {
         assert!(cell.spectral_radius.expect("a linear step") < 1.0 + 1e-12, "{cell:?}");
-        assert!(matches!(cell.verdict, Verdict::Right | Verdict::Wrong), "{cell:?}");
+        // Over a time of 60000 no reference is found without friction; bounded it is.
+        let bounded = matches!(cell.verdict, Verdict::Right | Verdict::Wrong | Verdict::Unjudged);
+        assert!(bounded && cell.steps_done == 2000, "{cell:?}");
     }
 }
 

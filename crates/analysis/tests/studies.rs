@@ -111,7 +111,7 @@ fn global_errors_fall_with_the_order_of_the_method() {
     for model in
         [oscillator().model, Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, Model::VanDerPol { mu: 1.0 }]
     {
-        let problem = Problem { model, end: 5.0, ..oscillator() };
+        let problem = Problem { model: model.clone(), end: 5.0, ..oscillator() };
         for row in
             global_order::run(&problem, &rows(&["leapfrog", "moddg", "rk4"]), &steps, &Silent).expect("runs")
         {

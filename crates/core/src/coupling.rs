@@ -26,7 +26,7 @@ impl Coupling {
     pub fn two_coloured(&self, n: usize) -> bool {
         match self {
             Self::Chain => true,
-            Self::Ring => n % 2 == 0,
+            Self::Ring => n.is_multiple_of(2),
             Self::Dense => false,
         }
     }

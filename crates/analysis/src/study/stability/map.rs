@@ -3,7 +3,7 @@
 use super::lanes::WIDTH;
 use super::measure::Looks;
 use super::piece::{Place, StabilityRow, Way, cells};
-use super::reference::{Event, Exact, Reference, References, events, of_start};
+use super::reference::{Batch, Exact, Reference, References, batches, of_start};
 use crate::ModelError;
 use crate::progress::Progress;
 use crate::study::Problem;
@@ -72,14 +72,14 @@ impl Map<'_> {
         let places = self.places()?;
         let looks = self.looks()?;
         let steps: Vec<(f64, &Looks)> = self.steps.iter().copied().zip(&looks).collect();
-        let events = events(&steps);
+        let batches = batches(&steps);
         let of_groups = places
             .par_chunks(WIDTH)
             .map(|group| {
                 let found = if progress.stopped() {
                     group.iter().map(|_| None).collect()
                 } else {
-                    self.exact(group, &events)?
+                    self.exact(group, &batches)?.into_iter().map(Some).collect()
                 };
                 progress.advance();
                 Ok(found)
@@ -88,7 +88,7 @@ impl Map<'_> {
         Ok(References(of_groups.into_iter().flatten().collect()))
     }
 
-    /// The cells, with references of this map.
+    /// The cells, with references of this map. Those without one are left out.
     ///
     /// # Errors
     /// [`MapError`]
@@ -139,27 +139,42 @@ impl Map<'_> {
         Ok((steps as u64).max(self.least_steps))
     }
 
-    /// The references of up to eight values.
-    fn exact(&self, group: &[Place], events: &[Event]) -> Result<Vec<Option<Vec<Reference>>>, MapError> {
-        let rk4 = registry::find("rk4")
-            .ok_or(InputError::Unsupported { method: "rk4", why: "it is not registered" })?;
-        let steps = self.steps.len();
-        let values = std::array::from_fn(|k| group[k.min(group.len() - 1)].value);
-        if let Some(lanes) = group[0].problem.model.bind_lanes(rk4, self.parameter, values)? {
-            let exact =
-                Exact { problem: &group[0].problem, run: &lanes.run, system: &*lanes.system, events, steps };
-            if let Some(found) = exact.references()? {
-                return Ok(found.into_iter().take(group.len()).map(Some).collect());
+    /// The references of up to eight values, for all steps.
+    fn exact(&self, group: &[Place], batches: &[Batch]) -> Result<Vec<Vec<Reference>>, MapError> {
+        let mut all: Vec<Vec<(usize, Reference)>> = group.iter().map(|_| Vec::new()).collect();
+        for batch in batches {
+            for (all, found) in all.iter_mut().zip(self.exact_of(group, batch)?) {
+                all.extend(batch.steps.iter().copied().zip(found));
             }
         }
-        let each = |place: &Place| -> Result<_, MapError> {
-            let run = place.problem.model.bind(rk4)?;
-            let exact = Exact { problem: &place.problem, run: &run, system: &*place.subject, events, steps };
+        let in_order = |mut of: Vec<(usize, Reference)>| {
+            of.sort_by_key(|of| of.0);
+            of.into_iter().map(|of| of.1).collect()
+        };
+        Ok(all.into_iter().map(in_order).collect())
+    }
+
+    /// The same for a batch of steps.
+    fn exact_of(&self, group: &[Place], batch: &Batch) -> Result<Vec<Vec<Reference>>, MapError> {
+        let rk4 = registry::find("rk4")
+            .ok_or(InputError::Unsupported { method: "rk4", why: "it is not registered" })?;
+        let values = std::array::from_fn(|k| group[k.min(group.len() - 1)].value);
+        let problem = &group[0].problem;
+        if let Some(lanes) = problem.model.bind_lanes(rk4, self.parameter, values)? {
+            let exact = Exact { problem, run: &lanes.run, system: &*lanes.system, batch };
+            if let Some(mut found) = exact.references()? {
+                found.truncate(group.len());
+                return Ok(found);
+            }
+        }
+        let each = |Place { problem, subject, .. }: &Place| -> Result<_, MapError> {
+            let run = problem.model.bind(rk4)?;
+            let exact = Exact { problem, run: &run, system: &**subject, batch };
             let found = exact.references()?.and_then(|lanes| lanes.into_iter().next());
-            Ok(Some(match found {
+            Ok(match found {
                 Some(found) => found,
-                None => of_start(&place.problem, &*place.subject, steps)?,
-            }))
+                None => of_start(problem, &**subject, batch.steps.len())?,
+            })
         };
         group.iter().map(each).collect()
     }
@@ -187,9 +202,11 @@ impl Map<'_> {
                     break;
                 }
                 let range = k * WIDTH..values.min((k + 1) * WIDTH);
-                let exact: Option<Vec<_>> =
-                    references[range.clone()].iter().map(|of| of.as_ref()?.get(j)).collect();
-                let Some(exact) = exact else { continue };
+                let of_places = references.get(range.clone()).unwrap_or_default();
+                let exact: Vec<_> = of_places.iter().filter_map(|of| of.as_ref()?.get(j)).collect();
+                if exact.len() < range.len() {
+                    continue;
+                }
                 let rows = cells(
                     self.parameter,
                     methods[i],

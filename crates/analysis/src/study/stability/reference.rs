@@ -1,6 +1,6 @@
 //! What the exact solution does: RK4 over the whole time, its steps halved until nothing that is compared changes.
 //!
-//! One solution serves all steps h and all methods at a value of the parameter, and nothing of it is kept: it is looked at for all of them
+//! One solution serves all methods and all steps h whose runs are about as long at a value of the parameter, and nothing of it is kept: it is looked at for all of them
 //! on its way, between two of its own steps by cubics through values and slopes. Eight values run side by side where the system allows it; where one of them leaves the numbers, each
 //! runs alone.
 
@@ -58,39 +58,56 @@ const MOST_STEPS: u64 = 1 << 21;
 /// What cutting the step may change, as a share of what a verdict allows.
 const SETTLED: f64 = 0.01;
 
-/// A look at the solution, for a step of the map.
+/// A look at the solution, for a step of a batch.
 pub(super) struct Event {
     t: f64,
     pub(super) step: usize,
     pub(super) weight: f64,
 }
 
-/// The looks of all steps in the order of time.
-pub(super) fn events(steps: &[(f64, &Looks)]) -> Vec<Event> {
-    let mut events: Vec<Event> = steps
-        .iter()
-        .enumerate()
-        .flat_map(|(step, &(h, looks))| {
-            looks.all().map(move |(n, weight)| Event { t: h * n as f64, step, weight })
-        })
-        .collect();
-    events.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.step.cmp(&b.step)));
-    events
+/// Steps of the map whose runs end at about the same time: longer ones would ask for longer steps of RK4.
+pub(super) struct Batch {
+    /// Which of the map's.
+    pub(super) steps: Vec<usize>,
+    /// Their looks in the order of time.
+    events: Vec<Event>,
 }
 
-/// Eight values, or one, of which references are made for all steps.
+/// How many times longer than its shortest a run of a batch may be.
+const SPAN: f64 = 4.0;
+
+/// All steps of a map in batches.
+pub(super) fn batches(steps: &[(f64, &Looks)]) -> Vec<Batch> {
+    let end = |&i: &usize| steps[i].0 * steps[i].1.count as f64;
+    let mut order: Vec<usize> = (0..steps.len()).collect();
+    order.sort_by(|a, b| end(a).total_cmp(&end(b)));
+    let mut batches = Vec::new();
+    while let Some(first) = order.first() {
+        let most = SPAN * end(first);
+        let rest = order.split_off(order.partition_point(|i| end(i) <= most).max(1));
+        let of_step = |(step, &i): (usize, &usize)| {
+            let (h, looks) = steps[i];
+            looks.all().map(move |(n, weight)| Event { t: h * n as f64, step, weight })
+        };
+        let mut events: Vec<Event> = order.iter().enumerate().flat_map(of_step).collect();
+        events.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.step.cmp(&b.step)));
+        batches.push(Batch { steps: std::mem::replace(&mut order, rest), events });
+    }
+    batches
+}
+
+/// Eight values, or one, of which references are made for a batch of steps.
 pub(super) struct Exact<'a, T: Side> {
     pub(super) problem: &'a Problem,
     pub(super) run: &'a Run<T>,
     pub(super) system: &'a dyn System<T>,
-    pub(super) events: &'a [Event],
-    pub(super) steps: usize,
+    pub(super) batch: &'a Batch,
 }
 
 impl<T: Side> Exact<'_, T> {
     /// The references of every lane and step; none where a solution leaves the numbers.
     pub(super) fn references(&self) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
-        let Some(end) = self.events.last().map(|event| event.t) else {
+        let Some(end) = self.batch.events.last().map(|event| event.t) else {
             return Ok(Some(vec![vec![]; T::LANES]));
         };
         let mut count = ((end / COARSEST) as u64).clamp(LEAST_STEPS, MOST_STEPS / 2).next_power_of_two();
@@ -116,8 +133,8 @@ impl<T: Side> Exact<'_, T> {
         let mut state = self.problem.start::<T>()?;
         let dof = state.dof();
         let length = end / count as f64;
-        let mut walk = Walk::new(self.system, dof, self.steps);
-        let mut events = self.events.iter().peekable();
+        let mut walk = Walk::new(self.system, dof, self.batch.steps.len());
+        let mut events = self.batch.events.iter().peekable();
         let ended = self.run.run(Grid::of(length, count)?, &mut state, 1, &mut |n, state| {
             walk.arrive(state);
             // The last step ends at the end but for rounding.
