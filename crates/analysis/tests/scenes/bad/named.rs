@@ -220,6 +220,11 @@ pub(super) const CHANGES: &[Change] = &[
         "`every`",
     ),
     ("every = 10\n", "every = 0\n", "every = 0", "every = 0.0 must be at least 1", ""),
+    ("every = 10\n", "tolerance = 0\n", "tolerance = 0", "must be finite and at least", ""),
+    ("every = 10\n", "tolerance = -1e-6\n", "tolerance = -1e-6", "must be finite and at least", ""),
+    ("every = 10\n", "tolerance = 1e-30\n", "tolerance = 1e-30", "must be finite and at least", ""),
+    ("every = 10\n", "tolerances = [1e-6]\n", "tolerances", "there is no key tolerances", "mean tolerance"),
+    ("[\"leapfrog\"]", "[\"leapfrog\"]\ntolerances = [1e-6, 0]", "0", "must be finite and at least", ""),
     // Methods.
     ("\"rk4\"", "\"rk5\"", "\"rk5\"", "there is no method rk5", "mean rk4"),
     ("\"rk4\"", "\"\"", "\"\"", "there is no method", "leapfrog"),
