@@ -43,6 +43,12 @@ fn marks_before_a_text_line_ends_and_whole_numbers_do_not_matter() {
 }
 
 #[test]
+fn a_mark_before_a_text_does_not_count_in_its_places() {
+    let error = Scene::read(text(b"\xef\xbb\xbf[sistem]\n").unwrap()).unwrap_err();
+    assert_eq!(error.span, 1..7);
+}
+
+#[test]
 fn what_is_quoted_or_remarked_is_no_nesting() {
     let [good, custom] = bad::GOOD;
     Scene::read(&format!("# {}\n# {}\n{good}", ".".repeat(200), "[".repeat(200))).unwrap();
