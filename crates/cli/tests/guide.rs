@@ -106,14 +106,13 @@ fn the_readme_does_what_it_says() {
 fn the_tables_have_the_columns_the_guide_promises() {
     let guide = include_str!("../../../docs/guide.md");
     let folder = tempfile::tempdir().expect("a folder");
-    for block in blocks(guide)
-        .iter()
-        .filter(|block| block.info.ends_with("first.toml") || block.info.ends_with("studies.toml"))
-    {
-        std::fs::write(folder.path().join("scene.toml"), block.lines.join("\n")).expect("a scene");
-        for command in ["run", "study"] {
-            shell(folder.path(), &format!("afterbay {command} scene.toml --out out --force"));
-        }
+    for name in ["first.toml", "studies.toml", "stability.toml"] {
+        let all = blocks(guide);
+        let block = all.iter().find(|block| block.info.ends_with(name)).expect("the scene");
+        std::fs::write(folder.path().join(name), block.lines.join("\n")).expect("a scene");
+        let command = if name == "first.toml" { "run" } else { "study" };
+        let (printed, code) = shell(folder.path(), &format!("afterbay {command} {name} --out out --force"));
+        assert_eq!(code, 0, "{}", printed.join("\n"));
     }
     let mut tables = 0;
     for table in std::fs::read_dir(folder.path().join("out/data")).expect("tables").flatten() {
@@ -128,5 +127,5 @@ fn the_tables_have_the_columns_the_guide_promises() {
         assert!(header.starts_with(columns), "{name} has {header}, not {columns}");
         tables += 1;
     }
-    assert_eq!(tables, 6);
+    assert_eq!(tables, 7);
 }
