@@ -1,5 +1,7 @@
 //! The guide and the README do what they say: their scenes are checked, their commands run, and the output they show appears.
 
+use afterbay_analysis::study::outcome::{COMPLETED, INTERRUPTED};
+use afterbay_analysis::study::stability::Verdict;
 use std::path::Path;
 use std::process::Command;
 
@@ -128,4 +130,18 @@ fn the_tables_have_the_columns_the_guide_promises() {
         tables += 1;
     }
     assert_eq!(tables, 7);
+}
+
+#[test]
+fn the_guide_knows_every_outcome_and_verdict() {
+    let guide = include_str!("../../../docs/guide.md");
+    let source = include_str!("../../analysis/src/study/outcome.rs");
+    let words = source.lines().filter_map(|line| line.split("=> \"").nth(1)?.split('"').next());
+    let outcomes: Vec<_> = words.chain([COMPLETED, INTERRUPTED]).map(str::to_owned).collect();
+    assert!(outcomes.len() > 10, "{outcomes:?}");
+    let verdicts = Verdict::ALL.map(|verdict| serde_json::to_value(verdict).expect("a word"));
+    let verdicts = verdicts.iter().map(|word| word.as_str().expect("a word").to_owned());
+    for word in outcomes.into_iter().chain(verdicts) {
+        assert!(guide.contains(&format!("`{word}`")), "{word}");
+    }
 }
