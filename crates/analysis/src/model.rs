@@ -197,6 +197,17 @@ impl Model {
         }
     }
 
+    /// The names of the parameters.
+    pub fn parameters(&self) -> Vec<&str> {
+        match self {
+            Self::Custom(custom) => custom.parameters().map(|(name, _)| name).collect(),
+            _ => {
+                let row = SYSTEMS.iter().find(|row| row.name == self.name());
+                row.map_or(Vec::new(), |row| row.parameters.to_vec())
+            }
+        }
+    }
+
     /// The same model with another value of a parameter.
     ///
     /// # Errors

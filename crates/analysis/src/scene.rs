@@ -3,7 +3,9 @@
 //! [`Document`] is what stands in the file, [`Scene`] what it means: checked, with names resolved. What is wrong with a text is
 //! said with its place in it.
 
+mod depth;
 mod document;
+mod literal;
 mod plan;
 mod problem;
 mod source;
@@ -16,7 +18,7 @@ pub use plan::{
 pub use problem::{SceneError, SceneProblem};
 
 use crate::study::Problem;
-use afterbay_core::{Grid, Scalar, State};
+use afterbay_core::{Grid, InputError, Quantity, Scalar, State};
 use plan::Planner;
 use source::Source;
 
@@ -73,11 +75,17 @@ impl Scene {
         let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
         let dof = model.dof();
         let (initial, time) = (&document.initial, &document.time);
+        for (path, quantity, part) in
+            [("initial.q", Quantity::Coordinate, &initial.q), ("initial.p", Quantity::Momentum, &initial.p)]
+        {
+            if part.len() != dof {
+                let error = InputError::Length { quantity, expected: dof, found: part.len() };
+                return Err(at(path, error.into()));
+            }
+        }
         let problem = Problem { model, q: initial.q.clone(), p: initial.p.clone(), end: time.end };
-        let start: State<Vec<f64>> = problem.start().map_err(|error| {
-            at(if initial.q.len() == dof { "initial.p" } else { "initial.q" }, error.into())
-        })?;
-        system::finite_at(&source, &document.system, &problem, &start)?;
+        let start: State<Vec<f64>> = problem.start().map_err(|error| at("initial", error.into()))?;
+        system::finite_at(&source, &problem, &start)?;
         let grid = Grid::<f64>::new(time.step, time.end)
             .map_err(|error| at(if time.end > 0.0 { "time.step" } else { "time.end" }, error.into()))?;
         let planner = Planner { source: &source, document: &document, problem: &problem, steps: grid.steps };

@@ -4,26 +4,42 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Integrates dissipative Hamiltonian systems with an energy reservoir, so that K = H + Σ w is kept exactly, and
-/// measures how fast, how accurate and how stable each method is.
+/// Integrates mechanical systems with friction, keeps the energy books to the last bit, and measures what each method is worth.
+///
+/// H is the energy, w_j what friction has taken from each degree of freedom, and K = H + Σ w_j stays what it was: exactly with some
+/// methods, roughly with others.
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true)]
-#[command(
-    after_help = "Exit codes: 0 all completed, 2 usage, 3 scene invalid, 4 some runs failed (results are written), 5 results could \
-                  not be written, 130 interrupted (what was done is written)."
-)]
+#[command(version, arg_required_else_help = true, after_help = AFTER, after_long_help = AFTER)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
 
-    /// Threads for the sweeps, 1 to 1024 [default: all]. Results are the same to the bit for any number.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for any number.
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 
     /// What to print on stdout.
     #[arg(long, global = true, value_enum, default_value_t = Format::Table)]
     pub(crate) format: Format,
 }
+
+/// Where to begin, and how it ends.
+const AFTER: &str = "\
+First steps:
+  afterbay list systems                              what can be integrated
+  afterbay list methods                              and by what
+  afterbay check scenes/pendulum.toml                is the scene right, and what would it do?
+  afterbay run scenes/pendulum.toml                  trajectories, in out/pendulum
+  afterbay study scenes/pendulum.toml --out out/p    orders, energy books, cost, .. as the scene declares
+  afterbay pick scenes/pendulum.toml --error 1e-6    the cheapest method and step for that error
+
+Exit codes:
+  0    all completed
+  2    the command line makes no sense
+  3    the scene is not valid
+  4    some runs failed, or nothing was found that does it (results are written)
+  5    results could not be written
+  130  interrupted by Ctrl-C (what was done is written)";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -37,15 +53,23 @@ pub(crate) enum Command {
         quick: bool,
     },
     /// Run the methods of a scene's [run] table and write the trajectories down.
+    ///
+    /// Leaves report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and run.json in a folder. A run that
+    /// fails is in the table up to its last good state.
     Run(SceneArguments),
     /// Run the studies a scene declares: orders, energy books, cost, stability, long runs.
+    ///
+    /// A scene declares a study by a table: [study.local-order], [study.global-order], [study.energy], [study.work-precision],
+    /// [study.stability], [study.long-run]. Each leaves its table in data/ and its charts in report.html and figures/.
     Study(SceneArguments),
     /// Find the cheapest method and step that meets an error on the scene itself, checked against a finer run.
+    ///
+    /// Takes the system, the start and the end from the scene; its step and its methods do not matter. Nothing is written.
     Pick {
         /// The scene, a TOML file.
         scene: PathBuf,
         /// The largest error of (q, p) and of w at the end of the scene.
-        #[arg(long, value_name = "E", value_parser = error_bound)]
+        #[arg(long, value_name = "E", value_parser = error_bound, allow_negative_numbers = true)]
         error: f64,
         /// Only methods that keep K to rounding.
         #[arg(long)]
@@ -55,13 +79,20 @@ pub(crate) enum Command {
         passive: bool,
     },
     /// Say whether a scene is valid, and what it would do. Nothing is computed.
+    ///
+    /// What is wrong is shown in its line, with what to do about it, and the command ends with 3.
     Check {
         /// The scene, a TOML file.
         scene: PathBuf,
     },
     /// Print the JSON schema of scenes, for editors.
+    ///
+    /// Editors that know TOML complete and check scenes with it: `afterbay schema > scene.json`, and
+    /// `#:schema scene.json` as the first line of a scene.
     Schema,
     /// Print completions for a shell.
+    ///
+    /// For bash, for example: `source <(afterbay completions bash)`.
     Completions {
         /// The shell.
         shell: Shell,

@@ -47,6 +47,8 @@ pub(crate) fn run(what: What, arguments: &SceneArguments, format: Format) -> Res
             return Err(Failure::taken(&out, &other));
         }
     }
+    // Better now than when everything is computed.
+    std::fs::create_dir_all(&out).map_err(|error| Failure::no_folder(&out, error))?;
     let bars = Bars::new();
     let (output, findings): Results = match what {
         What::Run => experiment::run(&scene, &bars),

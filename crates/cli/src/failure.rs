@@ -2,8 +2,10 @@
 
 use crate::experiment::FAILED;
 use afterbay_analysis::ReportError;
+use afterbay_analysis::record::StorageError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -16,7 +18,7 @@ const STORAGE: u8 = 5;
 
 /// What went wrong, and the exit code.
 pub(crate) struct Failure {
-    pub(crate) diagnostic: Trouble,
+    pub(crate) diagnostic: Box<Trouble>,
     pub(crate) code: u8,
 }
 
@@ -52,38 +54,73 @@ pub(crate) enum Trouble {
 }
 
 impl Failure {
+    fn new(trouble: Trouble, code: u8) -> Self {
+        Self { diagnostic: Box::new(trouble), code }
+    }
+
     pub(crate) fn storage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
-        Self { diagnostic: Trouble::Storage(Box::new(error)), code: STORAGE }
+        Self::new(Trouble::Storage(Box::new(error)), STORAGE)
+    }
+
+    pub(crate) fn no_folder(folder: &Path, error: std::io::Error) -> Self {
+        Self::storage(StorageError::File { path: folder.into(), source: error })
     }
 
     pub(crate) fn taken(folder: &Path, hash: &str) -> Self {
-        let diagnostic = Trouble::Taken { folder: folder.into(), hash: hash.chars().take(12).collect() };
-        Self { diagnostic, code: STORAGE }
+        let hash = hash.chars().take(12).collect();
+        Self::new(Trouble::Taken { folder: folder.into(), hash }, STORAGE)
     }
 
     pub(crate) fn unreadable(path: &Path, source: std::io::Error) -> Self {
-        Self { diagnostic: Trouble::Unreadable { path: path.into(), source }, code: SCENE }
+        Self::new(Trouble::Unreadable { path: path.into(), source }, SCENE)
     }
 
     /// What is wrong with a scene, pointed at in its text where there is one.
     pub(crate) fn scene(path: &Path, text: &str, error: SceneError) -> Self {
-        let span = (!text.is_empty()).then(|| SourceSpan::from(error.span));
+        let span = clipped(text, error.span);
+        let fits = around(text, &span).lines().all(|line| line.len() <= WIDEST);
+        let mut message = error.problem.to_string();
+        if span != (0..0) && !fits {
+            let before = text.get(..span.start).unwrap_or_default();
+            let line = before.matches('\n').count() + 1;
+            let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+            message = format!("{}:{line}:{column}: {message}", path.display());
+        }
+        let text = if fits { text } else { "" };
         let diagnostic = Trouble::Scene {
-            message: error.problem.to_string(),
+            message,
             help: error.problem.help(),
             text: NamedSource::new(path.display().to_string(), text.to_owned()),
-            span,
+            span: (fits && span != (0..0)).then(|| SourceSpan::from(span)),
         };
-        Self { diagnostic, code: SCENE }
+        Self::new(diagnostic, SCENE)
     }
 
     pub(crate) fn study(error: impl std::error::Error + Send + Sync + 'static) -> Self {
-        Self { diagnostic: Trouble::Study(Box::new(error)), code: FAILED }
+        Self::new(Trouble::Study(Box::new(error)), FAILED)
     }
 
     pub(crate) fn threads(error: impl std::error::Error + Send + Sync + 'static) -> Self {
-        Self { diagnostic: Trouble::Threads(Box::new(error)), code: USAGE }
+        Self::new(Trouble::Threads(Box::new(error)), USAGE)
     }
+}
+
+/// The longest line of a scene that is shown, in bytes.
+const WIDEST: usize = 400;
+
+/// The part of a span on its first line.
+fn clipped(text: &str, span: Range<usize>) -> Range<usize> {
+    let line = text.get(span.clone()).and_then(|part| part.find(['\r', '\n']));
+    span.start..line.map_or(span.end, |length| span.start + length)
+}
+
+/// The lines a span is shown with: its own, and those before and after.
+fn around<'a>(text: &'a str, span: &Range<usize>) -> &'a str {
+    let before = text.get(..span.start).unwrap_or_default();
+    let start = before.rmatch_indices('\n').nth(1).map_or(0, |(at, _)| at + 1);
+    let after = text.get(span.end..).unwrap_or_default();
+    let end = after.match_indices('\n').nth(1).map_or(text.len(), |(at, _)| span.end + at);
+    text.get(start..end).unwrap_or_default()
 }
 
 impl From<ReportError> for Failure {

@@ -40,7 +40,7 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => code,
         Err(failure) => {
-            eprintln!("{:?}", miette::Report::new(failure.diagnostic));
+            eprintln!("{:?}", miette::Report::new(*failure.diagnostic));
             ExitCode::from(failure.code)
         }
     }

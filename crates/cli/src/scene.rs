@@ -13,6 +13,8 @@ pub(crate) fn read(path: &Path) -> Result<Scene, Failure> {
     file.take(MOST_BYTES as u64 + 1)
         .read_to_end(&mut bytes)
         .map_err(|error| Failure::unreadable(path, error))?;
-    let text = text(&bytes).map_err(|error| Failure::scene(path, "", error))?;
+    let text = text(&bytes).map_err(|error| {
+        Failure::scene(path, &String::from_utf8_lossy(&bytes[..bytes.len().min(MOST_BYTES)]), error)
+    })?;
     Scene::read(text).map_err(|error| Failure::scene(path, text, error))
 }

@@ -68,14 +68,15 @@ fn list_shows_every_method_and_system() {
     afterbay(&["list", "systems"]).assert().success().stdout(contains("modified-van-der-pol"));
     let output = afterbay(&["list", "systems", "--format", "json"]).output().expect("runs");
     let systems: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let listed: Vec<_> =
-        systems.as_array().expect("rows").iter().map(|row| [&row["name"], &row["parameters"]]).collect();
-    for [name, parameters] in [
-        ["fput-chain", "n ≥ 1, beta, c"],
-        ["van-der-pol-ring", "n ≥ 1, mu, coupling (κ)"],
-        ["damped-double-pendulum", "m1, m2, l1, l2 > 0, g, c1, c2"],
+    let systems = systems.as_array().expect("rows");
+    for (name, parameters, ranges) in [
+        ("fput-chain", &["n", "beta", "c"][..], "n ≥ 1"),
+        ("van-der-pol-ring", &["n", "mu", "coupling"], "n ≥ 1 (coupling: κ)"),
+        ("damped-double-pendulum", &["m1", "m2", "l1", "l2", "g", "c1", "c2"], "m1, m2, l1, l2 > 0"),
     ] {
-        assert!(listed.iter().any(|[a, b]| *a == name && *b == parameters), "{name}");
+        let row = systems.iter().find(|row| row["name"] == name).expect("a row");
+        assert_eq!(row["parameters"], serde_json::json!(parameters), "{name}");
+        assert_eq!(row["ranges"], ranges, "{name}");
     }
     let output = afterbay(&["list", "methods", "--format", "json"]).output().expect("runs");
     let methods: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

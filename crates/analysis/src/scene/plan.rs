@@ -6,6 +6,7 @@ use super::source::Source;
 use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
 use afterbay_methods::registry::{self, METHODS, Row};
+use std::collections::HashSet;
 
 /// The most steps of a run, and of all runs of a study.
 const MOST_STEPS: f64 = 1e11;
@@ -253,11 +254,17 @@ impl Planner<'_> {
             self.range(&named, (varied.from, varied.to), varied.count, varied.scale, f64::NEG_INFINITY)?;
         steps.sort_by(f64::total_cmp);
         values.sort_by(f64::total_cmp);
+        let known = self.problem.model.parameters();
+        if !known.contains(&varied.name.as_str()) {
+            let known = known.into_iter().map(str::to_owned).collect();
+            let problem = SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
+            return self.refuse(&format!("{named}.name"), problem);
+        }
+        let cells = (steps.len() * values.len() * methods.len()) as f64;
+        self.budget(path, "the number of cells", (cells, MOST_CELLS), "give fewer steps or values")?;
         for value in &values {
-            let model = self.problem.model.with(&varied.name, *value).or_else(|error| {
-                let place = if matches!(error, crate::ModelError::NoParameter { .. }) { ".name" } else { "" };
-                self.refuse(&format!("{named}{place}"), error)
-            })?;
+            let model =
+                self.problem.model.with(&varied.name, *value).or_else(|error| self.refuse(&named, error))?;
             self.within(&named, model.subject::<f64>().map(drop))?;
             if model.dof() != self.problem.model.dof() {
                 let why = "it changes the number of degrees of freedom, and with it the initial state";
@@ -265,7 +272,7 @@ impl Planner<'_> {
             }
         }
         let end = table.end.unwrap_or(self.problem.end);
-        if !(end > 0.0) {
+        if end <= 0.0 {
             return self.refuse(&format!("{path}.end"), InputError::End { end });
         }
         if let Some(finest) = steps.first() {
@@ -275,8 +282,6 @@ impl Planner<'_> {
         let all: f64 =
             steps.iter().map(|h| (end / h).ceil()).sum::<f64>() * (values.len() * methods.len()) as f64;
         self.steps_fit(path, all)?;
-        let cells = (steps.len() * values.len() * methods.len()) as f64;
-        self.budget(path, "the number of cells", (cells, MOST_CELLS), "give fewer steps or values")?;
         let (parameter, spacing) = (varied.name.clone(), varied.scale);
         let step_spacing = match &table.steps {
             Spread::List(_) => Spacing::Log,
@@ -309,7 +314,7 @@ impl Planner<'_> {
         match (own, &self.document.run) {
             (Some(names), _) => self.methods(&format!("{path}.methods"), names),
             (None, Some(run)) => self.methods("run.methods", &run.methods),
-            (None, None) => self.refuse(path, SceneProblem::Missing { key: "methods".into() }),
+            (None, None) => self.refuse(path, SceneProblem::NoMethods),
         }
     }
 
@@ -337,9 +342,10 @@ impl Planner<'_> {
         match spread {
             Spread::List(list) if list.is_empty() => self.refuse(path, SceneProblem::Empty { what: "step" }),
             Spread::List(list) => {
+                let mut seen = HashSet::new();
                 for (i, &h) in list.iter().enumerate() {
                     self.within(&format!("{path}.{i}"), Grid::<f64>::of(h, 1).map(drop))?;
-                    if list[..i].contains(&h) {
+                    if !seen.insert(h.to_bits()) {
                         return self
                             .refuse(&format!("{path}.{i}"), SceneProblem::Twice { name: h.to_string() });
                     }
@@ -369,10 +375,10 @@ impl Planner<'_> {
             return refuse("to", to, "another value than `from`, where there is more than one");
         }
         for (key, value) in [("from", from), ("to", to)] {
-            if scale == Spacing::Log && !(value > 0.0) {
+            if scale == Spacing::Log && value <= 0.0 {
                 return refuse(key, value, "positive where the scale is \"log\"");
             }
-            if !(value > above) {
+            if value <= above {
                 return refuse(key, value, "positive");
             }
         }

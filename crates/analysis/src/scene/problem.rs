@@ -75,6 +75,12 @@ pub enum SceneProblem {
         /// The number as written.
         text: String,
     },
+    /// A whole number that is too large.
+    #[error("{text} is too large for a whole number")]
+    LargeWhole {
+        /// The number as written.
+        text: String,
+    },
     /// A name nothing has.
     #[error("there is no {what} {name}")]
     Unknown {
@@ -91,6 +97,9 @@ pub enum SceneProblem {
         /// What it is a list of.
         what: &'static str,
     },
+    /// A study that no methods are named for.
+    #[error("no methods are named for this study")]
+    NoMethods,
     /// The same thing twice.
     #[error("{name} is in the list already")]
     Twice {
@@ -160,6 +169,8 @@ impl SceneProblem {
             Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
             Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
             Self::Quoted { .. } => Some("write the number without quotation marks".into()),
+            Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
+            Self::NoText => Some("save the file as UTF-8".into()),
             Self::TooLarge { .. } => Some("is this the right file?".into()),
             Self::Syntax(_) => {
                 Some("scenes are TOML files: see https://toml.io, and `afterbay schema`".into())
@@ -172,11 +183,9 @@ impl SceneProblem {
             Self::Input(InputError::Unsupported { .. }) => {
                 Some("`afterbay list methods` says what each method needs".into())
             }
-            Self::Model(ModelError::NoParameter { .. }) => {
-                Some("`afterbay list systems` shows the parameters".into())
-            }
-            Self::Custom(CustomError::NotFinite { .. }) => {
-                Some("start where all expressions are finite".into())
+            Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
+            Self::Custom(CustomError::NotFinite { .. }) | Self::Input(InputError::NotFinite { .. }) => {
+                Some("start where H and all forces are finite".into())
             }
             _ => None,
         }
@@ -187,7 +196,9 @@ impl SceneProblem {
 fn suggestion(name: &str, known: &[String], before: &str) -> String {
     let far = |other: &String| strsim::damerau_levenshtein(name, other);
     match known.iter().min_by_key(|other| far(other)) {
-        Some(nearest) if far(nearest) <= 1 + nearest.len().min(name.len()) / 3 => {
+        Some(nearest)
+            if far(nearest) < name.len() && far(nearest) <= 1 + nearest.len().min(name.len()) / 3 =>
+        {
             format!("did you mean {nearest}?")
         }
         _ => {

@@ -1,6 +1,7 @@
 //! The text of a scene: read as TOML, held against the schema, and asked where something stands.
 
 use super::problem::{SceneError, SceneProblem};
+use super::{depth, literal};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::ops::Range;
@@ -20,7 +21,9 @@ type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
 
 impl<'a> Source<'a> {
     pub(super) fn parse(text: &'a str) -> Result<Self, SceneError> {
-        shallow(text)?;
+        if let Some(span) = depth::beyond(text, DEEPEST) {
+            return Err(SceneError { problem: SceneProblem::TooDeep { limit: DEEPEST }, span });
+        }
         match DeTable::parse(text) {
             Ok(root) => Ok(Self { text, root }),
             Err(error) => Err(SceneError {
@@ -50,11 +53,10 @@ impl<'a> Source<'a> {
     }
 
     /// Where a part of the expression at a path stands.
-    pub(super) fn span_within(&self, path: &str, expression: &str, part: &Range<usize>) -> Range<usize> {
+    pub(super) fn span_within(&self, path: &str, part: &Range<usize>) -> Range<usize> {
         let span = self.walk(path).1;
-        // Text with escapes in it is not what stands between the quotation marks: then all of it is pointed at.
-        match self.text.get(span.clone()).and_then(|written| written.find(expression)) {
-            Some(offset) => span.start + offset + part.start..span.start + offset + part.end,
+        match self.text.get(span.clone()).and_then(|written| literal::part_of(written, part)) {
+            Some(part) => span.start + part.start..span.start + part.end,
             None => span,
         }
     }
@@ -86,20 +88,6 @@ impl<'a> Source<'a> {
         }
         spans
     }
-}
-
-/// Is it nested no deeper than we go? The parser bounds arrays and inline tables by itself, but not dotted keys.
-fn shallow(text: &str) -> Result<(), SceneError> {
-    let mut start = 0;
-    for line in text.split_inclusive('\n') {
-        let key = line.split('=').next().unwrap_or(line);
-        if key.matches('.').count() > DEEPEST {
-            let span = start..start + key.len();
-            return Err(SceneError { problem: SceneProblem::TooDeep { limit: DEEPEST }, span });
-        }
-        start += line.len();
-    }
-    Ok(())
 }
 
 /// A part of the schema, and the whole that it refers to.
@@ -178,7 +166,10 @@ impl<'s> Schema<'s> {
                 {
                     "negative"
                 } else if expects("number").or(expects("integer")).is_some() {
-                    return Ok(());
+                    return match i64::from_str_radix(number.as_str(), number.radix()) {
+                        Ok(_) => Ok(()),
+                        Err(_) => refuse(SceneProblem::LargeWhole { text: number.as_str().into() }),
+                    };
                 } else {
                     "a number"
                 }

@@ -10,6 +10,8 @@ use afterbay_systems::{Custom, CustomError, Description, Friction, Place};
 
 /// The name of a system that is made of expressions.
 const CUSTOM: &str = "custom";
+/// The most parameters of such a system: each name in an expression is looked for among all of them.
+const MOST_PARAMETERS: usize = 1000;
 
 /// The system a table describes.
 pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, SceneError> {
@@ -62,6 +64,15 @@ pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, S
 
 fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, SceneError> {
     let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
+    if table.parameters.len() > MOST_PARAMETERS {
+        let problem = SceneProblem::Budget {
+            what: "the number of parameters",
+            size: table.parameters.len() as f64,
+            limit: MOST_PARAMETERS as f64,
+            change: "write numbers into the expressions",
+        };
+        return Err(at("system.parameters", problem));
+    }
     if table.potential.is_none() {
         return Err(at("system", SceneProblem::Missing { key: "potential".into() }));
     }
@@ -80,7 +91,7 @@ fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, Scene
         let why = "the friction is given by `dissipation` already";
         return Err(at("system.friction", SceneProblem::Misplaced { key: "friction", why }));
     }
-    Custom::new(&description(table)).map_err(|error| located(source, table, error))
+    Custom::new(&description(table)).map_err(|error| located(source, error))
 }
 
 /// The expressions of a table.
@@ -100,11 +111,10 @@ fn description(table: &SystemTable) -> Description {
 }
 
 /// A problem of a custom system with its place in the scene.
-fn located(source: &Source<'_>, table: &SystemTable, error: CustomError) -> SceneError {
+fn located(source: &Source<'_>, error: CustomError) -> SceneError {
     let span = match &error {
         CustomError::Expression { place, span, .. } | CustomError::NotFinite { place, span, .. } => {
-            let (path, expression) = written(table, *place);
-            source.span_within(&path, &expression.map(Expression::text).unwrap_or_default(), span)
+            source.span_within(&path(*place), span)
         }
         CustomError::Name { name, .. }
         | CustomError::Value { name, .. }
@@ -123,25 +133,19 @@ fn located(source: &Source<'_>, table: &SystemTable, error: CustomError) -> Scen
     SceneError { problem: SceneProblem::Custom(error), span }
 }
 
-/// Where an expression is written, and what is written there.
-fn written(table: &SystemTable, place: Place) -> (String, Option<&Expression>) {
+/// Where an expression is written.
+fn path(place: Place) -> String {
     match place {
-        Place::Potential => ("system.potential".into(), table.potential.as_ref()),
-        Place::Mass(j) => (format!("system.mass.{j}"), table.mass.as_ref().and_then(|list| list.get(j))),
-        Place::Dissipation(j) => {
-            (format!("system.dissipation.{j}"), table.dissipation.as_ref().and_then(|list| list.get(j)))
-        }
-        Place::Friction(i, j) => {
-            let row = table.friction.as_ref().and_then(|rows| rows.get(i));
-            (format!("system.friction.{i}.{j}"), row.and_then(|row| row.get(j)))
-        }
+        Place::Potential => "system.potential".into(),
+        Place::Mass(j) => format!("system.mass.{j}"),
+        Place::Dissipation(j) => format!("system.dissipation.{j}"),
+        Place::Friction(i, j) => format!("system.friction.{i}.{j}"),
     }
 }
 
 /// Are the energy and the forces finite at the start?
 pub(super) fn finite_at(
     source: &Source<'_>,
-    table: &SystemTable,
     problem: &Problem,
     start: &State<Vec<f64>>,
 ) -> Result<(), SceneError> {
@@ -149,7 +153,7 @@ pub(super) fn finite_at(
     if let Model::Custom(custom) = &problem.model {
         return custom.check_at(&start.q, &start.p).map_err(|error| match error {
             CustomError::Input(error) => at("initial", error),
-            _ => located(source, table, error),
+            _ => located(source, error),
         });
     }
     let subject = problem.model.subject::<f64>().map_err(|error| at("system", error))?;

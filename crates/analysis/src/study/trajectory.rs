@@ -48,7 +48,7 @@ pub struct Trajectory {
     pub ending: Ending,
 }
 
-/// No run goes on for more steps than this without being asked whether it may.
+/// No run goes on for more steps of one degree of freedom than this without being asked whether it may.
 const ASKED: u64 = 4096;
 
 /// Runs each method with steps of size h and keeps every `every`-th state.
@@ -74,7 +74,7 @@ pub fn run(
                 rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
             };
             let (mut state, mut done, mut recorded) = (problem.start()?, 0, 0);
-            let stride = if every <= ASKED { every } else { 1 };
+            let stride = if every <= ASKED / state.q.len() as u64 { every } else { 1 };
             let result = problem.model.bind(row)?.run(grid, &mut state, stride, &mut |step, state| {
                 done = step;
                 if step % every == 0 {

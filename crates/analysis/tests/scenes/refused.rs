@@ -1,0 +1,91 @@
+//! Texts that are scenes, and texts that are none: what is said of them, where, and how soon.
+
+use crate::{SOON, bad, soon};
+use afterbay_analysis::scene::{MOST_BYTES, Scene, SceneProblem, text};
+
+#[test]
+fn what_is_wrong_is_said_pointed_at_and_soon() {
+    let all = bad::all();
+    assert!(all.len() >= 70, "{}", all.len());
+    let mut wrong = Vec::new();
+    for bad in &all {
+        let (took, read) = soon(|| text(bad.text.as_bytes()).and_then(Scene::read));
+        let short: String = bad.text.chars().take(1200).collect();
+        let Err(error) = read else {
+            wrong.push(format!("{short}\n  was accepted"));
+            continue;
+        };
+        let (says, help) = (error.problem.to_string(), error.problem.help().unwrap_or_default());
+        let at = bad.text.get(error.span.clone()).and_then(|at| at.lines().next()).unwrap_or_default();
+        if !says.contains(bad.says) || !help.contains(bad.help) || at != bad.at || took > SOON {
+            let at: String = at.chars().take(200).collect();
+            wrong.push(format!(
+                "  expected {:?} / {:?} / {:?}\n  found    {at:?} / {says:?} / {help:?} at {:?} after {took:?}",
+                bad.at, bad.says, bad.help, error.span
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), all.len(), wrong.join("\n"));
+}
+
+#[test]
+fn marks_before_a_text_line_ends_and_whole_numbers_do_not_matter() {
+    for good in bad::GOOD {
+        let scene = Scene::read(good).unwrap();
+        let marked = format!("\u{feff}{}", good.replace('\n', "\r\n"));
+        let same = Scene::read(text(marked.as_bytes()).unwrap()).unwrap();
+        assert_eq!(format!("{:?}", same.document), format!("{:?}", scene.document));
+        let whole = Scene::read(
+            &good.replace("step = 0.01\n[run]", "step = 1\n[run]").replace("step = 0.1", "step = 1"),
+        );
+        assert_eq!(whole.unwrap().step, 1.0);
+    }
+}
+
+#[test]
+fn a_mark_before_a_text_does_not_count_in_its_places() {
+    let error = Scene::read(text(b"\xef\xbb\xbf[sistem]\n").unwrap()).unwrap_err();
+    assert_eq!(error.span, 1..7);
+}
+
+#[test]
+fn what_is_quoted_or_remarked_is_no_nesting() {
+    let [good, custom] = bad::GOOD;
+    Scene::read(&format!("# {}\n# {}\n{good}", ".".repeat(200), "[".repeat(200))).unwrap();
+    let long = format!("potential = \"\"\"\n{}q1^2/2 + q2^2/2\"\"\"\nmass", "0.5*q1 + 0.5*q2 +\n".repeat(60));
+    let potential = custom.lines().find(|line| line.starts_with("potential")).unwrap();
+    Scene::read(&custom.replacen(potential, "", 1).replacen("mass", &long, 1)).unwrap();
+}
+
+#[test]
+fn what_is_no_text_or_too_much_of_it_is_refused() {
+    let error = text(b"[system]\nname = \"\xff\"").unwrap_err();
+    assert_eq!((error.problem, error.span), (SceneProblem::NoText, 17..17));
+    let most = [b'#'; MOST_BYTES + 1];
+    assert!(text(&most[1..]).is_ok());
+    let error = text(&most).unwrap_err();
+    assert!(matches!(error.problem, SceneProblem::TooLarge { .. }));
+    assert!(error.problem.help().unwrap().contains("right file"));
+}
+
+#[test]
+fn a_scene_says_what_it_leaves_out() {
+    let [good, _] = bad::GOOD;
+    let scene =
+        Scene::read(&good.replacen("every = 10\n", "", 1).replacen("step = 0.01\nevery = 100", "", 1))
+            .unwrap();
+    let names = |rows: &[&'static afterbay_methods::registry::Row]| {
+        rows.iter().map(|row| row.name).collect::<Vec<_>>()
+    };
+    assert_eq!(scene.run.unwrap().every, 1);
+    let energy = scene.studies.energy.unwrap();
+    assert_eq!((energy.step, energy.every, names(&energy.methods)), (0.01, 1, vec!["moddg", "rk4"]));
+    let work = scene.studies.work_precision.unwrap();
+    assert_eq!((work.steps, names(&work.methods)), (vec![0.1, 0.2], vec!["leapfrog"]));
+    let stability = scene.studies.stability.unwrap();
+    assert_eq!((stability.steps[0], stability.steps[5], stability.end), (0.01, 10.0, 20.0));
+    assert_eq!(stability.values, [0.0, 4.5, 9.0]);
+    assert!(
+        stability.steps.windows(2).all(|pair| (pair[1] / pair[0] / 1000.0_f64.powf(0.2) - 1.0).abs() < 1e-12)
+    );
+}

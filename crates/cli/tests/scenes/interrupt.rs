@@ -1,0 +1,50 @@
+//! Ctrl-C.
+
+use super::{afterbay, done};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A chain that nobody would wait for.
+fn chain(n: usize) -> String {
+    let zeros = vec!["0"; n - 1].join(", ");
+    format!(
+        "[system]\nname = \"fput-chain\"\nparameters = {{ n = {n}, beta = 0.3, c = 0.01 }}\n\
+         [initial]\nq = [1, {zeros}]\np = [0, {zeros}]\n[time]\nend = 4000\nstep = 0.01\n\
+         [run]\nmethods = [\"increment-2\", \"collocation-8\"]\nevery = 4000\n"
+    )
+}
+
+#[test]
+fn ctrl_c_ends_a_run_soon_with_what_was_done() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, out) = (folder.path().join("chain.toml"), folder.path().join("out"));
+    std::fs::write(&scene, chain(2000)).expect("a scene");
+    let mut command = afterbay(&["run", "--out"]);
+    let child = command.arg(&out).arg(&scene).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = child.spawn().expect("it starts");
+    // The folder is made just before the handler is set and the first step taken.
+    let patience = Instant::now();
+    while !out.exists() && patience.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_millis(700));
+    let clock = Instant::now();
+    let (code, ..) = done(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]));
+    assert_eq!(code, Some(0), "the signal is sent");
+    let output = child.wait_with_output().expect("it ends");
+    let (took, stderr) = (clock.elapsed(), String::from_utf8_lossy(&output.stderr).into_owned());
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(took < Duration::from_secs(5), "{took:?}");
+    assert!(stderr.contains("once more to stop at once"), "{stderr}");
+
+    let mut table = csv::Reader::from_path(out.join("data/trajectory.csv")).expect("a table");
+    let rows: Vec<_> = table.records().map(|row| row.expect("a row")).collect();
+    assert!(rows.len() >= 2 && rows.iter().all(|row| row.len() == 3 + 3 * 2000 + 2), "{}", rows.len());
+    let numbers = rows.iter().flat_map(|row| row.iter().skip(1));
+    assert!(numbers.into_iter().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)));
+    let record = std::fs::read_to_string(out.join("run.json")).expect("a record");
+    let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+    let runs = record["runs"].as_array().expect("a list");
+    assert!(runs.len() == 2 && runs.iter().all(|run| run["outcome"] == "interrupted"), "{runs:?}");
+    assert!(out.join("report.html").exists());
+}

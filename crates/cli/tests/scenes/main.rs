@@ -1,0 +1,36 @@
+//! Scenes from the command line: refused, ready to run, the same for any number of threads, stopped on the way.
+
+#[path = "../../../analysis/tests/scenes/bad/mod.rs"]
+mod bad;
+#[cfg(unix)]
+mod interrupt;
+mod ready;
+mod refused;
+mod threads;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The command with these arguments.
+fn afterbay(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterbay"));
+    command.args(arguments).env_remove("NO_COLOR");
+    command
+}
+
+/// What came of it: the exit code, stdout and stderr.
+fn done(command: &mut Command) -> (Option<i32>, String, String) {
+    let Output { status, stdout, stderr } = command.output().expect("it is run");
+    let text = |bytes| String::from_utf8(bytes).expect("text");
+    (status.code(), text(stdout), text(stderr))
+}
+
+/// The folder of ready scenes.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+}
+
+/// A text without blanks and the rules that long lines are broken with.
+fn squeezed(text: &str) -> String {
+    text.chars().filter(|c| !c.is_whitespace() && !"│|".contains(*c)).collect()
+}

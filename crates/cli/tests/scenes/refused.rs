@@ -1,0 +1,140 @@
+//! What is refused, and the exit code that says so.
+
+use super::{afterbay, bad, done, folder, squeezed};
+use afterbay_analysis::scene::Scene;
+use std::path::Path;
+
+/// A folder with a file in it.
+fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).expect("a file");
+    (folder, path)
+}
+
+/// The exit code and stderr of `check`; nothing is printed elsewhere.
+fn check(path: &Path) -> (Option<i32>, String) {
+    let (code, stdout, stderr) = done(afterbay(&["check"]).arg(path));
+    assert!(code == Some(0) || stdout.is_empty(), "{stdout}");
+    (code, stderr)
+}
+
+#[test]
+fn a_bad_scene_ends_with_3_and_says_where_and_what_to_do() {
+    let (_folder, path) = written("scene.toml", b"");
+    for bad in bad::all() {
+        std::fs::write(&path, &bad.text).expect("a file");
+        let (code, stderr) = check(&path);
+        let said = squeezed(&stderr);
+        let short: String = stderr.chars().take(2000).collect();
+        assert_eq!(code, Some(3), "{short}");
+        assert!(said.contains(&squeezed(bad.says)), "{:?} in {short}", bad.says);
+        assert!(said.contains(&squeezed(bad.help)), "{:?} in {short}", bad.help);
+        assert!(stderr.len() < 4000, "{} bytes: {short}", stderr.len());
+        let span = Scene::read(&bad.text).expect_err("a bad scene").span;
+        let before = &bad.text[..span.start];
+        let (line, column) = (
+            before.matches('\n').count() + 1,
+            before.rsplit('\n').next().map_or(1, |line| line.chars().count() + 1),
+        );
+        if span != (0..0) {
+            assert!(said.contains(&format!("scene.toml:{line}:{column}")), "{line}:{column} in {short}");
+        }
+        if !bad.at.is_empty() && bad.at.len() < 60 && !short.contains("scene.toml:1:") {
+            assert!(said.contains(&squeezed(&bad.at)), "{:?} in {short}", bad.at);
+        }
+    }
+}
+
+#[test]
+fn a_file_that_is_no_scene_ends_with_3() {
+    let (folder, path) = written("scene.toml", b"[system]\nname = \"\xe9\"\n");
+    let (code, stderr) = check(&path);
+    assert_eq!(code, Some(3));
+    assert!(stderr.contains("UTF-8") && stderr.contains("scene.toml:2:9"), "{stderr}");
+    std::fs::write(&path, vec![b'#'; (1 << 20) + 1]).expect("a file");
+    let (code, stderr) = check(&path);
+    assert!(code == Some(3) && squeezed(&stderr).contains("morethan1048576"), "{stderr}");
+    for nowhere in [folder.path().to_path_buf(), folder.path().join("nowhere.toml")] {
+        let (code, stderr) = check(&nowhere);
+        assert!(code == Some(3) && squeezed(&stderr).contains("cannotberead"), "{stderr}");
+        assert!(stderr.contains("scenes/"), "{stderr}");
+    }
+}
+
+#[test]
+fn a_scene_with_nothing_to_do_ends_with_3() {
+    let [_, good] = bad::GOOD;
+    let (_folder, path) = written("scene.toml", good.as_bytes());
+    let (code, _, stderr) = done(afterbay(&["study"]).arg(&path));
+    assert!(code == Some(3) && stderr.contains("the scene has no [study.*]"), "{stderr}");
+    std::fs::write(&path, good.replace("[run]\nmethods", "[study.energy]\nmethods")).expect("a file");
+    let (code, _, stderr) = done(afterbay(&["run"]).arg(&path));
+    assert!(code == Some(3) && stderr.contains("the scene has no [run]"), "{stderr}");
+    assert!(stderr.contains("afterbay schema"), "{stderr}");
+}
+
+#[test]
+fn arguments_that_make_no_sense_end_with_2() {
+    for (arguments, says) in [
+        (&["pick", "x.toml", "--error", "0"][..], "positive, finite number such as 1e-8"),
+        (&["pick", "x.toml", "--error", "-1"], "positive, finite number"),
+        (&["pick", "x.toml", "--error", "nan"], "positive, finite number"),
+        (&["pick", "x.toml", "--error", "inf"], "positive, finite number"),
+        (&["pick", "x.toml", "--error", "small"], "positive, finite number"),
+        (&["pick", "x.toml"], "--error <E>"),
+        (&["run", "x.toml", "--threads", "0"], "1..=1024"),
+        (&["run", "x.toml", "--threads", "-1"], "1..=1024"),
+        (&["run", "x.toml", "--threads", "two"], "--threads <N>"),
+        (&["run", "x.toml", "--format", "xml"], "table, json"),
+        (&["run", "x.toml", "--forse"], "--force"),
+        (&["run"], "<SCENE>"),
+        (&["study"], "<SCENE>"),
+        (&["check"], "<SCENE>"),
+        (&["stuyd", "x.toml"], "'study'"),
+        (&["completions", "basch"], "bash"),
+        (&["completions"], "<SHELL>"),
+        (&["schema", "x.toml"], "unexpected argument"),
+    ] {
+        let (code, stdout, stderr) = done(&mut afterbay(arguments));
+        assert_eq!((code, stdout.as_str()), (Some(2), ""), "{arguments:?}");
+        assert!(stderr.contains(says), "{says:?} in {stderr}");
+    }
+}
+
+#[test]
+fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
+    let (folder, occupied) = written("occupied", b"a file, not a folder");
+    let scene = super::folder().join("pendulum.toml");
+    let (code, stdout, stderr) = done(afterbay(&["run", "--out"]).arg(&occupied).arg(&scene));
+    assert_eq!((code, stdout.as_str()), (Some(5), ""));
+    assert!(stderr.contains("could not be written") && stderr.contains("--out DIR"), "{stderr}");
+
+    let out = folder.path().join("out");
+    let run = |scene: &str, more: &[&str]| {
+        done(afterbay(&["run", "--out"]).arg(&out).arg(super::folder().join(scene)).args(more))
+    };
+    assert_eq!(run("pendulum.toml", &[]).0, Some(0));
+    assert_eq!(run("pendulum.toml", &[]).0, Some(0), "the same scene may be run again");
+    let before = std::fs::read_to_string(out.join("run.json")).expect("written");
+    let (code, stdout, stderr) = run("duffing.toml", &[]);
+    assert_eq!((code, stdout.as_str()), (Some(5), ""));
+    assert!(stderr.contains("holds the results of another scene") && stderr.contains("--force"), "{stderr}");
+    assert_eq!(std::fs::read_to_string(out.join("run.json")).expect("still there"), before);
+    assert_eq!(run("duffing.toml", &["--force"]).0, Some(0));
+    assert_ne!(std::fs::read_to_string(out.join("run.json")).expect("written"), before);
+}
+
+#[test]
+fn a_run_that_fails_ends_with_4_and_its_results_are_written() {
+    let text = std::fs::read_to_string(folder().join("damped-oscillator.toml")).expect("a scene");
+    let changed = text.replacen("step = 0.01", "step = 4", 1).replacen("end = 20.0", "end = 4000", 1);
+    let until = changed.find("[study.").expect("studies");
+    let changed = changed[..until].replace("every = 10\n", "").replace("rk4", "moddg-fixed-point");
+    let (folder, path) = written("scene.toml", changed.as_bytes());
+    let out = folder.path().join("out");
+    let (code, stdout, stderr) = done(afterbay(&["run", "--out"]).arg(&out).arg(&path));
+    assert_eq!(code, Some(4), "{stdout}{stderr}");
+    assert!(stdout.contains("did not complete") && stdout.contains("moddg-fixed-point"), "{stdout}");
+    assert!(out.join("report.html").exists() && out.join("data/trajectory.csv").exists());
+}

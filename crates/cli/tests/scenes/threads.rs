@@ -1,0 +1,64 @@
+//! Results are the same to the bit, whatever the number of threads.
+
+use super::{afterbay, done, folder};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Every file of the tables and figures, and the record, what depends on the clock and on the threads left out.
+fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, String> {
+    let out = tempfile::tempdir().expect("a folder");
+    let mut run = afterbay(&[command, "--threads", threads, "--out"]);
+    let (code, _, stderr) = done(run.arg(out.path()).arg(folder().join(scene)));
+    assert_eq!(code, Some(0), "{stderr}");
+    let mut files = BTreeMap::new();
+    for part in ["data", "figures"] {
+        for file in std::fs::read_dir(out.path().join(part)).expect("a folder").flatten() {
+            let name = format!("{part}/{}", file.file_name().to_string_lossy());
+            // Charts of time.
+            if !["figures/work-qp.svg", "figures/work-w.svg"].contains(&name.as_str()) {
+                files.insert(name, timeless(&file.path()));
+            }
+        }
+    }
+    let record = std::fs::read_to_string(out.path().join("run.json")).expect("written");
+    let mut record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+    assert_eq!(record["threads"].to_string(), threads);
+    record["threads"].take();
+    files.insert("run.json".into(), record.to_string());
+    files
+}
+
+/// The text of a file, without the column `seconds` if it is a table.
+fn timeless(path: &Path) -> String {
+    if path.extension().is_none_or(|extension| extension != "csv") {
+        return std::fs::read_to_string(path).expect("written");
+    }
+    let mut table = csv::Reader::from_path(path).expect("a table");
+    let seconds = table.headers().expect("a header").iter().position(|name| name == "seconds");
+    let kept = |row: &csv::StringRecord| {
+        let cells = row.iter().enumerate().filter(|&(i, _)| Some(i) != seconds).map(|x| x.1);
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    let header = kept(table.headers().expect("a header"));
+    header + &table.records().map(|row| kept(&row.expect("a row"))).collect::<String>()
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    for (command, scene) in [
+        ("run", "damped-oscillator.toml"),
+        ("study", "damped-oscillator.toml"),
+        ("run", "fput-chain.toml"),
+        ("study", "friction-matrix.toml"),
+    ] {
+        let one = results(command, scene, "1");
+        assert!(one.len() > 3, "{:?}", one.keys());
+        for threads in ["2", "5", "16"] {
+            let other = results(command, scene, threads);
+            assert!(one.keys().eq(other.keys()));
+            for (name, text) in &one {
+                assert!(*text == other[name], "{command} {scene}: {name} differs with {threads} threads");
+            }
+        }
+    }
+}
