@@ -63,7 +63,7 @@ fn table(found: &[LongRun]) {
         println!(
             "{:36} {:>10}   {growth:>14}   {}; {mean:.1e}",
             run.setup.label(),
-            run.outcome,
+            run.ending.outcome,
             rms.join(" ")
         );
     }

@@ -124,6 +124,16 @@ pub struct Lanes {
     pub system: Box<dyn System<f64x8>>,
 }
 
+/// Eight systems, and a method bound to them, where it goes there.
+fn beside<S: System<f64x8> + Clone + 'static>(
+    row: &Row,
+    system: S,
+    bind: impl FnOnce(&Row, S) -> Result<Option<Run<f64x8>>, InputError>,
+) -> Result<Option<Lanes>, InputError> {
+    let run = bind(row, system.clone())?;
+    Ok(run.map(|run| Lanes { run, system: Box::new(system) }))
+}
+
 /// Does the same with whatever system it is, made of parameters that `$lift` has taken by name and value into a scalar.
 macro_rules! with_system {
     ($model:expr, $lift:expr, separable $system:ident => $one:expr, general $other:ident => $two:expr) => {{
@@ -221,7 +231,7 @@ impl Model {
         match changed.parameter(name).ok_or_else(unknown)? {
             Parameter::Real(x) => *x = value,
             Parameter::Count(n) if value.fract() == 0.0 && (0.0..=1e9).contains(&value) => {
-                *n = value as usize
+                *n = value as usize;
             }
             Parameter::Count(_) => return Err(ModelError::Whole { name: name.into(), value }),
         }
@@ -301,30 +311,26 @@ impl Model {
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
     pub fn bind_lanes(&self, row: &Row, name: &str, values: [f64; 8]) -> Result<Option<Lanes>, InputError> {
         let lift = |parameter: &str, x| if parameter == name { f64x8::from(values) } else { f64x8::splat(x) };
-        if let Self::DampedOscillator { k, b } = *self {
-            let system = DampedOscillator::new(lift("k", k), lift("b", b))?;
-            let run = registry::linear_lanes(row, system)?;
-            return Ok(run.map(|run| Lanes { run, system: Box::new(system) }));
+        match *self {
+            Self::DampedOscillator { k, b } => {
+                let system = DampedOscillator::new(lift("k", k), lift("b", b))?;
+                beside(row, system, registry::linear_lanes)
+            }
+            Self::FputChain { n, beta, c } => {
+                let system = FputChain::new(n, lift("beta", beta), lift("c", c))?;
+                beside(row, system, registry::uniform_lanes)
+            }
+            Self::VanDerPolRing { n, mu, coupling } => {
+                let system = VanDerPolRing::new(n, lift("mu", mu), lift("coupling", coupling))?;
+                beside(row, system, registry::uniform_lanes)
+            }
+            _ => with_system!(
+                self,
+                lift,
+                separable system => beside(row, system, registry::lanes),
+                general _system => Ok(None)
+            ),
         }
-        if let Self::FputChain { n, beta, c } = *self {
-            let system = FputChain::new(n, lift("beta", beta), lift("c", c))?;
-            let run = registry::uniform_lanes(row, system)?;
-            return Ok(run.map(|run| Lanes { run, system: Box::new(system) }));
-        }
-        if let Self::VanDerPolRing { n, mu, coupling } = *self {
-            let system = VanDerPolRing::new(n, lift("mu", mu), lift("coupling", coupling))?;
-            let run = registry::uniform_lanes(row, system)?;
-            return Ok(run.map(|run| Lanes { run, system: Box::new(system) }));
-        }
-        with_system!(
-            self,
-            lift,
-            separable system => {
-                let Some(run) = registry::lanes(row, system.clone())? else { return Ok(None) };
-                Ok(Some(Lanes { run, system: Box::new(system) }))
-            },
-            general _system => Ok(None)
-        )
     }
 
     /// The system itself, in the scalar asked for.

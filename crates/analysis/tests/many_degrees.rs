@@ -54,7 +54,7 @@ fn books_show_every_reservoir() {
 fn trajectories_hold_the_states_asked_for() {
     let runs = trajectory::run(&pendulum(1.0), &rows(&["gonzalez", "rk4"]), 0.1, 4, &Silent).unwrap();
     for run in &runs {
-        assert_eq!(run.result, Ok(()));
+        assert!(run.ending.is_completed());
         let table = Artifact::wide_table("trajectory", &trajectory::columns(2), &run.rows).unwrap();
         let records = read(&table);
         let column =
@@ -198,8 +198,8 @@ fn only_increments_of_separable_systems_are_compensated() {
 fn a_long_run_that_fails_says_so_and_keeps_what_it_had() {
     let runs = [plain("rk4", 1.6)];
     let found = long_run::run(&[at_rest(0)], &runs, 100_000, &Silent).unwrap();
-    assert_eq!(found[0].outcome, "not-finite");
-    assert!(found[0].failure.is_some() && found[0].rows.len() < 13, "{:?}", found[0].rows);
+    assert_eq!(found[0].ending.outcome, "not-finite");
+    assert!(found[0].ending.failure.is_some() && found[0].rows.len() < 13, "{:?}", found[0].rows);
 }
 
 #[test]

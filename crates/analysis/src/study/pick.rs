@@ -195,9 +195,9 @@ impl Search<'_> {
             }
             let (found, enough) = self.run(middle)?;
             if error(&found) <= bound {
-                good = found
+                good = found;
             } else {
-                too_few = middle
+                too_few = middle;
             }
             if enough.is_some() {
                 break;
