@@ -79,7 +79,7 @@ fn holds(text: &str) {
         match words.next() {
             Some("toml") => {
                 let name =
-                    words.next().and_then(|word| word.strip_prefix("scene=")).expect("a scene has a name");
+                    words.next().and_then(|word| word.strip_prefix("scene:")).expect("a scene has a name");
                 let lines = block.lines.join("\n") + "\n";
                 std::fs::write(folder.path().join(name), lines).expect("a scene");
                 let (printed, code) = shell(folder.path(), &format!("afterbay check {name}"));
