@@ -252,19 +252,21 @@ proptest! {
             end[j] = to;
             let (edge, width) = (quad.edge(&start, j, to), to - start[j]);
             let [a, b] = [&start, &end].map(|q| quad.energy(q, &rest));
-            // Between two points there may be a pole.
-            if [a, b, edge.value].into_iter().all(|x| x.is_finite() && x.abs().to_f64() < 1e6) {
+            // Between two points there may be a pole; and where V is large its rounding is.
+            let moderate = |x: [Quad; 3]| x.into_iter().all(|x| x.is_finite() && x.abs().to_f64() < 1e6);
+            let along = moderate([a, b, edge.value]);
+            if along {
                 let off = (edge.value * width - (b - a)).abs().to_f64();
                 prop_assert!(off < 1e-20, "{} along q{} from {} to {to:?}: {off:e}", tree.text(), j + 1, q[j]);
             }
             let (on_none, slope) = (quad.edge(&start, j, start[j]).value, quad.partial(&start, j, start[j]));
-            if on_none.is_finite() && slope.is_finite() && slope.abs().to_f64() < 1e6 {
+            if moderate([a, on_none, slope]) {
                 prop_assert!((on_none - slope).abs().to_f64() < 1e-20, "{}: {on_none:?} {slope:?}", tree.text());
             }
             let dual = |x: &[f64]| x.iter().map(|&x| Dual64::from_f64(x)).collect::<Vec<_>>();
             let exact = custom.map(Dual64::from_f64).edge(&dual(&q), j, Dual64::new(to.to_f64(), 1.0)).value;
             let edge = custom.edge(&q, j, to.to_f64());
-            if Scalar::is_finite(exact) && exact.eps.abs() < 1e3 && exact.re.abs() < 1e3 {
+            if along && Scalar::is_finite(exact) && exact.eps.abs() < 1e3 && exact.re.abs() < 1e3 {
                 prop_assert!((exact.eps - edge.slope).abs() < 1e-6, "{}: {exact:?} {edge:?}", tree.text());
             }
         }

@@ -38,7 +38,7 @@ pub(super) struct Looks {
 impl Looks {
     pub(super) fn new(count: u64) -> Self {
         let half = count / 2;
-        let every = half.div_ceil(MOST_LOOKS).max(1);
+        let every = (count - half).div_ceil(MOST_LOOKS).max(1);
         let spaces = count.saturating_sub(half + 1) / every;
         let angle = std::f64::consts::PI / (spaces + 1) as f64;
         let weights: Vec<f64> = (0..=spaces).map(|i| ((i as f64 + 0.5) * angle).sin().powi(2)).collect();
