@@ -189,6 +189,10 @@ proptest! {
     #[test]
     fn potentials(tree in tree(false, &ALL), q in values(), p in values(), parameter in 0.2..2.0_f64) {
         let Some(custom) = system(&tree, None, parameter) else { return Ok(()) };
+        // What has an infinite part is refused, and has no value.
+        if custom.check_at(&q, &p).is_err() {
+            return Ok(());
+        }
         let (mut hq, mut hp) = ([0.0; N], [0.0; N]);
         custom.gradient(&q, &p, &mut hq, &mut hp);
         let mut second = [[0.0; N]; N];
@@ -205,15 +209,19 @@ proptest! {
                 prop_assert!(close(second, exact[3]), "{i} {j} of {}: {second} {:?}", tree.text(), exact[3]);
             }
         }
-        // The value in 31 digits is that in 16, and as exact. Quad divides by infinity to no number.
+        // The value in 31 digits is that in 16, and as exact.
         let lift = |x: &[f64]| x.iter().map(|&x| Quad::from_f64(x)).collect::<Vec<_>>();
         let quad = custom.map(Quad::from_f64).energy(&lift(&q), &lift(&[0.0; N])).to_f64();
-        prop_assert!(custom.check_at(&q, &p).is_err() || close(quad, tree.oracle(&Point::marked(&q, &p, parameter, 0, 0))[0]), "{quad}");
+        prop_assert!(close(quad, tree.oracle(&Point::marked(&q, &p, parameter, 0, 0))[0]), "{quad}");
     }
 
     #[test]
     fn forces(tree in tree(true, &ALL), q in values(), p in values(), parameter in 0.2..2.0_f64) {
         let Some(custom) = system(&Tree::Q(0), Some(&tree), parameter) else { return Ok(()) };
+        // What has an infinite part is refused, and has no value.
+        if custom.check_at(&q, &p).is_err() {
+            return Ok(());
+        }
         let mut d = [0.0; N];
         custom.dissipation(&q, &p, &p, &mut d);
         let drag = custom.drag(&q, &p, 0);
@@ -243,6 +251,9 @@ proptest! {
         tree in algebraic(false), q in values(), to in -2.0..2.0_f64, parameter in 0.2..2.0_f64, digits in 0..9_i32,
     ) {
         let Some(custom) = system(&tree, None, parameter) else { return Ok(()) };
+        if custom.check_at(&q, &[0.0; N]).is_err() {
+            return Ok(());
+        }
         let quad = custom.map(Quad::from_f64);
         let lift = |x: &[f64]| x.iter().map(|&x| Quad::from_f64(x)).collect::<Vec<_>>();
         let (start, rest) = (lift(&q), lift(&[0.0; N]));
