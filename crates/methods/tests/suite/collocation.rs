@@ -45,8 +45,12 @@ fn checked<S: Curvature<f64>>(
             prop_assert!(passive != Passive::Each || gained >= 0.0, "w{} gains {:e}", j + 1, gained);
         }
         if h < 0.1 {
-            let mut back = state.clone();
-            method.step(system, -h, &mut back, &mut method.workspace(system).unwrap()).unwrap();
+            // There and back with the same nodes: K decides how many there are, and may ask for more on one way than on the other.
+            let fixed = Collocation { stages, nodes: 64 };
+            let mut back = before.clone();
+            for h in [h, -h] {
+                fixed.step(system, h, &mut back, &mut fixed.workspace(system).unwrap()).unwrap();
+            }
             for (part, was) in [(&back.q, &before.q), (&back.p, &before.p), (&back.w, &before.w)] {
                 let size = was.iter().chain(&before.p).chain(&state.w).fold(1.0, |a: f64, b| a.max(b.abs()));
                 for (a, b) in part.iter().zip(was) {
