@@ -52,7 +52,7 @@ pub(crate) enum Command {
         #[arg(long)]
         quick: bool,
     },
-    /// Run the methods of a scene's [run] table and write the trajectories down.
+    /// Run the methods of a scene's `[run]` table and write the trajectories down.
     ///
     /// Leaves report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and run.json in a folder. A run that
     /// fails is in the table up to its last good state.

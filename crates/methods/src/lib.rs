@@ -5,6 +5,7 @@
 //! H is not separable, [`Tiled`] for chains and rings of equal members; the registry takes the one a system has.
 //! [`Compensated`] is for runs so long that roundings add up.
 
+mod bend;
 mod collocation;
 mod coordinate;
 mod gonzalez;

@@ -89,7 +89,7 @@ impl<V: Vector> Workspace<V> {
                 return Ok(());
             }
             if progress.is_lost(PATIENCE) {
-                return Err(stalled);
+                return if self.is_noise(system, h, state, progress.last) { Ok(()) } else { Err(stalled) };
             }
             stale = progress.ratio > SLOW && progress.is_clear();
         }

@@ -225,6 +225,9 @@ impl<V: Vector> Workspace<V> {
             }
             left *= rate;
             if progress.is_lost(PATIENCE) {
+                if self.is_noise(system, h, state, progress.last) {
+                    return Ok(sweeps);
+                }
                 let ratio = progress.ratio;
                 return Err((StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio }, sweeps));
             }

@@ -73,7 +73,7 @@ impl<V: Vector> Workspace<V> {
         let epsilon = V::Scalar::EPSILON;
         let start = state.energy(system);
         let (mut stale, mut renewed, mut resolved) = (true, false, None);
-        let (mut before, mut least, mut waited) = (f64::NAN, f64::INFINITY, 0);
+        let (mut before, mut least, mut waited, mut quiet) = (f64::NAN, f64::INFINITY, 0, 0);
         for iterations in 1..=LIMIT {
             let stalled = |failure| Err(Stalled { failure, iterations });
             self.evaluate(system);
@@ -109,6 +109,12 @@ impl<V: Vector> Workspace<V> {
             let done = lost || (small && waited >= PATIENCE[0]);
             // On a way that needed new Jacobians, only the correction by one made there is believed.
             if done && (!renewed || (fresh && small)) {
+                return Ok(iterations);
+            }
+            // Next to a point of rest the noise of λ goes on and on beside p, and is nothing beside the forces. A Jacobian made there
+            // has to say so first.
+            quiet = if small && (fresh || quiet > 0) { quiet + 1 } else { 0 };
+            if quiet > PATIENCE[1] {
                 return Ok(iterations);
             }
             if waited >= PATIENCE[1] || iterations == LIMIT {

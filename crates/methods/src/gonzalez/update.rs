@@ -73,8 +73,12 @@ impl<V: Vector> Workspace<V> {
         };
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
         let most = V::Scalar::from_f64(NEAR) * (start.abs() + end.abs() + spent[1] + made_of);
+        // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h of the gain.
+        let largest = |z: &V| z.as_slice().iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
+        let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
         // What is no number is said elsewhere.
-        !(most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off).any()
+        !(most + square + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off).any()
     }
 
     /// The degree of freedom with the largest correction, and that correction.

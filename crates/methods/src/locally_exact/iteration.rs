@@ -1,6 +1,7 @@
 //! The simple iteration for Δz, and w along the path found.
 
 use super::equation::Workspace;
+use crate::bend::bend;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// Iterations before it is given up.
@@ -27,7 +28,7 @@ impl<V: Vector> Workspace<V> {
         let (mut before, mut waited) = (f64::INFINITY, 0);
         for iterations in 1..=LIMIT {
             self.walk(system, h, state, start, false)?;
-            let (update, dof) = self.take(state);
+            let (update, moved, dof) = self.take(state);
             effort.evaluations += 1;
             effort.iterations += 1;
             let ratio = update / before;
@@ -36,18 +37,48 @@ impl<V: Vector> Workspace<V> {
             let noisy = update <= noise && ratio > 0.5;
             // Of a linear system the first path is the solution.
             if self.linear || update <= LOST * V::Scalar::EPSILON || noisy {
-                self.walk(system, h, state, start, true)?;
-                self.take(state);
-                self.place(state);
-                return Ok(effort);
+                return self.finish(system, h, state, start, effort);
             }
             waited = if ratio >= 1.0 { waited + 1 } else { 0 };
             if !update.is_finite() || waited == 3 || iterations == LIMIT {
+                if self.is_noise(system, h, state, moved) {
+                    return self.finish(system, h, state, start, effort);
+                }
                 return Err(StepFailure::NotContracting { dof, iterations, ratio });
             }
             before = update;
         }
         Err(StepFailure::NotContracting { dof: 0, iterations: LIMIT, ratio: 1.0 })
+    }
+
+    /// The last path, with its books.
+    fn finish<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        start: V::Scalar,
+        effort: Effort,
+    ) -> Result<Effort, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        self.walk(system, h, state, start, true)?;
+        self.take(state);
+        self.place(state);
+        Ok(effort)
+    }
+
+    /// Is what an end moved by the rounding of the forces? Next to a point of rest away from the origin these are differences of
+    /// large terms, and p is small beside what their rounding makes of it: `ε h |H''| |z|`.
+    #[cold]
+    fn is_noise<S>(&self, system: &S, h: V::Scalar, state: &State<V>, moved: f64) -> bool
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let (q, p) = (state.q.as_slice(), state.p.as_slice());
+        let z = q.iter().chain(p).fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        moved <= NOISE * V::Scalar::EPSILON * (1.0 + h.to_f64().abs() * bend(system, q, p)) * z
     }
 
     /// Follows the path of the Δz there is, w along it if asked for.
@@ -107,9 +138,9 @@ impl<V: Vector> Workspace<V> {
         if moved == 0.0 { 0.0 } else { V::Scalar::EPSILON * start.to_f64().abs() / (moved * size) }
     }
 
-    /// Takes the Δz of the path: by how much it moved beside z, and which degree of freedom the most.
-    fn take(&mut self, state: &State<V>) -> (f64, usize) {
-        let mut most = (0.0_f64, 0);
+    /// Takes the Δz of the path: by how much it moved beside z and by itself, and which degree of freedom the most.
+    fn take(&mut self, state: &State<V>) -> (f64, f64, usize) {
+        let mut most = (0.0_f64, 0.0, 0);
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
             let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());
             let (mut moved, mut scale) = ((0.0_f64, 0), 0.0_f64);
@@ -123,7 +154,7 @@ impl<V: Vector> Workspace<V> {
             }
             let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / scale };
             if share > most.0 || share.is_nan() {
-                most = (share, moved.1);
+                most = (share, moved.0, moved.1);
             }
         }
         most

@@ -34,6 +34,7 @@ mod order_table;
 mod orders;
 mod planes;
 mod relaxed;
+mod rest;
 mod rubbed;
 mod slope;
 mod stability_flags;

@@ -1,0 +1,75 @@
+//! Damped motion that comes to rest away from the origin, where forces are differences of large terms.
+
+use afterbay_core::{Curvature, Grid, Separable, State, System, Tolerance};
+use afterbay_methods::registry::{self, METHODS, Needs};
+use afterbay_systems::{Custom, Description, Duffing, Friction};
+use std::ops::ControlFlow;
+
+const END: f64 = 200.0;
+const STEPS: [f64; 3] = [0.025, 0.125, 0.2];
+
+/// A Morse potential with its lowest point at q1 = 2, coupled to a spring of length 3.
+fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
+    let friction = Friction::Forces(friction.iter().map(ToString::to_string).collect());
+    Custom::new(&Description { potential: potential.into(), friction, ..Description::default() }).unwrap()
+}
+
+/// Every method that applies and has no pole at rest goes on until the end, at the point of rest, with K kept where it says so.
+fn comes_to_rest<S>(
+    system: &S,
+    start: &State<Vec<f64>>,
+    rest: &[f64],
+    bind: impl Fn(&registry::Row) -> Option<registry::Run<f64>>,
+) where
+    S: Separable<f64> + Curvature<f64> + Clone + 'static,
+{
+    let total = start.total(system);
+    let judge = |name: &str, h: f64, keeps_k: bool, state: &State<Vec<f64>>| {
+        // H, and with it K, tells no nearer points of rest apart than the root of a rounding.
+        let near = if name == registry::ADAPTIVE { 1e-7_f64.max(10.0 * h) } else { 1e-7 };
+        for (&q, &rest) in state.q.iter().zip(rest) {
+            assert!((q - rest).abs() < near, "{name}, h = {h}: {state:?}");
+        }
+        let off = (state.total(system) - total).abs();
+        assert!(!keeps_k || off < 1e-11, "{name}, h = {h}: K is off by {off:e}");
+    };
+    for row in METHODS.iter().filter(|row| row.poles().is_empty() && row.needs != Needs::Linear) {
+        let Some(run) = bind(row) else { continue };
+        for h in STEPS {
+            let mut state = start.clone();
+            let done = run
+                .run(Grid::new(h, END).unwrap(), &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
+            match done {
+                Ok(_) => judge(row.name, h, row.keeps_k, &state),
+                Err(error) => panic!("{}, h = {h}: {error}", row.name),
+            }
+        }
+    }
+    for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let mut state = start.clone();
+        let within = registry::adaptive(system.clone()).unwrap();
+        let done =
+            within.run(&Tolerance::all(tolerance), END, &mut state, &mut |_, _| ControlFlow::Continue(()));
+        match done {
+            Ok(_) => judge(registry::ADAPTIVE, tolerance, true, &state),
+            Err(error) => panic!("{tolerance}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn in_a_well() {
+    for c in [0.8, 2.0, 3.0] {
+        let system = Duffing::new(-1.0, 1.0, c).unwrap();
+        let start = State::new(vec![1.5], vec![0.5]).unwrap();
+        comes_to_rest(&system, &start, &[1.0], |row| registry::nonlinear(row, system).ok());
+    }
+}
+
+#[test]
+fn of_a_bond() {
+    let system = bond("(1 - exp(-(q1 - 2)))^2 + (q2 - 3)^2*(1 + q1^2/4)", &["p1", "0.7*p2"]);
+    let start = State::new(vec![2.6, 2.0], vec![0.5, 0.2]).unwrap();
+    comes_to_rest(&system, &start, &[2.0, 3.0], |row| registry::separable(row, system.clone()).ok());
+    assert_eq!(system.dof(), 2);
+}
