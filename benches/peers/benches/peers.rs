@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{scene:6} {who:26} {a:>26} {b:>26} {c:>26}");
     }
     if full {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../out/peers");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../out/peers");
         report::write(&all, &folder)?;
         println!("out/peers/report.html, out/peers/data/work_precision.csv");
     }
