@@ -1,37 +1,49 @@
-//! Our adaptive collocation on a scene, told a tolerance.
+//! Our methods that choose their steps on a scene, told a tolerance.
 
 use super::Scene;
 use super::measure::{Line, Run, Setting, Spent};
 use super::ours::write;
 use afterbay_core::{InputError, State, Tolerance, Vector};
-use afterbay_methods::registry::ADAPTIVE;
+use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow};
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-/// The line of a scene.
-pub(crate) fn line(scene: &Scene) -> Line {
+/// The lines of a scene.
+pub(crate) fn lines(scene: &Scene) -> impl Iterator<Item = Line> {
+    ADAPTIVE.iter().map(|row| line(scene, row))
+}
+
+fn line(scene: &Scene, row: &'static AdaptiveRow) -> Line {
     let of = scene.clone();
     Line {
-        method: ADAPTIVE,
+        method: row.name,
         keeps_k: true,
         ours: true,
         settings: (1..=13).map(|k| Setting::Tolerance(10_f64.powi(-k))).collect(),
         bind: Rc::new(move |setting| match setting {
             Setting::Tolerance(tolerance) => {
-                bind(&of, Tolerance::all(tolerance)).map_err(|error| error.to_string())
+                bind(&of, row, Tolerance::all(tolerance)).map_err(|error| error.to_string())
             }
             Setting::Step(_) => Err("takes a tolerance".into()),
         }),
     }
 }
 
-fn bind(scene: &Scene, tolerance: Tolerance) -> Result<Run, InputError> {
-    if scene.dof() == 1 { stored::<[f64; 1]>(scene, tolerance) } else { stored::<Vec<f64>>(scene, tolerance) }
+fn bind(scene: &Scene, row: &AdaptiveRow, tolerance: Tolerance) -> Result<Run, InputError> {
+    if scene.dof() == 1 {
+        stored::<[f64; 1]>(scene, row, tolerance)
+    } else {
+        stored::<Vec<f64>>(scene, row, tolerance)
+    }
 }
 
 /// The run with its state in `V`.
-fn stored<V: Vector<Scalar = f64> + 'static>(scene: &Scene, tolerance: Tolerance) -> Result<Run, InputError> {
-    let method = scene.problem.model.bind_adaptive()?;
+fn stored<V: Vector<Scalar = f64> + 'static>(
+    scene: &Scene,
+    row: &AdaptiveRow,
+    tolerance: Tolerance,
+) -> Result<Run, InputError> {
+    let method = scene.problem.model.bind_adaptive(row)?;
     let lift = |part: &[f64]| V::filled(part, |x| x);
     let start = State::new(lift(&scene.problem.q), lift(&scene.problem.p))?;
     let end = scene.problem.end;

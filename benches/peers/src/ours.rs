@@ -34,7 +34,7 @@ const FIXED: [&str; 20] = [
 /// Our lines on a scene.
 pub fn lines(scene: &Scene) -> Vec<Line> {
     let fixed = FIXED.iter().filter_map(|name| fixed(scene, registry::find(name)?));
-    fixed.chain([adaptive::line(scene)]).collect()
+    fixed.chain(adaptive::lines(scene)).collect()
 }
 
 /// A row of the registry at fixed steps; none where it does not apply.

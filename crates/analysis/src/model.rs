@@ -2,7 +2,7 @@
 
 use crate::Subject;
 use afterbay_core::{InputError, Quad, Scalar, System, f64x8};
-use afterbay_methods::registry::{self, Row, Run, Within};
+use afterbay_methods::registry::{self, AdaptiveRow, Row, Run, Within};
 use afterbay_systems::{
     Custom, CustomError, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol,
     VanDerPol, VanDerPolRing,
@@ -292,16 +292,16 @@ impl Model {
         )
     }
 
-    /// Adaptive collocation bound to the system.
+    /// A method that chooses its steps, bound to the system.
     ///
     /// # Errors
     /// [`InputError::Parameter`]
-    pub fn bind_adaptive(&self) -> Result<Within, InputError> {
+    pub fn bind_adaptive(&self, row: &AdaptiveRow) -> Result<Within, InputError> {
         with_system!(
             self,
             |_: &str, x| x,
-            separable system => registry::adaptive(system),
-            general system => registry::adaptive(system)
+            separable system => registry::adaptive(row, system),
+            general system => registry::adaptive(row, system)
         )
     }
 

@@ -4,7 +4,7 @@ use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table;
 use afterbay_analysis::SYSTEMS;
-use afterbay_methods::registry::{EXACT, METHODS, Row};
+use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, EXACT, METHODS, Needs, Row};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -67,17 +67,41 @@ impl From<&Row> for Method {
     }
 }
 
+impl From<&AdaptiveRow> for Method {
+    fn from(row: &AdaptiveRow) -> Self {
+        Self {
+            name: row.name,
+            order: row.order.into(),
+            local_order_q: row.order.into(),
+            local_order_p: row.order.into(),
+            local_order_w: row.order.into(),
+            keeps_k: true,
+            passive: row.passive,
+            a_stable: row.a_stable,
+            l_stable: false,
+            cost: row.cost.into(),
+            needs: Needs::Curvature.describe(),
+            about: row.about,
+        }
+    }
+}
+
+/// Those that take a step, then those that take a tolerance.
+fn methods() -> impl Iterator<Item = Method> {
+    METHODS.iter().map(Method::from).chain(ADAPTIVE.iter().map(Method::from))
+}
+
 pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
     match (what, format) {
-        (What::Methods, Format::Json) => table::json(&METHODS.iter().map(Method::from).collect::<Vec<_>>())?,
+        (What::Methods, Format::Json) => table::json(&methods().collect::<Vec<_>>())?,
         (What::Systems, Format::Json) => table::json(&SYSTEMS)?,
         (What::Methods, Format::Table) => {
             let yes = |flag| if flag { "yes" } else { "" }.to_string();
-            let rows = METHODS.iter().map(|row| {
-                let [q, p, w] = row.local_order.map(Order::from);
+            let rows = methods().map(|row| {
+                let [q, p, w] = [&row.local_order_q, &row.local_order_p, &row.local_order_w];
                 vec![
                     row.name.into(),
-                    Order::from(row.order()).to_string(),
+                    row.order.to_string(),
                     format!("{q} {p} {w}"),
                     yes(row.keeps_k),
                     yes(row.passive),
@@ -88,8 +112,8 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
                     } else {
                         String::new()
                     },
-                    row.cost.describe(),
-                    row.needs.describe().into(),
+                    row.cost,
+                    row.needs.into(),
                     row.about.into(),
                 ]
             });

@@ -10,6 +10,9 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// Scratch space and the last step.
     type Workspace;
 
+    /// A step that would grow by less stays as it is: more than 1 where much of what is computed for its length stays too.
+    const WORTH: f64 = 1.0;
+
     /// The workspace for a run over the time `span`.
     ///
     /// # Errors
@@ -80,8 +83,11 @@ pub struct Statistics {
 const SAFETY: f64 = 0.2;
 /// A step grows and shrinks by no more than this.
 const GROWTH: f64 = 5.0;
-/// A step that would grow by less stays as it is: much of what was computed for its length stays too.
-const WORTH: f64 = 1.1;
+/// The first step, over what it should be if solutions were no more than what they begin with.
+const START: f64 = 0.3;
+/// An error counts as no less, over what is allowed: of what the next step may be, and of what it says of a trend.
+const TINY: f64 = 1e-30;
+const CALM: f64 = 1e-3;
 /// What is left of a step that could not be computed, and how often in a row that is tried.
 const CUT: f64 = 0.5;
 const CUTS: u32 = 60;
@@ -197,7 +203,7 @@ where
             return Err(InputError::End { end: end.to_f64() });
         }
         let workspace = method.workspace(system, tolerance, span)?;
-        let h = first(system, state).min(span);
+        let h = first(system, state, tolerance).min(span);
         let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
         Ok(Self { method, system, workspace, end, h, before: f64::INFINITY, before_h: h, statistics })
     }
@@ -234,15 +240,14 @@ where
                 Ok(attempt) => {
                     self.statistics.effort += attempt.effort;
                     let taken = attempt.error <= 1.0;
-                    self.h = h.to_f64() * self.factor(attempt, h.to_f64(), taken, cuts > 0);
+                    let factor = self.factor(attempt, h.to_f64(), taken, cuts > 0);
+                    self.h = h.to_f64() * factor;
                     if taken {
                         self.method.accept(state, &mut self.workspace);
                         state.t = if last { self.end } else { state.t + h };
                         let h = h.to_f64();
                         let Statistics { accepted, least, largest, .. } = &mut self.statistics;
                         (*accepted, *least, *largest) = (*accepted + 1, least.min(h), largest.max(h));
-                        self.before_h = h;
-                        self.before = (attempt.error.max(1e-3) / SAFETY).ln();
                         return Ok(());
                     }
                     self.statistics.rejected += 1;
@@ -253,24 +258,41 @@ where
     }
 
     /// The next step over this one, by a controller that sees how the error changes (K. Gustafsson, ACM TOMS 20 (1994) 496-517).
-    fn factor(&self, attempt: Attempt, h: f64, taken: bool, cut: bool) -> f64 {
+    fn factor(&mut self, attempt: Attempt, h: f64, taken: bool, cut: bool) -> f64 {
         let order = f64::from(attempt.order);
-        let error = (attempt.error.max(1e-300) / SAFETY).ln();
+        let error = ln(attempt.error.max(TINY) / SAFETY);
         if !taken {
             // What is rejected twice does not follow the power of h.
-            return if cut { CUT } else { (-error / order).exp().clamp(1.0 / GROWTH, 0.9) };
+            let factor = if cut { CUT } else { exp(-error / order).clamp(1.0 / GROWTH, 0.9) };
+            return factor.min(attempt.reach);
         }
         let most = if cut { 1.0 } else { GROWTH };
         // What the error asks for, and what it asks for if it goes on to change as it did.
-        let trend = self.before - error + order * (h / self.before_h).ln();
-        let factor = ((trend.min(0.0) - error) / order).exp().clamp(1.0 / GROWTH, most);
+        let longer = if h == self.before_h { 0.0 } else { ln(h / self.before_h) };
+        let trend = self.before - error + order * longer;
+        let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / GROWTH, most);
         let factor = factor.min(attempt.reach);
-        if (1.0..WORTH).contains(&factor) { 1.0 } else { factor }
+        (self.before_h, self.before) = (h, error.max(ln(CALM / SAFETY)));
+        if (1.0..M::WORTH).contains(&factor) { 1.0 } else { factor }
     }
 }
 
-/// A step short enough to begin with: a hundredth of the time in which q or p would change by its size.
-fn first<V: Vector, S: System<V::Scalar> + ?Sized>(system: &S, state: &State<V>) -> f64 {
+/// How long a step is need not be known to more than single precision, in which these take a third of the time.
+fn ln(x: f64) -> f64 {
+    f64::from((x as f32).ln())
+}
+
+fn exp(x: f64) -> f64 {
+    f64::from((x as f32).exp())
+}
+
+/// A step to begin with: of the time in which q or p would change by its size a share that a method of order 8 makes such
+/// errors of.
+fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
+    system: &S,
+    state: &State<V>,
+    tolerance: &Tolerance,
+) -> f64 {
     let n = state.dof();
     let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
     system.gradient(state.q.as_slice(), state.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
@@ -278,6 +300,6 @@ fn first<V: Vector, S: System<V::Scalar> + ?Sized>(system: &S, state: &State<V>)
     let largest = |x: &V| x.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
     let size = largest(&state.q).max(largest(&state.p)).max(1e-6);
     let rate = largest(&hq).max(largest(&hp)).max(largest(&d));
-    let h = 0.01 * size / rate;
+    let h = START * tolerance.relative.powf(0.125) * size / rate;
     if h.is_finite() { h } else { f64::MAX }
 }

@@ -5,6 +5,8 @@
 //! H is not separable, [`Tiled`] for chains and rings of equal members; the registry takes the one a system has.
 //! [`Compensated`] is for runs so long that roundings add up.
 
+mod adaptive;
+mod adaptive_dop853;
 mod bend;
 mod collocation;
 mod coordinate;
@@ -19,7 +21,9 @@ pub mod moddg;
 pub mod registry;
 mod relaxed;
 mod rk4;
+mod runge_kutta;
 
+pub use adaptive_dop853::AdaptiveDop853;
 pub use collocation::{AdaptiveCollocation, Collocation};
 pub use gonzalez::Gonzalez;
 pub use increment::{Compensated, Composition, GeneralIncrement, Increment, Tiled};

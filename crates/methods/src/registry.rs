@@ -21,7 +21,7 @@ use run::bind;
 pub use cost::Cost;
 pub use run::{Run, Show};
 pub use table::METHODS;
-pub use within::{ADAPTIVE, Within, adaptive};
+pub use within::{ADAPTIVE, AdaptiveRow, Within, adaptive, find_adaptive};
 
 /// The order of what has no error but rounding.
 pub const EXACT: u32 = u32::MAX;

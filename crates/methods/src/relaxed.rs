@@ -23,42 +23,45 @@
 //! small that K hardly feels γ; it passes through 0 on the flanks of a double well. Where the step is so short that rounding hides what γ does,
 //! γ = 1 and K is kept as well as rounding lets it. For scalars that hold one number.
 
+mod direction;
 mod root;
-mod stages;
-mod tableau;
 mod track;
 
+use crate::runge_kutta::{Classical, Dop853};
 use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+use direction::Direction;
 use root::Chord;
-use stages::Stages;
-use tableau::{DOP853, RK4, Tableau};
 use track::Track;
 
 /// An explicit Runge-Kutta method with relaxation.
 #[derive(Clone, Copy, Debug)]
-pub struct Relaxed {
-    tableau: &'static Tableau,
+pub struct Relaxed(Of);
+
+#[derive(Clone, Copy, Debug)]
+enum Of {
+    Classical,
+    Dop853,
 }
 
 impl Relaxed {
     /// The classical Runge-Kutta method, order 4.
     pub const fn rk4() -> Self {
-        Self { tableau: &RK4 }
+        Self(Of::Classical)
     }
 
     /// The twelve stages of DOP853, order 8.
     pub const fn dop853() -> Self {
-        Self { tableau: &DOP853 }
+        Self(Of::Dop853)
     }
 }
 
 /// The share of γ - 1 by which the last γ may miss the next one, and with it of h (γ - 1) that a step may lag.
 const FORETOLD: f64 = 0.125;
 
-/// The stages of a step, the chord from the old state to the new one, and what is known from the last step.
+/// The direction of a step, the chord from the old state to the new one, and what is known from the last step.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
-    stages: Stages<V>,
+    direction: Direction<V>,
     chord: Chord<V>,
     track: Track<V>,
 }
@@ -72,7 +75,7 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let n = system.dof();
-        Ok(Workspace { stages: Stages::new(self.tableau, n), chord: Chord::new(n), track: Track::new(n) })
+        Ok(Workspace { direction: Direction::new(system), chord: Chord::new(n), track: Track::new(n) })
     }
 
     fn step(
@@ -82,19 +85,24 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { stages, chord, track } = workspace;
+        let Workspace { direction, chord, track } = workspace;
         let dissipative = !system.damping().zero;
         let now = state.total(system);
         let known = track.known(h, state, now);
         let ahead = h - known.lag;
         let mut guess = known.gamma;
-        let mut effort = stages.take(system, ahead / guess, state);
-        let mut gamma = chord.relax(system, state, stages, [now, known.total])?;
+        let mut effort = direction.begin(system, state);
+        let take = |direction: &mut Direction<V>, guess| match self.0 {
+            Of::Classical => direction.take::<Classical, S>(system, ahead / guess, state),
+            Of::Dop853 => direction.take::<Dop853, S>(system, ahead / guess, state),
+        };
+        effort += take(direction, guess);
+        let mut gamma = chord.relax(system, state, direction, [now, known.total])?;
         let far = (gamma - guess).abs().to_f64() > FORETOLD * (gamma - V::Scalar::one()).abs().to_f64();
-        if far && stages.feel(state, gamma - guess) {
+        if far && direction.feel(state, gamma - guess) {
             guess = gamma;
-            effort += stages.take(system, ahead / guess, state);
-            gamma = chord.relax(system, state, stages, [now, known.total])?;
+            effort += take(direction, guess);
+            gamma = chord.relax(system, state, direction, [now, known.total])?;
         }
 
         let Chord { q, p, w, .. } = chord;

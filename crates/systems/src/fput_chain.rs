@@ -16,7 +16,7 @@
 //! damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise references come from `tests/data/many_degrees.py`, made
 //! by another library, and from [`afterbay_core::taylor::trajectory`].
 
-use crate::{at_least_one, finite, is_zero, not_negative, sum};
+use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
     Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System, Uniform,
     f64x8,
@@ -98,10 +98,8 @@ impl<T: Scalar> System<T> for FputChain<T> {
         let last = q.len() - 1;
         hq[0] = self.partial(q, 0, q[0]);
         hq[last] = self.partial(q, last, q[last]);
-        // Two tensions a mass, each of them computed twice: no order among the masses, so lanes.
-        for (hq, &[left, at, right]) in hq.iter_mut().skip(1).zip(q.array_windows()) {
-            *hq = self.tension(at - left) - self.tension(right - at);
-        }
+        // Two tensions a mass, each of them computed twice: no order among the masses.
+        inner(q, hq, |&[left, at, right]| self.tension(at - left) - self.tension(right - at));
         hp.copy_from_slice(p);
     }
 

@@ -66,6 +66,18 @@ fn is_zero<T: Scalar>(value: T) -> bool {
     not_negative(value) && not_negative(-value)
 }
 
+/// A function of every member of a row but the first and the last, and of its neighbours. Eight side by side: lanes.
+#[inline]
+fn inner<T: Scalar>(x: &[T], to: &mut [T], of: impl Fn(&[T; 3]) -> T) {
+    let last = x.len().saturating_sub(1);
+    let (blocks, rest) = to[last.min(1)..last].as_chunks_mut::<8>();
+    let done = 8 * blocks.len();
+    for (to, x) in blocks.iter_mut().zip(x.array_windows::<10>().step_by(8)) {
+        *to = std::array::from_fn(|j| of(&[x[j], x[j + 1], x[j + 2]]));
+    }
+    rest.iter_mut().zip(x[done..].array_windows()).for_each(|(to, x)| *to = of(x));
+}
+
 /// The sum of `term` over every K neighbours in `x`. Eight partial sums side by side: eight times fewer roundings, and
 /// lanes.
 #[inline]

@@ -15,7 +15,7 @@
 //! oscillator. There is no closed solution: references come from `tests/data/many_degrees.py`, made by another
 //! library, and from [`afterbay_core::taylor::trajectory`].
 
-use crate::{VanDerPol, at_least_one, finite, sum};
+use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
     Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System, Uniform, f64x8,
 };
@@ -76,9 +76,7 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
         let last = q.len() - 1;
         hq[0] = self.partial(q, 0, q[0]);
         hq[last] = self.partial(q, last, q[last]);
-        for (hq, &[left, at, right]) in hq.iter_mut().skip(1).zip(q.array_windows()) {
-            *hq = self.pull(left, at, right);
-        }
+        inner(q, hq, |&[left, at, right]| self.pull(left, at, right));
         hp.copy_from_slice(p);
     }
 

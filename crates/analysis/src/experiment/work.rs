@@ -20,8 +20,11 @@ pub(super) fn sheet(
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Accuracy against cost");
     let (problem, mut all) = (&scene.problem, names(&plan.methods));
-    all.extend((!plan.tolerances.is_empty()).then_some(ADAPTIVE));
-    progress.begin("cost of accuracy", 2 * (plan.methods.len() * plan.steps.len() + plan.tolerances.len()));
+    if !plan.tolerances.is_empty() {
+        all.extend(ADAPTIVE.map(|row| row.name));
+    }
+    let runs = plan.methods.len() * plan.steps.len() + ADAPTIVE.len() * plan.tolerances.len();
+    progress.begin("cost of accuracy", 2 * runs);
     let found = work_precision::run(problem, &plan.methods, &plan.steps, &plan.tolerances, progress)?;
     sheet.data(DATA, &found)?;
     sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));

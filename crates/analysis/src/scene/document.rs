@@ -194,7 +194,7 @@ pub struct WorkPrecisionTable {
     pub methods: Option<Vec<String>>,
     /// The steps, each of which divides the end of time.
     pub steps: Spread,
-    /// Tolerances, relative and absolute, of q, p and w: adaptive collocation is run with each of them too.
+    /// Tolerances, relative and absolute, of q, p and w: the methods that choose their steps are run with each of them too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tolerances: Vec<f64>,
 }

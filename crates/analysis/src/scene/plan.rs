@@ -5,7 +5,7 @@ use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
-use afterbay_methods::registry::{self, METHODS, Row};
+use afterbay_methods::registry::{self, AdaptiveRow, METHODS, Row};
 use std::collections::HashSet;
 
 /// The most steps of a run, and of all runs of a study.
@@ -323,6 +323,9 @@ impl Planner<'_> {
         let mut rows: Vec<&'static Row> = Vec::with_capacity(names.len());
         for (i, name) in names.iter().enumerate() {
             let path = format!("{path}.{i}");
+            if let Some(&AdaptiveRow { name, .. }) = registry::find_adaptive(name) {
+                return self.refuse(&path, SceneProblem::Adaptive { name });
+            }
             let Some(row) = registry::find(name) else {
                 let known = METHODS.iter().map(|row| row.name.to_owned()).collect();
                 return self

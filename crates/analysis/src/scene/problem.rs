@@ -91,6 +91,12 @@ pub enum SceneProblem {
         /// The names there are.
         known: Vec<String>,
     },
+    /// A method that chooses its steps, where steps are given.
+    #[error("{name} takes a tolerance instead of a step")]
+    Adaptive {
+        /// The method.
+        name: &'static str,
+    },
     /// A list without entries.
     #[error("the list is empty: give one {what} at least")]
     Empty {
@@ -168,6 +174,9 @@ impl SceneProblem {
         match self {
             Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
             Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
+            Self::Adaptive { .. } => {
+                Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
+            }
             Self::Quoted { .. } => Some("write the number without quotation marks".into()),
             Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
             Self::NoText => Some("save the file as UTF-8".into()),

@@ -9,7 +9,7 @@ use super::{Problem, distance};
 use crate::Solution;
 use crate::progress::Progress;
 use afterbay_core::{Grid, IntegrateError, Passive, Scalar, Tolerance, View};
-use afterbay_methods::registry::{self, EXACT, METHODS, Row};
+use afterbay_methods::registry::{self, ADAPTIVE, AdaptiveRow, EXACT, METHODS, Row};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -61,7 +61,7 @@ const SHORT: Duration = Duration::from_millis(20);
 const PATIENCE: Duration = Duration::from_secs(8);
 /// The most steps of a run.
 const MOST: u64 = 1 << 31;
-/// Adaptive collocation is tried with tolerances this far apart, so often, and with none looser than this.
+/// Methods that choose their steps are tried with tolerances this far apart, so often, and with none looser than this.
 const NEXT: f64 = 2.0;
 const TRIES: u32 = 24;
 const LOOSEST: f64 = 0.1;
@@ -92,16 +92,18 @@ pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result
         .collect::<Result<Vec<_>, _>>()?;
     let (mut qualified, mut others): (Vec<_>, Vec<_>) =
         found.into_iter().flatten().partition(|candidate: &Candidate| candidate.why_not.is_none());
-    match loosest(problem, wanted, &exact, progress)? {
-        Some(candidate) if candidate.why_not.is_none() => qualified.push(candidate),
-        adaptive => others.extend(adaptive),
+    for row in &ADAPTIVE {
+        match loosest(problem, row, wanted, &exact, progress)? {
+            Some(candidate) if candidate.why_not.is_none() => qualified.push(candidate),
+            adaptive => others.extend(adaptive),
+        }
     }
     progress.begin("times", qualified.len());
     for Candidate { run, .. } in &mut qualified {
-        let time = match (run.tolerance, registry::find(run.method)) {
-            (Some(tolerance), _) => work_precision::time_within(problem, tolerance)?,
-            (None, Some(row)) => work_precision::time(problem, row, run.h)?,
-            (None, None) => continue,
+        let time = match Chosen::of(run) {
+            Some(Chosen::Step(row)) => work_precision::time(problem, row, run.h)?,
+            Some(Chosen::Tolerance(row, tolerance)) => work_precision::time_within(problem, row, tolerance)?,
+            None => continue,
         };
         run.seconds = Some(time.as_secs_f64());
         progress.advance();
@@ -112,6 +114,21 @@ pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result
     let check = qualified.first().map(|winner| finer(problem, &winner.run)).transpose()?.flatten();
     let owed = problem.model.subject::<f64>()?.damping().passive != Passive::No;
     Ok(Pick { wanted, qualified, others, check, reference_doubt: exact.doubt, owed })
+}
+
+/// What a run was made by.
+enum Chosen {
+    Step(&'static Row),
+    Tolerance(&'static AdaptiveRow, f64),
+}
+
+impl Chosen {
+    fn of(run: &WorkRow) -> Option<Self> {
+        match run.tolerance {
+            Some(tolerance) => Some(Self::Tolerance(registry::find_adaptive(run.method)?, tolerance)),
+            None => registry::find(run.method).map(Self::Step),
+        }
+    }
 }
 
 /// The larger of the two errors of a run, infinite where it did not reach its end.
@@ -211,15 +228,16 @@ impl Search<'_> {
     }
 }
 
-/// Adaptive collocation with the loosest tolerance within the bound. None where somebody had enough.
+/// A method that chooses its steps with the loosest tolerance within the bound. None where somebody had enough.
 fn loosest(
     problem: &Problem,
+    row: &AdaptiveRow,
     wanted: Wanted,
     exact: &Solution<f64>,
     progress: &dyn Progress,
 ) -> Result<Option<Candidate>, IntegrateError> {
     let least = 64.0 * <f64 as Scalar>::EPSILON;
-    let run = |tolerance: f64| work_precision::errors_within(problem, tolerance, exact, progress);
+    let run = |tolerance: f64| work_precision::errors_within(problem, row, tolerance, exact, progress);
     let (mut tolerance, mut good, mut nearest) = (wanted.error.clamp(least, LOOSEST), None, None::<WorkRow>);
     // Errors may be smaller than what is asked for, or larger.
     for _ in 0..TRIES {
@@ -246,7 +264,11 @@ fn loosest(
         }
     }
     match (good, nearest) {
-        (Some(run), _) => Ok(Some(Candidate { why_not: flaw(problem, wanted, exact, &run)?, run })),
+        (Some(run), _) => {
+            let lacks = (wanted.passive && !row.passive).then(|| TAKES_BACK.to_owned());
+            let why_not = if lacks.is_some() { lacks } else { flaw(problem, wanted, exact, &run)? };
+            Ok(Some(Candidate { run, why_not }))
+        }
         (None, Some(run)) => {
             let why = format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", error(&run));
             Ok(Some(Candidate { run, why_not: Some(why) }))
@@ -269,11 +291,13 @@ fn flaw(
     Ok(taken.map(|count| format!("it took energy back {count} times")))
 }
 
+const TAKES_BACK: &str = "it may take energy back from the reservoir";
+
 /// What is wanted of a method that it does not promise.
 fn lack(row: &Row, wanted: Wanted) -> Option<&'static str> {
     match (wanted.keep_k && !row.keeps_k, wanted.passive && !row.passive) {
         (true, _) => Some("it does not keep K"),
-        (_, true) => Some("it may take energy back from the reservoir"),
+        (_, true) => Some(TAKES_BACK),
         _ => None,
     }
 }
@@ -294,17 +318,17 @@ fn finer(problem: &Problem, run: &WorkRow) -> Result<Option<[f64; 2]>, Integrate
     let end = |part: f64| -> Result<_, IntegrateError> {
         let mut state = problem.start::<f64>()?;
         let look = &mut |_: u64, _: View<'_, f64>| ControlFlow::Continue(());
-        let done = match (run.tolerance, registry::find(run.method)) {
-            (Some(tolerance), _) => {
+        let done = match Chosen::of(run) {
+            Some(Chosen::Tolerance(row, tolerance)) => {
                 let tolerance =
                     Tolerance::all((tolerance * part * part).max(64.0 * <f64 as Scalar>::EPSILON));
-                problem.model.bind_adaptive()?.run(&tolerance, problem.end, &mut state, look).is_ok()
+                problem.model.bind_adaptive(row)?.run(&tolerance, problem.end, &mut state, look).is_ok()
             }
-            (None, Some(row)) => {
+            Some(Chosen::Step(row)) => {
                 let grid = Grid::new(run.h * part, problem.end)?;
                 problem.model.bind(row)?.run(grid, &mut state, u64::MAX, look).is_ok()
             }
-            (None, None) => false,
+            None => false,
         };
         Ok(done.then_some(state))
     };

@@ -115,12 +115,13 @@ pub fn run_within(
     let steps: Vec<u64> = (0..=grid.steps / every).map(|n| n * every).chain(last).collect();
     let times: Vec<f64> = steps.iter().map(|&step| step as f64 * h).collect();
     let (mut rows, mut state) = (Vec::new(), problem.start()?);
-    let method = problem.model.bind_adaptive()?;
+    let row = &ADAPTIVE[0];
+    let method = problem.model.bind_adaptive(row)?;
     let result = method.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
         let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
         let (energy, total) = (state.energy(&*subject), state.total(&*subject));
         let step = steps.get(n as usize).copied().unwrap_or(grid.steps);
-        rows.push(TrajectoryRow { method: ADAPTIVE, step, t: state.t, q, p, w, energy, total });
+        rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     progress.advance();
@@ -128,5 +129,5 @@ pub fn run_within(
         return Err(error.into());
     }
     let done = rows.last().map_or(0, |row| row.step);
-    Ok(Trajectory { method: ADAPTIVE, rows, ending: Ending::of(&result, grid.steps, done) })
+    Ok(Trajectory { method: row.name, rows, ending: Ending::of(&result, grid.steps, done) })
 }

@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::{Solution, Subject};
 use afterbay_core::{Effort, Grid, IntegrateError, State, Tolerance, View};
-use afterbay_methods::registry::{ADAPTIVE, Row};
+use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, Row};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -68,10 +68,10 @@ impl WorkRow {
 #[derive(Clone, Copy)]
 enum Task {
     Step(&'static Row, f64),
-    Tolerance(f64),
+    Tolerance(&'static AdaptiveRow, f64),
 }
 
-/// Runs each method at each step, and adaptive collocation at each tolerance: errors in parallel, then times one after the other.
+/// Runs each method at each step, and those that choose their steps at each tolerance: errors in parallel, then times one after the other.
 ///
 /// # Errors
 /// Those of the input. A run that fails keeps its row.
@@ -84,13 +84,15 @@ pub fn run(
 ) -> Result<Vec<WorkRow>, IntegrateError> {
     let exact = problem.solution(problem.end, 1)?;
     let fixed = methods.iter().flat_map(|&row| steps.iter().map(move |&h| Task::Step(row, h)));
-    let tasks: Vec<_> = fixed.chain(tolerances.iter().map(|&tolerance| Task::Tolerance(tolerance))).collect();
+    let adaptive =
+        ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |&within| Task::Tolerance(row, within)));
+    let tasks: Vec<_> = fixed.chain(adaptive).collect();
     let mut rows = tasks
         .par_iter()
         .map(|&task| {
             let errors = match task {
                 Task::Step(row, h) => errors(problem, row, h, &exact, progress),
-                Task::Tolerance(tolerance) => errors_within(problem, tolerance, &exact, progress),
+                Task::Tolerance(row, tolerance) => errors_within(problem, row, tolerance, &exact, progress),
             };
             progress.advance();
             errors
@@ -100,7 +102,7 @@ pub fn run(
         if row.outcome == COMPLETED && !progress.stopped() {
             let time = match task {
                 Task::Step(method, h) => time(problem, method, h)?,
-                Task::Tolerance(tolerance) => time_within(problem, tolerance)?,
+                Task::Tolerance(method, tolerance) => time_within(problem, method, tolerance)?,
             };
             row.seconds = Some(time.as_secs_f64());
         }
@@ -178,14 +180,15 @@ pub(super) fn errors(
     Ok(watch.row((row.name, h, None), (ending, result.ok()), &state, exact))
 }
 
-/// The same of adaptive collocation with a tolerance.
+/// The same of a method that chooses its steps.
 pub(super) fn errors_within(
     problem: &Problem,
+    row: &AdaptiveRow,
     tolerance: f64,
     exact: &Solution<f64>,
     progress: &dyn Progress,
 ) -> Result<WorkRow, IntegrateError> {
-    let (method, mut state) = (problem.model.bind_adaptive()?, problem.start()?);
+    let (method, mut state) = (problem.model.bind_adaptive(row)?, problem.start()?);
     let mut watch = Watch::new(problem, progress)?;
     let result = method
         .run(&Tolerance::all(tolerance), problem.end, &mut state, &mut |step, state| watch.see(step, state));
@@ -195,7 +198,7 @@ pub(super) fn errors_within(
     let ending = Ending::of(&result, 1, u64::from(state.t == problem.end));
     let mean = if watch.steps > 0 { state.t / watch.steps as f64 } else { problem.end };
     let effort = result.ok().map(|statistics| statistics.effort);
-    Ok(watch.row((ADAPTIVE, mean, Some(tolerance)), (ending, effort), &state, exact))
+    Ok(watch.row((row.name, mean, Some(tolerance)), (ending, effort), &state, exact))
 }
 
 /// Runs are repeated until they took this long together, and the fastest counts: what disturbs a run only slows it.
@@ -211,9 +214,13 @@ pub(super) fn time(problem: &Problem, row: &Row, h: f64) -> Result<Duration, Int
     })
 }
 
-/// The same of adaptive collocation.
-pub(super) fn time_within(problem: &Problem, tolerance: f64) -> Result<Duration, IntegrateError> {
-    let (method, tolerance) = (problem.model.bind_adaptive()?, Tolerance::all(tolerance));
+/// The same of a method that chooses its steps.
+pub(super) fn time_within(
+    problem: &Problem,
+    row: &AdaptiveRow,
+    tolerance: f64,
+) -> Result<Duration, IntegrateError> {
+    let (method, tolerance) = (problem.model.bind_adaptive(row)?, Tolerance::all(tolerance));
     fastest(problem, |state| {
         method.run(&tolerance, problem.end, state, &mut |_, _| ControlFlow::Continue(())).map(drop)
     })

@@ -9,6 +9,7 @@ use super::gauss::{Columns, Gauss};
 use super::iteration;
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
+use crate::adaptive::{Budget, Rates};
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Quantity, Scalar, State, StepFailure, Tolerance, Vector,
 };
@@ -23,10 +24,6 @@ const BEST: f64 = 0.135;
 const PHASE: f64 = 4.0;
 /// How much a step may be shorter or longer for the sake of sweeps.
 const STRETCH: [f64; 2] = [0.5, 2.0];
-/// What is allowed of a step, over its share of the error of the run: steps aim at a fifth of what is allowed, and so at their share.
-/// Calibrated, not derived: where steps err to one side and nothing fades, as on an oscillator without friction, the error at the
-/// end is then what was asked for, and over the test set nowhere above ten times that (`collocation_accuracy` in the tests prints both).
-const SHARES: f64 = 5.0;
 /// The error of the solver, over what is allowed of the step.
 const SOLVED: f64 = 0.1;
 /// An error, over what is allowed, that may be as large as K says, and one that does not hold steps back.
@@ -52,13 +49,12 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     ahead: Columns<V::Scalar, K>,
     ahead_for: Option<(V::Scalar, V::Scalar, usize)>,
     pub(super) stiff: Stiffness,
-    /// A bound of the frequencies there are, and the sums of rows it comes from.
+    /// A bound of the frequencies there are, and what it comes from.
     pub(super) fastest: f64,
-    pub(super) rows: [V; 2],
+    pub(super) rates: Rates<V>,
     /// What the sweeps of the last step left of each other, in the geometric mean.
     pub(super) contraction: f64,
-    tolerance: Tolerance,
-    span: f64,
+    pub(super) budget: Budget,
     /// The solver that goes to rounding, made when it is first needed.
     pub(super) spare: Option<Box<iteration::Workspace<V>>>,
 }
@@ -85,10 +81,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             ahead_for: None,
             stiff: Stiffness::new(n),
             fastest: 0.0,
-            rows: [V::zeros(n), V::zeros(n)],
+            rates: Rates::new(n),
             contraction: 0.0,
-            tolerance: *tolerance,
-            span,
+            budget: Budget::new(tolerance, span),
             spare: None,
         }
     }
@@ -107,8 +102,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             self.start.look(system);
             self.start.energy = state.energy(system);
         }
-        let (before, scales, length) = (self.start.energy, self.scales(state), h.to_f64().abs());
-        let allowed = self.allowed(length);
+        let (before, scales, length) = (self.start.energy, self.budget.scales(state), h.to_f64().abs());
+        let allowed = self.budget.allowed(length);
         self.h = h;
         self.guess(h, state, false);
         let (n, order) = (state.dof(), 2 * K as u32);
@@ -146,7 +141,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         before: &State<V>,
         to: &mut State<V>,
     ) -> Result<Effort, StepFailure> {
-        let (scales, allowed) = (self.scales(before), self.allowed(h.to_f64().abs()));
+        let (scales, allowed) = (self.budget.scales(before), self.budget.allowed(h.to_f64().abs()));
         self.h = h;
         self.guess(h, before, true);
         let mut effort = Effort::default();
@@ -167,22 +162,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
 
     fn spent(sweeps: u32) -> Effort {
         Effort { evaluations: u64::from(sweeps) * K as u64, iterations: u64::from(sweeps) }
-    }
-
-    /// How much of the error of a run is allowed of a step.
-    fn allowed(&self, length: f64) -> f64 {
-        if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
-    }
-
-    /// What is allowed of q, p and w at the end of the run.
-    fn scales(&self, state: &State<V>) -> [f64; 3] {
-        let largest = |x: &V| x.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
-        let Tolerance { relative, absolute, w } = self.tolerance;
-        [
-            relative * largest(&state.q) + absolute,
-            relative * largest(&state.p) + absolute,
-            w.0 * largest(&state.w) + w.1,
-        ]
     }
 
     /// The polynomial of the step kept, as far as it can be trusted to go on, or a constant.
@@ -256,7 +235,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     ) -> Result<u32, StepFailure> {
         // A change that is rounding.
         let noise = 4.0 * V::Scalar::EPSILON;
-        let noise = noise / self.tolerance.relative.max(noise);
+        let noise = noise / self.budget.relative().max(noise);
         let shares = scales.map(f64::recip);
         let phase = h.to_f64() * self.fastest;
         let (mut before, mut first) = (f64::NAN, f64::NAN);

@@ -7,7 +7,7 @@
 
 use super::engine::Engine;
 use super::stages::weighted;
-use afterbay_core::{Block, Curvature, Quantity, Scalar, StepFailure, Vector};
+use afterbay_core::{Curvature, Quantity, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
@@ -52,19 +52,10 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
     }
 
-    /// `ω² ≤ |∂²H/∂q²| |∂²H/∂p²|` at the end of the step, in the norm of the largest sum of a row.
+    /// A bound of the frequencies at the end of the step.
     #[inline]
     pub(super) fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
-        let Self { end, rows: [by_q, by_p], .. } = self;
-        let (by_q, by_p) = (by_q.as_mut_slice(), by_p.as_mut_slice());
-        by_q.fill(V::Scalar::zero());
-        by_p.fill(V::Scalar::zero());
-        system.curvature(end.q.as_slice(), end.p.as_slice(), |block, i, _, value| match block {
-            Block::Hqq => by_q[i] += value.abs(),
-            Block::Hpp => by_p[i] += value.abs(),
-            Block::Hqp | Block::Dq | Block::Dp => {}
-        });
-        let largest = |x: &[V::Scalar]| x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64()));
-        self.fastest = (largest(by_q) * largest(by_p)).sqrt();
+        let Self { end, rates, .. } = self;
+        [self.fastest, _] = rates.see(system, &end.q, &end.p);
     }
 }

@@ -3,10 +3,9 @@
 use super::engine::Engine;
 use super::iteration::Workspace;
 use super::rule::MOST;
+use crate::adaptive::Projection;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
-/// Roundings of K that are not corrected, and those that are left where corrections change nothing.
-const ROUNDINGS: [f64; 2] = [2.0, 16.0];
 /// Roundings K may be off by where H is no better known: it cancels.
 const LOST: f64 = 64.0;
 
@@ -20,44 +19,16 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         allowed: f64,
     ) -> Result<(), f64> {
-        let Self { end, .. } = self;
-        let n = end.q.as_slice().len();
-        let zero = V::Scalar::zero();
-        let (mut gained, mut steep, mut terms) = (zero, zero, zero);
-        let squares = [scales[0], scales[1]].map(|s| V::Scalar::from_f64(s * s));
-        for j in 0..n {
-            let (hq, hp) = (end.hq.as_slice()[j], end.v.as_slice()[j]);
-            gained += end.gain.as_slice()[j];
-            steep += squares[0] * (hq * hq) + squares[1] * (hp * hp);
-            terms += (hq * end.q.as_slice()[j]).abs() + (hp * end.p.as_slice()[j]).abs();
-        }
-        let scale = before.abs() + end.energy.abs() + gained.abs() + terms;
-        let rounding = V::Scalar::EPSILON * scale.to_f64();
-        let (mut way, mut before_that) = (0.0, f64::INFINITY);
-        loop {
-            let missing = end.energy - before + gained;
-            let size = missing.abs().to_f64();
-            // What no longer shrinks is as good as q and p can be told.
-            if size <= ROUNDINGS[0] * rounding
-                || (size <= ROUNDINGS[1] * rounding && size > 0.5 * before_that)
-            {
-                break;
-            }
-            way += size / steep.to_f64().sqrt();
-            // Not a number is too large as well.
-            if !(way <= allowed && size <= 0.5 * before_that) {
-                return Err(way / allowed);
-            }
-            before_that = size;
-            let lambda = missing / steep;
-            for j in 0..n {
-                let (hq, hp) = (end.hq.as_slice()[j], end.v.as_slice()[j]);
-                end.q.as_mut_slice()[j] -= lambda * squares[0] * hq;
-                end.p.as_mut_slice()[j] -= lambda * squares[1] * hp;
-            }
-            end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
-        }
-        if way > 0.0 {
+        let end = &mut self.end;
+        let gained = end.gain.as_slice().iter().fold(V::Scalar::zero(), |sum, &gain| sum + gain);
+        let projection = Projection {
+            slope: [end.hq.as_slice(), end.v.as_slice()],
+            target: before - gained,
+            size: (before.abs() + gained.abs()).to_f64(),
+            scales: [scales[0], scales[1]],
+            allowed,
+        };
+        if projection.apply(system, [end.q.as_mut_slice(), end.p.as_mut_slice()], &mut end.energy)? {
             end.look(system);
         }
         Ok(())

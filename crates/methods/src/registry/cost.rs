@@ -5,7 +5,7 @@
 pub enum Cost {
     /// Explicit: so many evaluations and no equation. `leapfrog` solves a scalar one where D is not linear in the momentum.
     Explicit(u32),
-    /// Explicit: so many evaluations, and as many again where the last step's γ does not foretell its own.
+    /// Explicit: so many evaluations, and all but the first again where the last step's γ does not foretell its own.
     Relaxed(u32),
     /// Implicit, one degree of freedom at a time: so many sweeps over them, a scalar equation in each. An ordinary one takes two
     /// evaluations; `moddg` with its δ has closed forms of one on the damped oscillator.

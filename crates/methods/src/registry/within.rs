@@ -1,18 +1,66 @@
-//! The adaptive method bound to a system, for whoever knows neither.
+//! Methods that choose their steps, by name, and bound to a system for whoever knows neither.
 
 use super::Show;
 use super::run::Place;
-use crate::AdaptiveCollocation;
+use crate::{AdaptiveCollocation, AdaptiveDop853};
 use afterbay_core::{
-    Curvature, InputError, IntegrateError, Quantity, State, Statistics, Tolerance, Vector, integrate_within,
-    sample_within,
+    Adaptive, Curvature, InputError, IntegrateError, Quantity, State, Statistics, Tolerance, Vector,
+    integrate_within, sample_within,
 };
 use std::marker::PhantomData;
 
-/// The name of adaptive collocation in scenes and tables. It takes a tolerance instead of a step, so it is no row of the registry.
-pub const ADAPTIVE: &str = "adaptive-collocation";
+/// A method that takes a tolerance instead of a step, and keeps K. It is no row of [`METHODS`](super::METHODS).
+#[derive(Clone, Copy, Debug)]
+pub struct AdaptiveRow {
+    /// Its name in scenes and tables.
+    pub name: &'static str,
+    /// One line on what it is.
+    pub about: &'static str,
+    /// The order in q, p and w of the least accurate of its forms.
+    pub order: u32,
+    /// Every Δw ≥ 0 where the system is passive.
+    pub passive: bool,
+    /// Steps are as long as the tolerance allows however stiff the system is.
+    pub a_stable: bool,
+    /// What a step costs, in words.
+    pub cost: &'static str,
+    kind: Kind,
+}
 
-/// [`AdaptiveCollocation`] bound to a system, its type and the storage of its steps forgotten.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Collocation,
+    Dop853,
+}
+
+/// Every method that chooses its steps; the first is the one for any system.
+pub const ADAPTIVE: [AdaptiveRow; 2] = [
+    AdaptiveRow {
+        name: "adaptive-collocation",
+        about: "Gauss collocation of order 8 or 16, its steps and K by the tolerance",
+        order: 8,
+        passive: true,
+        a_stable: true,
+        cost: "equations, 4 or 8 nodes",
+        kind: Kind::Collocation,
+    },
+    AdaptiveRow {
+        name: "adaptive-dop853",
+        about: "DOP853, its steps and K by the tolerance",
+        order: 8,
+        passive: false,
+        a_stable: false,
+        cost: "12 evaluations",
+        kind: Kind::Dop853,
+    },
+];
+
+/// The row of a method that chooses its steps.
+pub fn find_adaptive(name: &str) -> Option<&'static AdaptiveRow> {
+    ADAPTIVE.iter().find(|row| row.name == name)
+}
+
+/// A method that chooses its steps bound to a system, their types and the storage of the steps forgotten.
 pub struct Within(Box<dyn Erased>);
 
 impl Within {
@@ -65,12 +113,18 @@ trait Erased: Send + Sync {
     ) -> Result<Statistics, IntegrateError>;
 }
 
-struct Bound<V, S> {
+struct Bound<V, M, S> {
+    method: M,
     system: S,
     storage: PhantomData<fn() -> V>,
 }
 
-impl<V: Vector<Scalar = f64>, S: Curvature<f64>> Erased for Bound<V, S> {
+impl<V, M, S> Erased for Bound<V, M, S>
+where
+    V: Vector<Scalar = f64>,
+    S: Curvature<f64>,
+    M: Adaptive<V, S> + Send + Sync,
+{
     fn dof(&self) -> usize {
         self.system.dof()
     }
@@ -84,8 +138,7 @@ impl<V: Vector<Scalar = f64>, S: Curvature<f64>> Erased for Bound<V, S> {
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
         let mut look = |step: u64, state: &State<V>| show(step, state.view());
-        let outcome =
-            integrate_within(&AdaptiveCollocation, &self.system, tolerance, end, &mut state, &mut look);
+        let outcome = integrate_within(&self.method, &self.system, tolerance, end, &mut state, &mut look);
         place.put(&state);
         outcome
     }
@@ -99,21 +152,32 @@ impl<V: Vector<Scalar = f64>, S: Curvature<f64>> Erased for Bound<V, S> {
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
         let mut look = |n: u64, state: &State<V>| show(n, state.view());
-        let outcome =
-            sample_within(&AdaptiveCollocation, &self.system, tolerance, times, &mut state, &mut look);
+        let outcome = sample_within(&self.method, &self.system, tolerance, times, &mut state, &mut look);
         place.put(&state);
         outcome
     }
 }
 
-/// Binds adaptive collocation to a system; states of one degree of freedom on the stack.
+/// Binds a method that chooses its steps to a system; states of few degrees of freedom on the stack.
 ///
 /// # Errors
 /// [`InputError::Length`] for a system without a degree of freedom.
-pub fn adaptive<S: Curvature<f64> + 'static>(system: S) -> Result<Within, InputError> {
-    match system.dof() {
-        0 => Err(InputError::Length { quantity: Quantity::Coordinate, expected: 1, found: 0 }),
-        1 => Ok(Within(Box::new(Bound::<[f64; 1], S> { system, storage: PhantomData }))),
-        _ => Ok(Within(Box::new(Bound::<Vec<f64>, S> { system, storage: PhantomData }))),
+pub fn adaptive<S: Curvature<f64> + 'static>(row: &AdaptiveRow, system: S) -> Result<Within, InputError> {
+    match (row.kind, system.dof()) {
+        (_, 0) => Err(InputError::Length { quantity: Quantity::Coordinate, expected: 1, found: 0 }),
+        (Kind::Collocation, 1) => Ok(bind::<[f64; 1], _, _>(AdaptiveCollocation, system)),
+        (Kind::Collocation, _) => Ok(bind::<Vec<f64>, _, _>(AdaptiveCollocation, system)),
+        (Kind::Dop853, 1) => Ok(bind::<[f64; 1], _, _>(AdaptiveDop853, system)),
+        (Kind::Dop853, 2) => Ok(bind::<[f64; 2], _, _>(AdaptiveDop853, system)),
+        (Kind::Dop853, _) => Ok(bind::<Vec<f64>, _, _>(AdaptiveDop853, system)),
     }
+}
+
+fn bind<V, M, S>(method: M, system: S) -> Within
+where
+    V: Vector<Scalar = f64> + 'static,
+    S: Curvature<f64> + 'static,
+    M: Adaptive<V, S> + Send + Sync + 'static,
+{
+    Within(Box::new(Bound { method, system, storage: PhantomData::<fn() -> V> }))
 }

@@ -1,6 +1,6 @@
 //! The root γ of K along the chord from the old state, K(z0 + γ d, w0 + γ e) = K.
 
-use super::stages::Stages;
+use super::direction::Direction;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// The farthest a root may lie from 1.
@@ -37,27 +37,27 @@ impl<V: Vector> Chord<V> {
         &mut self,
         system: &S,
         state: &State<V>,
-        stages: &Stages<V>,
+        direction: &Direction<V>,
         [now, total]: [V::Scalar; 2],
     ) -> Result<V::Scalar, StepFailure>
     where
         S: System<V::Scalar> + ?Sized,
     {
         let one = V::Scalar::one();
-        let rounding = V::Scalar::EPSILON * (size(state, stages) + now.to_f64().abs());
-        let plain = self.place(system, state, stages, one, total)?;
+        let rounding = V::Scalar::EPSILON * (direction.size(state) + now.to_f64().abs());
+        let plain = self.place(system, state, direction, one, total)?;
         let excess = plain.excess.to_f64();
         if excess.abs() <= MET * rounding {
             return Ok(one);
         }
-        let root = self.search(system, state, stages, [now - total, total], plain, rounding);
+        let root = self.search(system, state, direction, [now - total, total], plain, rounding);
         if let Some(root) = root.filter(|root| root.excess.to_f64().abs() <= NOISE * rounding) {
-            self.place(system, state, stages, root.gamma, total)?;
+            self.place(system, state, direction, root.gamma, total)?;
             return Ok(root.gamma);
         }
         // Where the step is so short that γ does less than rounding, what K is off by stays.
         if (plain.excess - (now - total)).to_f64().abs() <= NOISE * rounding {
-            self.place(system, state, stages, one, total)?;
+            self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
         Err(StepFailure::NoRelaxationRoot { excess })
@@ -68,7 +68,7 @@ impl<V: Vector> Chord<V> {
         &mut self,
         system: &S,
         state: &State<V>,
-        stages: &Stages<V>,
+        direction: &Direction<V>,
         [offset, total]: [V::Scalar; 2],
         plain: Point<V::Scalar>,
         rounding: f64,
@@ -78,7 +78,7 @@ impl<V: Vector> Chord<V> {
     {
         let one = V::Scalar::one();
         // off + slope γ + bend γ², and its slope at 1.
-        let slope = stages.slope();
+        let slope = direction.slope();
         let bend = plain.excess - offset - slope;
         let ahead = slope + bend + bend;
         let Point { excess, .. } = plain;
@@ -91,7 +91,7 @@ impl<V: Vector> Chord<V> {
         for _ in 0..LIMIT {
             let near = (next - one).to_f64().abs() <= REACH;
             let point =
-                if near { self.place(system, state, stages, next, total).ok()? } else { return None };
+                if near { self.place(system, state, direction, next, total).ok()? } else { return None };
             let (found, least) = (point.excess.to_f64().abs(), best.excess.to_f64().abs());
             if found < least {
                 best = point;
@@ -111,7 +111,7 @@ impl<V: Vector> Chord<V> {
         &mut self,
         system: &S,
         state: &State<V>,
-        stages: &Stages<V>,
+        direction: &Direction<V>,
         gamma: V::Scalar,
         total: V::Scalar,
     ) -> Result<Point<V::Scalar>, StepFailure>
@@ -120,9 +120,9 @@ impl<V: Vector> Chord<V> {
     {
         let n = state.dof();
         let parts = [
-            (&mut self.q, &state.q, &stages.dq),
-            (&mut self.p, &state.p, &stages.dp),
-            (&mut self.w, &state.w, &stages.dw),
+            (&mut self.q, &state.q, &direction.q),
+            (&mut self.p, &state.p, &direction.p),
+            (&mut self.w, &state.w, &direction.w),
         ];
         for (new, old, change) in parts {
             let (old, change) = (&old.as_slice()[..n], &change.as_slice()[..n]);
@@ -144,27 +144,4 @@ impl<V: Vector> Chord<V> {
             (Quantity::Energy, &energy),
         ]))
     }
-}
-
-impl<V: Vector> Stages<V> {
-    /// What K changes by with γ at the start, ∇H·d + Σ e_j.
-    fn slope(&self) -> V::Scalar {
-        let [hq, hp] = &self.start;
-        let zero = V::Scalar::zero();
-        let along = |slope: &V, d: &V| {
-            slope.as_slice().iter().zip(d.as_slice()).fold(zero, |sum, (&slope, &d)| slope.mul_add(d, sum))
-        };
-        along(hq, &self.dq) + along(hp, &self.dp) + self.dw.as_slice().iter().fold(zero, |sum, &e| sum + e)
-    }
-}
-
-/// What K is made of at the start.
-fn size<V: Vector>(state: &State<V>, stages: &Stages<V>) -> f64 {
-    let [hq, hp] = &stages.start;
-    let terms = |z: &V, slope: &V| {
-        let terms = z.as_slice().iter().zip(slope.as_slice());
-        terms.map(|(&z, &slope)| (z * slope).to_f64().abs()).sum::<f64>()
-    };
-    let held = state.w.as_slice().iter().map(|w| w.to_f64().abs()).sum::<f64>();
-    terms(&state.q, hq) + terms(&state.p, hp) + held
 }

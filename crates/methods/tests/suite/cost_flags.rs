@@ -149,7 +149,7 @@ fn costs(row: &Row, cost: Cost) -> bool {
             runs.len() == 2 && runs.iter().all(right)
         }
         Cost::Relaxed(evaluations) => {
-            let [once, twice] = [1, 2].map(|times| [f64::from(times * evaluations); 2]);
+            let [once, twice] = [evaluations, 2 * evaluations - 1].map(|count| [f64::from(count); 2]);
             let seen = |what: [f64; 2]| runs.iter().any(|run| run.asked.contains(&what));
             let right = |run: &Asked| {
                 let sum: f64 = run.asked.iter().map(|[force, _]| force).sum();

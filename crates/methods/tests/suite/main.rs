@@ -2,15 +2,15 @@
 
 #![cfg(test)]
 
+mod adaptive;
+mod adaptive_accuracy;
+mod adaptive_samples;
 mod books;
 mod chain_memory;
 mod collocation;
-mod collocation_accuracy;
-mod collocation_adaptive;
 mod collocation_estimate;
 mod collocation_memory;
 mod collocation_orders;
-mod collocation_samples;
 mod compensated;
 mod cost_flags;
 mod coupled_friction;

@@ -227,6 +227,7 @@ pub(super) const CHANGES: &[Change] = &[
     ("[\"leapfrog\"]", "[\"leapfrog\"]\ntolerances = [1e-6, 0]", "0", "must be finite and at least", ""),
     // Methods.
     ("\"rk4\"", "\"rk5\"", "\"rk5\"", "there is no method rk5", "mean rk4"),
+    ("\"rk4\"", "\"adaptive-dop853\"", "\"adaptive-dop853\"", "takes a tolerance", "`tolerances`"),
     ("\"rk4\"", "\"\"", "\"\"", "there is no method", "leapfrog"),
     ("\"rk4\"", "\"moddg\"", "\"moddg\"", "moddg is in the list already", ""),
     ("methods = [\"moddg\", \"rk4\"]", "methods = []", "methods = []", "give one method at least", ""),

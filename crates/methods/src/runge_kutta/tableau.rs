@@ -1,31 +1,47 @@
 //! Butcher tableaus, each coefficient as the sum of two doubles.
 
-/// The coefficients of an explicit Runge-Kutta method.
-pub(super) struct Tableau {
-    /// a_ij that are not 0, with their j, row by row.
-    pub(super) rows: &'static [&'static [(usize, [f64; 2])]],
+use afterbay_core::Scalar;
+
+/// The coefficients of a sum that are not 0, with the stages they belong to.
+pub(crate) type Terms = &'static [(usize, [f64; 2])];
+
+/// An explicit Runge-Kutta method, its coefficients known to the compiler.
+pub(crate) trait Tableau {
+    /// a_ij, row by row; the first row is empty.
+    const ROWS: &'static [Terms];
     /// b_i
-    pub(super) weights: &'static [[f64; 2]],
+    const WEIGHTS: Terms;
 }
 
-impl std::fmt::Debug for Tableau {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} stages", self.weights.len())
-    }
+/// A method that tells its error from two less accurate ones of the same stages.
+pub(crate) trait Embedded: Tableau {
+    /// b_i less the weights of the others, the more accurate one first.
+    const DIFFERENCES: [Terms; 2];
+}
+
+/// A coefficient in the scalar it is wanted in.
+#[inline(always)]
+pub(crate) fn number<T: Scalar>([high, low]: [f64; 2]) -> T {
+    T::from_f64(high) + T::from_f64(low)
 }
 
 /// The classical Runge-Kutta method, order 4.
-pub(super) const RK4: Tableau = Tableau {
-    rows: &[&[], &[(0, [0.5, 0.0])], &[(1, [0.5, 0.0])], &[(2, [1.0, 0.0])]],
-    weights: &[SIXTH, THIRD, THIRD, SIXTH],
-};
+pub(crate) struct Classical;
+
+impl Tableau for Classical {
+    const ROWS: &'static [Terms] = &[&[], &[(0, [0.5, 0.0])], &[(1, [0.5, 0.0])], &[(2, [1.0, 0.0])]];
+    const WEIGHTS: Terms = &[(0, SIXTH), (1, THIRD), (2, THIRD), (3, SIXTH)];
+}
+
 const SIXTH: [f64; 2] = [1.0 / 6.0, 9.25185853854297e-18];
 const THIRD: [f64; 2] = [1.0 / 3.0, 1.850371707708594e-17];
 
 /// DOP853, order 8: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, second edition, section II.5,
 /// its 30 published digits corrected by up to 4e-29 to meet the order conditions (`tests/data/dop853.py` prints them).
-pub(super) const DOP853: Tableau = Tableau {
-    rows: &[
+pub(crate) struct Dop853;
+
+impl Tableau for Dop853 {
+    const ROWS: &'static [Terms] = &[
         &[],
         &[(0, [0.05260015195876773, 2.235551482914852e-18])],
         &[
@@ -97,22 +113,45 @@ pub(super) const DOP853: Tableau = Tableau {
             (9, [12.360567175794303, -1.3158566470099842e-16]),
             (10, [0.6433927460157636, -4.213091915914117e-17]),
         ],
-    ],
-    weights: &[
-        [0.054293734116568765, -2.5645259176078755e-18],
-        [0.0, 0.0],
-        [0.0, 0.0],
-        [0.0, 0.0],
-        [0.0, 0.0],
-        [4.450312892752409, -2.737092775581944e-16],
-        [1.8915178993145003, 6.581122499260417e-17],
-        [-5.801203960010585, 1.3317442893008234e-16],
-        [0.3111643669578199, -1.0104455449341462e-17],
-        [-0.1521609496625161, 8.776696451847189e-18],
-        [0.20136540080403034, 6.122572160027292e-18],
-        [0.04471061572777259, 3.1043973515104757e-18],
-    ],
-};
+    ];
+    const WEIGHTS: Terms = &[
+        (0, [0.054293734116568765, -2.5645259176078755e-18]),
+        (5, [4.450312892752409, -2.737092775581944e-16]),
+        (6, [1.8915178993145003, 6.581122499260417e-17]),
+        (7, [-5.801203960010585, 1.3317442893008234e-16]),
+        (8, [0.3111643669578199, -1.0104455449341462e-17]),
+        (9, [-0.1521609496625161, 8.776696451847189e-18]),
+        (10, [0.20136540080403034, 6.122572160027292e-18]),
+        (11, [0.04471061572777259, 3.1043973515104757e-18]),
+    ];
+}
+
+impl Embedded for Dop853 {
+    const DIFFERENCES: [Terms; 2] = [
+        // Order 5.
+        &[
+            (0, [0.013120044994194881, 0.0]),
+            (5, [-1.2251564463762044, 0.0]),
+            (6, [-0.4957589496572502, 0.0]),
+            (7, [1.6643771824549865, 0.0]),
+            (8, [-0.35032884874997368, 0.0]),
+            (9, [0.33417911871301748, 0.0]),
+            (10, [0.081923206485115713, 0.0]),
+            (11, [-0.022355307863886296, 0.0]),
+        ],
+        // Order 3, of the weights 31/127, 0.7338.. and 3/136 of the stages 0, 8 and 11.
+        &[
+            (0, [0.054293734116568765 - 0.24409448818897638, 0.0]),
+            (5, [4.450312892752409, 0.0]),
+            (6, [1.8915178993145003, 0.0]),
+            (7, [-5.801203960010585, 0.0]),
+            (8, [0.3111643669578199 - 0.73384668828161186, 0.0]),
+            (9, [-0.1521609496625161, 0.0]),
+            (10, [0.20136540080403034, 0.0]),
+            (11, [0.04471061572777259 - 0.022058823529411766, 0.0]),
+        ],
+    ];
+}
 
 #[cfg(test)]
 mod tests {
@@ -134,14 +173,14 @@ mod tests {
         }
 
         /// Φ(t) of each stage, and the largest of the terms it is made of.
-        fn weights<T: Scalar>(&self, tableau: &Tableau) -> Vec<[T; 2]> {
-            let mut all = vec![[T::one(); 2]; tableau.weights.len()];
+        fn weights<T: Scalar>(&self, rows: &[Terms]) -> Vec<[T; 2]> {
+            let mut all = vec![[T::one(); 2]; rows.len()];
             for branch in &self.0 {
-                let below = branch.weights::<T>(tableau);
-                for (all, row) in all.iter_mut().zip(tableau.rows) {
+                let below = branch.weights::<T>(rows);
+                for (all, row) in all.iter_mut().zip(rows) {
                     let mut sums = [T::zero(); 2];
                     for &(j, a) in *row {
-                        let a = T::from_f64(a[0]) + T::from_f64(a[1]);
+                        let a: T = number(a);
                         sums = [a.mul_add(below[j][0], sums[0]), a.abs().mul_add(below[j][1], sums[1])];
                     }
                     *all = [all[0] * sums[0], all[1] * sums[1]];
@@ -175,12 +214,13 @@ mod tests {
     }
 
     /// What the condition of a tree is missed by, in unit roundoffs of the terms of its sum.
-    fn miss<T: Scalar>(tableau: &Tableau, tree: &Tree) -> f64 {
+    fn miss<T: Scalar>(rows: &[Terms], weights: &[(usize, [f64; 2])], tree: &Tree) -> f64 {
         let (mut sum, mut terms) = (-(T::from_f64(tree.density()).recip()), 0.0);
-        for (weight, phi) in tableau.weights.iter().zip(tree.weights::<T>(tableau)) {
-            let weight = T::from_f64(weight[0]) + T::from_f64(weight[1]);
-            sum = weight.mul_add(phi[0], sum);
-            terms += (weight.abs() * phi[1]).to_f64();
+        let phi = tree.weights::<T>(rows);
+        for &(i, weight) in weights {
+            let weight: T = number(weight);
+            sum = weight.mul_add(phi[i][0], sum);
+            terms += (weight.abs() * phi[i][1]).to_f64();
         }
         sum.to_f64().abs() / (T::EPSILON * terms)
     }
@@ -189,12 +229,33 @@ mod tests {
     fn order_conditions_hold_to_rounding_in_both_scalars_and_not_beyond() {
         let trees = trees(9);
         assert_eq!(trees.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 2, 4, 9, 20, 48, 115, 286]);
-        for (tableau, order) in [(&RK4, 4), (&DOP853, 8)] {
+        for (rows, weights, order) in
+            [(Classical::ROWS, Classical::WEIGHTS, 4), (Dop853::ROWS, Dop853::WEIGHTS, 8)]
+        {
             for tree in trees[..order].iter().flatten() {
-                let found = [miss::<f64>(tableau, tree), miss::<Quad>(tableau, tree)];
+                let found = [miss::<f64>(rows, weights, tree), miss::<Quad>(rows, weights, tree)];
                 assert!(found.iter().all(|&miss| miss < 16.0), "{tree:?} is missed by {found:?} roundings");
             }
-            assert!(trees[order].iter().any(|tree| miss::<Quad>(tableau, tree) > 1e20));
+            assert!(trees[order].iter().any(|tree| miss::<Quad>(rows, weights, tree) > 1e20));
+        }
+    }
+
+    #[test]
+    fn what_tells_the_error_has_order_5_and_3() {
+        let trees = trees(6);
+        for (differences, order) in Dop853::DIFFERENCES.into_iter().zip([5, 3]) {
+            let mut weights: Vec<_> = (0..Dop853::ROWS.len()).map(|i| (i, [0.0; 2])).collect();
+            for &(i, [b, _]) in Dop853::WEIGHTS {
+                weights[i].1[0] += b;
+            }
+            for &(i, [difference, _]) in differences {
+                weights[i].1[0] -= difference;
+            }
+            let missed = |tree: &Tree| miss::<f64>(Dop853::ROWS, &weights, tree);
+            for tree in trees[..order].iter().flatten() {
+                assert!(missed(tree) < 16.0, "{tree:?} is missed by {} roundings", missed(tree));
+            }
+            assert!(trees[order].iter().any(|tree| missed(tree) > 1e10));
         }
     }
 }

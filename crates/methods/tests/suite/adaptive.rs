@@ -1,10 +1,11 @@
-//! Adaptive collocation: K and passivity at every step, the error asked for, sampling, refusals and failures.
+//! Methods that choose their steps: K and passivity at every step, what their flags say, refusals and failures.
 
 use afterbay_core::{
     Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, State, StepFailure, System,
-    Tolerance, integrate_within, sample_within,
+    Tolerance, View,
 };
-use afterbay_methods::AdaptiveCollocation;
+use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, adaptive};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
 use afterbay_systems::{
     DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -12,15 +13,15 @@ use proptest::prelude::*;
 use std::ops::ControlFlow;
 
 /// |ΔK| of a step in unit roundoffs of what K is made of: H, w, and what a rounding of z makes of H.
-fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+fn drift<S: System<f64>>(system: &S, before: View<'_, f64>, after: View<'_, f64>) -> f64 {
     let mut scale = 0.0;
     for state in [before, after] {
-        let n = state.dof();
+        let n = state.q.len();
         let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
-        system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+        system.gradient(state.q, state.p, &mut hq, &mut hp);
         let terms = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum::<f64>();
         let w = state.w.iter().map(|w| w.abs()).sum::<f64>();
-        scale += state.energy(system).abs() + w + terms(&hq, &state.q) + terms(&hp, &state.p);
+        scale += state.energy(system).abs() + w + terms(&hq, state.q) + terms(&hp, state.p);
     }
     let drift = (after.total(system) - before.total(system)).abs();
     if drift == 0.0 { 0.0 } else { drift / (f64::EPSILON / 2.0 * scale) }
@@ -29,33 +30,45 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
 /// 16 roundings are left by the correction of K, which sees one end of the step, and w is rounded once an entry.
 const ROUNDINGS: f64 = 20.0;
 
-/// K and Δw ≥ 0 of every step of a run.
-fn books<S: Curvature<f64>>(
+/// What is seen of a run by a method: the worst drift of a step in roundings, and whether energy came back where it is owed that
+/// none does.
+fn watch<S>(
+    row: &AdaptiveRow,
     system: &S,
-    tolerance: Tolerance,
+    tolerance: &Tolerance,
     end: f64,
-    q: Vec<f64>,
-    p: Vec<f64>,
-) -> Result<(), TestCaseError> {
-    let mut state = State::new(q, p).unwrap();
-    let mut last = state.clone();
-    let mut worst = Ok(());
-    let passive = system.damping().passive == Passive::Each;
-    let observer = &mut |_: u64, state: &State<Vec<f64>>| {
-        let drift = drift(system, &last, state);
-        let taken = state.w.iter().zip(&last.w).any(|(now, before)| now < before);
-        if !(drift < ROUNDINGS && !(passive && taken)) {
-            worst = Err(TestCaseError::fail(format!("K by {drift} roundings, {last:?} {state:?}")));
-            return ControlFlow::Break(());
-        }
-        last = state.clone();
-        ControlFlow::Continue(())
-    };
-    let statistics = integrate_within(&AdaptiveCollocation, system, &tolerance, end, &mut state, observer);
-    worst?;
-    let statistics = statistics.map_err(|error| TestCaseError::fail(format!("{error}")))?;
-    prop_assert!(statistics.least > 0.0 && statistics.largest <= end, "{:?}", statistics);
+    start: &State<Vec<f64>>,
+) -> Result<(f64, bool), TestCaseError>
+where
+    S: Curvature<f64> + Clone + 'static,
+{
+    let (mut state, mut last) = (start.clone(), start.clone());
+    let owed = system.damping().passive == Passive::Each;
+    let (mut worst, mut taken) = (0.0_f64, false);
+    let statistics =
+        adaptive(row, system.clone()).unwrap().run(tolerance, end, &mut state, &mut |_, state| {
+            worst = worst.max(drift(system, last.view(), state));
+            taken |= owed && state.w.iter().zip(&last.w).any(|(now, before)| now < before);
+            last = State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
+            ControlFlow::Continue(())
+        });
+    let statistics = statistics.map_err(|error| TestCaseError::fail(format!("{}: {error}", row.name)))?;
+    prop_assert!(statistics.least > 0.0 && statistics.largest <= end, "{}: {:?}", row.name, statistics);
     prop_assert_eq!(state.t, end);
+    Ok((worst, taken))
+}
+
+/// K and Δw ≥ 0 of every step of a run by each method.
+fn books<S>(system: &S, tolerance: Tolerance, end: f64, q: Vec<f64>, p: Vec<f64>) -> Result<(), TestCaseError>
+where
+    S: Curvature<f64> + Clone + 'static,
+{
+    let start = State::new(q, p).unwrap();
+    for row in &ADAPTIVE {
+        let (drift, taken) = watch(row, system, &tolerance, end, &start)?;
+        prop_assert!(drift < ROUNDINGS, "{}: K by {} roundings", row.name, drift);
+        prop_assert!(!(row.passive && taken), "{}: energy came back", row.name);
+    }
     Ok(())
 }
 
@@ -100,35 +113,94 @@ proptest! {
     }
 }
 
+/// An oscillator with friction in a narrow gate only, too small to shorten steps, where a stage may be that counts for less than nothing.
+#[derive(Clone, Copy)]
+struct Gate {
+    at: f64,
+}
+
+impl System<f64> for Gate {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        (q[0] * q[0] + p[0] * p[0]) / 2.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (q[0], p[0]);
+    }
+    fn dissipation(&self, q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        d[0] = if (q[0] - self.at).abs() < 0.02 { 1e-3 * v[0] } else { 0.0 };
+    }
+    fn damping(&self) -> Damping {
+        Damping { passive: Passive::Each, ..Damping::GENERAL }
+    }
+}
+
+impl Curvature<f64> for Gate {
+    fn curvature(&self, _q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        put(Block::Hqq, 0, 0, 1.0);
+        put(Block::Hpp, 0, 0, 1.0);
+    }
+}
+
+#[test]
+fn what_is_not_passive_gives_energy_back() {
+    let start = State::new(vec![1.0], vec![0.0]).unwrap();
+    for row in &ADAPTIVE {
+        let tolerance = Tolerance { relative: 1e-2, absolute: 1e-2, w: (10.0, 10.0) };
+        let given = (-100..100).filter(|&i| {
+            let gate = Gate { at: 0.01 * f64::from(i) };
+            watch(row, &gate, &tolerance, 20.0, &start).unwrap().1
+        });
+        let given = given.count();
+        assert_eq!(given > 0, !row.passive, "{}: {given}", row.name);
+    }
+}
+
+/// μ = 1000, on the slow part of the cycle: between two jumps there is nothing to follow but decay.
+#[test]
+fn stiff_systems_hold_back_what_is_not_a_stable() {
+    let system = VanDerPol::new(1000.0).unwrap();
+    for row in &ADAPTIVE {
+        let mut state = State::new([2.0], [0.0]).unwrap();
+        let within = adaptive(row, system).unwrap();
+        let done = within.run(&Tolerance::all(1e-4), 50.0, &mut state, &mut |_, _| ControlFlow::Continue(()));
+        let accepted = done.unwrap().accepted;
+        assert!(if row.a_stable { accepted < 200 } else { accepted > 5000 }, "{}: {accepted}", row.name);
+    }
+}
+
 #[test]
 fn what_cannot_be_done_is_refused() {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
     let start = State::new([1.5], [0.5]).unwrap();
-    let mut state = start.clone();
-    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-16] {
-        let outcome = integrate_within(
-            &AdaptiveCollocation,
-            &system,
-            &Tolerance::all(tolerance),
-            1.0,
-            &mut state,
-            &mut (),
-        );
-        assert!(matches!(outcome, Err(IntegrateError::Input(InputError::Tolerance { .. }))), "{tolerance}");
+    for row in &ADAPTIVE {
+        let within = adaptive(row, system).unwrap();
+        let mut state = start.clone();
+        let mut run = |tolerance: f64, end: f64| {
+            within
+                .run(&Tolerance::all(tolerance), end, &mut state, &mut |_, _| ControlFlow::Continue(()))
+                .unwrap_err()
+        };
+        for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-16] {
+            let refused = run(tolerance, 1.0);
+            assert!(matches!(refused, IntegrateError::Input(InputError::Tolerance { .. })), "{tolerance}");
+        }
+        for end in [-1.0, f64::NAN, f64::INFINITY] {
+            let refused = run(1e-6, end);
+            assert!(matches!(refused, IntegrateError::Input(InputError::End { .. })), "{end}");
+        }
+        let descending = [1.0, 0.5];
+        let look = &mut |_: u64, _: View<'_, f64>| ControlFlow::Continue(());
+        let refused = within.sample(&Tolerance::all(1e-6), &descending, &mut state, look);
+        assert!(matches!(refused, Err(IntegrateError::Input(InputError::End { .. }))));
+        assert_eq!(state, start);
     }
-    for end in [-1.0, f64::NAN, f64::INFINITY] {
-        let outcome =
-            integrate_within(&AdaptiveCollocation, &system, &Tolerance::all(1e-6), end, &mut state, &mut ());
-        assert!(matches!(outcome, Err(IntegrateError::Input(InputError::End { .. }))), "{end}");
-    }
-    let descending = [1.0, 0.5];
-    let outcome =
-        sample_within(&AdaptiveCollocation, &system, &Tolerance::all(1e-6), &descending, &mut state, &mut ());
-    assert!(matches!(outcome, Err(IntegrateError::Input(InputError::End { .. }))));
-    assert_eq!(state, start);
 }
 
 /// H = p²/2 and a force that is no number beyond q = 1; with `pole`, V = ln (1 - q): q falls into the pole in finite time.
+#[derive(Clone, Copy)]
 struct Cliff {
     pole: bool,
 }
@@ -162,40 +234,37 @@ impl Curvature<f64> for Cliff {
 
 #[test]
 fn failures_have_names_and_the_last_good_state() {
-    for pole in [false, true] {
+    for (row, pole) in ADAPTIVE.iter().flat_map(|row| [(row, false), (row, true)]) {
         let mut state = State::new([0.0], [1.0]).unwrap();
         let mut last = state.clone();
-        let outcome = integrate_within(
-            &AdaptiveCollocation,
-            &Cliff { pole },
+        let outcome = adaptive(row, Cliff { pole }).unwrap().run(
             &Tolerance::all(1e-6),
             10.0,
             &mut state,
-            &mut |_: u64, state: &State<[f64; 1]>| {
-                last = state.clone();
+            &mut |_, state| {
+                last = State { q: [state.q[0]], p: [state.p[0]], w: [state.w[0]], t: state.t };
                 ControlFlow::Continue(())
             },
         );
-        println!("{outcome:?} {state:?}");
+        println!("{}: {outcome:?} {state:?}", row.name);
         let Err(IntegrateError::Run(error)) = outcome else { panic!("{outcome:?}") };
         let named = matches!(
             error.failure,
             StepFailure::Vanishes { .. } | StepFailure::NonFinite { .. } | StepFailure::NotContracting { .. }
         );
-        assert!(named, "{error}");
+        assert!(named, "{}: {error}", row.name);
         assert_eq!((state.clone(), error.t), (last, state.t));
-        assert!(state.q[0] > 0.99 && state.q[0] <= 1.0, "{state:?}");
+        assert!(state.q[0] > 0.99 && state.q[0] <= 1.0, "{}: {state:?}", row.name);
     }
 }
 
-/// Steps by sweeps allocate nothing, accepted or rejected.
+/// Steps by sweeps or stages allocate nothing, accepted or rejected.
 #[test]
 fn steps_allocate_nothing() {
-    fn check<S: Curvature<f64>>(system: &S) {
+    fn check<S: Curvature<f64>, M: Adaptive<Vec<f64>, S>>(method: &M, system: &S) {
         for tolerance in [1e-4, 1e-9] {
             let n = system.dof();
             let mut state = State::new((0..n).map(|j| (j as f64).sin()).collect(), vec![0.5; n]).unwrap();
-            let method = AdaptiveCollocation;
             let mut workspace = method.workspace(system, &Tolerance::all(tolerance), 10.0).unwrap();
             let allocated = allocation_counter::measure(|| {
                 for i in 0..100 {
@@ -204,16 +273,20 @@ fn steps_allocate_nothing() {
                         .attempt(system, h, &state, &mut workspace)
                         .is_ok_and(|attempt| attempt.error < 1.0)
                     {
-                        Adaptive::<_, S>::accept(&method, &mut state, &mut workspace);
+                        method.accept(&mut state, &mut workspace);
                     }
                 }
             });
             assert_eq!(allocated.count_total, 0);
         }
     }
-    check(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
-    check(&FputChain::new(20, 0.5, 0.1).unwrap());
-    check(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
+    fn both<S: Curvature<f64>>(system: &S) {
+        check(&AdaptiveCollocation, system);
+        check(&AdaptiveDop853, system);
+    }
+    both(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
+    both(&FputChain::new(20, 0.5, 0.1).unwrap());
+    both(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
 }
 
 /// Newton's method makes room for itself when it is first needed, and never again.

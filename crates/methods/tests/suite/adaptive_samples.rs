@@ -1,11 +1,11 @@
-//! Adaptive collocation at the times between steps.
+//! Methods that choose their steps at the times between them.
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
     Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within, sample_within,
 };
-use afterbay_methods::AdaptiveCollocation;
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
 use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain};
 use slope::slope;
 use std::ops::ControlFlow;
@@ -17,6 +17,11 @@ fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
 /// Samples are as accurate as steps, K is kept there, and they do not change the run.
 #[test]
 fn samples_are_steps() {
+    sampled_as_stepped(&AdaptiveCollocation);
+    sampled_as_stepped(&AdaptiveDop853);
+}
+
+fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
     let start = State::new([1.5], [0.5]).unwrap();
     let exact = trajectory::<_, _, 24>(&system.map(Series::constant), &start, 0.07, 300).unwrap();
@@ -24,34 +29,23 @@ fn samples_are_steps() {
     for tolerance in [1e-4, 1e-8, 1e-12] {
         let (mut state, mut seen) = (start.clone(), 0);
         let k = start.total(&system);
-        sample_within(
-            &AdaptiveCollocation,
-            &system,
-            &Tolerance::all(tolerance),
-            &times,
-            &mut state,
-            &mut |n: u64, at: &State<[f64; 1]>| {
-                assert_eq!((n, at.t), (seen, times[seen as usize]));
-                let exact = &exact[seen as usize];
-                let error = far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
-                assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
-                assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
-                seen += 1;
-                ControlFlow::Continue(())
-            },
-        )
+        sample_within(method, &system, &Tolerance::all(tolerance), &times, &mut state, &mut |n: u64,
+                                                                                             at: &State<
+            [f64; 1],
+        >| {
+            assert_eq!((n, at.t), (seen, times[seen as usize]));
+            let exact = &exact[seen as usize];
+            let error = far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
+            assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
+            assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
+            seen += 1;
+            ControlFlow::Continue(())
+        })
         .unwrap();
         assert_eq!(seen, times.len() as u64);
         let mut alone = start.clone();
-        integrate_within(
-            &AdaptiveCollocation,
-            &system,
-            &Tolerance::all(tolerance),
-            times[300],
-            &mut alone,
-            &mut (),
-        )
-        .unwrap();
+        integrate_within(method, &system, &Tolerance::all(tolerance), times[300], &mut alone, &mut ())
+            .unwrap();
         assert_eq!(state, alone);
     }
 }
@@ -59,19 +53,24 @@ fn samples_are_steps() {
 /// How much less than of q and p is allowed of w, so that sweeps go on until it is the order alone that is seen.
 const TIGHT: f64 = 1e-3;
 
-/// Steps to be seen: how many, of which order, at which tolerance, and the span of a run they would be part of times h^order: what is
+/// Steps to be seen: how many, of which order, the power of h their estimate grows with, at which tolerance, and the span of a run they would be part of times h^order: what is
 /// allowed of a step, its share of the span, is so for each h about its error.
 #[derive(Clone, Copy)]
 struct Steps {
     count: u64,
     order: u32,
+    grows: u32,
     tolerance: f64,
     span: f64,
 }
 
 /// The squares of the errors of q, p and w at a sample in the middle of the last of these steps.
-fn sampled<S: Curvature<Quad>>(system: &S, [start, exact]: &[State<[Quad; 2]>; 2], steps: Steps) -> [f64; 3] {
-    let method = AdaptiveCollocation;
+fn sampled<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
+    method: &M,
+    system: &S,
+    [start, exact]: &[State<[Quad; 2]>; 2],
+    steps: Steps,
+) -> [f64; 3] {
     let h = exact.t / Quad::from_f64(steps.count as f64 - 0.5);
     let all = steps.tolerance;
     let tolerance = Tolerance { w: (TIGHT * all, TIGHT * all), ..Tolerance::all(all) };
@@ -81,8 +80,8 @@ fn sampled<S: Curvature<Quad>>(system: &S, [start, exact]: &[State<[Quad; 2]>; 2
     for _ in 0..steps.count {
         before.clone_from(&state);
         let attempt = method.attempt(system, h, &state, &mut workspace).unwrap();
-        assert_eq!(attempt.order, steps.order);
-        Adaptive::<_, S>::accept(&method, &mut state, &mut workspace);
+        assert_eq!(attempt.order, steps.grows);
+        method.accept(&mut state, &mut workspace);
     }
     let mut to = state.clone();
     method.between(system, h.half(), &before, &mut workspace, &mut to).unwrap();
@@ -96,8 +95,9 @@ const STARTS: [[[f64; 2]; 2]; 3] =
     [[[0.6, -0.4], [0.3, 0.5]], [[0.5, -0.3], [0.2, 0.7]], [[1.0, 0.5], [0.2, -0.7]]];
 
 /// The slopes of the errors of samples at t = 1 are the order of the steps.
-fn orders<S: Curvature<Quad>>(
+fn orders<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
     name: &str,
+    method: &M,
     system: &S,
     series: &impl System<Series<Quad, 24>>,
     counts: &[u64],
@@ -114,7 +114,7 @@ fn orders<S: Curvature<Quad>>(
     let errors: Vec<[f64; 3]> = counts
         .iter()
         .map(|&count| {
-            let runs = ends.iter().map(|ends| sampled(system, ends, Steps { count, ..steps }));
+            let runs = ends.iter().map(|ends| sampled(method, system, ends, Steps { count, ..steps }));
             runs.fold([0.0; 3], |sum, run| [0, 1, 2].map(|part| sum[part] + run[part])).map(f64::sqrt)
         })
         .collect();
@@ -135,10 +135,20 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     let chain = FputChain::new(2, 1.0, 0.25).unwrap().map(quad);
     let pendulum = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 1.0, [0.125, 0.25]).unwrap().map(quad);
     let (one, two) = (chain.map(Series::constant), pendulum.map(Series::constant));
-    let eight = Steps { count: 0, order: 8, tolerance: 1e-3, span: 0.3 };
-    let sixteen = Steps { count: 0, order: 16, tolerance: 1e-5, span: 10.0 };
-    orders("chain", &chain, &one, &[12, 16, 20, 26, 32, 40, 50], eight);
-    orders("pendulum", &pendulum, &two, &[40, 50, 64, 80, 100, 125], Steps { span: 6e-3, ..eight });
+    let eight = Steps { count: 0, order: 8, grows: 8, tolerance: 1e-3, span: 0.3 };
+    let sixteen = Steps { count: 0, order: 16, grows: 16, tolerance: 1e-5, span: 10.0 };
+    orders("chain", &AdaptiveCollocation, &chain, &one, &[12, 16, 20, 26, 32, 40, 50], eight);
+    orders(
+        "pendulum",
+        &AdaptiveCollocation,
+        &pendulum,
+        &two,
+        &[40, 50, 64, 80, 100, 125],
+        Steps { span: 6e-3, ..eight },
+    );
     // Shorter steps err by the last of 31 digits.
-    orders("chain", &chain, &one, &[17, 18, 19, 20, 21, 22, 23], sixteen);
+    orders("chain", &AdaptiveCollocation, &chain, &one, &[17, 18, 19, 20, 21, 22, 23], sixteen);
+    let dop853 = Steps { grows: 7, span: 1e-9, ..eight };
+    orders("chain", &AdaptiveDop853, &chain, &one, &[12, 16, 20, 26, 32, 40, 50], dop853);
+    orders("pendulum", &AdaptiveDop853, &pendulum, &two, &[40, 50, 64, 80, 100, 125], dop853);
 }

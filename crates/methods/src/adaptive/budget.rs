@@ -1,0 +1,67 @@
+//! How much of the error of a run a step may make.
+
+use afterbay_core::{Scalar, State, Tolerance, Vector};
+use std::array::from_fn;
+
+/// What is allowed of a step, over its share of the error of the run: steps aim at a fifth of what is allowed, and so at their share.
+/// Calibrated, not derived: where steps err to one side and nothing fades, as on an oscillator without friction, the error at the
+/// end is then what was asked for, and over the test set nowhere above ten times that (`adaptive_accuracy` in the tests prints both).
+const SHARES: f64 = 5.0;
+/// Numbers looked at side by side.
+const LANES: usize = 8;
+
+/// The tolerance of a run over a time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    tolerance: Tolerance,
+    span: f64,
+}
+
+impl Budget {
+    pub(crate) fn new(tolerance: &Tolerance, span: f64) -> Self {
+        Self { tolerance: *tolerance, span }
+    }
+
+    pub(crate) fn relative(&self) -> f64 {
+        self.tolerance.relative
+    }
+
+    /// How much of the error of the run is allowed of a step of this length.
+    pub(crate) fn allowed(&self, length: f64) -> f64 {
+        if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
+    }
+
+    /// What is allowed of q, p and w at the end of the run.
+    #[inline]
+    pub(crate) fn scales<V: Vector>(&self, state: &State<V>) -> [f64; 3] {
+        let Tolerance { relative, absolute, w } = self.tolerance;
+        [
+            relative * largest(&state.q) + absolute,
+            relative * largest(&state.p) + absolute,
+            w.0 * largest(&state.w) + w.1,
+        ]
+    }
+}
+
+/// max |x_j|; not a number where one of them is not.
+#[inline(always)]
+pub(crate) fn largest<V: Vector>(x: &V) -> f64 {
+    // Comparisons know no order of what is not a number: it is carried along by itself.
+    let see = |[most, poison]: [f64; 2], x: &V::Scalar| {
+        let x = x.to_f64().abs();
+        [if x > most { x } else { most }, poison + 0.0 * x]
+    };
+    let nothing = [0.0; 2];
+    let [most, poison] = if V::LEN.is_some() {
+        x.as_slice().iter().fold(nothing, see)
+    } else {
+        let (blocks, rest) = x.as_slice().as_chunks::<LANES>();
+        let lanes = blocks
+            .iter()
+            .fold([nothing; LANES], |lanes, block| from_fn(|lane| see(lanes[lane], &block[lane])));
+        let most = lanes.iter().fold(0.0, |most: f64, lane| most.max(lane[0]));
+        let poison = lanes.iter().map(|lane| lane[1]).sum();
+        rest.iter().fold([most, poison], see)
+    };
+    most + poison
+}

@@ -1,0 +1,280 @@
+//! DOP853 with steps as long as a tolerance allows, K exact at every one of them.
+//!
+//! ```text
+//! Z_i = z0 + h Σ_j a_ij f(Z_j)        z1 = z0 + h Σ_i b_i f(Z_i)        f = (∂H/∂p, -∂H/∂q - D)        z = (q, p)
+//! w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i)                             v = ∂H/∂p
+//! ```
+//!
+//! The twelve stages of order 8, their error told by weights of order 5 and 3: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential
+//! Equations I, II.5 and II.10. Then (q1, p1) goes onto `H = H(q0, p0) - Σ Δw_j` along ∇H, scaled by the tolerances, which takes about
+//! the error of the step: K is exact, w remains the quadrature. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric
+//! Numerical Integration, IV.4.)
+//!
+//! Order 8 in q, p and w, at the times between steps as well: a sample is a step of its own from where the step began, with K
+//! exact. Two weights are negative: not passive. Stable for |hλ| < 5.96, where no eigenvalue λ grows: steps stay below that, and on stiff
+//! systems [`crate::AdaptiveCollocation`] is the one to take. Steps allocate nothing.
+//!
+//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or `Vanishes`.
+
+use crate::adaptive::{Budget, Projection, Rates, largest};
+use crate::bend::bend;
+use crate::runge_kutta::{Dop853, Embedded, P, Q, Stages, Tableau, W};
+use afterbay_core::{
+    Adaptive, Attempt, Curvature, Effort, InputError, Quantity, Scalar, State, StepFailure, System,
+    Tolerance, Vector,
+};
+
+/// DOP853 for [`afterbay_core::integrate_within`] and [`afterbay_core::sample_within`], projected onto the K it began with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AdaptiveDop853;
+
+/// The stage at the end of the step: ∇H there is ∇H at z1, or nearly.
+const LAST: usize = 11;
+/// How much of the less accurate error is felt beside the more accurate one.
+const SHARE: f64 = 0.01;
+/// The least error of a step of which K cannot be made exact.
+const REFUSED: f64 = 2.0;
+/// An error, over what is allowed, that is not why K cannot be made exact,
+const DOUBT: f64 = 0.01;
+/// and the roundings of H that then may be, if a shorter step leaves as many.
+const NOISE: f64 = 64.0;
+/// The half disc |hλ| < 5.96, Re λ ≤ 0 is where |R(hλ)| ≤ 1: what h |λ| may be, and how much longer a
+/// step may be where |λ| is worth knowing better.
+const STABLE: f64 = 5.8;
+const NEAR: f64 = 1.25;
+
+/// A step while it is made.
+#[derive(Clone, Debug)]
+pub struct Workspace<V: Vector> {
+    stages: Stages<V>,
+    /// Are the first stage and H those of the state?
+    begun: bool,
+    energy: V::Scalar,
+    /// The end of the step.
+    q: V,
+    p: V,
+    gain: V,
+    /// The difference of two ends.
+    miss: V,
+    /// What K was off by at the end of a longer step from this state, next to a point of rest.
+    off: f64,
+    /// A bound of |λ|; 0 where there is none.
+    fastest: f64,
+    rates: Rates<V>,
+    budget: Budget,
+}
+
+impl<V: Vector> Workspace<V> {
+    /// Computes what does not depend on h.
+    #[inline]
+    fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
+        self.stages.begin(system, state);
+        self.energy = state.energy(system);
+        self.off = f64::INFINITY;
+        self.begun = true;
+    }
+
+    /// The end of the step h, as the stages give it.
+    #[inline]
+    fn finish(&mut self, h: V::Scalar, state: &State<V>) {
+        let Self { stages, q, p, gain, .. } = self;
+        stages.add::<Q>(Dop853::WEIGHTS, h, &state.q, q);
+        stages.add::<P>(Dop853::WEIGHTS, h, &state.p, p);
+        stages.sum::<W>(Dop853::WEIGHTS, h, gain);
+    }
+
+    /// The error of the step over what is allowed of the whole run.
+    #[inline]
+    fn error(&mut self, h: V::Scalar, scales: [f64; 3]) -> f64 {
+        let Self { stages, miss, .. } = self;
+        let shares = scales.map(f64::recip);
+        let [fine, coarse] = Dop853::DIFFERENCES.map(|terms| {
+            stages.sum::<Q>(terms, h, miss);
+            let q = largest(miss) * shares[0];
+            stages.sum::<P>(terms, h, miss);
+            let p = largest(miss) * shares[1];
+            stages.sum::<W>(terms, h, miss);
+            let w = largest(miss) * shares[2];
+            let larger = |a: f64, b: f64| if a > b { a } else { b };
+            larger(larger(q, p), w) + 0.0 * (q + p + w)
+        });
+        if fine == 0.0 { 0.0 } else { fine * fine / (fine * fine + SHARE * coarse * coarse).sqrt() }
+    }
+
+    /// What H should be at the end.
+    #[inline]
+    fn target(&self) -> V::Scalar {
+        self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
+    }
+
+    /// Makes K exact; where that would take more than is allowed, how much more.
+    #[inline]
+    fn project<S: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        scales: [f64; 3],
+        allowed: f64,
+    ) -> Result<(), f64> {
+        let target = self.target();
+        let Self { stages, energy, q, p, .. } = self;
+        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
+        let mut found = system.energy(q, p);
+        let projection = Projection {
+            slope: [stages.hq.as_slice(), stages.velocity(LAST).as_slice()],
+            target,
+            size: (energy.abs() + target.abs()).to_f64(),
+            scales: [scales[0], scales[1]],
+            allowed,
+        };
+        projection.apply(system, [q, p], &mut found).map(|_| ())
+    }
+
+    /// Is K off by no more than what roundings of z make of H, and by no less after a shorter step? Next to a point of rest away from
+    /// the origin no change of z that is small makes up for them.
+    #[cold]
+    fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
+        let (q, p) = (self.q.as_slice(), self.p.as_slice());
+        let (found, target) = (system.energy(q, p), self.target());
+        let z = largest(&self.q).max(largest(&self.p));
+        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
+        let off = (found - target).abs().to_f64();
+        let before = std::mem::replace(&mut self.off, off);
+        off > 0.5 * before && off <= NOISE * V::Scalar::EPSILON * terms
+    }
+
+    /// How much longer a step from here may be and be stable.
+    #[inline]
+    fn reach(&self, length: f64) -> f64 {
+        STABLE / (length * self.fastest)
+    }
+
+    /// Computes the bound of |λ|.
+    #[cold]
+    fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
+        let [frequency, friction] = self.rates.see(system, &state.q, &state.p);
+        let fastest = frequency.max(friction);
+        // What is not finite says nothing.
+        self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
+    }
+
+    /// The step h from the state that was begun with, and its error over what is allowed of it.
+    #[inline]
+    fn step<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<f64, StepFailure> {
+        let (scales, allowed) = (self.budget.scales(state), self.budget.allowed(h.to_f64().abs()));
+        self.stages.advance::<Dop853, S>(system, h, state);
+        self.finish(h, state);
+        let error = self.error(h, scales) / allowed;
+        if !error.is_finite() {
+            let parts = [
+                (Quantity::Coordinate, self.q.as_slice()),
+                (Quantity::Momentum, self.p.as_slice()),
+                (Quantity::Reservoir, self.gain.as_slice()),
+            ];
+            return Err(StepFailure::non_finite(&parts));
+        }
+        if error <= 1.0
+            && let Err(way) = self.project(system, scales, allowed)
+        {
+            self.finish(h, state);
+            if error > DOUBT || !self.is_noise(system) {
+                return Ok(way.max(REFUSED));
+            }
+        }
+        Ok(error)
+    }
+
+    /// The end of the step; what the reservoirs gained goes to what `to` has of them.
+    #[inline]
+    fn write(&self, to: &mut State<V>) {
+        to.q.as_mut_slice().copy_from_slice(self.q.as_slice());
+        to.p.as_mut_slice().copy_from_slice(self.p.as_slice());
+        for (w, &gain) in to.w.as_mut_slice().iter_mut().zip(self.gain.as_slice()) {
+            *w += gain;
+        }
+    }
+}
+
+impl<V, S> Adaptive<V, S> for AdaptiveDop853
+where
+    V: Vector,
+    S: Curvature<V::Scalar> + ?Sized,
+{
+    type Workspace = Workspace<V>;
+
+    fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Workspace<V>, InputError> {
+        let zeros = || V::zeros(system.dof());
+        Ok(Workspace {
+            stages: Stages::new(system),
+            begun: false,
+            energy: V::Scalar::zero(),
+            q: zeros(),
+            p: zeros(),
+            gain: zeros(),
+            miss: zeros(),
+            off: f64::INFINITY,
+            fastest: 0.0,
+            rates: Rates::new(system.dof()),
+            budget: Budget::new(tolerance, span),
+        })
+    }
+
+    #[inline]
+    fn attempt(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        workspace: &mut Workspace<V>,
+    ) -> Result<Attempt, StepFailure> {
+        let mut evaluations = Dop853::ROWS.len() as u64 - 1;
+        if !workspace.begun {
+            workspace.begin(system, state);
+            evaluations += 1;
+        }
+        let (length, order) = (h.to_f64().abs(), 7);
+        if workspace.fastest == 0.0 {
+            workspace.see_fastest(system, state);
+            let reach = workspace.reach(length);
+            if reach < 1.0 {
+                let effort = Effort { evaluations: 1, iterations: 0 };
+                return Ok(Attempt { error: REFUSED, order, reach, effort });
+            }
+        }
+        let error = workspace.step(system, h, state)?;
+        if error > 1.0 || workspace.reach(length) < NEAR {
+            workspace.see_fastest(system, state);
+        }
+        let reach = workspace.reach(length);
+        Ok(Attempt { error, order, reach, effort: Effort { evaluations, iterations: 0 } })
+    }
+
+    #[inline]
+    fn accept(&self, state: &mut State<V>, workspace: &mut Workspace<V>) {
+        workspace.write(state);
+        workspace.begun = false;
+    }
+
+    fn between(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        before: &State<V>,
+        workspace: &mut Workspace<V>,
+        to: &mut State<V>,
+    ) -> Result<Effort, StepFailure> {
+        workspace.begin(system, before);
+        workspace.begun = false;
+        if workspace.step(system, h, before)? > 1.0 {
+            let off = workspace.off;
+            return Err(StepFailure::NoRelaxationRoot { excess: off });
+        }
+        to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
+        workspace.write(to);
+        Ok(Effort { evaluations: Dop853::ROWS.len() as u64, iterations: 0 })
+    }
+}

@@ -1,0 +1,69 @@
+//! Where a step leads: what q, p and w change by for γ = 1.
+
+use crate::runge_kutta::{P, Q, Stages, Tableau, W};
+use afterbay_core::{Effort, Scalar, State, System, Vector};
+
+/// The stages of a step and their sums d = (q, p) and e = w.
+#[derive(Clone, Debug)]
+pub(super) struct Direction<V: Vector> {
+    stages: Stages<V>,
+    pub(super) q: V,
+    pub(super) p: V,
+    pub(super) w: V,
+}
+
+impl<V: Vector> Direction<V> {
+    pub(super) fn new<S: System<V::Scalar> + ?Sized>(system: &S) -> Self {
+        let zeros = || V::zeros(system.dof());
+        Self { stages: Stages::new(system), q: zeros(), p: zeros(), w: zeros() }
+    }
+
+    /// Computes the first stage of a step from `state`.
+    #[inline]
+    pub(super) fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) -> Effort {
+        self.stages.begin(system, state);
+        Effort { evaluations: 1, iterations: 0 }
+    }
+
+    /// Computes the other stages, and d and e, of the step η.
+    #[inline]
+    pub(super) fn take<B, S>(&mut self, system: &S, eta: V::Scalar, state: &State<V>) -> Effort
+    where
+        B: Tableau,
+        S: System<V::Scalar> + ?Sized,
+    {
+        let Self { stages, q, p, w } = self;
+        stages.advance::<B, S>(system, eta, state);
+        stages.sum::<Q>(B::WEIGHTS, eta, q);
+        stages.sum::<P>(B::WEIGHTS, eta, p);
+        stages.sum::<W>(B::WEIGHTS, eta, w);
+        Effort { evaluations: B::ROWS.len() as u64 - 1, iterations: 0 }
+    }
+
+    /// What K changes by with γ at the start, ∇H·d + Σ e_j.
+    pub(super) fn slope(&self) -> V::Scalar {
+        let zero = V::Scalar::zero();
+        let along = |slope: &V, d: &V| {
+            slope.as_slice().iter().zip(d.as_slice()).fold(zero, |sum, (&slope, &d)| slope.mul_add(d, sum))
+        };
+        let gained = self.w.as_slice().iter().fold(zero, |sum, &e| sum + e);
+        along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
+    }
+
+    /// What K is made of at the start.
+    pub(super) fn size(&self, state: &State<V>) -> f64 {
+        let terms = |z: &V, slope: &V| {
+            let terms = z.as_slice().iter().zip(slope.as_slice());
+            terms.map(|(&z, &slope)| (z * slope).to_f64().abs()).sum::<f64>()
+        };
+        let held = state.w.as_slice().iter().map(|w| w.to_f64().abs()).sum::<f64>();
+        terms(&state.q, &self.stages.start) + terms(&state.p, self.stages.velocity(0)) + held
+    }
+
+    /// Does `change` times d move the state by more than a rounding?
+    pub(super) fn feel(&self, state: &State<V>, change: V::Scalar) -> bool {
+        let largest = |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let moved = |d: &V, z: &V| change.to_f64().abs() * largest(d) > V::Scalar::EPSILON * largest(z);
+        moved(&self.q, &state.q) || moved(&self.p, &state.p)
+    }
+}

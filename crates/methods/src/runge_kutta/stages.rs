@@ -1,0 +1,173 @@
+//! The stages of an explicit Runge-Kutta step, and what they add up to.
+
+use super::tableau::{Tableau, Terms, number};
+use afterbay_core::{Scalar, State, System, Vector};
+use std::array::from_fn;
+
+/// The most stages a tableau has.
+const STAGES: usize = 12;
+
+/// What changes in a step: q, p, and w.
+pub(crate) const Q: usize = 0;
+pub(crate) const P: usize = 1;
+pub(crate) const W: usize = 2;
+
+/// The slopes of q, p and w at the stages.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages<V: Vector> {
+    /// `[∂H/∂p, -∂H/∂q - D, D_j ∂H/∂p_j]`
+    slopes: [[V; 3]; STAGES],
+    /// ∂H/∂q at the start, and at the stage computed last.
+    pub(crate) start: V,
+    pub(crate) hq: V,
+    /// The point of a stage, and D there.
+    q: V,
+    p: V,
+    d: V,
+    zero: V,
+    dissipative: bool,
+}
+
+impl<V: Vector> Stages<V> {
+    pub(crate) fn new<S: System<V::Scalar> + ?Sized>(system: &S) -> Self {
+        let n = system.dof();
+        let zeros = || V::zeros(n);
+        Self {
+            slopes: from_fn(|_| from_fn(|_| zeros())),
+            start: zeros(),
+            hq: zeros(),
+            q: zeros(),
+            p: zeros(),
+            d: zeros(),
+            zero: zeros(),
+            dissipative: !system.damping().zero,
+        }
+    }
+
+    /// ∂H/∂p at the stage.
+    pub(crate) fn velocity(&self, stage: usize) -> &V {
+        &self.slopes[stage][Q]
+    }
+
+    /// Computes the first stage, the state itself.
+    #[inline]
+    pub(crate) fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
+        self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
+        self.p.as_mut_slice().copy_from_slice(state.p.as_slice());
+        self.look(system, 0);
+        self.start.as_mut_slice().copy_from_slice(self.hq.as_slice());
+    }
+
+    /// Computes the others of the step h from `state`.
+    #[inline]
+    pub(crate) fn advance<B, S>(&mut self, system: &S, h: V::Scalar, state: &State<V>)
+    where
+        B: Tableau,
+        S: System<V::Scalar> + ?Sized,
+    {
+        // One after the other, each with coefficients of its own that the compiler sees.
+        macro_rules! stages {
+            ($($stage:literal)*) => {
+                $(if $stage < B::ROWS.len() {
+                    self.stage::<B, S, $stage>(system, h, state);
+                })*
+            };
+        }
+        stages!(1 2 3 4 5 6 7 8 9 10 11);
+    }
+
+    #[inline]
+    fn stage<B, S, const I: usize>(&mut self, system: &S, h: V::Scalar, state: &State<V>)
+    where
+        B: Tableau,
+        S: System<V::Scalar> + ?Sized,
+    {
+        let row = B::ROWS[I];
+        combine::<V, Q>(row, &self.slopes, h, &state.q, &mut self.q);
+        combine::<V, P>(row, &self.slopes, h, &state.p, &mut self.p);
+        self.look(system, I);
+    }
+
+    /// The slopes at the point of a stage.
+    #[inline(always)]
+    fn look<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, stage: usize) {
+        let Self { slopes, hq, q, p, d, dissipative, .. } = self;
+        let [v, force, loss] = &mut slopes[stage];
+        let (q, p, hq) = (q.as_slice(), p.as_slice(), hq.as_mut_slice());
+        let n = V::LEN.unwrap_or(q.len());
+        let (v, force) = (&mut v.as_mut_slice()[..n], &mut force.as_mut_slice()[..n]);
+        system.gradient(q, p, hq, v);
+        let hq = &hq[..n];
+        if *dissipative {
+            system.dissipation(q, p, v, d.as_mut_slice());
+            let (d, loss) = (&d.as_slice()[..n], &mut loss.as_mut_slice()[..n]);
+            for j in 0..n {
+                force[j] = -(hq[j] + d[j]);
+                loss[j] = d[j] * v[j];
+            }
+        } else {
+            for j in 0..n {
+                force[j] = -hq[j];
+            }
+        }
+    }
+
+    /// The sum of the slopes of q, p or w with these coefficients, times `factor`.
+    #[inline(always)]
+    pub(crate) fn sum<const PART: usize>(&self, terms: Terms, factor: V::Scalar, to: &mut V) {
+        combine::<V, PART>(terms, &self.slopes, factor, &self.zero, to);
+    }
+
+    /// The same, from a start.
+    #[inline(always)]
+    pub(crate) fn add<const PART: usize>(&self, terms: Terms, factor: V::Scalar, start: &V, to: &mut V) {
+        combine::<V, PART>(terms, &self.slopes, factor, start, to);
+    }
+}
+
+/// start + factor Σ a_k slope_k
+#[inline(always)]
+fn combine<V: Vector, const PART: usize>(
+    terms: Terms,
+    slopes: &[[V; 3]; STAGES],
+    factor: V::Scalar,
+    start: &V,
+    to: &mut V,
+) {
+    if let Some(n) = V::LEN {
+        // Where the compiler sees every term.
+        for j in 0..n {
+            let sum = terms.iter().fold(V::Scalar::zero(), |sum, &(k, a)| {
+                number::<V::Scalar>(a).mul_add(slopes[k][PART].as_slice()[j], sum)
+            });
+            to.as_mut_slice()[j] = factor.mul_add(sum, start.as_slice()[j]);
+        }
+    } else {
+        let (start, to) = (start.as_slice(), to.as_mut_slice());
+        let mut done = 0;
+        done = combine_blocks::<V, PART, 32>(terms, slopes, factor, start, to, done);
+        done = combine_blocks::<V, PART, 8>(terms, slopes, factor, start, to, done);
+        combine_blocks::<V, PART, 1>(terms, slopes, factor, start, to, done);
+    }
+}
+
+/// The same of as many blocks of W numbers as there are after those that are done; how many numbers are done then.
+#[inline(never)]
+fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
+    terms: Terms,
+    slopes: &[[V; 3]; STAGES],
+    factor: V::Scalar,
+    start: &[V::Scalar],
+    to: &mut [V::Scalar],
+    mut done: usize,
+) -> usize {
+    for (to, start) in to[done..].as_chunks_mut::<W>().0.iter_mut().zip(start[done..].as_chunks::<W>().0) {
+        let sums = terms.iter().fold([V::Scalar::zero(); W], |sums, &(k, a)| {
+            let (a, x) = (number::<V::Scalar>(a), &slopes[k][PART].as_slice()[done..done + W]);
+            from_fn(|b| a.mul_add(x[b], sums[b]))
+        });
+        *to = from_fn(|b| factor.mul_add(sums[b], start[b]));
+        done += W;
+    }
+    done
+}
