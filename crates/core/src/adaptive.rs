@@ -158,8 +158,12 @@ where
             observer.observe(n, state)
         } else {
             let h = time - before.t;
-            let spent = method.between(system, h, &before, &mut run.workspace, &mut shown);
-            run.statistics.effort += spent.map_err(|failure| run.failed(&before, failure))?;
+            run.statistics.effort += match method.between(system, h, &before, &mut run.workspace, &mut shown)
+            {
+                Ok(effort) => effort,
+                // What no single step leads to is reached by steps of its own.
+                Err(_) => run.apart(&before, time, &mut shown)?,
+            };
             shown.t = time;
             observer.observe(n, &shown)
         };
@@ -175,6 +179,7 @@ struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
     method: &'a M,
     system: &'a S,
     workspace: W,
+    tolerance: Tolerance,
     end: V::Scalar,
     h: f64,
     /// The step before, and the logarithm of its error over what it aimed at.
@@ -205,7 +210,35 @@ where
         let workspace = method.workspace(system, tolerance, span)?;
         let h = first(system, state, tolerance).min(span);
         let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
-        Ok(Self { method, system, workspace, end, h, before: f64::INFINITY, before_h: h, statistics })
+        let tolerance = *tolerance;
+        Ok(Self {
+            method,
+            system,
+            workspace,
+            tolerance,
+            end,
+            h,
+            before: f64::INFINITY,
+            before_h: h,
+            statistics,
+        })
+    }
+
+    /// Carries `shown` from `before` to a time, with the tolerance of the run.
+    #[cold]
+    fn apart(
+        &self,
+        before: &State<V>,
+        time: V::Scalar,
+        shown: &mut State<V>,
+    ) -> Result<Effort, IntegrateError> {
+        shown.copy(before);
+        let mut run =
+            Run { end: time, ..Run::new(self.method, self.system, &self.tolerance, self.end, before)? };
+        while shown.t.lt(time).all() {
+            run.step(shown).map_err(|error| self.failed(before, error.failure))?;
+        }
+        Ok(run.statistics.effort)
     }
 
     fn failed(&self, state: &State<V>, failure: StepFailure) -> RunError {

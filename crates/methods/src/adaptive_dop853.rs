@@ -30,7 +30,7 @@ pub struct AdaptiveDop853;
 
 /// The stage at the end of the step: ∇H there is ∇H at z1, or nearly.
 const LAST: usize = 11;
-/// How much of the less accurate error is felt beside the more accurate one.
+/// How much of the square of the less accurate error is felt beside that of the more accurate one.
 const SHARE: f64 = 0.01;
 /// The least error of a step of which K cannot be made exact.
 const REFUSED: f64 = 2.0;
@@ -98,7 +98,8 @@ impl<V: Vector> Workspace<V> {
             let larger = |a: f64, b: f64| if a > b { a } else { b };
             larger(larger(q, p), w) + 0.0 * (q + p + w)
         });
-        if fine == 0.0 { 0.0 } else { fine * fine / (fine * fine + SHARE * coarse * coarse).sqrt() }
+        let ratio = coarse / fine;
+        if fine == 0.0 { 0.0 } else { fine / (1.0 + SHARE * ratio * ratio).sqrt() }
     }
 
     /// What H should be at the end.
@@ -269,6 +270,8 @@ where
     ) -> Result<Effort, StepFailure> {
         workspace.begin(system, before);
         workspace.begun = false;
+        // There is no shorter step to compare with.
+        workspace.off = 0.0;
         if workspace.step(system, h, before)? > 1.0 {
             let off = workspace.off;
             return Err(StepFailure::NoRelaxationRoot { excess: off });

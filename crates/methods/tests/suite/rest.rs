@@ -57,6 +57,13 @@ fn comes_to_rest<S>(
             Ok(_) => judge(row.name, tolerance, true, &state),
             Err(error) => panic!("{}, {tolerance}: {error}", row.name),
         }
+        let times: Vec<f64> = (0..400).map(|i| 0.5 * f64::from(i)).collect();
+        let (mut state, mut off) = (start.clone(), 0.0_f64);
+        let seen = within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |_, state| {
+            off = off.max((state.total(system) - total).abs());
+            ControlFlow::Continue(())
+        });
+        assert!(seen.is_ok() && off < 1e-11, "{}, {tolerance}: K is off by {off:e}, {seen:?}", row.name);
     }
 }
 
