@@ -55,7 +55,8 @@ impl Problem {
     }
 
     /// The exact solution at the times `i h`, i = 0..=count, computed in [`Quad`] and rounded; with more than
-    /// [`LARGEST_BY_SERIES`] degrees of freedom the run of increment-8 that stands in for it, with its doubt.
+    /// [`LARGEST_BY_SERIES`] degrees of freedom, and where series end at a kink, the run of increment-8 that stands in for it, with
+    /// its doubt.
     ///
     /// # Errors
     /// Those of the input, and of a solution that leaves the numbers.
@@ -63,8 +64,16 @@ impl Problem {
         if self.model.dof() > LARGEST_BY_SERIES {
             return reference::self_converged(self, h, count);
         }
-        let subject = self.model.subject::<Quad>()?;
-        Ok(subject.solution(&self.start()?, Quad::from_f64(h), count)?.rounded())
+        let (subject, start) = (self.model.subject::<Quad>()?, self.start()?);
+        match subject.solution(&start, Quad::from_f64(h), count) {
+            Err(ends @ InputError::SolutionEnds { .. }) => {
+                let mut kinks = 0;
+                subject.kinks(&start.q, &start.p, &mut |_| kinks += 1);
+                let beyond = (kinks > 0).then(|| reference::self_converged(self, h, count).ok()).flatten();
+                beyond.ok_or(ends.into())
+            }
+            exact => Ok(exact?.rounded()),
+        }
     }
 }
 

@@ -3,10 +3,12 @@
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent, oscillator};
 use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::pick::{self, Wanted};
 use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, View};
 use afterbay_methods::registry::{METHODS, Row, find};
+use afterbay_systems::{Custom, Description, Friction};
 use std::collections::BTreeMap;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -207,6 +209,51 @@ fn references_know_rest_decay_and_their_end() {
     let error = escape.solution(1.0, 10).expect_err("the solution ends");
     let IntegrateError::Input(InputError::SolutionEnds { t }) = error else { panic!("{error}") };
     assert!(t > 0.1 && t < 1.0, "{t}");
+}
+
+fn custom(potential: &str, dissipation: &str) -> Model {
+    let friction = match dissipation {
+        "" => Friction::None,
+        text => Friction::Forces(vec![text.to_owned()]),
+    };
+    let description =
+        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters: Vec::new() };
+    Model::Custom(Custom::new(&description).expect("a system"))
+}
+
+/// B(2/3, 1/2)
+const BETA: f64 = 2.587_109_559_229_790_8;
+
+/// The periods from (1, 0): 4 for V = 2 |q|, which does not look like it, and 4 ∫_0^1 dq/√(2 - 2 q^1.5) for V = |q|^1.5.
+#[test]
+fn a_reference_without_series_says_what_it_is_worth() {
+    for (potential, period) in [("sqrt(4*q1^2)", 4.0), ("abs(q1)^1.5", 4.0 / 3.0 * 2.0_f64.sqrt() * BETA)] {
+        let problem = Problem { model: custom(potential, ""), q: vec![1.0], p: vec![0.0], end: period };
+        let found = problem.solution(period / 2.0, 2).expect("runs stand in");
+        let off = (1..=2).map(|i| {
+            let View { q, p, .. } = found.at(i);
+            (q[0] - if i == 1 { -1.0 } else { 1.0 }).abs().max(p[0].abs())
+        });
+        let off = off.fold(0.0, f64::max);
+        println!("{potential}: off by {off:e}, doubt {:e}", found.doubt);
+        assert!(found.doubt > 1e-14 && found.doubt < 1e-4, "{potential}: {:e}", found.doubt);
+        assert!(off < 2.0 * found.doubt, "{potential}: {off:e} {:e}", found.doubt);
+    }
+}
+
+#[test]
+fn a_pick_with_a_kink_is_honest() {
+    let model = custom("9.81*(1 - cos(q1))", "0.1*abs(p1)*p1");
+    let problem = Problem { model, q: vec![3.0], p: vec![0.0], end: 20.0 };
+    let found =
+        pick::run(&problem, Wanted { error: 1e-6, keep_k: true, passive: true }, &Silent).expect("a pick");
+    assert_eq!(found.reference_doubt, 0.0);
+    let winner = found.qualified.first().expect("some qualify");
+    let [qp, w] = found.check.expect("a finer run");
+    // What the finer run says of the errors is what the reference says.
+    let said = [winner.run.error_qp, winner.run.error_w].map(|error| error.expect("it ended"));
+    println!("{}: {said:?}, finer {:?}", winner.run.method, [qp, w]);
+    assert!((qp - said[0]).abs() < 1e-6 && (w - said[1]).abs() < 1e-6, "{said:?} {qp:e} {w:e}");
 }
 
 #[test]

@@ -27,7 +27,48 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
-    let mut workspace = method.workspace(system)?;
+    follow(method, system, grid, state, &mut method.workspace(system)?, observer)
+}
+
+/// [`integrate`] in a workspace that is there already: one made for the method and the system and not stepped with, or any one where
+/// the method says that these are as good ([`Method::reusable`]).
+///
+/// # Errors
+/// Those of [`integrate`].
+#[inline]
+pub fn integrate_in<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    workspace: &mut M::Workspace,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    state.check(system.dof())?;
+    follow(method, system, grid, state, workspace, observer)
+}
+
+#[inline(always)]
+fn follow<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    workspace: &mut M::Workspace,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
     let mut effort = Effort::default();
     let start = state.t;
     let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
@@ -46,7 +87,7 @@ where
         let mut outcome = Ok(ControlFlow::Continue(()));
         while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
             let count = observer.next(done).min(settled).saturating_sub(done).max(1);
-            match method.steps(system, grid.h, count, &mut current, &mut workspace) {
+            match method.steps(system, grid.h, count, &mut current, workspace) {
                 Ok(spent) => {
                     effort += spent;
                     done += count;

@@ -40,7 +40,7 @@ pub use curvature::{Block, Curvature};
 pub use exact::ExactFlow;
 pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
 pub use grid::Grid;
-pub use integrate::integrate;
+pub use integrate::{integrate, integrate_in};
 pub use method::{Effort, Method};
 pub use observer::{Every, Observer};
 pub use order_raising::{Correction, Misprinted, OrderRaising};

@@ -14,6 +14,13 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// [`InputError::Unsupported`] where the method does not apply to this system.
     fn workspace(&self, system: &S) -> Result<Self::Workspace, InputError>;
 
+    /// Is a workspace that steps have been taken with as good as a new one, to the bit? What is in it is a table then, not a memory, and
+    /// runs may hand it on.
+    #[inline(always)]
+    fn reusable(&self) -> bool {
+        false
+    }
+
     /// Takes (q, p, w) one step `h` further. The time in `state` is the caller's to set.
     ///
     /// # Errors

@@ -39,6 +39,11 @@ pub trait System<T: Scalar>: Send + Sync {
     fn coupling(&self) -> Coupling {
         Coupling::Dense
     }
+
+    /// Gives `put` numbers at (q, p) between whose zeros ∇H and D are analytic: x where |x| is in them. None, where they are
+    /// analytic wherever they are defined. Taylor series are not carried across a zero.
+    #[inline]
+    fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 }
 
 /// What is known of the dissipative force D for all (q, p).

@@ -56,6 +56,54 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
         let at = |part: &V::Of<Series<V::Scalar, M>>| V::filled(part.as_slice(), |x| x.at(tau));
         State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
     }
+
+    /// The reach, or the time to the first kink ([`System::kinks`]) there may be on the way to `ahead`.
+    fn clear<S: System<Series<V::Scalar, M>> + ?Sized>(&self, system: &S, ahead: f64) -> f64 {
+        let Self { series, reach } = self;
+        let (mut clear, way) = (*reach, reach.min(ahead.abs()).copysign(ahead));
+        system
+            .kinks(series.q.as_slice(), series.p.as_slice(), &mut |x| clear = clear.min(first_zero(&x, way)));
+        clear
+    }
+}
+
+/// A time up to which the series has no zero, infinite if it has none on the `way` from 0: the zero of
+///
+/// ```text
+/// |x_0| + s x_1 τ - Σ_{k≥2} max(0, -s x_k) τ^k ≤ s x(τ)        s = sign x_0
+/// ```
+///
+/// which is concave in τ ≥ 0. Newton's method comes to it from above, and it comes to a simple zero of x quadratically where the
+/// expansion is made anew each time. A series that begins with 0, and is not 0, has a zero there.
+fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) -> f64 {
+    let start = x.0[0].to_f64();
+    let term = |k: usize| x.0[k].to_f64() * start.signum() * way.signum().powi(k as i32);
+    // Its value and its slope.
+    let bound = |tau: f64| {
+        (2..M).rev().chain([1, 0]).fold([0.0, 0.0], |[value, slope], k| {
+            let term = if k < 2 { term(k) } else { term(k).min(0.0) };
+            [f64::mul_add(value, tau, term), f64::mul_add(slope, tau, value)]
+        })
+    };
+    if start == 0.0 {
+        return if x.0.iter().all(|c| *c == T::zero()) { f64::INFINITY } else { 0.0 };
+    }
+    let mut tau = way.abs();
+    let [mut value, mut slope] = bound(tau);
+    if value >= 0.0 {
+        return f64::INFINITY;
+    }
+    while value < 0.0 {
+        // What is much smaller than τ is lost in the difference.
+        let next = (tau - value / slope).max(f64::EPSILON * tau);
+        if next >= tau {
+            break;
+        }
+        tau = next;
+        [value, slope] = bound(tau);
+    }
+    // A few roundings short of it.
+    tau * (1.0 - 64.0 * f64::EPSILON)
 }
 
 /// The τ up to which the last two terms of series that belong together stay below a rounding of their largest term: the entries of
@@ -71,12 +119,20 @@ fn limit<T: Scalar, const M: usize>(parts: &[&[Series<T, M>]]) -> f64 {
     last(M - 1).min(last(M - 2))
 }
 
+/// Short strides one after the other that no kink takes, and how many of them make the leap over it twice as long.
+const SHORT: u32 = 128;
+const TWICE: u32 = 4;
+
 /// The exact flow from `start` at the times `i h`, i = 0..=count, from expansions with M terms: a reference for systems
 /// without a closed solution.
 ///
+/// Between [`System::kinks`] the flow is analytic. Expansions end short of a kink, ever nearer, until a stride of some roundings of t
+/// leaps over it: what the field jumps by counts for no longer than that.
+///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] where `start` is no state of the system,
-/// [`InputError::SolutionEnds`] where the solution leaves the numbers: the reach of the expansions shrinks to nothing.
+/// [`InputError::SolutionEnds`] where the solution leaves the numbers: the reach of the expansions shrinks to nothing. So it does at
+/// a singularity such as √x at 0, and the time between kinks where the flow sticks to one.
 pub fn trajectory<S, V, const M: usize>(
     system: &S,
     start: &State<V>,
@@ -90,20 +146,27 @@ where
     let dof = system.dof();
     start.check(dof)?;
     let mut states = Vec::with_capacity(count + 1);
+    let end = V::Scalar::from_f64(count as f64) * h;
     let mut expansion = Expansion::<V, M>::about(system, start);
-    // Time since the point expanded about.
+    let mut clear = expansion.clear(system, end.to_f64());
+    // The time of the point expanded about.
     let mut origin = V::Scalar::zero();
+    let mut short = 0;
     for i in 0..=count {
         let t = V::Scalar::from_f64(i as f64) * h;
-        while (t - origin).to_f64().abs() > expansion.reach {
-            let stride = expansion.reach.copysign(h.to_f64());
+        while (t - origin).to_f64().abs() > clear {
+            let brief = 1e-12 * t.to_f64().abs();
+            short = if clear > brief { 0 } else { short + 1 };
+            let leap = 64.0 * V::Scalar::EPSILON * t.to_f64().abs() * 2f64.powi((short / TWICE) as i32);
+            let stride = clear.max(leap).copysign(h.to_f64());
             let mut state = expansion.at(V::Scalar::from_f64(stride));
-            if state.check(dof).is_err() || expansion.reach <= 1e-12 * t.to_f64().abs() {
+            if state.check(dof).is_err() || expansion.reach <= brief || short > SHORT {
                 return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
             state.settle();
             origin += V::Scalar::from_f64(stride);
             expansion = Expansion::about(system, &state);
+            clear = expansion.clear(system, (end - origin).to_f64());
         }
         states.push(State { t: start.t + t, ..expansion.at(t - origin) });
     }
@@ -193,6 +256,48 @@ mod tests {
                     println!("c = {c}, {from:?}: {found:.1?}");
                     assert!(found.iter().flatten().all(|&off| off < 16.0), "{c} {from:?} {back}: {found:?}");
                 }
+            }
+        }
+    }
+
+    /// H = p²/2 + |q|: parabolas that meet at q = 0.
+    struct Roof;
+
+    impl<T: Scalar> System<T> for Roof {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn energy(&self, q: &[T], p: &[T]) -> T {
+            (p[0] * p[0]).half() + q[0].abs()
+        }
+        fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+            hq[0] = T::select(q[0].lt(T::zero()), -T::one(), T::one());
+            hp.copy_from_slice(p);
+        }
+        fn dissipation(&self, _q: &[T], _p: &[T], _v: &[T], d: &mut [T]) {
+            d[0] = T::zero();
+        }
+        fn kinks(&self, q: &[T], _p: &[T], put: &mut dyn FnMut(T)) {
+            put(q[0]);
+        }
+    }
+
+    /// From (1, 0) to q = 0 in √2, and round in 4 √2, forward and back.
+    #[test]
+    fn a_force_that_jumps_is_followed_from_kink_to_kink() {
+        let quarter = Quad::from_f64(2.0).sqrt();
+        for h in [0.75, -0.75] {
+            let start = State::new([Quad::from_f64(1.0)], [Quad::from_f64(0.0)]).unwrap();
+            let states = trajectory::<_, _, 24>(&Roof, &start, Quad::from_f64(h), 40).unwrap();
+            for (i, state) in states.iter().enumerate() {
+                // The time since the last top or bottom, and which it was.
+                let t = Quad::from_f64(i as f64 * 0.75);
+                let half = ((t.to_f64() + quarter.to_f64()) / (2.0 * quarter.to_f64())).floor();
+                let (side, t) = (1.0 - 2.0 * (half % 2.0), t - Quad::from_f64(2.0 * half) * quarter);
+                let (q, p) = (Quad::from_f64(1.0) - (t * t).half(), -t * Quad::from_f64(h.signum()));
+                let side = Quad::from_f64(side);
+                let off = [state.q[0] - side * q, state.p[0] - side * p].map(|x| x.to_f64().abs());
+                assert!(off.iter().all(|&x| x < 1e-28), "{h} {i}: {off:?}");
             }
         }
     }

@@ -97,6 +97,10 @@ where
         Ok(workspace)
     }
 
+    fn reusable(&self) -> bool {
+        true
+    }
+
     fn step(
         &self,
         system: &S,

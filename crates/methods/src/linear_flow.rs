@@ -10,6 +10,7 @@
 
 use crate::collocation::gauss;
 use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector};
+use std::sync::LazyLock;
 
 /// The most spans, and with it about the largest h |A|.
 const SPANS: f64 = 1000.0;
@@ -27,15 +28,19 @@ pub(crate) struct LinearFlow<V: Vector> {
     at: [V; 2],
 }
 
+/// Enough for a span in 16 and in 31 digits. They take a hundred steps to find.
+static RULES: [LazyLock<Vec<[Quad; 2]>>; 2] = [LazyLock::new(|| gauss(10)), LazyLock::new(|| gauss(16))];
+
 /// Gauss nodes in [0, 1] and their weights, enough for a span.
 pub(crate) fn nodes<T: Scalar>() -> Vec<[T; 2]> {
-    let count = if T::EPSILON < 1e-20 { 16 } else { 10 };
+    let [short, long] = &RULES;
+    let rule = if T::EPSILON < 1e-20 { long } else { short };
     let narrow = |x: Quad| T::from_f64(x.0) + T::from_f64(x.1);
-    let pair = |[x, weight]: [Quad; 2]| {
+    let pair = |&[x, weight]: &[Quad; 2]| {
         let [x, weight] = [narrow(x).half(), narrow(weight)];
         [[T::one().half() - x, weight], [T::one().half() + x, weight]]
     };
-    gauss(count).into_iter().flat_map(pair).collect()
+    rule.iter().flat_map(pair).collect()
 }
 
 /// Terms of the series: the last is a rounding of the first where |A| τ is about 1.4.

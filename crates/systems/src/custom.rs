@@ -16,7 +16,7 @@
 //! D_j p_j ≥ 0 by the signs of parameters, even powers, abs, sqrt and exp; or D = R v with R constant and positive semidefinite.
 //!
 //! Parameters and masses may be any finite and any positive numbers. Invariant: K = H + Σ w_j. References come from
-//! [`afterbay_core::taylor::trajectory`].
+//! [`afterbay_core::taylor::trajectory`], from kink to kink.
 
 mod description;
 mod failure;
@@ -252,6 +252,14 @@ impl<T: Scalar> System<T> for Custom<T> {
     #[inline]
     fn coupling(&self) -> Coupling {
         self.shape.structure.coupling.clone()
+    }
+
+    /// x of each |x|, √x and ln x in ∂V/∂q_j and D_j.
+    fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        let point = Point { q, p, v: &[], end: T::zero() };
+        for part in &self.shape.kinks {
+            part.program.run(self.frame(part), &point, |_, x| put(x));
+        }
     }
 }
 

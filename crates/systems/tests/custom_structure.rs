@@ -26,6 +26,8 @@ fn degrees_and_linearity() {
         ("sin(2)*q1^2*exp(pi)", Some(2), vec![Some(2)], true),
         ("q1^2/2 + q1", Some(2), vec![Some(2)], true),
         ("q1", Some(1), vec![Some(1)], true),
+        ("abs(q1)", None, vec![None], false),
+        ("q1^2 + sqrt(q1^2)", None, vec![None], false),
         ("q1^4/4 - q1*q1", Some(4), vec![Some(4)], false),
         ("q1^2/2 + q2^2/2 + q1^2*q2 - q2^3/3", Some(3), vec![Some(2), Some(3)], false),
         ("(q1^2 + q2)^3", Some(6), vec![Some(6), Some(3)], false),

@@ -65,6 +65,9 @@ const MOST: u64 = 1 << 31;
 const NEXT: f64 = 2.0;
 const TRIES: u32 = 24;
 const LOOSEST: f64 = 0.1;
+/// An error that is not halved as often as this, one search after the other, stays where it is: where the field has kinks errors do not
+/// fall evenly.
+const IDLE: u32 = 3;
 /// The number of steps is found to this share.
 const CLOSE: f64 = 1.05;
 /// K moves by no more than this beside the largest of its terms where it is kept to rounding.
@@ -175,7 +178,7 @@ impl Search<'_> {
     fn find(&self) -> Result<Option<Candidate>, IntegrateError> {
         let bound = self.wanted.error;
         let order = if self.row.order() == EXACT { 1.0 } else { f64::from(self.row.order()) };
-        let (mut steps, mut too_few, mut nearest) = (1_u64, 0, None::<WorkRow>);
+        let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<WorkRow>, 0);
         let mut good = loop {
             let (found, enough) = self.run(steps)?;
             let now = error(&found);
@@ -188,9 +191,9 @@ impl Search<'_> {
             too_few = steps;
             let before = nearest.as_ref().map_or(f64::INFINITY, error);
             let best = now.min(before);
-            let stuck = now > bound && now > 0.5 * before && now < 1e-3;
+            idle = if now > bound && now > 0.5 * before && now < 1e-3 { idle + 1 } else { 0 };
             let why = match enough {
-                _ if stuck => Some(format!("its error stays at {best:.1e} however small the step")),
+                _ if idle == IDLE => Some(format!("its error stays at {best:.1e} however small the step")),
                 Some(enough) => Some(format!("at {steps} steps its error is still {best:.1e}: {enough}")),
                 None => None,
             };
@@ -202,7 +205,8 @@ impl Search<'_> {
             }
             // Once errors fall as they should, the order tells where to look.
             let share = now / bound;
-            let leap = if now < 0.1 { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
+            let leap =
+                if now < 0.1 && idle == 0 { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
             steps = (steps as f64 * leap).ceil() as u64;
         };
         while too_few > 0 && good.steps as f64 > CLOSE * too_few as f64 {

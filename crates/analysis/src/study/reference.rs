@@ -1,5 +1,5 @@
-//! What stands in for the exact solution where series cost too much: increment-8 at a step that is halved until two runs
-//! agree.
+//! What stands in for the exact solution where series cost too much, or end at a kink: increment-8 at a step that is halved until
+//! two runs agree.
 
 use super::Problem;
 use crate::Solution;
@@ -13,13 +13,16 @@ pub const LARGEST_BY_SERIES: usize = 16;
 
 /// Two runs that differ by no more than this, beside the largest number in them, agree.
 const AGREEMENT: f64 = 1e-12;
+/// Runs that come no nearer, one after the other, come no nearer at all.
+const IDLE: u32 = 2;
 /// The first step tried, and the last.
 const COARSEST: f64 = 0.1;
 const FINEST: f64 = 1e-4;
 
 /// The solution at the times `i h`, i = 0..=count, by self-convergence. Its doubt is the difference of the last two runs,
 /// the second of which it is: halving the step of a method of order 8 makes the error 256 times smaller. Where rounding
-/// comes first the runs stop to come nearer, and their difference is what rounding makes of them.
+/// or a kink comes first the runs stop to come nearer, and their difference is what it makes of them: the larger of the last two,
+/// since at kinks errors do not fall evenly.
 pub(super) fn self_converged(
     problem: &Problem,
     h: f64,
@@ -40,15 +43,17 @@ pub(super) fn self_converged(
     // An odd number of parts to begin with: no run whose step is h halved is compared with itself.
     let mut parts = (h / COARSEST).ceil().max(3.0) as u64 | 1;
     let mut before = follow(parts);
-    let mut doubt_before = f64::INFINITY;
+    let (mut doubt_before, mut idle) = (f64::INFINITY, 0);
     loop {
         parts *= 2;
         let mut found = follow(parts);
         let last = h / parts as f64 <= FINEST;
         if let (Ok(before), Ok(found)) = (&before, &mut found) {
             let (doubt, size) = found.distance(before);
-            found.doubt = doubt;
-            if doubt <= AGREEMENT * size || doubt > doubt_before / 2.0 || last {
+            idle = if doubt > doubt_before / 2.0 { idle + 1 } else { 0 };
+            let agreed = doubt <= AGREEMENT * size;
+            found.doubt = if idle > 0 && !agreed { doubt.max(doubt_before) } else { doubt };
+            if agreed || idle == IDLE || last {
                 return Ok(found.clone());
             }
             doubt_before = doubt;

@@ -33,16 +33,17 @@ pub(super) struct Table<T> {
     x: Vec<T>,
 }
 
-/// to = a b for square matrices.
-fn multiply<T: Scalar>(a: &[T], b: &[T], to: &mut [T], rows: usize, size: usize) {
+/// to += factor row
+#[inline(always)]
+fn add<T: Scalar>(to: &mut [T], factor: T, row: &[T]) {
+    to.iter_mut().zip(row).for_each(|(to, &x)| *to = factor.mul_add(x, *to));
+}
+
+/// to = a b, b square.
+fn multiply<T: Scalar>(a: &[T], b: &[T], to: &mut [T], size: usize) {
     to.fill(T::zero());
-    for i in 0..rows {
-        for k in 0..size {
-            let factor = a[i * size + k];
-            for j in 0..size {
-                to[i * size + j] = factor.mul_add(b[k * size + j], to[i * size + j]);
-            }
-        }
+    for (to, a) in to.chunks_exact_mut(size).zip(a.chunks_exact(size)) {
+        a.iter().zip(b.chunks_exact(size)).for_each(|(&factor, b)| add(to, factor, b));
     }
 }
 
@@ -120,12 +121,12 @@ impl<T: Scalar> Table<T> {
 
     /// X and Q_j of a short step, by Taylor series and Gauss nodes.
     fn begin(&mut self, h: T) {
-        let Self { n, size, a, d, v, change, flow, forms, nodes, powers, scratch, .. } = self;
-        let (n, size) = (*n, *size);
+        let Self { size, a, d, v, change, flow, forms, nodes, powers, scratch, .. } = self;
+        let size = *size;
         powers[0].iter_mut().zip(&*a).for_each(|(power, &a)| *power = h * a);
         for k in 1..powers.len() {
             let (before, after) = powers.split_at_mut(k);
-            multiply(&before[0], &before[k - 1], &mut after[0], size, size);
+            multiply(&before[0], &before[k - 1], &mut after[0], size);
             let share = T::from_f64((k + 1) as f64);
             after[0].iter_mut().for_each(|x| *x = *x / share);
         }
@@ -140,15 +141,15 @@ impl<T: Scalar> Table<T> {
             sum(node, flow);
             (0..size).for_each(|i| flow[i * size + i] += T::one());
             let [rubbed, moved] = &mut *scratch;
-            multiply(d, flow, rubbed, n, size);
-            multiply(v, flow, moved, n, size);
+            multiply(d, flow, rubbed, size);
+            multiply(v, flow, moved, size);
             for (form, (d, v)) in
                 forms.iter_mut().zip(rubbed.chunks_exact(size).zip(moved.chunks_exact(size)))
             {
-                for i in 0..size {
-                    for k in 0..size {
-                        let both = d[i].mul_add(v[k], v[i] * d[k]).half();
-                        form[i * size + k] = (weight * h).mul_add(both, form[i * size + k]);
+                for (form, (&d_i, &v_i)) in form.chunks_exact_mut(size).zip(d.iter().zip(v)) {
+                    for (form, (&d_k, &v_k)) in form.iter_mut().zip(d.iter().zip(v)) {
+                        let both = d_i.mul_add(v_k, v_i * d_k).half();
+                        *form = (weight * h).mul_add(both, *form);
                     }
                 }
             }
@@ -166,19 +167,14 @@ impl<T: Scalar> Table<T> {
         let [product, both] = scratch;
         for form in forms {
             // Q is symmetric: (Q E)ᵀ E = Eᵀ Q E.
-            multiply(form, flow, product, size, size);
+            multiply(form, flow, product, size);
             both.fill(T::zero());
-            for k in 0..size {
-                for i in 0..size {
-                    let factor = flow[k * size + i];
-                    for j in 0..size {
-                        both[i * size + j] = factor.mul_add(product[k * size + j], both[i * size + j]);
-                    }
-                }
+            for (row, product) in flow.chunks_exact(size).zip(product.chunks_exact(size)) {
+                both.chunks_exact_mut(size).zip(row).for_each(|(both, &factor)| add(both, factor, product));
             }
             form.iter_mut().zip(&*both).for_each(|(form, &both)| *form += both);
         }
-        multiply(flow, flow, product, size, size);
+        multiply(flow, flow, product, size);
         flow.copy_from_slice(product);
     }
 

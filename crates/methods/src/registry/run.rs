@@ -2,10 +2,11 @@
 
 use afterbay_core::{
     Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State, StepFailure,
-    System, Vector, View, integrate,
+    System, Vector, View, integrate_in,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 
 /// What is shown of a run: the number of steps done and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, View<'_, T>) -> ControlFlow<()>;
@@ -84,8 +85,32 @@ trait Erased<T: Scalar>: Send + Sync {
 struct Bound<V, M, S, W> {
     method: M,
     system: S,
+    /// Never stepped with.
     workspace: W,
+    /// The one of the last run, where the method reuses it.
+    spare: Mutex<Option<W>>,
     storage: PhantomData<fn() -> V>,
+}
+
+impl<V, S, M> Bound<V, M, S, M::Workspace>
+where
+    V: Vector,
+    S: System<V::Scalar>,
+    M: Method<V, S>,
+    M::Workspace: Clone,
+{
+    /// Does something in a workspace as good as new. Runs side by side do not wait for each other: one of them has the spare.
+    #[inline(always)]
+    fn within<R>(&self, run: impl FnOnce(&mut M::Workspace) -> R) -> R {
+        let spare = || if self.method.reusable() { self.spare.try_lock().ok() } else { None };
+        let kept = spare().and_then(|mut spare| spare.take());
+        let mut workspace = kept.unwrap_or_else(|| self.workspace.clone());
+        let done = run(&mut workspace);
+        if let Some(mut spare) = spare() {
+            *spare = Some(workspace);
+        }
+        done
+    }
 }
 
 impl<V, S, M> Erased<V::Scalar> for Bound<V, M, S, M::Workspace>
@@ -108,14 +133,17 @@ where
     ) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
         let look = |step: u64, state: &State<V>| show(step, state.view());
-        let outcome = integrate(&self.method, &self.system, grid, &mut state, &mut Every::new(stride, look));
+        let mut observer = Every::new(stride, look);
+        let outcome = self.within(|workspace| {
+            integrate_in(&self.method, &self.system, grid, &mut state, workspace, &mut observer)
+        });
         place.put(&state);
         outcome
     }
 
     fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, StepFailure> {
         let mut state = place.take::<V>();
-        let outcome = self.method.step(&self.system, h, &mut state, &mut self.workspace.clone());
+        let outcome = self.within(|workspace| self.method.step(&self.system, h, &mut state, workspace));
         place.put(&state);
         outcome
     }
@@ -134,5 +162,11 @@ where
         return Err(InputError::Length { quantity: Quantity::Coordinate, expected: dof, found });
     }
     let workspace = method.workspace(&system)?;
-    Ok(Run(Box::new(Bound { method, system, workspace, storage: PhantomData::<fn() -> V> })))
+    Ok(Run(Box::new(Bound {
+        method,
+        system,
+        workspace,
+        spare: Mutex::new(None),
+        storage: PhantomData::<fn() -> V>,
+    })))
 }

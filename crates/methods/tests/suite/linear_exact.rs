@@ -2,14 +2,16 @@
 
 use crate::many;
 use afterbay_core::{
-    Block, Curvature, Damping, ExactFlow, InputError, Method, Passive, Quad, Scalar, Series, State,
-    StepFailure, System,
+    Block, Curvature, Damping, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series, State,
+    StepFailure, System, View,
 };
 use afterbay_methods::LinearExact;
+use afterbay_methods::registry::{self, METHODS, Run};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
 use allocation_counter::measure;
 use many::{errors, reference, start};
 use proptest::prelude::*;
+use std::ops::ControlFlow;
 
 /// H = Σ [p_j²/2 + (1 + j/4) q_j²/2 + f q_j] + Σ [(q_{j+1} - q_j)²/2 + q_j p_{j+1}/4], D_j = c v_j + (v_{j+1} + v_{j-1}) c/4: not
 /// separable, friction that couples velocities, a constant force.
@@ -217,6 +219,33 @@ fn k_does_not_run_away() {
     let drift = (state.total(&system) - before).abs() / before;
     println!("K moves by {drift:e} in 1e6 steps of 0.01");
     assert!(drift < 1e4 * f64::EPSILON, "{drift:e}");
+}
+
+/// The table of a run is there for the next one, or not where that runs within it: to the bit the same.
+#[test]
+fn runs_of_a_bound_method_do_not_feel_each_other() {
+    for row in METHODS {
+        let bind = || registry::linear(row, DampedOscillator::new(1.0, 0.3).unwrap()).unwrap();
+        let end = |run: &Run<f64>, h: f64, within: bool| {
+            let mut state = State::new([1.0], [0.5]).unwrap();
+            let grid = Grid::new(h, 3.0).unwrap();
+            let mut look = |_: u64, _: View<'_, f64>| {
+                if within {
+                    let mut other = State::new([0.2], [-0.5]).unwrap();
+                    run.run(grid, &mut other, u64::MAX, &mut |_, _| ControlFlow::Continue(())).unwrap();
+                }
+                ControlFlow::Continue(())
+            };
+            run.run(grid, &mut state, 1, &mut look).unwrap();
+            run.step(h, &mut state).unwrap();
+            state
+        };
+        let bound = bind();
+        for (h, within) in [(0.1, false), (0.1, false), (0.3, false), (0.3, true), (0.1, true), (0.1, false)]
+        {
+            assert_eq!(end(&bound, h, within), end(&bind(), h, false), "{} {h}", row.name);
+        }
+    }
 }
 
 #[test]

@@ -58,6 +58,8 @@ pub(super) struct Shape {
     /// The second derivatives but those by two momenta, and which they are.
     pub(super) curvature: Vec<Part>,
     pub(super) entries: Vec<(Block, usize, usize)>,
+    /// Where ∂V/∂q_j and D_j of (q, p) are not analytic.
+    pub(super) kinks: Vec<Part>,
     pub(super) structure: Structure,
 }
 
@@ -105,8 +107,11 @@ impl Shape {
             builder.fits(second.len())?;
         }
 
+        let kinks = builder.graph.kinks(&[&slopes[..], &forces].concat());
+        let second_nodes = second.iter().map(|x| x.1);
         let structure =
-            Structure::new(&builder.graph, potential, &slopes, &forces, second.iter().map(|x| x.1));
+            Structure::new(&builder.graph, potential, &slopes, &forces, second_nodes, kinks.is_empty());
+        let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let resistance = builder.resistance(&structure, &drags, &frictions)?;
         let matrix = builder.matrix(&frictions);
         let summands = builder.graph.summands(potential);
@@ -147,6 +152,7 @@ impl Shape {
             matrix,
             curvature,
             entries,
+            kinks,
             structure,
         })
     }

@@ -10,7 +10,7 @@ pub struct Structure {
     pub degree: Option<u32>,
     /// The degree of V in each coordinate, if it is a polynomial in that one.
     pub degrees: Vec<Option<u32>>,
-    /// H is quadratic and D linear, constant forces allowed: no second derivative depends on the state.
+    /// H is quadratic and D linear, constant forces allowed: no second derivative depends on the state, and nothing jumps.
     pub linear: bool,
     /// Who acts on whom.
     pub coupling: Coupling,
@@ -27,6 +27,7 @@ impl Structure {
         slopes: &[Node],
         forces: &[Node],
         second: impl IntoIterator<Item = Node>,
+        smooth: bool,
     ) -> Self {
         let n = slopes.len();
         let degree = graph.degrees(potential, Kinds::COORDINATES).map(|degrees| degrees.most);
@@ -51,7 +52,7 @@ impl Structure {
         Self {
             degree,
             degrees: slopes.iter().enumerate().map(along).collect(),
-            linear: second.into_iter().all(|node| graph.closed(node)),
+            linear: smooth && second.into_iter().all(|node| graph.closed(node)),
             coupling,
             linear_friction,
             coupled_friction,

@@ -1,6 +1,6 @@
 //! New terms of a graph, simplified where that is exact.
 //!
-//! For finite numbers it is for x + 0, x - x, x·1, x·0 and signs, and for factors that are powers of two, which move out of products.
+//! For finite numbers it is for x + 0, x - x, x·1, x·0, √(x x) and signs, and for factors that are powers of two, which move out of products.
 //! Constants are folded only where the result is exact: 1/3 is left to the scalar the expression is evaluated in.
 
 use super::function::Function;
@@ -25,7 +25,11 @@ impl Graph {
     }
 
     pub(crate) fn of(&mut self, function: Function, x: Node) -> Node {
-        self.insert(Term::Of(function, x))
+        match (function, self.term(x)) {
+            // A root of a square has a kink, and its slope a + or - there rather than 0/0.
+            (Function::Sqrt, Term::Product(a, b)) if a == b => self.insert(Term::Of(Function::Abs, a)),
+            _ => self.insert(Term::Of(function, x)),
+        }
     }
 
     pub(crate) fn negative(&mut self, a: Node) -> Node {

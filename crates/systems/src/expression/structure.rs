@@ -1,4 +1,4 @@
-//! What follows from the form of an expression alone: degrees, and signs.
+//! What follows from the form of an expression alone: degrees, signs, and where it is not analytic.
 
 use super::function::Function;
 use super::graph::{Graph, Input, Kinds, Node, Term};
@@ -59,6 +59,21 @@ impl Graph {
             degrees.insert(node, found);
         }
         degrees.get(&of).copied().unwrap_or(Some(Degrees::NONE))
+    }
+
+    /// The nodes between whose zeros the others are analytic: x of |x|, √x and ln x.
+    pub(crate) fn kinks(&self, of: &[Node]) -> Vec<Node> {
+        let mut kinks: Vec<Node> = self
+            .cone(of, Kinds::ALL)
+            .into_iter()
+            .filter_map(|node| match self.term(node) {
+                Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => Some(x),
+                _ => None,
+            })
+            .collect();
+        kinks.sort_unstable();
+        kinks.dedup();
+        kinks
     }
 
     /// The sign of a node beside that of one input, given what is known of the closed nodes.
