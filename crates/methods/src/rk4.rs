@@ -9,6 +9,7 @@
 //! whatever H does. Diverges beyond |hλ| ≈ 2.8.
 
 use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+use std::hint::cold_path;
 
 /// The paper's eRK4.
 #[derive(Clone, Copy, Debug, Default)]
@@ -98,8 +99,7 @@ where
             finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
         }
         if !finite.all() {
-            let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*dw)];
-            return Err(StepFailure::non_finite(&parts));
+            return Err(failure::<V>([q, p, dw]));
         }
         q0.copy_from_slice(q);
         p0.copy_from_slice(p);
@@ -108,4 +108,16 @@ where
         }
         Ok(Effort { evaluations: 4, iterations: 0 })
     }
+}
+
+/// Which of q, p and w is not finite, told by copies: the address of the workspace stays with the loop, and the workspace in registers.
+#[inline(always)]
+fn failure<V: Vector>(parts: [&[V::Scalar]; 3]) -> StepFailure {
+    cold_path();
+    let [q, p, w] = parts.map(|part| V::filled(part, |x| x));
+    StepFailure::non_finite(&[
+        (Quantity::Coordinate, q.as_slice()),
+        (Quantity::Momentum, p.as_slice()),
+        (Quantity::Reservoir, w.as_slice()),
+    ])
 }
