@@ -26,6 +26,12 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         workspace: &mut Self::Workspace,
     ) -> Result<Effort, StepFailure>;
 
+    /// Does a step depend on more than the state, on what those before it have left in the workspace? One that changes nothing may then
+    /// be followed by one that does; else it never is, and runs do not take them.
+    fn has_memory(&self) -> bool {
+        false
+    }
+
     /// Takes `count` steps at which no one looks, the same to the bit as one after the other. A method that gains by it may
     /// take several at a time.
     ///
@@ -58,6 +64,11 @@ pub struct Effort {
 }
 
 impl Effort {
+    /// That of as many steps.
+    pub(crate) fn times(self, steps: u64) -> Self {
+        Self { evaluations: self.evaluations * steps, iterations: self.iterations * steps }
+    }
+
     /// What `n` degrees of freedom took one at a time, as what each of them took, rounded up.
     #[inline(always)]
     pub fn shared_by(self, n: usize) -> Self {

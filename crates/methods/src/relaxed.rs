@@ -75,6 +75,11 @@ where
         Ok(Workspace { stages: Stages::new(self.tableau, n), chord: Chord::new(n), track: Track::new(n) })
     }
 
+    /// The lag.
+    fn has_memory(&self) -> bool {
+        true
+    }
+
     fn step(
         &self,
         system: &S,

@@ -82,6 +82,11 @@ where
         Ok(Workspace { carried, before: Before::new(n), order, means })
     }
 
+    /// The low parts.
+    fn has_memory(&self) -> bool {
+        true
+    }
+
     fn step(
         &self,
         system: &S,
