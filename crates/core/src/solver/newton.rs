@@ -31,7 +31,8 @@ impl Newton {
     /// The solution where two evaluations give it in every lane, the same to the bit as with more care.
     #[inline(always)]
     pub fn ordinary<T: Scalar>(start: T, mut equation: impl Equation<T>) -> Option<Root<T>> {
-        let twice = twice::<_, true>(T::one(), start, start, &mut equation);
+        let first = equation.at(T::one(), start);
+        let twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
         twice.done.all().then_some(twice.root())
     }
 
@@ -39,7 +40,8 @@ impl Newton {
     /// which the slope stays positive, as far as it is seen.
     #[inline(always)]
     pub fn direct<T: Scalar>(start: T, mut equation: impl Equation<T>) -> Option<Root<T>> {
-        let twice = twice::<_, true>(T::one(), start, start, &mut equation);
+        let first = equation.at(T::one(), start);
+        let twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
         if twice.done.all() {
             return Some(twice.root());
         }
@@ -56,7 +58,8 @@ impl Solver for Newton {
         start: T,
         mut equation: impl Equation<T>,
     ) -> Result<Root<T>, StepFailure> {
-        let mut twice = twice::<_, true>(T::one(), start, start, &mut equation);
+        let first = equation.at(T::one(), start);
+        let mut twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
         if twice.done.all() {
             return Ok(twice.root());
         }
@@ -67,7 +70,7 @@ impl Solver for Newton {
         }
         let outcome = carefully::<_, _, true>(T::one(), start, twice, &mut equation);
         if outcome.stalled.any() {
-            return follow(dof, start, outcome, &mut equation);
+            return follow(dof, start, first.value, outcome, &mut equation);
         }
         Ok(Root { x: outcome.x, evaluations: outcome.evaluations })
     }
@@ -85,7 +88,11 @@ struct Outcome<T: Scalar> {
 /// Solves `x = start - F(s, x)` from `x`, which is on the way from s = 0. Lanes that wait stay.
 #[inline(always)]
 fn iterate<T: Scalar>(s: T, x: T, start: T, waiting: T::Mask, equation: &mut impl Equation<T>) -> Outcome<T> {
-    let mut twice = twice::<_, false>(s, x, start, equation);
+    let first = equation.at(s, x);
+    if !is_gentle(first.slope).and(waiting.not()).any() {
+        return carefully::<_, _, false>(s, start, Twice::once(x, waiting, first), equation);
+    }
+    let mut twice = twice::<_, false>(s, x, start, first, equation);
     twice.end = T::select(waiting, x, twice.end);
     twice.done = twice.done.or(waiting);
     if twice.done.all() {
@@ -95,7 +102,7 @@ fn iterate<T: Scalar>(s: T, x: T, start: T, waiting: T::Mask, equation: &mut imp
     carefully::<_, _, false>(s, start, twice, equation)
 }
 
-/// Two evaluations and what they show.
+/// Two evaluations, or the first of them, and what they show.
 struct Twice<T: Scalar> {
     end: T,
     /// Lanes in which `end` is the solution.
@@ -104,10 +111,18 @@ struct Twice<T: Scalar> {
     gentle: T::Mask,
     previous: T,
     /// Where F has been evaluated, and F there.
-    known: [(T, Sample<T>); 2],
+    first: (T, Sample<T>),
+    second: Option<(T, Sample<T>)>,
 }
 
 impl<T: Scalar> Twice<T> {
+    /// One evaluation where a second one at the same place would not do in any lane.
+    #[inline(always)]
+    fn once(x: T, done: T::Mask, first: Sample<T>) -> Self {
+        let gentle = T::one().lt(T::zero());
+        Self { end: x, done, gentle, previous: T::zero(), first: (x, first), second: None }
+    }
+
     #[inline(always)]
     fn root(&self) -> Root<T> {
         Root { x: self.end, evaluations: 2 }
@@ -122,9 +137,14 @@ impl<T: Scalar> Twice<T> {
 
 /// Newton's correction and one with the inverse of its slope improved. At s = 1 this is `DIRECT`ly from the start.
 #[inline(always)]
-fn twice<T: Scalar, const DIRECT: bool>(s: T, x: T, start: T, equation: &mut impl Equation<T>) -> Twice<T> {
+fn twice<T: Scalar, const DIRECT: bool>(
+    s: T,
+    x: T,
+    start: T,
+    first: Sample<T>,
+    equation: &mut impl Equation<T>,
+) -> Twice<T> {
     let one = T::one();
-    let first = equation.at(s, x);
     let (inverse, rest) = (one - first.slope, first.slope * first.slope);
     let residual = if DIRECT { -first.value } else { start - x - first.value };
     let (previous, middle) = (residual * inverse, residual.mul_add(inverse, x));
@@ -138,9 +158,15 @@ fn twice<T: Scalar, const DIRECT: bool>(s: T, x: T, start: T, equation: &mut imp
     let scale = T::from_f64(T::EPSILON) * second.rough.mul_add(T::one().half(), end.abs());
     let (next, square) = Correction { previous, update, rest, missing }.next();
     let lost = next.lt(scale * square);
-    let gentle = |slope: T| slope.abs().lt(T::from_f64(GENTLE));
-    let gentle = gentle(first.slope).and(gentle(missing));
-    Twice { end, done: lost.and(gentle), gentle, previous, known: [(x, first), (middle, second)] }
+    let gentle = is_gentle(first.slope).and(is_gentle(missing));
+    let (first, second) = ((x, first), Some((middle, second)));
+    Twice { end, done: lost.and(gentle), gentle, previous, first, second }
+}
+
+/// May an inverse that misses so much be improved, or the inverse of 1 + F' be 1 - F' at first?
+#[inline(always)]
+fn is_gentle<T: Scalar>(missing: T) -> T::Mask {
+    missing.abs().lt(T::from_f64(GENTLE))
 }
 
 /// Two corrections, one after the other.
@@ -177,18 +203,19 @@ fn carefully<T: Scalar, E: Equation<T>, const DIRECT: bool>(
     equation: &mut E,
 ) -> Outcome<T> {
     let (zero, one) = (T::zero(), T::one());
-    let Twice { end, mut done, known: [(x, first), (middle, second)], .. } = twice;
+    let Twice { end, mut done, first: (x, first), second, .. } = twice;
     // Lanes that are done, or have stalled, wait for the others.
-    let (mut x, middle) = (T::select(done, end, x), T::select(done, end, middle));
+    let mut x = T::select(done, end, x);
+    let second = second.map(|(middle, f)| (T::select(done, end, middle), f));
     let mut stalled = one.lt(zero);
     let (mut inverse, mut rest) = (one, zero);
     let (mut update, mut last) = (zero, [zero; 2]);
     // Corrections that grew and may be noise, in each lane.
     let mut grown = zero;
     for evaluations in 1..LIMIT + 1 {
-        let f = match evaluations {
-            1 => first,
-            2 if x == middle => second,
+        let f = match (evaluations, second) {
+            (1, _) => first,
+            (2, Some((middle, f))) if x == middle => f,
             _ => equation.at(s, x),
         };
         let mut open = done.or(stalled).not();
@@ -277,12 +304,12 @@ fn rises<T: Scalar>([a, b]: [T; 2], rise: T, width: T, noise: T) -> T::Mask {
 fn follow<T: Scalar, E: Equation<T>>(
     dof: usize,
     start: T,
+    force: T,
     direct: Outcome<T>,
     equation: &mut E,
 ) -> Result<Root<T>, StepFailure> {
     let (zero, one) = (T::zero(), T::one());
     let Outcome { x, stalled, mut evaluations, .. } = direct;
-    let force = equation.at(one, start).value;
     if !force.is_finite().or(stalled.not()).all() {
         return Err(StepFailure::NonFinite { quantity: Quantity::Force, dof, value: force.to_f64() });
     }

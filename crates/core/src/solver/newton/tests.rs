@@ -44,8 +44,9 @@ fn two_evaluations_give_what_more_care_gives() {
             Sample { value: f.value + s * force, rough: s * force.abs(), ..f }
         };
         let Some(quick) = Newton::ordinary(start, &mut equation) else { continue };
-        let twice = twice::<f64, true>(1.0, start, start, &mut equation);
-        let middle = twice.known[1].0;
+        let first = equation(1.0, start);
+        let twice = twice::<f64, true>(1.0, start, start, first, &mut equation);
+        let middle = twice.second.unwrap().0;
         let careful = carefully::<f64, _, true>(1.0, start, Twice { done: false, ..twice }, &mut equation);
         assert!(!careful.stalled);
         assert_eq!((quick.x.to_bits(), 2), (careful.x.to_bits(), careful.evaluations), "{a} {b} {x} {start}");
