@@ -109,7 +109,9 @@ struct Twice<T: Scalar> {
     done: T::Mask,
     /// Lanes in which the slopes are such that it may be.
     gentle: T::Mask,
-    previous: T,
+    inverse: T,
+    residuals: [T; 2],
+    correction: Correction<T>,
     /// Where F has been evaluated, and F there.
     first: (T, Sample<T>),
     second: Option<(T, Sample<T>)>,
@@ -119,8 +121,18 @@ impl<T: Scalar> Twice<T> {
     /// One evaluation where a second one at the same place would not do in any lane.
     #[inline(always)]
     fn once(x: T, done: T::Mask, first: Sample<T>) -> Self {
-        let gentle = T::one().lt(T::zero());
-        Self { end: x, done, gentle, previous: T::zero(), first: (x, first), second: None }
+        let (zero, one) = (T::zero(), T::one());
+        let correction = Correction { previous: zero, update: zero, rest: zero, missing: zero };
+        Self {
+            end: x,
+            done,
+            gentle: one.lt(zero),
+            inverse: one,
+            residuals: [zero; 2],
+            correction,
+            first: (x, first),
+            second: None,
+        }
     }
 
     #[inline(always)]
@@ -131,7 +143,7 @@ impl<T: Scalar> Twice<T> {
     /// Where the first point is the solution, as at rest, no share of a correction is less than the other.
     #[inline(always)]
     fn rest(&mut self) {
-        self.done = self.done.or(self.gentle.and(self.previous.abs().le(T::zero())));
+        self.done = self.done.or(self.gentle.and(self.correction.previous.abs().le(T::zero())));
     }
 }
 
@@ -146,8 +158,8 @@ fn twice<T: Scalar, const DIRECT: bool>(
 ) -> Twice<T> {
     let one = T::one();
     let (inverse, rest) = (one - first.slope, first.slope * first.slope);
-    let residual = if DIRECT { -first.value } else { start - x - first.value };
-    let (previous, middle) = (residual * inverse, residual.mul_add(inverse, x));
+    let before = if DIRECT { -first.value } else { start - x - first.value };
+    let (previous, middle) = (before * inverse, before.mul_add(inverse, x));
     let second = equation.at(s, middle);
     let short = one - inverse;
     let missing = (-second.slope).mul_add(inverse, short);
@@ -156,11 +168,20 @@ fn twice<T: Scalar, const DIRECT: bool>(
     let (update, end) = (residual * inverse, residual.mul_add(inverse, middle));
     // Rounding as far as it takes the fewest operations to know, less than in `carefully`.
     let scale = T::from_f64(T::EPSILON) * second.rough.mul_add(T::one().half(), end.abs());
-    let (next, square) = Correction { previous, update, rest, missing }.next();
+    let correction = Correction { previous, update, rest, missing };
+    let (next, square) = correction.next();
     let lost = next.lt(scale * square);
     let gentle = is_gentle(first.slope).and(is_gentle(missing));
-    let (first, second) = ((x, first), Some((middle, second)));
-    Twice { end, done: lost.and(gentle), gentle, previous, first, second }
+    Twice {
+        end,
+        done: lost.and(gentle),
+        gentle,
+        inverse,
+        residuals: [before, residual],
+        correction,
+        first: (x, first),
+        second: Some((middle, second)),
+    }
 }
 
 /// May an inverse that misses so much be improved, or the inverse of 1 + F' be 1 - F' at first?
@@ -170,6 +191,7 @@ fn is_gentle<T: Scalar>(missing: T) -> T::Mask {
 }
 
 /// Two corrections, one after the other.
+#[derive(Clone, Copy)]
 struct Correction<T> {
     previous: T,
     update: T,
@@ -202,88 +224,166 @@ fn carefully<T: Scalar, E: Equation<T>, const DIRECT: bool>(
     twice: Twice<T>,
     equation: &mut E,
 ) -> Outcome<T> {
-    let (zero, one) = (T::zero(), T::one());
-    let Twice { end, mut done, first: (x, first), second, .. } = twice;
-    // Lanes that are done, or have stalled, wait for the others.
-    let mut x = T::select(done, end, x);
-    let second = second.map(|(middle, f)| (T::select(done, end, middle), f));
-    let mut stalled = one.lt(zero);
-    let (mut inverse, mut rest) = (one, zero);
-    let (mut update, mut last) = (zero, [zero; 2]);
-    // Corrections that grew and may be noise, in each lane.
-    let mut grown = zero;
-    for evaluations in 1..LIMIT + 1 {
+    // What is gentle is where it would be here, to the bit.
+    let (mut course, mut evaluations) = match twice.second {
+        Some((_, second)) if DIRECT && twice.gentle.or(twice.done).all() => {
+            let mut course = Course::after(&twice, second);
+            course.judge(start);
+            (course, 2)
+        }
+        _ => (Course::new(&twice), 0),
+    };
+    let second = twice.second.map(|(middle, f)| (T::select(twice.done, twice.end, middle), f));
+    while !course.done.or(course.stalled).all() {
+        if evaluations == LIMIT {
+            course.stalled = course.done.not();
+            break;
+        }
+        evaluations += 1;
         let f = match (evaluations, second) {
-            (1, _) => first,
-            (2, Some((middle, f))) if x == middle => f,
-            _ => equation.at(s, x),
+            (1, _) => twice.first.1,
+            (2, Some((middle, f))) if course.x == middle => f,
+            _ => equation.at(s, course.x),
         };
-        let mut open = done.or(stalled).not();
+        course.correct::<DIRECT>(start, f, evaluations);
+        if evaluations > 1 {
+            course.judge(start);
+        }
+    }
+    let Course { x, stalled, correction: Correction { update, .. }, .. } = course;
+    Outcome { x, stalled, update, evaluations }
+}
+
+/// An iteration on its way, in each lane.
+struct Course<T: Scalar> {
+    x: T,
+    /// Lanes that are done, or have stalled, wait for the others.
+    done: T::Mask,
+    stalled: T::Mask,
+    inverse: T,
+    /// Lanes in which it has just been made anew.
+    anew: T::Mask,
+    /// The last two corrections.
+    correction: Correction<T>,
+    /// What the inverse misses of the last slope, squared.
+    rest: T,
+    /// The last two slopes, and residuals.
+    slopes: [T; 2],
+    residuals: [T; 2],
+    rough: T,
+    blur: T,
+    /// Corrections that grew and may be noise.
+    grown: T,
+}
+
+impl<T: Scalar> Course<T> {
+    /// Nothing is corrected yet.
+    #[inline(always)]
+    fn new(twice: &Twice<T>) -> Self {
+        let (zero, one) = (T::zero(), T::one());
+        let none = one.lt(zero);
+        Self {
+            x: T::select(twice.done, twice.end, twice.first.0),
+            done: twice.done,
+            stalled: none,
+            inverse: one,
+            anew: none,
+            correction: Correction { previous: zero, update: zero, rest: zero, missing: zero },
+            rest: zero,
+            slopes: [zero; 2],
+            residuals: [zero; 2],
+            rough: zero,
+            blur: zero,
+            grown: zero,
+        }
+    }
+
+    /// Both corrections are made.
+    #[inline(always)]
+    fn after(twice: &Twice<T>, second: Sample<T>) -> Self {
+        let Correction { missing, .. } = twice.correction;
+        Self {
+            x: twice.end,
+            inverse: twice.inverse,
+            correction: twice.correction,
+            rest: missing * missing,
+            slopes: [twice.first.1.slope, second.slope],
+            residuals: twice.residuals,
+            rough: second.rough,
+            blur: second.blur,
+            ..Self::new(twice)
+        }
+    }
+
+    /// Newton's correction with an inverse that is improved, or made anew.
+    #[inline(always)]
+    fn correct<const DIRECT: bool>(&mut self, start: T, f: Sample<T>, evaluations: u32) {
+        let (zero, one) = (T::zero(), T::one());
+        let mut open = self.done.or(self.stalled).not();
         // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses, and nothing waits for a
         // division. An inverse that misses much is made anew: also the one of any slope that is not positive.
-        let (before, short) = (rest, one - inverse);
+        let (before, inverse) = (self.rest, self.inverse);
+        let short = one - inverse;
         let missing = (-f.slope).mul_add(inverse, short);
-        rest = missing * missing;
-        let anew = open.and(T::from_f64(GENTLE).le(missing.abs()));
-        let turned = anew.any();
-        inverse = if DIRECT && evaluations == 2 {
+        self.rest = missing * missing;
+        self.anew = open.and(T::from_f64(GENTLE).le(missing.abs()));
+        self.inverse = if DIRECT && evaluations == 2 {
             // As in `twice`, to the bit; the square of a small inverse would vanish.
             (-f.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse))
         } else {
             inverse.mul_add(missing, inverse)
         };
-        if turned {
+        if self.anew.any() {
             cold_path();
             let derivative = one + f.slope;
-            stalled = stalled.or(anew.and(zero.lt(derivative).not()));
+            let mut stalled = zero.lt(derivative).not();
             // At s, F has been passed up to s x: where it changes much on the way from 0, the way is taken in strides.
             if DIRECT && evaluations == 1 {
-                stalled = stalled.or(anew.and(T::from_f64(STEEP).lt(f.slope.abs())));
+                stalled = stalled.or(T::from_f64(STEEP).lt(f.slope.abs()));
             }
-            open = open.and(stalled.not());
-            if !open.any() {
-                return Outcome { x, stalled, update, evaluations };
-            }
-            rest = T::select(anew, zero, rest);
-            inverse = T::select(anew, derivative.recip(), inverse);
+            self.stalled = self.stalled.or(self.anew.and(stalled));
+            open = open.and(self.stalled.not());
+            self.rest = T::select(self.anew, zero, self.rest);
+            self.inverse = T::select(self.anew, derivative.recip(), self.inverse);
         }
-        let (previous, [slope_before, residual_before]) = (update, last);
-        let residual = if DIRECT && evaluations == 1 { -f.value } else { start - x - f.value };
-        update = residual * inverse;
-        last = [f.slope, residual];
-        x = T::select(open, residual.mul_add(inverse, x), x);
-        if evaluations == 1 {
-            continue;
-        }
-        let (size, largest) = (update.abs(), previous.abs());
-        let scale = T::from_f64(T::EPSILON) * (start.abs() + f.rough).mul_add(inverse.abs(), x.abs());
+        let residual = if DIRECT && evaluations == 1 { -f.value } else { start - self.x - f.value };
+        let update = residual * self.inverse;
+        self.correction = Correction { previous: self.correction.update, update, rest: before, missing };
+        self.x = T::select(open, residual.mul_add(self.inverse, self.x), self.x);
+        (self.slopes, self.residuals) = ([self.slopes[1], f.slope], [self.residuals[1], residual]);
+        (self.rough, self.blur) = (f.rough, f.blur);
+    }
+
+    /// Which lanes are done, and which have stalled?
+    #[inline(always)]
+    fn judge(&mut self, start: T) {
+        let (zero, one) = (T::zero(), T::one());
+        let open = self.done.or(self.stalled).not();
+        let Correction { previous, update, .. } = self.correction;
+        let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
+        let scale = T::from_f64(T::EPSILON) * (start.abs() + self.rough).mul_add(steep, self.x.abs());
         // What has decayed to where a share of it is no number is rounded by the smallest there are.
         let scale = scale + T::from_f64(f64::MIN_POSITIVE);
-        let (next, square) = Correction { previous, update, rest: before, missing }.next();
+        let (next, square) = self.correction.next();
         // Done where the next correction would be lost in rounding.
         let lost = open.and(next.lt(scale * square));
-        done = done.or(lost);
-        let unsure = open.and(anew.or(lost.not()));
-        if unsure.any() {
-            cold_path();
-            let ends = [one + slope_before, one + f.slope];
-            let noise = T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * scale;
-            let bent = unsure.and(rises(ends, residual_before - residual, previous, noise).not());
-            (stalled, done) = (stalled.or(bent), done.and(bent.not()));
+        self.done = self.done.or(lost);
+        let unsure = open.and(self.anew.or(lost.not()));
+        if !unsure.any() {
+            return;
         }
-        if !done.or(stalled).all() {
-            // Corrections that shrink, however slowly, are none of noise; those of noise grow now and then.
-            let noise = (T::from_f64(T::EPSILON) * f.blur).mul_add(inverse.abs(), scale);
-            let small = open.and(size.le(T::from_f64(ROUNDINGS) * noise));
-            grown = T::select(small.and(largest.le(size)), grown + one, grown);
-            done = done.or(small.and(stalled.not()).and(size.le(zero).or(one.lt(grown))));
-            if !done.or(stalled).all() {
-                continue;
-            }
-        }
-        return Outcome { x, stalled, update, evaluations };
+        cold_path();
+        let noise = T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * scale;
+        let ([a, b], [above, below]) = (self.slopes.map(|slope| one + slope), self.residuals);
+        let bent = unsure.and(rises([a, b], above - below, previous, noise).not());
+        (self.stalled, self.done) = (self.stalled.or(bent), self.done.and(bent.not()));
+        // Corrections that shrink, however slowly, are none of noise; those of noise grow now and then.
+        let noise = (T::from_f64(T::EPSILON) * self.blur).mul_add(steep, scale);
+        let open = self.done.or(self.stalled).not();
+        let small = open.and(size.le(T::from_f64(ROUNDINGS) * noise));
+        self.grown = T::select(small.and(largest.le(size)), self.grown + one, self.grown);
+        self.done = self.done.or(small.and(size.le(zero).or(one.lt(self.grown))));
     }
-    Outcome { x, stalled: done.not(), update, evaluations: LIMIT }
 }
 
 /// Does x + F rise all along an edge, as far as its slopes a and b at the ends and its rise tell? Its slope is about the parabola
