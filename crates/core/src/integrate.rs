@@ -31,7 +31,7 @@ where
 }
 
 /// [`integrate`] in a workspace that is there already: one made for the method and the system and not stepped with, or any one where
-/// the method says that these are as good ([`Method::reusable`]).
+/// the method says that these are as good ([`Method::is_memoryless`]).
 ///
 /// # Errors
 /// Those of [`integrate`].
@@ -80,6 +80,9 @@ where
         return Ok(effort);
     }
     let mut done = 0;
+    let mut before = state.clone();
+    // What a step takes once it changes nothing.
+    let mut idle = None;
     while done < grid.steps {
         let settled = grid.steps.min(done + BURST);
         // The state moves to a place of its own, whose address no one else has: small ones live in registers.
@@ -87,7 +90,12 @@ where
         let mut outcome = Ok(ControlFlow::Continue(()));
         while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
             let count = observer.next(done).min(settled).saturating_sub(done).max(1);
-            match method.steps(system, grid.h, count, &mut current, workspace) {
+            let taken = match idle {
+                // Nor do those that follow, to the bit.
+                Some(each) => Ok(Effort::times(each, count)),
+                None => method.steps(system, grid.h, count, &mut current, workspace),
+            };
+            match taken {
                 Ok(spent) => {
                     effort += spent;
                     done += count;
@@ -106,6 +114,24 @@ where
         if outcome?.is_break() {
             break;
         }
+        if idle.is_none() && done < grid.steps && method.is_memoryless() && state.stands_where(&before) {
+            idle = left_alone(method, system, grid.h, state);
+        }
+        before.copy(state);
     }
     Ok(effort)
+}
+
+/// What a step takes that changes nothing, if this is one. Its workspace is its own: that of the loop stays in registers.
+#[cold]
+#[inline(never)]
+fn left_alone<V, S, M>(method: &M, system: &S, h: V::Scalar, state: &State<V>) -> Option<Effort>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let (mut next, mut workspace) = (state.clone(), method.workspace(system).ok()?);
+    let spent = method.steps(system, h, 1, &mut next, &mut workspace).ok()?;
+    next.stands_where(state).then_some(spent)
 }

@@ -14,13 +14,6 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// [`InputError::Unsupported`] where the method does not apply to this system.
     fn workspace(&self, system: &S) -> Result<Self::Workspace, InputError>;
 
-    /// Is a workspace that steps have been taken with as good as a new one, to the bit? What is in it is a table then, not a memory, and
-    /// runs may hand it on.
-    #[inline(always)]
-    fn reusable(&self) -> bool {
-        false
-    }
-
     /// Takes (q, p, w) one step `h` further. The time in `state` is the caller's to set.
     ///
     /// # Errors
@@ -32,6 +25,13 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         state: &mut State<V>,
         workspace: &mut Self::Workspace,
     ) -> Result<Effort, StepFailure>;
+
+    /// Does a step depend on nothing but the state, whatever others have left in the workspace: is that scratch space, or a table? One that
+    /// changes nothing is then followed by none that does, and runs do not take them; and a workspace is as good as new for another run.
+    #[inline(always)]
+    fn is_memoryless(&self) -> bool {
+        false
+    }
 
     /// Takes `count` steps at which no one looks, the same to the bit as one after the other. A method that gains by it may
     /// take several at a time.
@@ -65,6 +65,11 @@ pub struct Effort {
 }
 
 impl Effort {
+    /// That of as many steps.
+    pub(crate) fn times(self, steps: u64) -> Self {
+        Self { evaluations: self.evaluations * steps, iterations: self.iterations * steps }
+    }
+
     /// What `n` degrees of freedom took one at a time, as what each of them took, rounded up.
     #[inline(always)]
     pub fn shared_by(self, n: usize) -> Self {

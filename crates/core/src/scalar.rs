@@ -26,6 +26,8 @@ pub trait Mask: Copy {
     fn and(self, other: Self) -> Self;
     /// True where at least one is.
     fn or(self, other: Self) -> Self;
+    /// True where it is not.
+    fn not(self) -> Self;
 }
 
 impl Mask for bool {
@@ -44,6 +46,10 @@ impl Mask for bool {
     #[inline(always)]
     fn or(self, other: Self) -> Self {
         self | other
+    }
+    #[inline(always)]
+    fn not(self) -> Self {
+        !self
     }
 }
 

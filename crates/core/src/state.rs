@@ -86,6 +86,12 @@ impl<V: Vector> State<V> {
         self.t = other.t;
     }
 
+    /// Is it the same at another time?
+    pub(crate) fn stands_where(&self, other: &Self) -> bool {
+        let parts = [(&self.q, &other.q), (&self.p, &other.p), (&self.w, &other.w)];
+        parts.into_iter().all(|(part, other)| part.as_slice() == other.as_slice())
+    }
+
     /// A state to be replaced; costs nothing to make.
     pub(crate) fn vacant() -> Self {
         Self { q: V::zeros(0), p: V::zeros(0), w: V::zeros(0), t: V::Scalar::zero() }

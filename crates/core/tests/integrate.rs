@@ -39,6 +39,10 @@ impl Method<[f64; 1], Free> for Drift {
         Ok(())
     }
 
+    fn is_memoryless(&self) -> bool {
+        true
+    }
+
     fn step(&self, _: &Free, h: f64, state: &mut State<[f64; 1]>, _: &mut ()) -> Result<Effort, StepFailure> {
         let q = h.mul_add(state.p[0], state.q[0]);
         if q > self.wall {
@@ -61,6 +65,10 @@ impl Method<[f64; 1], Free> for Asked {
 
     fn workspace(&self, system: &Free) -> Result<(), InputError> {
         self.drift.workspace(system)
+    }
+
+    fn is_memoryless(&self) -> bool {
+        true
     }
 
     fn step(&self, _: &Free, _: f64, _: &mut State<[f64; 1]>, _: &mut ()) -> Result<Effort, StepFailure> {
@@ -146,6 +154,60 @@ fn what_has_come_to_rest_does_so_at_the_same_step() {
     }
     let (_, state, _) = run(1e-300, 1500, f64::MAX, &mut ());
     assert_eq!((state.p, state.w), ([0.0], [1024.0]));
+}
+
+/// Steps that change nothing are not taken, and no one sees that but by the time it takes.
+#[test]
+fn what_does_not_move_is_left_alone() {
+    let steps = 10_000;
+    let (outcome, state, counts) = run(0.0, steps, f64::MAX, &mut ());
+    assert_eq!(counts, [1024, 1]);
+    assert_eq!(outcome, Ok(Effort { evaluations: steps, iterations: 0 }));
+    assert_eq!(state, State { t: (steps as f64).mul_add(H, 0.7), ..start(0.0) });
+    for stride in [1, 3, 1024, 3000] {
+        let mut seen = Seen::new();
+        let found = run(0.0, steps, f64::MAX, &mut Every::new(stride, record(&mut seen)));
+        assert_eq!((found.0, found.1), (outcome.clone(), state.clone()), "{stride}");
+        let expected = (0..=steps).filter(|step| step % stride == 0);
+        assert!(
+            expected.map(|n| (n, State { t: (n as f64).mul_add(H, 0.7), ..start(0.0) })).eq(seen),
+            "{stride}"
+        );
+    }
+    let stop = |step, _: &State<[f64; 1]>| {
+        if step == 5000 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    assert_eq!(run(0.0, steps, f64::MAX, &mut { stop }).1.t, 5000_f64.mul_add(H, 0.7));
+}
+
+/// w grows once in 3000 steps, which are counted in the workspace.
+struct Clock;
+
+impl Method<[f64; 1], Free> for Clock {
+    type Workspace = u64;
+
+    fn workspace(&self, _system: &Free) -> Result<u64, InputError> {
+        Ok(0)
+    }
+
+    fn step(
+        &self,
+        _: &Free,
+        _: f64,
+        state: &mut State<[f64; 1]>,
+        n: &mut u64,
+    ) -> Result<Effort, StepFailure> {
+        *n += 1;
+        state.w[0] += f64::from(n.is_multiple_of(3000));
+        Ok(Effort::default())
+    }
+}
+
+#[test]
+fn a_method_with_memory_takes_every_step() {
+    let mut state = start(0.0);
+    integrate(&Clock, &Free, Grid::of(H, 10_000).unwrap(), &mut state, &mut ()).unwrap();
+    assert_eq!(state.w, [3.0]);
 }
 
 #[test]

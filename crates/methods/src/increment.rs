@@ -86,6 +86,11 @@ where
         Ok(Workspace { before: Before::new(n), order, means })
     }
 
+    #[inline(always)]
+    fn is_memoryless(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn step(
         &self,

@@ -97,7 +97,7 @@ where
         Ok(workspace)
     }
 
-    fn reusable(&self) -> bool {
+    fn is_memoryless(&self) -> bool {
         true
     }
 

@@ -179,8 +179,7 @@ where
 
 /// Binds a method to eight separable systems side by side, each of which it moves as it would alone, to the bit, as far as functions
 /// are that of the scalar; none where it runs one at a time: an implicit step in all degrees of freedom at once has its pivots, and its
-/// number of iterations, to itself. A step that fails in one of them changes none, and so does one that takes more than Newton's direct
-/// iteration in one of them ([`Newton`]): it is then to be taken one at a time.
+/// number of iterations, to itself. A step that fails in one of them changes none: it is then to be taken one at a time.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where the method needs more.

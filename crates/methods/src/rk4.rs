@@ -9,6 +9,7 @@
 //! whatever H does. Diverges beyond |hλ| ≈ 2.8.
 
 use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+use std::hint::cold_path;
 
 /// The paper's eRK4.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,6 +53,11 @@ where
     }
 
     #[inline(always)]
+    fn is_memoryless(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn step(
         &self,
         system: &S,
@@ -59,53 +65,83 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let n = state.dof();
-        let zero = V::Scalar::zero();
-        let dissipative = !system.damping().zero;
-        let Workspace { q, p, hq, hp, d, dq, dp, dw } = workspace;
-        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
-        let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
-        let (dq, dp, dw) = (dq.as_mut_slice(), dp.as_mut_slice(), dw.as_mut_slice());
-        let (q0, p0, w0) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
-
-        for j in 0..n {
-            (q[j], p[j]) = (q0[j], p0[j]);
-            (dq[j], dp[j], dw[j]) = (zero, zero, zero);
+        // Asked once, not at every stage.
+        if system.damping().zero {
+            advance::<V, S, false>(system, h, state, workspace)
+        } else {
+            advance::<V, S, true>(system, h, state, workspace)
         }
-        for (ahead, weight) in STAGES {
-            let ahead = h * V::Scalar::from_f64(ahead);
-            let weight = h * (V::Scalar::from_f64(weight) / V::Scalar::from_f64(6.0));
-            system.gradient(q, p, hq, hp);
-            if dissipative {
-                system.dissipation(q, p, hp, d);
-            }
-            for j in 0..n {
-                dq[j] = weight.mul_add(hp[j], dq[j]);
-                dp[j] = weight.mul_add(hq[j], dp[j]);
-                q[j] = ahead.mul_add(hp[j], q0[j]);
-                p[j] = (-ahead).mul_add(hq[j], p0[j]);
-                if dissipative {
-                    // After ∂H/∂q, which is known earlier: q lags a stage behind p.
-                    dp[j] = weight.mul_add(d[j], dp[j]);
-                    p[j] = (-ahead).mul_add(d[j], p[j]);
-                    dw[j] = weight.mul_add(d[j] * hp[j], dw[j]);
-                }
-            }
-        }
-        let mut finite = zero.is_finite();
-        for j in 0..n {
-            (q[j], p[j], dw[j]) = (q0[j] + dq[j], p0[j] - dp[j], w0[j] + dw[j]);
-            finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
-        }
-        if !finite.all() {
-            let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*dw)];
-            return Err(StepFailure::non_finite(&parts));
-        }
-        q0.copy_from_slice(q);
-        p0.copy_from_slice(p);
-        if dissipative {
-            w0.copy_from_slice(dw);
-        }
-        Ok(Effort { evaluations: 4, iterations: 0 })
     }
+}
+
+/// The step of a system that is DISSIPATIVE or not.
+#[inline(always)]
+fn advance<V, S, const DISSIPATIVE: bool>(
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    workspace: &mut Workspace<V>,
+) -> Result<Effort, StepFailure>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    let n = state.dof();
+    let zero = V::Scalar::zero();
+    let Workspace { q, p, hq, hp, d, dq, dp, dw } = workspace;
+    let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
+    let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
+    let (dq, dp, dw) = (dq.as_mut_slice(), dp.as_mut_slice(), dw.as_mut_slice());
+    let (q0, p0, w0) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+
+    for j in 0..n {
+        (q[j], p[j]) = (q0[j], p0[j]);
+        (dq[j], dp[j], dw[j]) = (zero, zero, zero);
+    }
+    for (ahead, weight) in STAGES {
+        let ahead = h * V::Scalar::from_f64(ahead);
+        let weight = h * (V::Scalar::from_f64(weight) / V::Scalar::from_f64(6.0));
+        system.gradient(q, p, hq, hp);
+        if DISSIPATIVE {
+            system.dissipation(q, p, hp, d);
+        }
+        for j in 0..n {
+            dq[j] = weight.mul_add(hp[j], dq[j]);
+            dp[j] = weight.mul_add(hq[j], dp[j]);
+            q[j] = ahead.mul_add(hp[j], q0[j]);
+            p[j] = (-ahead).mul_add(hq[j], p0[j]);
+            if DISSIPATIVE {
+                // After ∂H/∂q, which is known earlier: q lags a stage behind p.
+                dp[j] = weight.mul_add(d[j], dp[j]);
+                p[j] = (-ahead).mul_add(d[j], p[j]);
+                dw[j] = weight.mul_add(d[j] * hp[j], dw[j]);
+            }
+        }
+    }
+    let mut finite = zero.is_finite();
+    for j in 0..n {
+        (q[j], p[j], dw[j]) = (q0[j] + dq[j], p0[j] - dp[j], w0[j] + dw[j]);
+        finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
+    }
+    if !finite.all() {
+        return Err(failure::<V>([q, p, dw]));
+    }
+    q0.copy_from_slice(q);
+    p0.copy_from_slice(p);
+    if DISSIPATIVE {
+        w0.copy_from_slice(dw);
+    }
+    Ok(Effort { evaluations: 4, iterations: 0 })
+}
+
+/// Which of q, p and w is not finite, told by copies: the address of the workspace stays with the loop, and the workspace in registers.
+#[inline(always)]
+fn failure<V: Vector>(parts: [&[V::Scalar]; 3]) -> StepFailure {
+    cold_path();
+    let [q, p, w] = parts.map(|part| V::filled(part, |x| x));
+    StepFailure::non_finite(&[
+        (Quantity::Coordinate, q.as_slice()),
+        (Quantity::Momentum, p.as_slice()),
+        (Quantity::Reservoir, w.as_slice()),
+    ])
 }

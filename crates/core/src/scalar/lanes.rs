@@ -23,6 +23,10 @@ impl Mask for f64x8 {
     fn or(self, other: Self) -> Self {
         self | other
     }
+    #[inline(always)]
+    fn not(self) -> Self {
+        !self
+    }
 }
 
 impl Scalar for f64x8 {

@@ -91,6 +91,10 @@ where
         let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE)).max(1);
         Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads], most })
     }
+    #[inline(always)]
+    fn is_memoryless(&self) -> bool {
+        true
+    }
 
     fn step(
         &self,

@@ -28,6 +28,11 @@ where
     }
 
     #[inline(always)]
+    fn is_memoryless(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn step(
         &self,
         system: &S,

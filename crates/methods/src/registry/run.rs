@@ -87,7 +87,7 @@ struct Bound<V, M, S, W> {
     system: S,
     /// Never stepped with.
     workspace: W,
-    /// The one of the last run, where the method reuses it.
+    /// The one of the last run, where a method without a memory leaves it as good as new.
     spare: Mutex<Option<W>>,
     storage: PhantomData<fn() -> V>,
 }
@@ -102,7 +102,7 @@ where
     /// Does something in a workspace as good as new. Runs side by side do not wait for each other: one of them has the spare.
     #[inline(always)]
     fn within<R>(&self, run: impl FnOnce(&mut M::Workspace) -> R) -> R {
-        let spare = || if self.method.reusable() { self.spare.try_lock().ok() } else { None };
+        let spare = || if self.method.is_memoryless() { self.spare.try_lock().ok() } else { None };
         let kept = spare().and_then(|mut spare| spare.take());
         let mut workspace = kept.unwrap_or_else(|| self.workspace.clone());
         let done = run(&mut workspace);

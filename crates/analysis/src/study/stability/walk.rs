@@ -9,8 +9,22 @@ use afterbay_core::{System, View};
 struct Node<T> {
     /// q and p.
     point: [Vec<T>; 2],
-    /// q' and p'.
+    /// q' and, once it is asked for, p'; ∂H/∂q before.
     slopes: [Vec<T>; 2],
+    asked: bool,
+}
+
+impl<T: Side> Node<T> {
+    /// Finds p' = -∂H/∂q - D where that has not been done. `d` is room.
+    fn ask(&mut self, system: &dyn System<T>, d: &mut [T]) {
+        if self.asked {
+            return;
+        }
+        let Self { point: [q, p], slopes: [dq, dp], .. } = self;
+        system.dissipation(q, p, dq, d);
+        dp.iter_mut().zip(d).for_each(|(dp, d)| *dp = -(*dp + *d));
+        self.asked = true;
+    }
 }
 
 /// The last two points of the solution, and what has been seen for each step.
@@ -40,7 +54,7 @@ pub(super) struct Sums<T> {
 impl<'a, T: Side> Walk<'a, T> {
     pub(super) fn new(system: &'a dyn System<T>, dof: usize, steps: usize) -> Self {
         let zeros = || vec![T::zero(); dof];
-        let node = || Node { point: [zeros(), zeros()], slopes: [zeros(), zeros()] };
+        let node = || Node { point: [zeros(), zeros()], slopes: [zeros(), zeros()], asked: false };
         Self {
             system,
             before: node(),
@@ -55,13 +69,11 @@ impl<'a, T: Side> Walk<'a, T> {
     /// Takes in the next point.
     pub(super) fn arrive(&mut self, state: View<'_, T>) {
         std::mem::swap(&mut self.before, &mut self.now);
-        let Node { point: [q, p], slopes: [dq, dp] } = &mut self.now;
+        let Node { point: [q, p], slopes: [dq, hq], asked } = &mut self.now;
         q.copy_from_slice(state.q);
         p.copy_from_slice(state.p);
-        let [hq, d, _] = &mut self.room;
         self.system.gradient(q, p, hq, dq);
-        self.system.dissipation(q, p, dq, d);
-        dp.iter_mut().zip(hq.iter().zip(d)).for_each(|(dp, (&hq, &mut d))| *dp = -(hq + d));
+        *asked = false;
         let sizes = [kinetic(p, dq), q.iter().fold(T::zero(), |sum, &q| q.mul_add(q, sum))];
         for (largest, size) in self.largest.iter_mut().zip(sizes) {
             *largest = T::select(largest.lt(size), size, *largest);
@@ -73,7 +85,10 @@ impl<'a, T: Side> Walk<'a, T> {
         let v = 1.0 - u;
         let of_points = [v * v * (1.0 + 2.0 * u), u * u * (1.0 + 2.0 * v)].map(T::from_f64);
         let of_slopes = [u * v * v, -u * u * v].map(|x| T::from_f64(x * length));
-        let (Self { before, now, between, .. }, mut part) = (&mut *self, 0);
+        let Self { system, before, now, between, room, .. } = &mut *self;
+        before.ask(*system, &mut room[1]);
+        now.ask(*system, &mut room[1]);
+        let mut part = 0;
         for between in between.iter_mut() {
             for (j, between) in between.iter_mut().enumerate() {
                 let points = of_points[0] * before.point[part][j] + of_points[1] * now.point[part][j];

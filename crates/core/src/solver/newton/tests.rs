@@ -1,6 +1,7 @@
 //! Newton's iteration on equations whose solutions are known.
 
 use super::*;
+use crate::f64x8;
 use qd::Quad;
 
 /// x + s (a x + b x³) = start
@@ -43,11 +44,14 @@ fn two_evaluations_give_what_more_care_gives() {
             Sample { value: f.value + s * force, rough: s * force.abs(), ..f }
         };
         let Some(quick) = Newton::ordinary(start, &mut equation) else { continue };
-        let (_, samples) = twice::<f64, _, true>(1.0, start, start, &mut equation);
-        let careful = carefully::<f64, _, true>(1.0, start, samples, &mut equation).ok().unwrap();
+        let first = equation(1.0, start);
+        let twice = twice::<f64, true>(1.0, start, start, first, &mut equation);
+        let middle = twice.second.unwrap().0;
+        let careful = carefully::<f64, _, true>(1.0, start, Twice { done: false, ..twice }, &mut equation);
+        assert!(!careful.stalled);
         assert_eq!((quick.x.to_bits(), 2), (careful.x.to_bits(), careful.evaluations), "{a} {b} {x} {start}");
         taken += 1;
-        felt += u32::from((quick.x - samples[1].0).abs() > 0.01 * quick.x.abs());
+        felt += u32::from((quick.x - middle).abs() > 0.01 * quick.x.abs());
     }
     println!("{taken} in two evaluations, the second correction felt in {felt}");
     assert!(taken > 2000 && felt > 200, "{taken} {felt}");
@@ -206,13 +210,63 @@ fn a_fork_is_a_failure() {
     assert!(matches!(failure, StepFailure::NewtonStalled { .. }), "{failure}");
 }
 
+/// Eight equations of the double well, with the lane as the last number.
+fn double_wells(h: [f64; 8], q: [f64; 8]) -> impl FnMut(f64x8, f64x8) -> Sample<f64x8> {
+    move |s, v| {
+        let (s, v) = (s.to_array(), v.to_array());
+        let f: [Sample<f64>; 8] = std::array::from_fn(|k| double_well(h[k], q[k])(s[k], v[k]));
+        let each = |of: fn(&Sample<f64>) -> f64| f64x8::new(f.each_ref().map(of));
+        Sample {
+            value: each(|f| f.value),
+            slope: each(|f| f.slope),
+            rough: each(|f| f.rough),
+            blur: each(|f| f.blur),
+        }
+    }
+}
+
 #[test]
-fn side_by_side_none_is_followed() {
-    use crate::f64x8;
-    let steep = |s: f64x8, x: f64x8| {
-        let stiffness = f64x8::new([1e-3, 1e-3, 5.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]);
-        Sample { value: s * stiffness * x, slope: s * stiffness, rough: x, blur: x }
+fn side_by_side_each_has_what_it_has_alone() {
+    let (mut seed, mut followed, mut failed) = (7_u64, 0, 0);
+    for _ in 0..4000 {
+        let mut eight = |low: f64, high: f64| [(); 8].map(|()| random(&mut seed, low, high));
+        let (mut q, mut p, h) =
+            (eight(-2.0, 2.0), eight(-2.0, 2.0), eight(-2.0, 0.3).map(|x| 10_f64.powf(x)));
+        // One is at rest, one almost.
+        (q[0], p[0], q[1], p[1]) = (0.0, 0.0, 1.0 + 1e-16 * q[1], 1e-200 * p[1]);
+        let alone: [_; 8] = std::array::from_fn(|k| Newton.solve(0, p[k], double_well(h[k], q[k])));
+        let direct = |k: usize| Newton::direct(p[k], double_well(h[k], q[k])).is_some();
+        match Newton.solve(0, f64x8::new(p), double_wells(h, q)) {
+            Ok(root) => {
+                for (x, alone) in root.x.to_array().iter().zip(&alone) {
+                    let alone = alone.as_ref().unwrap();
+                    assert_eq!(x.to_bits(), alone.x.to_bits(), "{q:?} {p:?} {h:?}");
+                    assert!(root.evaluations >= alone.evaluations);
+                }
+                followed += u32::from(!(0..8).all(direct));
+            }
+            Err(_) => {
+                assert!(alone.iter().any(Result::is_err), "{q:?} {p:?} {h:?}");
+                failed += 1;
+            }
+        }
+    }
+    println!("{followed} followed, {failed} failed");
+    assert!(followed > 1000 && failed > 10, "{followed} {failed}");
+}
+
+#[test]
+fn side_by_side_all_fail_where_one_is_lost() {
+    let folded = |s: f64x8, x: f64x8| {
+        let fold = f64x8::new([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let [two, four, six] = [2.0, 4.0, 6.0].map(f64x8::splat);
+        Sample {
+            value: s * fold * (x * x - four * x + six),
+            slope: s * fold * (two * x - four),
+            rough: x,
+            blur: x,
+        }
     };
-    let failure = Newton.solve(0, f64x8::splat(1.0), steep).unwrap_err();
+    let failure = Newton.solve(0, f64x8::splat(0.0), folded).unwrap_err();
     assert!(matches!(failure, StepFailure::NewtonStalled { .. }), "{failure}");
 }
