@@ -222,7 +222,7 @@ fn custom(potential: &str, dissipation: &str) -> Model {
 }
 
 /// B(2/3, 1/2)
-const BETA: f64 = 2.587_109_559_229_790_8;
+const BETA: f64 = 2.587_109_559_229_791;
 
 /// The periods from (1, 0): 4 for V = 2 |q|, which does not look like it, and 4 ∫_0^1 dq/√(2 - 2 q^1.5) for V = |q|^1.5.
 #[test]

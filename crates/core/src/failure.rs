@@ -218,8 +218,9 @@ pub enum StepFailure {
     /// The simple iteration moves away from the solution.
     #[error(
         "the fixed-point iteration of degree of freedom {} does not contract (updates change by the factor \
-         {ratio:.3} after {iterations} iterations): take a smaller step or Newton's method",
-        dof + 1
+         {} after {iterations} iterations): take a smaller step or Newton's method",
+        dof + 1,
+        factor(*ratio)
     )]
     NotContracting {
         /// Which degree of freedom, from 0.
@@ -307,6 +308,11 @@ pub enum StepFailure {
     },
 }
 
+/// A factor in words: one of many digits says no more than how large it is.
+fn factor(x: f64) -> String {
+    if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
+}
+
 impl StepFailure {
     /// The first entry that is not finite among the parts of a state that was about to be taken.
     #[cold]
@@ -342,4 +348,17 @@ pub enum IntegrateError {
     /// A step failed.
     #[error(transparent)]
     Run(#[from] RunError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_are_short() {
+        let says = |ratio| StepFailure::NotContracting { dof: 0, iterations: 3, ratio }.to_string();
+        for (ratio, factor) in [(1.5, " 1.500 "), (1.25e300, " 1.25e300 "), (f64::NAN, " NaN ")] {
+            assert!(says(ratio).contains(factor), "{}", says(ratio));
+        }
+    }
 }

@@ -157,7 +157,7 @@ where
         while (t - origin).to_f64().abs() > clear {
             let brief = 1e-12 * t.to_f64().abs();
             short = if clear > brief { 0 } else { short + 1 };
-            let leap = 64.0 * V::Scalar::EPSILON * t.to_f64().abs() * 2f64.powi((short / TWICE) as i32);
+            let leap = 4.0 * V::Scalar::EPSILON * t.to_f64().abs() * 2f64.powi((short / TWICE) as i32);
             let stride = clear.max(leap).copysign(h.to_f64());
             let mut state = expansion.at(V::Scalar::from_f64(stride));
             if state.check(dof).is_err() || expansion.reach <= brief || short > SHORT {
@@ -297,7 +297,11 @@ mod tests {
                 let (q, p) = (Quad::from_f64(1.0) - (t * t).half(), -t * Quad::from_f64(h.signum()));
                 let side = Quad::from_f64(side);
                 let off = [state.q[0] - side * q, state.p[0] - side * p].map(|x| x.to_f64().abs());
-                assert!(off.iter().all(|&x| x < 1e-28), "{h} {i}: {off:?}");
+                // At each kink the force, which jumps by 2, is that before it for up to two leaps.
+                let elapsed = i as f64 * 0.75;
+                let leap = 4.0 * <Quad as Scalar>::EPSILON * (0.75 + elapsed);
+                let allowed = (1.0 + half) * 2.0 * 2.0 * leap * (1.0 + elapsed);
+                assert!(off.iter().all(|&x| x < allowed), "{h} {i}: {off:?} {allowed:e}");
             }
         }
     }

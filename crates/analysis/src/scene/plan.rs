@@ -19,6 +19,8 @@ const KEPT: u64 = 10_000;
 /// The most values of a spread, and the most cells of a map.
 const MOST_VALUES: u64 = 100_000;
 const MOST_CELLS: f64 = 1e6;
+/// The most tolerances: each is a run of an unknown number of steps.
+const MOST_TOLERANCES: f64 = 1000.0;
 
 /// Trajectories.
 #[derive(Clone, Debug)]
@@ -217,11 +219,10 @@ impl Planner<'_> {
         if let Some(table) = &tables.work_precision {
             let path = "study.work-precision";
             let StepsPlan { methods, steps } = self.at_steps(path, table.methods.as_ref(), &table.steps)?;
-            let tolerances = table.tolerances.clone();
-            for (i, &tolerance) in tolerances.iter().enumerate() {
-                let check = Tolerance::all(tolerance).check::<f64>();
-                self.within(&format!("{path}.tolerances.{i}"), check)?;
-            }
+            let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
+            let size = (tolerances.len() as f64, MOST_TOLERANCES);
+            self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
+            self.list(&path, &tolerances, |tolerance| Tolerance::all(tolerance).check::<f64>())?;
             studies.work_precision = Some(WorkPrecisionPlan { methods, steps, tolerances });
         }
         if let Some(table) = &tables.long_run {
@@ -345,18 +346,24 @@ impl Planner<'_> {
         match spread {
             Spread::List(list) if list.is_empty() => self.refuse(path, SceneProblem::Empty { what: "step" }),
             Spread::List(list) => {
-                let mut seen = HashSet::new();
-                for (i, &h) in list.iter().enumerate() {
-                    self.within(&format!("{path}.{i}"), Grid::<f64>::of(h, 1).map(drop))?;
-                    if !seen.insert(h.to_bits()) {
-                        return self
-                            .refuse(&format!("{path}.{i}"), SceneProblem::Twice { name: h.to_string() });
-                    }
-                }
+                self.list(path, list, |h| Grid::<f64>::of(h, 1).map(drop))?;
                 Ok(list.clone())
             }
             Spread::Range(range) => self.range(path, (range.from, range.to), range.count, range.scale, 0.0),
         }
+    }
+
+    /// Every value is what it has to be, and there once.
+    fn list(&self, path: &str, list: &[f64], check: impl Fn(f64) -> Result<(), InputError>) -> Planned<()> {
+        let mut seen = HashSet::new();
+        for (i, &x) in list.iter().enumerate() {
+            let path = format!("{path}.{i}");
+            self.within(&path, check(x))?;
+            if !seen.insert(x.to_bits()) {
+                return self.refuse(&path, SceneProblem::Twice { name: x.to_string() });
+            }
+        }
+        Ok(())
     }
 
     /// `count` values from `from` to `to`, all of them above `above`.

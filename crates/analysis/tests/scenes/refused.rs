@@ -43,6 +43,23 @@ fn marks_before_a_text_line_ends_and_whole_numbers_do_not_matter() {
 }
 
 #[test]
+fn tolerances_have_a_budget() {
+    let [good, _] = bad::GOOD;
+    let with = |count: u32| {
+        let list: Vec<String> = (0..count).map(|i| format!("{:e}", 1e-6 * f64::from(1 + i))).collect();
+        Scene::read(
+            &good.replace("[\"leapfrog\"]", &format!("[\"leapfrog\"]\ntolerances = [{}]", list.join(", "))),
+        )
+    };
+    assert_eq!(with(1000).unwrap().studies.work_precision.unwrap().tolerances.len(), 1000);
+    let error = with(1001).unwrap_err();
+    assert!(
+        matches!(error.problem, SceneProblem::Budget { what: "the number of tolerances", .. }),
+        "{error:?}"
+    );
+}
+
+#[test]
 fn a_mark_before_a_text_does_not_count_in_its_places() {
     let error = Scene::read(text(b"\xef\xbb\xbf[sistem]\n").unwrap()).unwrap_err();
     assert_eq!(error.span, 1..7);

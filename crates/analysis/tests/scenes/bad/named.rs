@@ -225,6 +225,7 @@ pub(super) const CHANGES: &[Change] = &[
     ("every = 10\n", "tolerance = 1e-30\n", "tolerance = 1e-30", "must be finite and at least", ""),
     ("every = 10\n", "tolerances = [1e-6]\n", "tolerances", "there is no key tolerances", "mean tolerance"),
     ("[\"leapfrog\"]", "[\"leapfrog\"]\ntolerances = [1e-6, 0]", "0", "must be finite and at least", ""),
+    ("[\"leapfrog\"]", "[\"leapfrog\"]\ntolerances = [1e-6, 1e-6]", "1e-6", "is in the list already", ""),
     // Methods.
     ("\"rk4\"", "\"rk5\"", "\"rk5\"", "there is no method rk5", "mean rk4"),
     ("\"rk4\"", "\"adaptive-dop853\"", "\"adaptive-dop853\"", "takes a tolerance", "`tolerances`"),
