@@ -88,14 +88,12 @@ impl<'a, T: Side> Walk<'a, T> {
         let Self { system, before, now, between, room, .. } = &mut *self;
         before.ask(*system, &mut room[1]);
         now.ask(*system, &mut room[1]);
-        let mut part = 0;
-        for between in between.iter_mut() {
+        for (part, between) in between.iter_mut().enumerate() {
             for (j, between) in between.iter_mut().enumerate() {
                 let points = of_points[0] * before.point[part][j] + of_points[1] * now.point[part][j];
                 *between =
                     points + of_slopes[0] * before.slopes[part][j] + of_slopes[1] * now.slopes[part][j];
             }
-            part += 1;
         }
         let [q, p] = &self.between;
         let [hq, _, hp] = &mut self.room;
