@@ -166,7 +166,8 @@ impl<V: Vector> Workspace<V> {
         h: V::Scalar,
         state: &State<V>,
     ) -> Result<f64, StepFailure> {
-        let (scales, allowed) = (self.budget.scales(state), self.budget.allowed(h.to_f64().abs()));
+        let allowed = self.budget.allowed(h.to_f64().abs());
+        let scales = self.budget.scales(state, allowed);
         self.stages.advance::<Dop853, S>(system, h, state);
         self.finish(h, state);
         let error = self.error(h, scales) / allowed;

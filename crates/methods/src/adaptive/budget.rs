@@ -7,6 +7,8 @@ use std::array::from_fn;
 /// Calibrated, not derived: where steps err to one side and nothing fades, as on an oscillator without friction, the error at the
 /// end is then what was asked for, and over the test set nowhere above ten times that (`adaptive_accuracy` in the tests prints both).
 const SHARES: f64 = 5.0;
+/// Roundings of q, p and w that are allowed of any step.
+const ROUNDINGS: f64 = 4.0;
 /// Numbers looked at side by side.
 const LANES: usize = 8;
 
@@ -31,15 +33,17 @@ impl Budget {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// What is allowed of q, p and w at the end of the run.
+    /// What is allowed of q, p and w at the end of the run, of which this share is allowed of a step: no step is asked to err by less than
+    /// a few roundings of what it moves.
     #[inline]
-    pub(crate) fn scales<V: Vector>(&self, state: &State<V>) -> [f64; 3] {
+    pub(crate) fn scales<V: Vector>(&self, state: &State<V>, allowed: f64) -> [f64; 3] {
         let Tolerance { relative, absolute, w } = self.tolerance;
-        [
-            relative * largest(&state.q) + absolute,
-            relative * largest(&state.p) + absolute,
-            w.0 * largest(&state.w) + w.1,
-        ]
+        let rounding = ROUNDINGS * V::Scalar::EPSILON / allowed;
+        let scale = |part: &V, relative: f64, absolute: f64| {
+            let size = largest(part);
+            (relative * size + absolute).max(rounding * size)
+        };
+        [scale(&state.q, relative, absolute), scale(&state.p, relative, absolute), scale(&state.w, w.0, w.1)]
     }
 }
 

@@ -102,8 +102,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             self.start.look(system);
             self.start.energy = state.energy(system);
         }
-        let (before, scales, length) = (self.start.energy, self.budget.scales(state), h.to_f64().abs());
+        let (before, length) = (self.start.energy, h.to_f64().abs());
         let allowed = self.budget.allowed(length);
+        let scales = self.budget.scales(state, allowed);
         self.h = h;
         self.guess(h, state, false);
         let (n, order) = (state.dof(), 2 * K as u32);
@@ -141,7 +142,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         before: &State<V>,
         to: &mut State<V>,
     ) -> Result<Effort, StepFailure> {
-        let (scales, allowed) = (self.budget.scales(before), self.budget.allowed(h.to_f64().abs()));
+        let allowed = self.budget.allowed(h.to_f64().abs());
+        let scales = self.budget.scales(before, allowed);
         self.h = h;
         self.guess(h, before, true);
         let mut effort = Effort::default();

@@ -171,6 +171,23 @@ fn stiff_systems_hold_back_what_is_not_a_stable() {
     }
 }
 
+/// Forces near 1 that cancel, over a long time: no step is asked for less than roundings, or there would be no end of them.
+#[test]
+fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
+    let system = VanDerPol::new(1000.0).unwrap();
+    for row in &ADAPTIVE {
+        let mut state = State::new([2.0], [0.0]).unwrap();
+        let within = adaptive(row, system).unwrap();
+        let tolerance = Tolerance::all(1e-13);
+        let mut steps = 0;
+        let done = within.run(&tolerance, 2000.0, &mut state, &mut |step, state| {
+            steps = step;
+            if step < 20_000 && state.t < 20.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        assert!(done.is_ok() && state.t >= 20.0, "{}: {done:?}, {state:?} in {steps}", row.name);
+    }
+}
+
 #[test]
 fn what_cannot_be_done_is_refused() {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
