@@ -15,10 +15,10 @@ pub type Show<'a, T> = &'a mut dyn FnMut(u64, View<'_, T>) -> ControlFlow<()>;
 pub struct Run<T: Scalar>(Box<dyn Erased<T>>);
 
 impl<T: Scalar> Run<T> {
-    /// [`integrate`], with every `stride`-th state shown.
+    /// [`integrate`](afterbay_core::integrate), with every `stride`-th state shown.
     ///
     /// # Errors
-    /// Those of [`integrate`].
+    /// Those of [`integrate`](afterbay_core::integrate).
     pub fn run<V: Vector<Scalar = T>>(
         &self,
         grid: Grid<T>,
