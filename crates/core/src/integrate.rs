@@ -27,7 +27,7 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
-    follow(method, system, grid, state, &mut method.workspace(system)?, observer)
+    integrate_in(method, system, grid, state, &mut method.workspace(system)?, observer)
 }
 
 /// [`integrate`] in a workspace that is there already: one made for the method and the system and not stepped with, or any one where
@@ -35,7 +35,7 @@ where
 ///
 /// # Errors
 /// Those of [`integrate`].
-#[inline]
+#[inline(always)]
 pub fn integrate_in<V, S, M, O>(
     method: &M,
     system: &S,
@@ -51,24 +51,6 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
-    follow(method, system, grid, state, workspace, observer)
-}
-
-#[inline(always)]
-fn follow<V, S, M, O>(
-    method: &M,
-    system: &S,
-    grid: Grid<V::Scalar>,
-    state: &mut State<V>,
-    workspace: &mut M::Workspace,
-    observer: &mut O,
-) -> Result<Effort, IntegrateError>
-where
-    V: Vector,
-    S: System<V::Scalar> + ?Sized,
-    M: Method<V, S> + ?Sized,
-    O: Observer<V> + ?Sized,
-{
     let mut effort = Effort::default();
     let start = state.t;
     let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);

@@ -122,14 +122,13 @@ impl<T: Scalar> Twice<T> {
     #[inline(always)]
     fn once(x: T, done: T::Mask, first: Sample<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());
-        let correction = Correction { previous: zero, update: zero, rest: zero, missing: zero };
         Self {
             end: x,
             done,
             gentle: one.lt(zero),
             inverse: one,
             residuals: [zero; 2],
-            correction,
+            correction: Correction::none(),
             first: (x, first),
             second: None,
         }
@@ -200,6 +199,12 @@ struct Correction<T> {
 }
 
 impl<T: Scalar> Correction<T> {
+    #[inline(always)]
+    fn none() -> Self {
+        let zero = T::zero();
+        Self { previous: zero, update: zero, rest: zero, missing: zero }
+    }
+
     /// What the next correction is at most, times the square of the previous one; and that square.
     ///
     /// An error e becomes e (r + c + d): r the rest the inverse misses, c what the slope changes over e/2, d what a
@@ -288,7 +293,7 @@ impl<T: Scalar> Course<T> {
             stalled: none,
             inverse: one,
             anew: none,
-            correction: Correction { previous: zero, update: zero, rest: zero, missing: zero },
+            correction: Correction::none(),
             rest: zero,
             slopes: [zero; 2],
             residuals: [zero; 2],

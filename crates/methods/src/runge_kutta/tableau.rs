@@ -258,4 +258,29 @@ mod tests {
             assert!(trees[order].iter().any(|tree| missed(tree) > 1e10));
         }
     }
+
+    /// |R(z)| for z = r e^{iφ}, R(z) = 1 + Σ_k z^{k+1} bᵀ Aᵏ 1.
+    fn amplification(r: f64, angle: f64) -> f64 {
+        let mut column = vec![1.0; Dop853::ROWS.len()];
+        let (mut sum, mut power) = ([1.0, 0.0], 1.0);
+        for k in 1..=Dop853::ROWS.len() {
+            power *= r;
+            let term = power * Dop853::WEIGHTS.iter().map(|&(i, [b, _])| b * column[i]).sum::<f64>();
+            let (sin, cos) = (k as f64 * angle).sin_cos();
+            sum = [sum[0] + term * cos, sum[1] + term * sin];
+            let row = |row: &Terms| row.iter().map(|&(j, [a, _])| a * column[j]).sum();
+            column = Dop853::ROWS.iter().map(row).collect();
+        }
+        sum[0].hypot(sum[1])
+    }
+
+    #[test]
+    fn dop853_is_stable_in_the_half_disc_of_radius_5_96() {
+        let angles = (0..=90).map(|degrees| std::f64::consts::PI * (0.5 + f64::from(degrees) / 180.0));
+        for (angle, r) in angles.flat_map(|angle| (1..=596).map(move |i| (angle, 0.01 * f64::from(i)))) {
+            let found = amplification(r, angle);
+            assert!(found <= 1.0 + 1e-12, "|R| = {found} at |z| = {r}, angle {angle}");
+        }
+        assert!(amplification(5.98, std::f64::consts::FRAC_PI_2) > 1.01);
+    }
 }
