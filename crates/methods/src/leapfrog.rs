@@ -5,7 +5,7 @@
 //! w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
 //! ```
 //!
-//! Order 2, symmetric, explicit where D is linear in its momentum. Keeps K only up to O(h²). Passive where D is:
+//! Order 2, symmetric, explicit where D is linear in its momentum. The forces at q1 are those the next step begins with. Keeps K only up to O(h²). Passive where D is:
 //! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one momentum at a
 //! time, so D that couples them is refused.
 
@@ -19,9 +19,16 @@ use std::hint::cold_path;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leapfrog;
 
-/// The new state while it is being made.
+/// The new state while it is being made, and the forces where the last step ended: the next one begins there.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
+    /// The q of `force` and `rate`; not a number before the first step.
+    at: V,
+    /// ∂V/∂q
+    force: V,
+    /// γ_j, where D_j = γ_j p_j
+    rate: V,
+    velocity: V,
     p_half: V,
     drag: V,
     q: V,
@@ -44,7 +51,19 @@ where
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
         let zeros = || V::zeros(system.dof());
-        Ok(Workspace { p_half: zeros(), drag: zeros(), q: zeros(), p: zeros(), w: zeros() })
+        let mut at = zeros();
+        at.as_mut_slice().fill(V::Scalar::from_f64(f64::NAN));
+        Ok(Workspace {
+            at,
+            force: zeros(),
+            rate: zeros(),
+            velocity: zeros(),
+            p_half: zeros(),
+            drag: zeros(),
+            q: zeros(),
+            p: zeros(),
+            w: zeros(),
+        })
     }
 
     #[inline(always)]
@@ -63,21 +82,33 @@ where
         let n = state.dof();
         let damping = system.damping();
         let (half_h, one) = (h.half(), V::Scalar::one());
-        let mut effort = Effort { evaluations: 2, iterations: 0 };
-        let Workspace { p_half, drag, q: q1, p: p1, w: w1 } = workspace;
+        let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1 } = workspace;
+        let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
+        let (velocity, p_half, drag) = (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
         let (q1, p1, w1) = (q1.as_mut_slice(), p1.as_mut_slice(), w1.as_mut_slice());
-        let (p_half, drag) = (p_half.as_mut_slice(), drag.as_mut_slice());
         let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
+        let unit_mass = system.unit_mass();
+        let over_mass = |x: V::Scalar, j: usize| if unit_mass { x } else { x / system.mass(j) };
+        // Many forces are computed at once, and kept. A single one stays in a register, and costs less than to ask if it is known.
+        let single = V::LEN == Some(1);
+        let known = !single && at == q0;
+        let mut effort = Effort { evaluations: if known { 1 } else { 2 }, iterations: 0 };
 
+        if !single && !known {
+            at.copy_from_slice(q0);
+            system.gradient(q0, p0, force, velocity);
+            (0..n).for_each(|j| rate[j] = system.drag(q0, p0, j).by_p);
+        }
         for j in 0..n {
-            let kicked = (-half_h).mul_add(system.partial(q0, j, q0[j]), p0[j]);
-            let rate = h / system.mass(j);
+            let force = if single { system.partial(q0, j, q0[j]) } else { force[j] };
+            let kicked = (-half_h).mul_add(force, p0[j]);
+            let step = over_mass(h, j);
             if damping.linear {
-                let by_p = system.drag(q0, p0, j).by_p;
+                let by_p = if single { system.drag(q0, p0, j).by_p } else { rate[j] };
                 let keep = half_h.mul_add(by_p, one).recip();
                 p_half[j] = kicked * keep;
                 drag[j] = by_p * p_half[j];
-                q1[j] = (rate * keep).mul_add(kicked, q0[j]);
+                q1[j] = (step * keep).mul_add(kicked, q0[j]);
             } else {
                 let root = Newton.solve(j, kicked, |s, p| {
                     p_half[j] = p;
@@ -91,14 +122,19 @@ where
                 })?;
                 p_half[j] = root.x;
                 drag[j] = system.drag(q0, p_half, j).value;
-                q1[j] = rate.mul_add(p_half[j], q0[j]);
+                q1[j] = step.mul_add(p_half[j], q0[j]);
                 effort.iterations += u64::from(root.evaluations);
             }
         }
         let mut finite = V::Scalar::zero().is_finite();
+        if !single {
+            at.copy_from_slice(q1);
+            system.gradient(q1, p_half, force, velocity);
+        }
         for j in 0..n {
-            let force = system.partial(q1, j, q1[j]);
+            let force = if single { system.partial(q1, j, q1[j]) } else { force[j] };
             let drag1 = system.drag(q1, p_half, j);
+            rate[j] = drag1.by_p;
             let dragged = if damping.linear {
                 p_half[j] * (-half_h).mul_add(drag1.by_p, one)
             } else {
@@ -106,7 +142,7 @@ where
             };
             p1[j] = (-half_h).mul_add(force, dragged);
             if !damping.zero {
-                w1[j] = (half_h / system.mass(j) * (drag[j] + drag1.value)).mul_add(p_half[j], w0[j]);
+                w1[j] = (over_mass(half_h, j) * (drag[j] + drag1.value)).mul_add(p_half[j], w0[j]);
                 finite = finite.and(w1[j].is_finite());
             }
             finite = finite.and(p1[j].is_finite()).and(q1[j].is_finite());

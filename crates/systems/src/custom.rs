@@ -15,12 +15,16 @@
 //! of + - * / whole and half powers and abs; the rest of V is left to quadrature. D is passive where its form shows it:
 //! D_j p_j ≥ 0 by the signs of parameters, even powers, abs, sqrt and exp; or D = R v with R constant and positive semidefinite.
 //!
+//! What V and the γ_j(q) of D_j = γ_j p_j are made of decides how they are evaluated: sums of polynomials, each in one linear form
+//! of one or two coordinates, by Horner's rule, eight degrees of freedom side by side; anything else by straight-line programs.
+//!
 //! Parameters and masses may be any finite and any positive numbers. Invariant: K = H + Σ w_j. References come from
 //! [`afterbay_core::taylor::trajectory`], from kink to kink.
 
 mod description;
 mod failure;
 mod passive;
+mod ridges;
 mod shape;
 mod structure;
 
@@ -35,7 +39,7 @@ use afterbay_core::{
     Block, Coupling, Curvature, Damping, Drag, InputError, Line, Mask, Quantity, Scalar, Separable, System,
     check, edge,
 };
-use shape::{Part, Resistance, Shape};
+use shape::{Edge, Part, Potential, Resistance, Shape};
 use std::sync::Arc;
 
 /// A system made of expressions, its parameters in a scalar. Clones and other scalars share its programs.
@@ -44,9 +48,11 @@ pub struct Custom<T> {
     shape: Arc<Shape>,
     parameters: Vec<T>,
     masses: Vec<T>,
+    /// Are all of them 1?
+    unit_mass: bool,
     /// 1/m_j
     inverse_masses: Vec<T>,
-    /// The frames of all programs, one after the other.
+    /// The frames of all programs and the numbers of all polynomials, one after the other.
     frames: Vec<T>,
     /// γ_j of D_j = γ_j p_j, and γ_j m_j of D_j = γ_j m_j v_j; nothing where D is not so simple.
     rates: Vec<[T; 2]>,
@@ -150,7 +156,7 @@ impl<T: Scalar> Custom<T> {
             Resistance::Constant(rates) => {
                 rates.iter().zip(&masses).map(|(rate, &m)| [at(rate), at(rate) * m]).collect()
             }
-            Resistance::General { .. } => Vec::new(),
+            Resistance::Linear(_) | Resistance::General { .. } => Vec::new(),
         };
         let structure = &shape.structure;
         let zero = passive::zero(&shape, at);
@@ -166,7 +172,8 @@ impl<T: Scalar> Custom<T> {
         };
         let frames = shape.frames.iter().map(at).collect();
         let inverse_masses = masses.iter().map(|m| m.recip()).collect();
-        Self { parameters, inverse_masses, frames, rates, damping, masses, shape }
+        let unit_mass = masses.iter().all(|&m| m == T::one());
+        Self { parameters, inverse_masses, frames, rates, damping, masses, unit_mass, shape }
     }
 
     /// The masses are masses, and what depends on the parameters alone is finite.
@@ -190,7 +197,27 @@ impl<T: Scalar> Custom<T> {
         &self.frames[part.frame.clone()]
     }
 
-    #[inline]
+    /// Writes what the programs give.
+    #[inline(never)]
+    fn fill(&self, parts: &[Part], point: &Point<'_, T>, to: &mut [T]) {
+        for part in parts {
+            part.program.run(self.frame(part), point, |j, x| to[j as usize] = x);
+        }
+    }
+
+    /// In closed form as far as there is one, by quadrature beyond that.
+    #[inline(never)]
+    fn edge_of(&self, parts: &Edge, q: &[T], j: usize, to: T) -> Line<T> {
+        let [value, slope] = parts.closed.as_ref().map_or([T::zero(); 2], |part| self.run(part, q, &[], to));
+        let Some(rest) = &parts.rest else { return Line { value, slope } };
+        let line = edge::by_quadrature(q[j], to, |at| {
+            let [slope] = self.run(rest, q, &[], at);
+            slope
+        });
+        Line { value: value + line.value, slope: slope + line.slope }
+    }
+
+    #[inline(never)]
     fn run<const K: usize>(&self, part: &Part, q: &[T], p: &[T], end: T) -> [T; K] {
         part.program.results(self.frame(part), &Point { q, p, v: &[], end })
     }
@@ -211,37 +238,59 @@ impl<T: Scalar> System<T> for Custom<T> {
 
     #[inline]
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        let [potential] = self.run(&self.shape.potential, q, p, T::zero());
+        let potential = match &self.shape.potential {
+            Potential::Ridges { once, .. } => once.total(&self.frames, q),
+            Potential::Programs { value, .. } => {
+                let [potential] = self.run(value, q, p, T::zero());
+                potential
+            }
+        };
         let twice =
             p.iter().zip(&self.inverse_masses).fold(T::zero(), |sum, (&p, &m)| (p * p).mul_add(m, sum));
         twice.half() + potential
     }
 
-    #[inline]
+    #[inline(always)]
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
-        let point = Point { q, p, v: &[], end: T::zero() };
-        for part in &self.shape.gradient {
-            part.program.run(self.frame(part), &point, |j, x| hq[j as usize] = x);
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => along.slopes(&self.frames, q, hq),
+            Potential::Programs { gradient, .. } => {
+                self.fill(gradient, &Point { q, p, v: &[], end: T::zero() }, hq);
+            }
         }
-        for ((hp, &p), &m) in hp.iter_mut().zip(p).zip(&self.inverse_masses) {
-            *hp = p * m;
+        if self.unit_mass {
+            hp.copy_from_slice(p);
+            return;
+        }
+        for (j, hp) in hp.iter_mut().enumerate() {
+            *hp = p[j] * self.inverse_masses[j];
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         match &self.shape.resistance {
             Resistance::Constant(rates) if rates.is_empty() => d.fill(T::zero()),
             Resistance::Constant(_) => {
-                d.iter_mut().zip(v).zip(&self.rates).for_each(|((d, &v), rate)| *d = rate[1] * v);
-            }
-            Resistance::General { forces, .. } => {
-                let point = Point { q, p, v, end: T::zero() };
-                for part in forces {
-                    part.program.run(self.frame(part), &point, |j, x| d[j as usize] = x);
+                for (j, d) in d.iter_mut().enumerate() {
+                    *d = self.rates[j][1] * v[j];
                 }
             }
+            Resistance::Linear(rates) => {
+                rates.values(&self.frames, q, d);
+                for (j, d) in d.iter_mut().enumerate() {
+                    *d *= if self.unit_mass { v[j] } else { self.masses[j] * v[j] };
+                }
+            }
+            Resistance::General { forces, .. } => {
+                self.fill(forces, &Point { q, p, v, end: T::zero() }, d);
+            }
         }
+    }
+
+    #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        self.unit_mass
     }
 
     #[inline(always)]
@@ -269,32 +318,36 @@ impl<T: Scalar> Separable<T> for Custom<T> {
         self.masses[j]
     }
 
-    #[inline]
+    #[inline(always)]
     fn partial(&self, q: &[T], j: usize, at: T) -> T {
-        let [slope] = self.run(&self.shape.partials[j], q, &[], at);
-        slope
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => along.slope(&self.frames, q, j, at),
+            Potential::Programs { partials, .. } => {
+                let [slope] = self.run(&partials[j], q, &[], at);
+                slope
+            }
+        }
     }
 
-    /// In closed form as far as there is one, by quadrature beyond that.
-    #[inline]
+    #[inline(always)]
     fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        let parts = &self.shape.edges[j];
-        let [value, slope] = parts.closed.as_ref().map_or([T::zero(); 2], |part| self.run(part, q, &[], to));
-        let Some(rest) = &parts.rest else { return Line { value, slope } };
-        let line = edge::by_quadrature(q[j], to, |at| {
-            let [slope] = self.run(rest, q, &[], at);
-            slope
-        });
-        Line { value: value + line.value, slope: slope + line.slope }
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => along.mean(&self.frames, q, j, to),
+            Potential::Programs { edges, .. } => self.edge_of(&edges[j], q, j, to),
+        }
     }
 
-    #[inline]
+    #[inline(always)]
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
         let [value, by_q, by_p] = match &self.shape.resistance {
             Resistance::Constant(_) => match self.rates.get(j) {
                 Some(&[rate, _]) => [rate * p[j], T::zero(), rate],
                 None => [T::zero(); 3],
             },
+            Resistance::Linear(rates) => {
+                let Line { value: rate, slope } = rates.value(&self.frames, q, j);
+                [rate * p[j], slope * p[j], rate]
+            }
             Resistance::General { drags, .. } => self.run(&drags[j], q, p, T::zero()),
         };
         Drag { value, by_q, by_p }

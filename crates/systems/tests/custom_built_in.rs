@@ -212,3 +212,100 @@ fn references_are_those_of_the_built_in_system() {
         assert!(drift.abs().to_f64() < 1e-27, "{drift:?}");
     }
 }
+
+/// Polynomials of linear forms are evaluated as such. With a term that is 0 but is none, as any expression is: the same to rounding.
+fn ridges(terms: &[Ridge], frictions: &[Ridge], n: usize, off: &str) -> Custom<f64> {
+    let potential = terms.iter().map(|term| term.text(n)).collect::<Vec<_>>().join(" + ");
+    let rate = |j: usize| {
+        // A rate may depend on its own coordinate and on another one.
+        let rate = Ridge { i: j, ..frictions[j % frictions.len()] };
+        format!("({}{off})*p{}", rate.text(n), j + 1)
+    };
+    let parameters = &[("z", 0.0)][..usize::from(!off.is_empty())];
+    custom(&format!("{potential}{off}"), (0..n).map(rate).collect(), parameters)
+}
+
+/// c ℓ^power with ℓ = a q_i + b q_j + offset, or c (s ℓ² + offset)^(power mod 3) with the same a and b.
+#[derive(Clone, Copy, Debug)]
+struct Ridge {
+    c: f64,
+    weights: [f64; 2],
+    offset: f64,
+    i: usize,
+    j: usize,
+    power: u32,
+    square: Option<f64>,
+}
+
+impl Ridge {
+    fn text(&self, n: usize) -> String {
+        let &Self { c, weights: [a, b], offset, i, j, power, square } = self;
+        let form = format!("({a:?})*q{} + ({b:?})*q{}", i % n + 1, j % n + 1);
+        match square {
+            Some(s) => format!("({c:?})*(({s:?})*({form})^2 + ({offset:?}))^{}", power % 3),
+            None => format!("({c:?})*({form} + ({offset:?}))^{power}"),
+        }
+    }
+
+    /// More than any number on the way.
+    fn size(&self) -> f64 {
+        let Self { c, weights: [a, b], offset, power, square, .. } = self;
+        let form = 6.0 * (a.abs() + b.abs()) + offset.abs() + 1.0;
+        let power = *power as i32 + 1;
+        8.0 * c.abs()
+            * if square.is_some() { (3.0 * form * form).powi(power % 3 + 2) } else { form.powi(power) }
+    }
+}
+
+fn ridge() -> impl Strategy<Value = Ridge> {
+    let weight = || prop::sample::select(vec![-1.0, 0.0, 1.0, 0.7, -1.3]);
+    let offset = prop::sample::select(vec![0.0, 1.0, -0.4]);
+    let square = prop::option::of(prop::sample::select(vec![1.0, -1.0, 0.3]));
+    (-2.0..2.0_f64, [weight(), weight()], offset, 0..20_usize, 0..20_usize, 0..8_u32, square).prop_map(
+        |(c, weights, offset, i, j, power, square)| Ridge { c, weights, offset, i, j, power, square },
+    )
+}
+
+proptest! {
+    #[test]
+    fn polynomials_of_linear_forms(
+        n in 1..20_usize,
+        terms in prop::collection::vec(ridge(), 1..30), everywhere in prop::bool::ANY,
+        frictions in prop::collection::vec(ridge(), 1..3),
+        q in numbers(20), p in numbers(20), to in -3.0..3.0_f64,
+    ) {
+        let (q, p) = (&q[..n], &p[..n]);
+        let mut terms = terms;
+        if everywhere {
+            let all = |term: Ridge| (0..n).map(move |i| Ridge { i, j: i + term.j, ..term });
+            terms = terms.into_iter().take(3).flat_map(all).collect();
+        }
+        let (own, program) = (ridges(&terms, &frictions, n, ""), ridges(&terms, &frictions, n, " + z*sin(q1)"));
+        let size = terms.iter().chain(&frictions).map(Ridge::size).sum::<f64>();
+        prop_assert!((own.energy(q, p) - program.energy(q, p)).abs() <= f64::EPSILON * size);
+        let [mut a, mut b] = [0; 2].map(|_| [0; 3].map(|_| vec![0.0; n]));
+        for (system, [hq, hp, d]) in [(&own, &mut a), (&program, &mut b)] {
+            system.gradient(q, p, hq, hp);
+            system.dissipation(q, p, hp, d);
+        }
+        let close = |what: &str, a: f64, b: f64| {
+            prop_assert!((a - b).abs() <= f64::EPSILON * size, "{what}: {a} {b} of size {size}");
+            Ok(())
+        };
+        for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+            close("field", *a, *b)?;
+        }
+        for j in 0..n {
+            for to in [to, q[j], q[j] + 1e-9] {
+                close("partial", own.partial(q, j, to), program.partial(q, j, to))?;
+                let (a, b) = (own.edge(q, j, to), program.edge(q, j, to));
+                close("edge", a.value, b.value)?;
+                close("slope of edge", a.slope, b.slope)?;
+            }
+            let (a, b) = (own.drag(q, p, j), program.drag(q, p, j));
+            close("drag", a.value, b.value)?;
+            close("drag by q", a.by_q, b.by_q)?;
+            close("drag by p", a.by_p, b.by_p)?;
+        }
+    }
+}

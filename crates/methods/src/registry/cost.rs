@@ -3,7 +3,8 @@
 /// What a step costs for each degree of freedom. An evaluation is one of the force, ∂H/∂q and D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
-    /// Explicit: so many evaluations and no equation. `leapfrog` solves a scalar one where D is not linear in the momentum.
+    /// Explicit: so many evaluations and no equation. `leapfrog` takes one more at its first step, and at each with one degree of
+    /// freedom, where that costs less than keeping the last; it solves a scalar equation where D is not linear in the momentum.
     Explicit(u32),
     /// Explicit: so many evaluations, and all but the first again where the last step's γ does not foretell its own.
     Relaxed(u32),

@@ -14,7 +14,7 @@ pub const METHODS: &[Row] = &[
         passive: true,
         a_stable: false,
         l_stable: false,
-        cost: Cost::Explicit(2),
+        cost: Cost::Explicit(1),
         needs: Needs::Separable,
         kind: Kind::Leapfrog,
     },

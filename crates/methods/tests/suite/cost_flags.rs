@@ -145,7 +145,14 @@ fn costs(row: &Row, cost: Cost) -> bool {
     match cost {
         Cost::Explicit(evaluations) => {
             let each = f64::from(evaluations);
-            let right = |run: &Asked| run.every(|asked| asked == [each; 2]) && run.a_step() == [each, 0.0];
+            // The first step may ask where it begins, too.
+            let right = |run: &Asked| {
+                let [first, others @ ..] = &run.asked[..] else { return false };
+                let extra = first[0] - each;
+                (extra == 0.0 || extra == 1.0)
+                    && others.iter().all(|&asked| asked == [each; 2])
+                    && run.a_step() == [each + extra / f64::from(STEPS), 0.0]
+            };
             runs.len() == 2 && runs.iter().all(right)
         }
         Cost::Relaxed(evaluations) => {

@@ -16,6 +16,7 @@ mod cost_flags;
 mod coupled_friction;
 mod custom;
 mod failures;
+mod fresh;
 mod gonzalez;
 mod gonzalez_memory;
 mod gonzalez_references;

@@ -2,9 +2,11 @@
 
 use super::description::Reading;
 use super::failure::{CustomError, Place};
+use super::ridges::{Links, Wanted};
 use super::structure::{Structure, linear};
 use crate::expression::graph::{Graph, Input, Kinds, Node};
 use crate::expression::program::{BLOCK, Program, REGISTERS, TooManyRegisters};
+use crate::expression::ridge::Ridge;
 use afterbay_core::Block;
 use std::ops::Range;
 
@@ -27,11 +29,22 @@ pub(super) struct Edge {
     pub(super) rest: Option<Part>,
 }
 
+/// How V and its slopes are found.
+#[derive(Debug)]
+pub(super) enum Potential {
+    /// V is a sum of ridge polynomials: all of them along each coordinate, and each once.
+    Ridges { along: Links, once: Links },
+    /// V is anything else: V, ∇V, each ∂V/∂q_j at the point with q_j moved to the end, and its means.
+    Programs { value: Part, gradient: Vec<Part>, partials: Vec<Part>, edges: Vec<Edge> },
+}
+
 /// What D is made of.
 #[derive(Debug)]
 pub(super) enum Resistance {
     /// D_j = γ_j p_j, nothing in γ_j but parameters.
     Constant(Vec<Node>),
+    /// D_j = γ_j p_j, γ_j(q) a sum of ridge polynomials.
+    Linear(Links),
     /// D_j with its derivatives by q_j and p_j; and D of (q, p, v).
     General { drags: Vec<Part>, forces: Vec<Part> },
 }
@@ -45,12 +58,9 @@ pub(super) struct Shape {
     pub(super) masses: Vec<Node>,
     /// What is computed once the parameters are known, in order.
     pub(super) closed: Vec<Node>,
-    /// The frames of all programs.
+    /// The frames of all programs and the numbers of all polynomials.
     pub(super) frames: Vec<Node>,
-    pub(super) potential: Part,
-    pub(super) gradient: Vec<Part>,
-    pub(super) partials: Vec<Part>,
-    pub(super) edges: Vec<Edge>,
+    pub(super) potential: Potential,
     pub(super) resistance: Resistance,
     /// D_j of (q, p, v), and its derivatives by velocities where these are closed: none for no friction.
     pub(super) frictions: Vec<Node>,
@@ -114,13 +124,7 @@ impl Shape {
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let resistance = builder.resistance(&structure, &drags, &frictions)?;
         let matrix = builder.matrix(&frictions);
-        let summands = builder.graph.summands(potential);
-        let edges = builder.edges(dof, &summands)?;
-        let partials = slopes.iter().enumerate().map(|(j, &slope)| builder.moving(j, &[slope]));
-        let partials = partials.collect::<Result<_, _>>()?;
-        let gradient: Vec<(u32, Node)> = (0..).zip(slopes.iter().copied()).collect();
-        let gradient = builder.many(&gradient)?;
-        let potential = builder.one(&[potential])?;
+        let potential = builder.potential(potential, &slopes)?;
         let entries = second.iter().map(|x| x.0).collect();
         let second: Vec<(u32, Node)> = (0..).zip(second.into_iter().map(|x| x.1)).collect();
         let curvature = builder.many(&second)?;
@@ -144,9 +148,6 @@ impl Shape {
             closed,
             frames,
             potential,
-            gradient,
-            partials,
-            edges,
             resistance,
             frictions,
             matrix,
@@ -184,7 +185,7 @@ impl Builder {
         let start = self.frames.len();
         self.frames.extend_from_slice(&program.frame);
         let zero = self.graph.number(0.0);
-        self.frames.resize(self.frames.len().next_multiple_of(BLOCK), zero);
+        self.frames.resize(start + program.frame.len().next_multiple_of(BLOCK), zero);
         Part { program, frame: start..self.frames.len() }
     }
 
@@ -209,6 +210,48 @@ impl Builder {
         Ok(parts)
     }
 
+    /// As simple as the form of V allows.
+    fn potential(&mut self, potential: Node, slopes: &[Node]) -> Result<Potential, CustomError> {
+        if let Some(ridges) = self.graph.ridges(potential) {
+            let [mut along, mut once] = [0; 2].map(|_| vec![Vec::new(); slopes.len()]);
+            for ridge in &ridges {
+                let coordinates = ridge.base.form.weights().map(|(j, _)| j as usize);
+                once[coordinates.clone().next().unwrap_or(0)].push(ridge);
+                coordinates.for_each(|j| along[j].push(ridge));
+            }
+            let links = [self.links(&along, Wanted::Slopes)?, self.links(&once, Wanted::Values)?];
+            if let [Some(along), Some(once)] = links {
+                return Ok(Potential::Ridges { along, once });
+            }
+        }
+        let summands = self.graph.summands(potential);
+        let edges = self.edges(slopes.len(), &summands)?;
+        let partials = slopes.iter().enumerate().map(|(j, &slope)| self.moving(j, &[slope]));
+        let partials = partials.collect::<Result<_, _>>()?;
+        let gradient: Vec<(u32, Node)> = (0..).zip(slopes.iter().copied()).collect();
+        let gradient = self.many(&gradient)?;
+        Ok(Potential::Programs { value: self.one(&[potential])?, gradient, partials, edges })
+    }
+
+    /// γ_j, if each is a sum of ridge polynomials of q_j and another coordinate.
+    fn rates(&mut self, drags: &[[Node; 3]]) -> Result<Option<Links>, CustomError> {
+        let rates = drags.iter().map(|x| self.graph.ridges(x[2])).collect::<Option<Vec<_>>>();
+        let Some(rates) = rates else { return Ok(None) };
+        let along: Vec<Vec<&Ridge>> = rates.iter().map(|ridges| ridges.iter().collect()).collect();
+        self.links(&along, Wanted::Values)
+    }
+
+    fn links(&mut self, along: &[Vec<&Ridge>], wanted: Wanted) -> Result<Option<Links>, CustomError> {
+        let before = self.frames.len();
+        let links = Links::new(&mut self.graph, &mut self.frames, along, wanted);
+        if links.is_none() {
+            self.frames.truncate(before);
+        }
+        self.instructions += self.frames.len() - before;
+        self.fits(0)?;
+        Ok(links)
+    }
+
     fn resistance(
         &mut self,
         structure: &Structure,
@@ -218,6 +261,12 @@ impl Builder {
         let constant = drags.iter().all(|x| self.graph.closed(x[2]));
         if structure.linear_friction && !structure.coupled_friction && constant {
             return Ok(Resistance::Constant(drags.iter().map(|x| x[2]).collect()));
+        }
+        if structure.linear_friction
+            && !structure.coupled_friction
+            && let Some(links) = self.rates(drags)?
+        {
+            return Ok(Resistance::Linear(links));
         }
         let drags = drags.iter().map(|results| self.one(results)).collect::<Result<_, _>>()?;
         let frictions: Vec<(u32, Node)> = (0..).zip(frictions.iter().copied()).collect();
