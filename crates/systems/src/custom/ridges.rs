@@ -44,10 +44,18 @@ const COLUMNS: usize = 8;
 #[derive(Debug)]
 struct Block {
     first: usize,
-    /// i of each link, for all coordinates.
-    others: Vec<[usize; WIDE]>,
+    /// Of each link, for all coordinates.
+    others: Vec<Others>,
     /// a, b, c, the coefficients of a cubic and its factor of each link, each for all coordinates.
     numbers: Range<usize>,
+}
+
+/// i of links side by side.
+#[derive(Debug)]
+enum Others {
+    /// One after the other from here.
+    Row(usize),
+    Any([usize; WIDE]),
 }
 
 impl Links {
@@ -331,7 +339,9 @@ impl Block {
                 of_link.push(row.get(k)?.column(graph, numbers, wanted)?);
             }
             columns.extend((0..COLUMNS).flat_map(|i| of_link.iter().map(move |column| column[i])));
-            others.push(std::array::from_fn(|i| rows[i][k].other.unwrap_or(first + i)));
+            let any: [usize; WIDE] = std::array::from_fn(|i| rows[i][k].other.unwrap_or(first + i));
+            let row = any.is_sorted_by(|a, b| a + 1 == *b);
+            others.push(if row { Others::Row(any[0]) } else { Others::Any(any) });
         }
         let alike = rows.iter().all(|row| row.len() == rows[0].len());
         alike.then(|| {
@@ -348,7 +358,10 @@ impl Block {
         let (columns, _) = numbers[self.numbers.clone()].as_chunks::<WIDE>();
         let (columns, _) = columns.as_chunks::<COLUMNS>();
         for (others, [a, b, c, c0, c1, c2, c3, factor]) in self.others.iter().zip(columns) {
-            let other = others.map(|i| q[i]);
+            let other = match others {
+                Others::Row(start) => q[*start..].first_chunk().copied().unwrap_or(*at),
+                Others::Any(any) => any.map(|i| q[i]),
+            };
             for i in 0..WIDE {
                 let form = a[i].mul_add(at[i], b[i].mul_add(other[i], c[i]));
                 sums[i] = factor[i].mul_add(cubic([c0[i], c1[i], c2[i], c3[i]], form), sums[i]);
