@@ -134,7 +134,9 @@ where
         for j in 0..n {
             let force = if single { system.partial(q1, j, q1[j]) } else { force[j] };
             let drag1 = system.drag(q1, p_half, j);
-            rate[j] = drag1.by_p;
+            if !single {
+                rate[j] = drag1.by_p;
+            }
             let dragged = if damping.linear {
                 p_half[j] * (-half_h).mul_add(drag1.by_p, one)
             } else {
