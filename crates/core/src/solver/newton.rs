@@ -112,6 +112,8 @@ struct Twice<T: Scalar> {
     inverse: T,
     residuals: [T; 2],
     correction: Correction<T>,
+    /// A rounding of `end`.
+    scale: T,
     /// Where F has been evaluated, and F there.
     first: (T, Sample<T>),
     second: Option<(T, Sample<T>)>,
@@ -129,6 +131,7 @@ impl<T: Scalar> Twice<T> {
             inverse: one,
             residuals: [zero; 2],
             correction: Correction::none(),
+            scale: zero,
             first: (x, first),
             second: None,
         }
@@ -139,10 +142,13 @@ impl<T: Scalar> Twice<T> {
         Root { x: self.end, evaluations: 2 }
     }
 
-    /// Where the first point is the solution, as at rest, no share of a correction is less than the other.
+    /// Where the first point is the solution, as at rest, no share of a correction is less than the other; and near rest the
+    /// products of corrections may be too small for numbers.
     #[inline(always)]
     fn rest(&mut self) {
-        self.done = self.done.or(self.gentle.and(self.correction.previous.abs().le(T::zero())));
+        let none = self.correction.previous.abs().le(T::zero());
+        let lost = self.correction.lost_near_rest(self.scale);
+        self.done = self.done.or(self.gentle.and(none.or(lost)));
     }
 }
 
@@ -168,8 +174,7 @@ fn twice<T: Scalar, const DIRECT: bool>(
     // Rounding as far as it takes the fewest operations to know, less than in `carefully`.
     let scale = T::from_f64(T::EPSILON) * second.rough.mul_add(T::one().half(), end.abs());
     let correction = Correction { previous, update, rest, missing };
-    let (next, square) = correction.next();
-    let lost = next.lt(scale * square);
+    let lost = correction.lost(scale);
     let gentle = is_gentle(first.slope).and(is_gentle(missing));
     Twice {
         end,
@@ -178,6 +183,7 @@ fn twice<T: Scalar, const DIRECT: bool>(
         inverse,
         residuals: [before, residual],
         correction,
+        scale,
         first: (x, first),
         second: Some((middle, second)),
     }
@@ -205,18 +211,34 @@ impl<T: Scalar> Correction<T> {
         Self { previous: zero, update: zero, rest: zero, missing: zero }
     }
 
-    /// What the next correction is at most, times the square of the previous one; and that square.
+    /// Is the next correction less than `scale`?
     ///
     /// An error e becomes e (r + c + d): r the rest the inverse misses, c what the slope changes over e/2, d what a
     /// slope that is not quite the derivative is off by. The correction before shows them: it shrank by r + c + d,
     /// and the slope has changed by 2 c since, so that r + 2 c was missing. The next r and c are smaller by a
-    /// factor, d is not.
+    /// factor, d is not. All of it times the square of the correction before, so that nothing waits for a division.
     #[inline(always)]
-    fn next(&self) -> (T, T) {
+    fn lost(&self, scale: T) -> T::Mask {
         let (size, largest) = (self.update.abs(), self.previous.abs());
         let off = (self.rest + self.missing).half().mul_add(-self.previous, self.update).abs();
         let contraction = self.missing.abs().mul_add(largest, size);
-        (contraction.mul_add(contraction, off * largest) * size, largest * largest)
+        let next = contraction.mul_add(contraction, off * largest) * size;
+        next.lt(scale * (largest * largest))
+    }
+
+    /// The same, where the products are too small for numbers by the shares of the correction before.
+    #[inline(always)]
+    fn lost_near_rest(&self, scale: T) -> T::Mask {
+        let largest = self.previous.abs();
+        let vanishing = (scale * (largest * largest)).lt(T::from_f64(f64::MIN_POSITIVE));
+        let lost = self.lost(scale);
+        if !vanishing.any() {
+            return lost;
+        }
+        cold_path();
+        let share = largest.recip();
+        let shares = Self { previous: self.previous * share, update: self.update * share, ..*self };
+        lost.or(vanishing.and(shares.lost(scale * share)))
     }
 }
 
@@ -367,11 +389,10 @@ impl<T: Scalar> Course<T> {
         let Correction { previous, update, .. } = self.correction;
         let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
         let scale = T::from_f64(T::EPSILON) * (start.abs() + self.rough).mul_add(steep, self.x.abs());
+        // Done where the next correction would be lost in rounding.
+        let lost = open.and(self.correction.lost_near_rest(scale));
         // What has decayed to where a share of it is no number is rounded by the smallest there are.
         let scale = scale + T::from_f64(f64::MIN_POSITIVE);
-        let (next, square) = self.correction.next();
-        // Done where the next correction would be lost in rounding.
-        let lost = open.and(next.lt(scale * square));
         self.done = self.done.or(lost);
         let unsure = open.and(self.anew.or(lost.not()));
         if !unsure.any() {

@@ -22,6 +22,21 @@ fn one_newton_and_one_chord_correction_solve_an_ordinary_step() {
     assert_eq!(root.evaluations, 2);
 }
 
+/// The squares of these are no numbers any more, or not quite.
+#[test]
+fn small_numbers_take_no_more_evaluations() {
+    for (a, evaluations) in [(1e-4, 2), (0.04, 3)] {
+        for start in [1e-3, 1e-40, 1e-100, 1e-150, 1e-160, 1e-200, 1e-280] {
+            let root = Newton.solve(0, start, cubic(a, 1e-5)).unwrap();
+            let back = root.x * (1.0 + a + 1e-5 * root.x * root.x);
+            assert!((back / start - 1.0).abs() < 4e-16, "{a} {start:e}: {:e}", root.x);
+            assert!(root.evaluations <= evaluations, "{a} {start:e}: {}", root.evaluations);
+            let lanes = Newton.solve(0, f64x8::from(start), cubic(a, 1e-5)).unwrap();
+            assert_eq!(lanes.x.to_array()[3].to_bits(), root.x.to_bits(), "{a} {start:e}");
+        }
+    }
+}
+
 /// A number between `low` and `high` (linear congruential generator).
 fn random(seed: &mut u64, low: f64, high: f64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
