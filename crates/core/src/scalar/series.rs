@@ -16,6 +16,11 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         Self(series)
     }
 
+    #[inline]
+    fn is_constant(&self) -> bool {
+        self.0.iter().skip(1).all(|&c| c == T::zero())
+    }
+
     /// `c + ∫_0^τ`, the antiderivative with value `c` at 0.
     #[inline]
     pub fn integral(self, c: T) -> Self {
@@ -77,6 +82,13 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
+        // Half the factors are parameters.
+        if self.is_constant() {
+            return Self(other.0.map(|c| self.0[0] * c));
+        }
+        if other.is_constant() {
+            return Self(self.0.map(|c| c * other.0[0]));
+        }
         Self(std::array::from_fn(|k| {
             (0..=k).fold(T::zero(), |sum, i| self.0[i].mul_add(other.0[k - i], sum))
         }))
@@ -199,6 +211,18 @@ mod tests {
         for k in 0..8 {
             assert!((a.0[k] - b.0[k]).abs() < 1e-11 * (1.0 + b.0[k].abs()), "coefficient {k}: {a:?} {b:?}");
         }
+    }
+
+    #[test]
+    fn a_constant_is_a_factor_of_each_term() {
+        let [mut nearly, mut lacking] = [Series::constant(3.0), Series::constant(0.0)];
+        (nearly.0[7], lacking.0[2]) = (1e-300, 5.0);
+        for other in [Series::constant(3.0), nearly, lacking] {
+            let full = std::array::from_fn(|k| (0..=k).map(|i| X.0[i] * other.0[k - i]).sum());
+            assert_close(X * other, Series(full));
+            assert_close(other * X, Series(full));
+        }
+        assert_eq!((X * Series::constant(3.0)).0, X.0.map(|c| 3.0 * c));
     }
 
     #[test]
