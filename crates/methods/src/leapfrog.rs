@@ -5,7 +5,8 @@
 //! w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
 //! ```
 //!
-//! Order 2, symmetric, explicit where D is linear in its momentum. The forces at q1 are those the next step begins with. Keeps K only up to O(h²). Passive where D is:
+//! Order 2, symmetric, explicit where D is linear in its momentum. The forces at q1 are those the next step begins with. Keeps K
+//! only up to O(h²). Passive where D is:
 //! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one momentum at a
 //! time, so D that couples them is refused.
 

@@ -89,7 +89,7 @@ impl Links {
         &self.links[start..self.ends[j]]
     }
 
-    /// The derivatives of the sum.
+    /// The derivatives of the sum, of links made for slopes.
     #[inline(always)]
     pub(super) fn slopes<T: Scalar>(&self, numbers: &[T], q: &[T], to: &mut [T]) {
         if !self.blocks.is_empty() {
@@ -100,7 +100,7 @@ impl Links {
         }
     }
 
-    /// The sums.
+    /// The sums, of links made for values.
     #[inline(always)]
     pub(super) fn values<T: Scalar>(&self, numbers: &[T], q: &[T], to: &mut [T]) {
         if !self.blocks.is_empty() {
@@ -128,7 +128,7 @@ impl Links {
         }
     }
 
-    /// All sums in one.
+    /// All sums in one, of links made for values.
     #[inline(always)]
     pub(super) fn total<T: Scalar>(&self, numbers: &[T], q: &[T]) -> T {
         if !self.blocks.is_empty() {
