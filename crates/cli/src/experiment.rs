@@ -3,9 +3,8 @@
 use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
 use crate::failure::Failure;
-use crate::{scene, table};
+use crate::{interrupt, scene, table};
 use afterbay_analysis::experiment::Results;
-use afterbay_analysis::progress::Progress;
 use afterbay_analysis::record::{Manifest, RunOutcome};
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::{Scene, SceneError, SceneProblem};
@@ -17,8 +16,6 @@ use std::process::ExitCode;
 
 /// Some runs failed; the results are written.
 pub(crate) const FAILED: u8 = 4;
-/// Somebody had enough; what was done is written.
-pub(crate) const INTERRUPTED: u8 = 130;
 
 /// What to do with a scene.
 #[derive(Clone, Copy)]
@@ -62,13 +59,9 @@ pub(crate) fn run(what: What, arguments: &SceneArguments, format: Format) -> Res
         Format::Json => table::json(&Summary { out: &out, findings: &findings, runs })?,
         Format::Table => print(&findings, runs, &out)?,
     }
-    Ok(if bars.stopped() {
-        ExitCode::from(INTERRUPTED)
-    } else if runs.iter().any(|run| run.outcome != COMPLETED) {
-        ExitCode::from(FAILED)
-    } else {
-        ExitCode::SUCCESS
-    })
+    let failed = runs.iter().any(|run| run.outcome != COMPLETED);
+    let completed = if failed { ExitCode::from(FAILED) } else { ExitCode::SUCCESS };
+    Ok(interrupt::exit_code().unwrap_or(completed))
 }
 
 /// Has the scene what is asked for?

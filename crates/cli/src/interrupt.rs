@@ -1,22 +1,44 @@
-//! Ctrl-C: what is done is written down; twice, and nothing is.
+//! Ctrl-C and SIGTERM: the computation ends early and what is done is written. A second signal ends the command at once.
 
-use crate::experiment::INTERRUPTED;
-use std::sync::atomic::{AtomicBool, Ordering};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
-static STOPPED: AtomicBool = AtomicBool::new(false);
+/// The signal received, 0 before the first one.
+static RECEIVED: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
+/// Set when the user has been told that the command is stopping.
+static TOLD: AtomicBool = AtomicBool::new(false);
 
-/// Listens from now on.
+/// Installs the handlers.
 pub(crate) fn listen() {
-    // Where no handler can be set, Ctrl-C ends the command as it always does.
-    let _ = ctrlc::set_handler(|| {
-        if STOPPED.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(INTERRUPTED));
-        }
-        eprintln!("stopping; once more to stop at once");
-    });
+    let received = RECEIVED.get_or_init(Arc::default);
+    let armed = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // The shutdown comes first: the first signal arms it, the second one triggers it.
+        // Where a handler cannot be installed, the signal ends the command as it does by default.
+        let _ = flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&armed));
+        let _ = flag::register(signal, Arc::clone(&armed));
+        let _ = flag::register_usize(signal, Arc::clone(received), signal as usize);
+    }
 }
 
-/// Was it pressed?
+/// True from the first signal on.
 pub(crate) fn stopped() -> bool {
-    STOPPED.load(Ordering::Relaxed)
+    let stopped = signal() != 0;
+    if stopped && !TOLD.swap(true, Ordering::Relaxed) {
+        eprintln!("Stopping; interrupt once more to stop at once.");
+    }
+    stopped
+}
+
+/// The exit code of an interrupted command: 130 after Ctrl-C, 143 after SIGTERM.
+pub(crate) fn exit_code() -> Option<ExitCode> {
+    let code = u8::try_from(signal()).ok().filter(|&signal| signal != 0)?;
+    Some(ExitCode::from(128 + code))
+}
+
+fn signal() -> usize {
+    RECEIVED.get().map_or(0, |received| received.load(Ordering::Relaxed))
 }

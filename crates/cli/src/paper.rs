@@ -3,7 +3,7 @@
 use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
-use crate::table;
+use crate::{interrupt, table};
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::report::Verdict;
 use std::path::Path;
@@ -31,5 +31,5 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
         }
     }
     // A run that fails in here is what the study set out to show: it is in its table, and no failure of the command.
-    Ok(ExitCode::SUCCESS)
+    Ok(interrupt::exit_code().unwrap_or(ExitCode::SUCCESS))
 }

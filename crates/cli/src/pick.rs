@@ -2,10 +2,9 @@
 
 use crate::arguments::Format;
 use crate::bars::Bars;
-use crate::experiment::{FAILED, INTERRUPTED};
+use crate::experiment::FAILED;
 use crate::failure::Failure;
-use crate::{scene, table};
-use afterbay_analysis::progress::Progress;
+use crate::{interrupt, scene, table};
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
 use std::path::Path;
 use std::process::ExitCode;
@@ -23,11 +22,9 @@ pub(crate) fn run(path: &Path, wanted: Wanted, format: Format) -> Result<ExitCod
         Format::Json => table::json(&found)?,
         Format::Table => print(&found, scene.problem.end)?,
     }
-    Ok(match (bars.stopped(), found.qualified.is_empty()) {
-        (true, _) => ExitCode::from(INTERRUPTED),
-        (_, true) => ExitCode::from(FAILED),
-        _ => ExitCode::SUCCESS,
-    })
+    let failed = found.qualified.is_empty();
+    let completed = if failed { ExitCode::from(FAILED) } else { ExitCode::SUCCESS };
+    Ok(interrupt::exit_code().unwrap_or(completed))
 }
 
 fn print(found: &Pick, end: f64) -> Result<(), Failure> {

@@ -1,4 +1,4 @@
-//! Ctrl-C.
+//! Ctrl-C and SIGTERM.
 
 use super::{afterbay, done};
 use std::process::{Command, Stdio};
@@ -15,7 +15,16 @@ fn chain(n: usize) -> String {
 }
 
 #[test]
-fn ctrl_c_ends_a_run_soon_with_what_was_done() {
+fn ctrl_c_ends_a_run_within_a_second_with_what_was_done() {
+    interrupted_by("INT", 130);
+}
+
+#[test]
+fn sigterm_ends_a_run_within_a_second_with_what_was_done() {
+    interrupted_by("TERM", 143);
+}
+
+fn interrupted_by(signal: &str, code: i32) {
     let folder = tempfile::tempdir().expect("a folder");
     let (scene, out) = (folder.path().join("chain.toml"), folder.path().join("out"));
     std::fs::write(&scene, chain(2000)).expect("a scene");
@@ -29,13 +38,13 @@ fn ctrl_c_ends_a_run_soon_with_what_was_done() {
     }
     std::thread::sleep(Duration::from_millis(700));
     let clock = Instant::now();
-    let (code, ..) = done(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]));
-    assert_eq!(code, Some(0), "the signal is sent");
+    let (sent, ..) = done(Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]));
+    assert_eq!(sent, Some(0), "the signal is sent");
     let output = child.wait_with_output().expect("it ends");
     let (took, stderr) = (clock.elapsed(), String::from_utf8_lossy(&output.stderr).into_owned());
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert_eq!(output.status.code(), Some(code), "{stderr}");
     assert!(took < Duration::from_secs(5), "{took:?}");
-    assert!(stderr.contains("once more to stop at once"), "{stderr}");
+    assert!(stderr.contains("Stopping; interrupt once more to stop at once."), "{stderr}");
 
     let mut table = csv::Reader::from_path(out.join("data/trajectory.csv")).expect("a table");
     let rows: Vec<_> = table.records().map(|row| row.expect("a row")).collect();
