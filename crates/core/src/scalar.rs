@@ -1,16 +1,18 @@
 //! The numbers everything is computed in.
 //!
 //! A step is written once, for every [`Scalar`]: `f64` to work, [`qd::Quad`] to see below the rounding of
-//! `f64`, [`Series`] for Taylor coefficients, and whatever else implements the trait (dual numbers, lanes).
+//! `f64`, [`Series`] for Taylor coefficients, [`Interval`] for enclosures, and whatever else implements the trait (dual numbers, lanes).
 //! Comparisons give a [`Mask`] and branches on values are a [`Scalar::select`], so a scalar may hold several
 //! numbers side by side.
 
 #[cfg(feature = "num-dual")]
 mod dual;
+mod interval;
 mod lanes;
 mod quad;
 mod series;
 
+pub use interval::{Certainty, Interval};
 pub use series::Series;
 
 use std::fmt::Debug;
