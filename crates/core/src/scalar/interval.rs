@@ -112,7 +112,7 @@ impl Interval {
     /// The interval between two numbers, in any order. It is [`Interval::WHOLE`] where one of them
     /// is not finite.
     pub fn new(a: f64, b: f64) -> Self {
-        Self::bounded(a.min(b), if a.is_nan() { a } else { a.max(b) })
+        if a.is_nan() || b.is_nan() { Self::WHOLE } else { Self::bounded(a.min(b), a.max(b)) }
     }
 
     /// Infinite bounds and those that are no numbers give `WHOLE`.
