@@ -1,17 +1,22 @@
 //! The numbers everything is computed in.
 //!
 //! A step is written once, for every [`Scalar`]: `f64` to work, [`qd::Quad`] to see below the rounding of
-//! `f64`, [`Series`] for Taylor coefficients, and whatever else implements the trait (dual numbers, lanes).
+//! `f64`, [`Series`] for Taylor coefficients, [`Slope`] for divided
+//! differences, [`Interval`] for enclosures, and whatever else implements the trait (dual numbers, lanes).
 //! Comparisons give a [`Mask`] and branches on values are a [`Scalar::select`], so a scalar may hold several
 //! numbers side by side.
 
 #[cfg(feature = "num-dual")]
 mod dual;
+mod interval;
 mod lanes;
 mod quad;
 mod series;
+mod slope;
 
+pub use interval::{Certainty, Interval};
 pub use series::Series;
+pub use slope::{Ends, Slope};
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -84,6 +89,12 @@ pub trait Scalar:
 
     /// The nearest `f64` (of the real part, of the first lane), for messages and tables.
     fn to_f64(self) -> f64;
+
+    /// The nearest `f64` (of the real part) of one of the numbers side by side, from 0.
+    #[inline(always)]
+    fn lane(self, _index: usize) -> f64 {
+        self.to_f64()
+    }
 
     /// `self · a + b`, with one rounding where the hardware has it.
     fn mul_add(self, a: Self, b: Self) -> Self;

@@ -108,6 +108,20 @@ pub trait Separable<T: Scalar>: System<T> {
         edge::by_quadrature(q[j], to, |at| self.partial(q, j, at))
     }
 
+    /// Is [`Separable::edge`] exact to roundings on every edge? Where it is not, as by default, the
+    /// methods that rest on it compare K before and after each step.
+    #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        false
+    }
+
+    /// Is V singular between q and the point with coordinate j moved to `to`? An exact mean keeps K even
+    /// across a pole, so that a step that leads there is refused by this alone.
+    #[inline(always)]
+    fn is_singular_along(&self, _q: &[T], _j: usize, _to: T) -> bool {
+        false
+    }
+
     /// D_j at (q, p) with its derivatives by q_j and p_j. The derivatives steer Newton's iteration and need not be exact,
     /// but for `by_p` where [`Damping::linear`] is claimed: it then stands for D itself.
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T>;

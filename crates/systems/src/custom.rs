@@ -11,9 +11,9 @@
 //! N is the number of masses, else of the D_j, else the largest index in V.
 //!
 //! Nothing is claimed by sampling. ∂V/∂q_j and the second derivatives come from the expressions, with what V does not couple left
-//! out, so that each costs O(1) where the coupling is local. The mean of ∂V/∂q_j along an edge has a closed form for what is made
-//! of + - * / whole and half powers and abs; the rest of V is left to quadrature. D is passive where its form shows it:
-//! D_j p_j ≥ 0 by the signs of parameters, even powers, abs, sqrt and exp; or D = R v with R constant and positive semidefinite.
+//! out, so that each costs O(1) where the coupling is local. The mean of ∂V/∂q_j along an edge comes from slope arithmetic, exact
+//! to a few roundings for every V and every edge; an edge across a singularity of V is seen by intervals
+//! ([`Separable::is_singular_along`]). D is passive where its form shows it: D_j p_j ≥ 0 by the signs of parameters, even powers, abs, sqrt and exp; or D = R v with R constant and positive semidefinite.
 //!
 //! What V and the γ_j(q) of D_j = γ_j p_j are made of decides how they are evaluated: sums of polynomials, each in one linear form
 //! of one or two coordinates, by Horner's rule, eight degrees of freedom side by side; anything else by straight-line programs.
@@ -24,6 +24,7 @@
 mod description;
 mod failure;
 mod passive;
+mod polynomial;
 mod ridges;
 mod shape;
 mod structure;
@@ -36,8 +37,8 @@ pub use structure::Structure;
 use crate::expression::graph::{Input, Node};
 use crate::expression::program::Point;
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Mask, Quantity, Scalar, Separable, System,
-    check, edge,
+    Block, Coupling, Curvature, Damping, Drag, InputError, Interval, Line, Mask, Quantity, Scalar, Separable,
+    System, check,
 };
 use shape::{Edge, Part, Potential, Resistance, Shape};
 use std::sync::Arc;
@@ -205,16 +206,29 @@ impl<T: Scalar> Custom<T> {
         }
     }
 
-    /// In closed form as far as there is one, by quadrature beyond that.
-    #[inline(never)]
-    fn edge_of(&self, parts: &Edge, q: &[T], j: usize, to: T) -> Line<T> {
-        let [value, slope] = parts.closed.as_ref().map_or([T::zero(); 2], |part| self.run(part, q, &[], to));
-        let Some(rest) = &parts.rest else { return Line { value, slope } };
-        let line = edge::by_quadrature(q[j], to, |at| {
-            let [slope] = self.run(rest, q, &[], at);
-            slope
-        });
-        Line { value: value + line.value, slope: slope + line.slope }
+    /// Has the part of V no value somewhere between q and q with q_j moved to `to`?
+    #[cold]
+    fn is_singular(&self, part: &Part, q: &[T], j: usize, to: T) -> bool {
+        // What is rounded to f64 may be a unit in the last place away.
+        let enclosed = |x: T, lane: usize| {
+            let x = x.lane(lane);
+            if T::EPSILON < f64::EPSILON / 4.0 {
+                Interval::new(x.next_down(), x.next_up())
+            } else {
+                Interval::from_f64(x)
+            }
+        };
+        let frame = self.frame(part);
+        (0..T::LANES).any(|lane| {
+            part.program.is_singular(
+                |k| enclosed(frame[k], lane),
+                |input| match input {
+                    Input::Coordinate(i) => enclosed(q[i as usize], lane),
+                    Input::Momentum(_) | Input::Velocity(_) | Input::End => Interval::WHOLE,
+                },
+                [q[j].lane(lane), to.lane(lane)],
+            )
+        })
     }
 
     #[inline(never)]
@@ -333,7 +347,27 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
         match &self.shape.potential {
             Potential::Ridges { along, .. } => along.mean(&self.frames, q, j, to),
-            Potential::Programs { edges, .. } => self.edge_of(&edges[j], q, j, to),
+            Potential::Programs { edges, .. } => match &edges[j] {
+                Edge::Polynomial(polynomial) => polynomial.mean(&self.frames, q, j, to),
+                Edge::Program(part) => {
+                    let [value, slope] = self.run(part, q, &[], to);
+                    Line { value, slope }
+                }
+            },
+        }
+    }
+
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        match &self.shape.potential {
+            Potential::Programs { singular, .. } => {
+                singular[j].as_ref().is_some_and(|part| self.is_singular(part, q, j, to))
+            }
+            Potential::Ridges { .. } => false,
         }
     }
 

@@ -44,6 +44,10 @@ impl Scalar for f64x8 {
         self.to_array()[0]
     }
     #[inline(always)]
+    fn lane(self, index: usize) -> f64 {
+        self.to_array()[index % 8]
+    }
+    #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         f64x8::mul_add(self, a, b)
     }

@@ -2,6 +2,7 @@
 
 use super::description::Reading;
 use super::failure::{CustomError, Place};
+use super::polynomial::Polynomial;
 use super::ridges::{Links, Wanted};
 use super::structure::{Structure, linear};
 use crate::expression::graph::{Graph, Input, Kinds, Node};
@@ -20,13 +21,13 @@ pub(super) struct Part {
     pub(super) frame: Range<usize>,
 }
 
-/// The mean of ∂V/∂q_j along an edge: what has a closed form, and the slope of the rest, for quadrature.
+/// The mean of ∂V/∂q_j along an edge and its derivative by the end.
 #[derive(Debug)]
-pub(super) struct Edge {
-    /// The mean, and its derivative by the end.
-    pub(super) closed: Option<Part>,
-    /// At the point moved to the end.
-    pub(super) rest: Option<Part>,
+pub(super) enum Edge {
+    /// V is a polynomial along q_j.
+    Polynomial(Polynomial),
+    /// A program in slope form.
+    Program(Part),
 }
 
 /// How V and its slopes are found.
@@ -34,8 +35,15 @@ pub(super) struct Edge {
 pub(super) enum Potential {
     /// V is a sum of ridge polynomials: all of them along each coordinate, and each once.
     Ridges { along: Links, once: Links },
-    /// V is anything else: V, ∇V, each ∂V/∂q_j at the point with q_j moved to the end, and its means.
-    Programs { value: Part, gradient: Vec<Part>, partials: Vec<Part>, edges: Vec<Edge> },
+    /// V is anything else: V, ∇V, each ∂V/∂q_j at the point with q_j moved to the end, and its means;
+    /// and the part of V that changes with q_j, where it may be singular.
+    Programs {
+        value: Part,
+        gradient: Vec<Part>,
+        partials: Vec<Part>,
+        edges: Vec<Edge>,
+        singular: Vec<Option<Part>>,
+    },
 }
 
 /// What D is made of.
@@ -225,12 +233,13 @@ impl Builder {
             }
         }
         let summands = self.graph.summands(potential);
-        let edges = self.edges(slopes.len(), &summands)?;
+        let (edges, singular) = self.edges(slopes.len(), &summands)?;
         let partials = slopes.iter().enumerate().map(|(j, &slope)| self.moving(j, &[slope]));
         let partials = partials.collect::<Result<_, _>>()?;
         let gradient: Vec<(u32, Node)> = (0..).zip(slopes.iter().copied()).collect();
         let gradient = self.many(&gradient)?;
-        Ok(Potential::Programs { value: self.one(&[potential])?, gradient, partials, edges })
+        let value = self.one(&[potential])?;
+        Ok(Potential::Programs { value, gradient, partials, edges, singular })
     }
 
     /// γ_j, if each is a sum of ridge polynomials of q_j and another coordinate.
@@ -292,7 +301,8 @@ impl Builder {
         Some(matrix)
     }
 
-    fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<Vec<Edge>, CustomError> {
+    /// The means along each coordinate, of the part of V that changes with it.
+    fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<Edges, CustomError> {
         let mut along = vec![Vec::new(); dof];
         for &summand in summands {
             for input in self.graph.inputs(summand, Kinds::COORDINATES) {
@@ -301,29 +311,32 @@ impl Builder {
                 }
             }
         }
-        let mut edges = Vec::with_capacity(dof);
-        for (j, summands) in along.into_iter().enumerate() {
-            let coordinate = Input::Coordinate(j as u32);
+        let (mut edges, mut singular) = (Vec::with_capacity(dof), Vec::with_capacity(dof));
+        for (j, summands) in (0..).zip(along) {
             let zero = self.graph.number(0.0);
-            let (mut mean, mut rest) = (zero, zero);
-            for summand in summands {
-                match self.graph.divided_difference(summand, j as u32) {
-                    Some(part) => mean = self.graph.sum(mean, part),
-                    None => {
-                        let slope = self.graph.gradient(summand, Kinds::COORDINATES, &[coordinate]);
-                        rest = slope.into_iter().fold(rest, |rest, slope| self.graph.sum(rest, slope));
-                    }
-                }
-            }
-            let slope = self.graph.gradient(mean, Kinds::END, &[Input::End]);
-            let slope = slope.first().copied().unwrap_or(zero);
-            let closed = if self.graph.is_zero(mean) { None } else { Some(self.one(&[mean, slope])?) };
-            let rest = if self.graph.is_zero(rest) { None } else { Some(self.moving(j, &[rest])?) };
-            edges.push(Edge { closed, rest });
+            let part = summands.into_iter().fold(zero, |sum, summand| self.graph.sum(sum, summand));
+            edges.push(self.edge(part, j)?);
+            let doubtful = self.graph.may_be_singular(part);
+            singular.push(if doubtful { Some(self.moving(j as usize, &[part])?) } else { None });
         }
-        Ok(edges)
+        Ok((edges, singular))
+    }
+
+    fn edge(&mut self, part: Node, j: u32) -> Result<Edge, CustomError> {
+        if let Some(monomials) = self.graph.monomials(part)
+            && let Some(edge) = Polynomial::new(&mut self.graph, &mut self.frames, &monomials, j)
+        {
+            return Ok(Edge::Polynomial(edge));
+        }
+        let mean = self.graph.divided_difference(part, j);
+        let slope = self.graph.gradient(mean, Kinds::END, &[Input::End]);
+        let results: Vec<Node> = std::iter::once(mean).chain(slope).collect();
+        Ok(Edge::Program(self.one(&results)?))
     }
 }
+
+/// Means along each coordinate, and where what they are of may be singular.
+type Edges = (Vec<Edge>, Vec<Option<Part>>);
 
 fn crowded(_: TooManyRegisters) -> CustomError {
     CustomError::TooLarge { what: "values needed at once", count: REGISTERS + 1, limit: REGISTERS }

@@ -13,15 +13,18 @@ enum Operation {
     Term(Term),
     ProductSum(Node, Node, Node),
     ProductDifference(Node, Node, Node),
+    /// The derivative of this divided difference, which is computed with it.
+    Bend(Node),
 }
 
 impl Operation {
     fn operands(self) -> impl Iterator<Item = Node> {
-        let (term, fused) = match self {
-            Self::Term(term) => (Some(term), None),
-            Self::ProductSum(a, b, c) | Self::ProductDifference(a, b, c) => (None, Some([a, b, c])),
+        let (term, fused, with) = match self {
+            Self::Term(term) => (Some(term), None, None),
+            Self::ProductSum(a, b, c) | Self::ProductDifference(a, b, c) => (None, Some([a, b, c]), None),
+            Self::Bend(divided) => (None, None, Some(divided)),
         };
-        term.into_iter().flat_map(Term::operands).chain(fused.into_iter().flatten())
+        term.into_iter().flat_map(Term::operands).chain(fused.into_iter().flatten()).chain(with)
     }
 }
 
@@ -72,10 +75,11 @@ pub(super) fn compile(
         give(&mut code, node, at);
     }
     for (time, &node) in order.iter().enumerate() {
-        if bank.places.contains_key(&node) {
+        let operation = compiler.operation(node);
+        let computed = bank.places.get(&node).copied();
+        if computed.is_some() && !matches!(operation, Operation::Bend(_)) {
             continue;
         }
-        let operation = compiler.operation(node);
         let operands: Vec<(Node, Register)> =
             operation.operands().filter_map(|x| Some((x, *bank.places.get(&x)?))).collect();
         for &(x, at) in &operands {
@@ -83,13 +87,21 @@ pub(super) fn compile(
                 bank.free.push(at);
             }
         }
+        if let Some(at) = computed {
+            give(&mut code, node, at);
+            continue;
+        }
         let to = bank.take(node)?;
+        let bend = compiler.bend(node).map(|bend| bank.take(bend)).transpose()?;
         let at = |k: usize| operands.get(k).map_or(0, |x| x.1);
         let (a, b, c) = (at(0), at(1), at(2));
         code.push(match operation {
             Operation::ProductSum(..) => Instruction::ProductSum { to, a, b, c },
             Operation::ProductDifference(..) => Instruction::ProductDifference { to, a, b, c },
+            // Computed with the divided difference, which comes before.
+            Operation::Bend(_) => continue,
             Operation::Term(term) => match term {
+                Term::Divided(function, ..) => Instruction::Divided { function, to, bend, a, b },
                 Term::Input(input) => Instruction::Load { to, input },
                 Term::Negative(_) => Instruction::Negative { to, a },
                 Term::Sum(..) => Instruction::Sum { to, a, b },
@@ -98,7 +110,7 @@ pub(super) fn compile(
                 Term::Quotient(..) => Instruction::Quotient { to, a, b },
                 Term::Of(function, _) => Instruction::Of { function, to, a },
                 // In the frame.
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) => continue,
+                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Bend(..) => continue,
             },
         });
         give(&mut code, node, to);
@@ -138,8 +150,18 @@ impl Compiler<'_> {
                 Some((a, b)) => Operation::ProductDifference(a, b, x),
                 None => Operation::Term(Term::Difference(x, y)),
             },
+            Term::Bend(function, a, b) => match self.graph.find(Term::Divided(function, a, b)) {
+                Some(divided) => Operation::Bend(divided),
+                None => Operation::Term(self.graph.term(node)),
+            },
             term => Operation::Term(term),
         }
+    }
+
+    /// The derivative of a divided difference, if the program asks for it.
+    fn bend(&self, node: Node) -> Option<Node> {
+        let Term::Divided(function, a, b) = self.graph.term(node) else { return None };
+        self.graph.find(Term::Bend(function, a, b)).filter(|bend| self.uses.contains_key(bend))
     }
 
     /// Operands before what they enter, each as late as it goes; what is closed has none.

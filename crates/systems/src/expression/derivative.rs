@@ -4,11 +4,12 @@
 //!
 //! ```text
 //! (u + v)[] = u[] + v[]        (u v)[] = u[] v̄ + ū v[]        (u/v)[] = (u[] - (u(a)/v(a)) v[]) / v(b)
-//! √u[] = u[] / (√u(a) + √u(b))        |u|[] = u[] (u(a) + u(b)) / (|u(a)| + |u(b)|)        ū = (u(a) + u(b))/2
+//! √u[] = u[] / (√u(a) + √u(b))        φ(u)[] = φ[u(a), u(b)] u[]        ū = (u(a) + u(b))/2
 //! ```
 //!
-//! so that what is made of these has its mean slope over an edge to a few roundings however short the edge, and a derivative
-//! where there is none. (Slopes as in Krawczyk and Neumaier, SIAM J. Numer. Anal. 22 (1985) 604, for one real edge.)
+//! with the φ[a, b] of [`afterbay_core::divided`], so that every expression has its mean slope over an
+//! edge to a few roundings however short or long the edge, and a derivative where there is none.
+//! (Slopes as in Krawczyk and Neumaier, SIAM J. Numer. Anal. 22 (1985) 604, for one real edge.)
 
 use super::function::Function;
 use super::graph::{Graph, Input, Kinds, Node, Term};
@@ -39,6 +40,18 @@ impl Graph {
                     let slope = self.slope(function, a, node);
                     parts[0] = Some((a, self.product(adjoint, slope)));
                 }
+                Term::Divided(function, a, b) => {
+                    let [by_a, by_b] = [(b, a), (a, b)].map(|(from, to)| {
+                        if !self.depends(to, kinds) {
+                            return None;
+                        }
+                        let bend = self.bend(function, from, to);
+                        Some((to, self.product(adjoint, bend)))
+                    });
+                    parts = [by_a, by_b];
+                }
+                // It steers, and nothing is steered by its derivative.
+                Term::Bend(..) => {}
                 Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {}
             }
             for (operand, part) in parts.into_iter().flatten() {
@@ -55,9 +68,8 @@ impl Graph {
         by.iter().map(of).collect()
     }
 
-    /// The divided difference of a node along q_j, from q_j to the end; none where a function other than √ and |..| depends
-    /// on q_j.
-    pub(crate) fn divided_difference(&mut self, of: Node, j: u32) -> Option<Node> {
+    /// The divided difference of a node along q_j, from q_j to the end.
+    pub(crate) fn divided_difference(&mut self, of: Node, j: u32) -> Node {
         let coordinate = Input::Coordinate(j);
         let (zero, one) = (self.number(0.0), self.number(1.0));
         // Of what changes along the edge: the value at the end, and the divided difference.
@@ -100,21 +112,21 @@ impl Graph {
                     let sum = self.sum(node, root);
                     (root, self.quotient(slope, sum))
                 }
-                Term::Of(Function::Abs, a) => {
+                Term::Of(function, a) => {
                     let (end, slope) = at(a);
-                    let size = self.of(Function::Abs, end);
-                    let (sum, sizes) = (self.sum(a, end), self.sum(node, size));
-                    // From 0 to 0 the slope is 0; elsewhere this changes nothing.
-                    let least = self.number(f64::MIN_POSITIVE);
-                    let sizes = self.sum(sizes, least);
-                    let share = self.quotient(sum, sizes);
-                    (size, self.product(slope, share))
+                    let divided = self.divided(function, a, end);
+                    (self.of(function, end), self.product(divided, slope))
                 }
-                _ => return None,
+                Term::Divided(..)
+                | Term::Bend(..)
+                | Term::Constant(_)
+                | Term::Pi
+                | Term::Parameter(_)
+                | Term::Input(_) => continue,
             };
             changed.insert(node, pair);
         }
-        Some(changed.get(&of).map_or(zero, |pair| pair.1))
+        changed.get(&of).map_or(zero, |pair| pair.1)
     }
 
     fn mean(&mut self, start: Node, end: Node) -> Node {

@@ -1,7 +1,7 @@
 //! The functions an expression may call: their names, values in any scalar, and derivatives.
 
 use super::graph::{Graph, Node};
-use afterbay_core::Scalar;
+use afterbay_core::{Line, Scalar, divided};
 
 /// A function of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -129,6 +129,31 @@ impl Function {
                 let e = (-(x.abs() + x.abs())).exp_m1();
                 let tanh = -e / (e + one + one);
                 T::select(x.lt(zero), -tanh, tanh)
+            }
+        }
+    }
+
+    /// f[a, b] with its derivative by b, without cancellation at any width.
+    #[inline]
+    pub(crate) fn divided<T: Scalar>(self, a: T, b: T) -> Line<T> {
+        match self {
+            Self::Abs => divided::abs(a, b),
+            Self::Sqrt => divided::sqrt(a.sqrt(), b.sqrt()),
+            Self::Exp => divided::exp(a, b),
+            Self::Log => divided::ln(a, b),
+            Self::Sin => divided::sin(a, b),
+            Self::Cos => divided::cos(a, b),
+            Self::Asin => divided::asin(a, b),
+            Self::Acos => divided::acos(a, b),
+            Self::Atan => divided::atan(a, b),
+            Self::Sinh => divided::sinh(a, b),
+            Self::Cosh => divided::cosh(a, b),
+            Self::Tanh => divided::tanh(a, b),
+            // Of no potential: it has no name, and is a derivative.
+            Self::Sign => {
+                let still = (b - a).abs().le(T::zero());
+                let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);
+                Line { value: rise, slope: T::zero() }
             }
         }
     }

@@ -37,6 +37,10 @@ pub(crate) enum Term {
     Product(Node, Node),
     Quotient(Node, Node),
     Of(Function, Node),
+    /// φ[a, b] = (φ(b) - φ(a))/(b - a)
+    Divided(Function, Node, Node),
+    /// The derivative of φ[a, b] by b, for steering.
+    Bend(Function, Node, Node),
 }
 
 impl Term {
@@ -45,9 +49,12 @@ impl Term {
         let (a, b) = match self {
             Self::Constant(_) | Self::Pi | Self::Parameter(_) | Self::Input(_) => (None, None),
             Self::Negative(a) | Self::Of(_, a) => (Some(a), None),
-            Self::Sum(a, b) | Self::Difference(a, b) | Self::Product(a, b) | Self::Quotient(a, b) => {
-                (Some(a), Some(b))
-            }
+            Self::Sum(a, b)
+            | Self::Difference(a, b)
+            | Self::Product(a, b)
+            | Self::Quotient(a, b)
+            | Self::Divided(_, a, b)
+            | Self::Bend(_, a, b) => (Some(a), Some(b)),
         };
         a.into_iter().chain(b)
     }
@@ -118,6 +125,11 @@ impl Graph {
         self.constant(node) == Some(0.0)
     }
 
+    /// The node of that term, if there is one.
+    pub(super) fn find(&self, term: Term) -> Option<Node> {
+        self.places.get(&term).copied()
+    }
+
     /// The node of that term, a new one if there is none.
     pub(super) fn insert(&mut self, term: Term) -> Node {
         if let Some(&node) = self.places.get(&term) {
@@ -178,6 +190,8 @@ impl Graph {
                 Term::Product(a, b) => at(a) * at(b),
                 Term::Quotient(a, b) => at(a) / at(b),
                 Term::Of(function, a) => function.at(at(a)),
+                Term::Divided(function, a, b) => function.divided(at(a), at(b)).value,
+                Term::Bend(function, a, b) => function.divided(at(a), at(b)).slope,
             };
             values.insert(node, value);
         }
@@ -228,6 +242,8 @@ impl Graph {
             (Term::Difference(..), Some(a), Some(b)) => self.difference(a, b),
             (Term::Product(..), Some(a), Some(b)) => self.product(a, b),
             (Term::Quotient(..), Some(a), Some(b)) => self.quotient(a, b),
+            (Term::Divided(function, ..), Some(a), Some(b)) => self.divided(function, a, b),
+            (Term::Bend(function, ..), Some(a), Some(b)) => self.bend(function, a, b),
             _ => return None,
         })
     }

@@ -63,6 +63,14 @@ pub(super) enum Instruction {
         to: Register,
         a: Register,
     },
+    /// φ[a, b], and its derivative by b where that is wanted too.
+    Divided {
+        function: Function,
+        to: Register,
+        bend: Option<Register>,
+        a: Register,
+        b: Register,
+    },
     /// The result of this index is in the register.
     Give {
         index: u32,
@@ -227,6 +235,13 @@ impl Program {
                     r[at(to)] = (-r[at(a)]).mul_add(r[at(b)], r[at(c)]);
                 }
                 Instruction::Of { function, to, a } => r[at(to)] = function.at(r[at(a)]),
+                Instruction::Divided { function, to, bend, a, b } => {
+                    let line = function.divided(r[at(a)], r[at(b)]);
+                    r[at(to)] = line.value;
+                    if let Some(bend) = bend {
+                        r[at(bend)] = line.slope;
+                    }
+                }
                 Instruction::Give { index, a } => give(index, r[at(a)]),
             }
         }

@@ -32,6 +32,16 @@ impl Graph {
         }
     }
 
+    /// φ[a, b]
+    pub(crate) fn divided(&mut self, function: Function, a: Node, b: Node) -> Node {
+        self.insert(Term::Divided(function, a, b))
+    }
+
+    /// The derivative of φ[a, b] by b.
+    pub(crate) fn bend(&mut self, function: Function, a: Node, b: Node) -> Node {
+        self.insert(Term::Bend(function, a, b))
+    }
+
     pub(crate) fn negative(&mut self, a: Node) -> Node {
         match self.term(a) {
             Term::Constant(bits) => self.number(-f64::from_bits(bits)),

@@ -1,0 +1,409 @@
+//! Divided differences φ[a, b] = (φ(b) - φ(a))/(b - a) of functions of one number, without
+//! cancellation, with their derivatives by b.
+//!
+//! With the middle m = (a + b)/2, the half width e = (b - a)/2 and d = b - a:
+//!
+//! ```text
+//! exp   e^m sinh(e)/e                          sin   cos(m) sin(e)/e
+//! sinh  cosh(m) sinh(e)/e                      cos   -sin(m) sin(e)/e
+//! cosh  sinh(m) sinh(e)/e                      ln    2 artanh(d/(a+b)) / d
+//! √     1/(√a + √b)                            |·|   (a + b)/(|a| + |b|)
+//! tanh  sinh(d)/(d cosh(a) cosh(b))            atan  atan(d/(1 + ab))/d, where 1 + ab > 0
+//! ```
+//!
+//! The values hold to a few roundings for every width, none included, as long as φ itself is a
+//! number: m and e are carried with what their roundings leave, because a sine of 1000 or an
+//! exponential of 700 feels them. Where e is small a series stands for the quotient by it; where it
+//! is not, nothing cancels. The derivatives steer Newton's iteration and are less exact.
+//!
+//! R. Krawczyk, A. Neumaier, *Interval slopes for rational functions*, SIAM J. Numer. Anal. 22
+//! (1985); T. W. Reps, L. B. Rall, *Computational divided differencing*, Higher-Order and Symbolic
+//! Computation 16 (2003).
+
+use crate::{Line, Mask, Scalar, Slope};
+
+/// (2k + 1)! for k from 0, exact.
+const FACTORIALS: [f64; 8] =
+    [1.0, 6.0, 120.0, 5040.0, 362_880.0, 39_916_800.0, 6_227_020_800.0, 1_307_674_368_000.0];
+
+/// a + b as a sum and what its rounding leaves.
+#[inline(always)]
+fn two_sum<T: Scalar>(a: T, b: T) -> [T; 2] {
+    let sum = a + b;
+    let back = sum - a;
+    [sum, (a - (sum - back)) + (b - back)]
+}
+
+/// The middle of an edge and half its width, each with what its rounding leaves.
+#[derive(Clone, Copy)]
+struct Edge<T> {
+    middle: [T; 2],
+    half: [T; 2],
+}
+
+impl<T: Scalar> Edge<T> {
+    #[inline(always)]
+    fn new(a: T, b: T) -> Self {
+        Self { middle: two_sum(a, b).map(T::half), half: two_sum(b, -a).map(T::half) }
+    }
+
+    /// sin m and cos m.
+    #[inline(always)]
+    fn sin_cos(&self) -> (T, T) {
+        let ([_, low], (sin, cos)) = (self.middle, self.middle[0].sin_cos());
+        (low.mul_add(cos, sin), (-low).mul_add(sin, cos))
+    }
+
+    /// sinh m and cosh m.
+    #[inline(always)]
+    fn sinh_cosh(&self) -> (T, T) {
+        let ([_, low], (sinh, cosh)) = (self.middle, sinh_cosh(self.middle[0]));
+        (low.mul_add(cosh, sinh), low.mul_add(sinh, cosh))
+    }
+
+    /// sin e / e and its derivative.
+    #[inline(always)]
+    fn sinc(&self) -> Line<T> {
+        self.quotient(T::from_f64(-1.0), |[e, low]| {
+            let (sin, cos) = e.sin_cos();
+            let value = low.mul_add(cos, sin) / e;
+            Line { value, slope: (cos - value) / e }
+        })
+    }
+
+    /// sinh e / e and its derivative.
+    #[inline(always)]
+    fn sinhc(&self) -> Line<T> {
+        self.quotient(T::one(), |[e, low]| {
+            let (sinh, cosh) = sinh_cosh(e);
+            let value = low.mul_add(cosh, sinh) / e;
+            Line { value, slope: (cosh - value) / e }
+        })
+    }
+
+    /// Σ (sign e²)ᵏ/(2k + 1)! where e is small, else what `far` gives.
+    #[inline(always)]
+    fn quotient(&self, sign: T, far: impl FnOnce([T; 2]) -> Line<T>) -> Line<T> {
+        let e = self.half[0];
+        let near = || {
+            let square = sign * e * e;
+            let coefficient = |k: usize| reciprocal::<T>(FACTORIALS[k]);
+            let value = series::<T, 7>(square, coefficient);
+            Line { value, slope: sign * e * derivative::<T, 7>(square, coefficient) }
+        };
+        either(e.abs().lt(T::from_f64(small::<T>())), near, || far(self.half))
+    }
+}
+
+/// Where seven terms of the series by factorials give the number to rounding.
+fn small<T: Scalar>() -> f64 {
+    if T::EPSILON < 1e-20 { 1.0 / 512.0 } else { 0.25 }
+}
+
+/// Σ c_k yᵏ, N terms.
+#[inline(always)]
+fn series<T: Scalar, const N: usize>(y: T, coefficient: impl Fn(usize) -> T) -> T {
+    (0..N - 1).rev().fold(coefficient(N - 1), |sum, k| sum.mul_add(y, coefficient(k)))
+}
+
+/// Σ 2 k c_k yᵏ⁻¹, the derivative of the sum by x over x where y = x².
+#[inline(always)]
+fn derivative<T: Scalar, const N: usize>(y: T, coefficient: impl Fn(usize) -> T) -> T {
+    let term = |k: usize| T::from_f64(2.0 * k as f64) * coefficient(k);
+    (1..N - 1).rev().fold(term(N - 1), |sum, k| sum.mul_add(y, term(k)))
+}
+
+/// 1/(2k + 1), the coefficients of artanh x / x, and of atan x / x but for the signs.
+#[inline(always)]
+fn odd<T: Scalar>(k: usize) -> T {
+    reciprocal((2 * k + 1) as f64)
+}
+
+/// 1/n in the precision of T.
+#[inline(always)]
+fn reciprocal<T: Scalar>(n: f64) -> T {
+    if T::EPSILON < 1e-20 { T::from_f64(n).recip() } else { T::from_f64(1.0 / n) }
+}
+
+/// `near` where the mask is true, `far` elsewhere; what is needed in no lane is not computed.
+#[inline(always)]
+fn either<T: Scalar>(
+    mask: T::Mask,
+    near: impl FnOnce() -> Line<T>,
+    far: impl FnOnce() -> Line<T>,
+) -> Line<T> {
+    if mask.all() {
+        return near();
+    }
+    if !mask.any() {
+        return far();
+    }
+    let (near, far) = (near(), far());
+    Line { value: T::select(mask, near.value, far.value), slope: T::select(mask, near.slope, far.slope) }
+}
+
+/// sinh x and cosh x, by e^|x| - 1.
+#[inline(always)]
+pub fn sinh_cosh<T: Scalar>(x: T) -> (T, T) {
+    let less = x.abs().exp_m1();
+    let (e, inverse) = (less + T::one(), (less + T::one()).recip());
+    let sinh = (less + less * inverse).half();
+    (T::select(x.lt(T::zero()), -sinh, sinh), (e + inverse).half())
+}
+
+/// exp[a, b]
+#[inline(always)]
+pub fn exp<T: Scalar>(a: T, b: T) -> Line<T> {
+    let edge = Edge::new(a, b);
+    let [e, _] = edge.half;
+    let near = || {
+        let ([m, low], sinhc) = (edge.middle, edge.sinhc());
+        let power = m.exp();
+        let power = power.mul_add(low, power);
+        Line { value: power * sinhc.value, slope: (power * (sinhc.value + sinhc.slope)).half() }
+    };
+    // On a long edge the smaller exponential may be no number beside the larger one.
+    let far = || {
+        let (rises, width) = (a.lt(b), (e + e).abs());
+        let (largest, falls) = (T::select(rises, b, a).exp(), (-width).exp_m1());
+        let value = largest * (-falls / width);
+        let end = T::select(rises, largest, largest.mul_add(falls, largest));
+        Line { value, slope: (end - value) / (e + e) }
+    };
+    either(e.abs().lt(T::from_f64(0.25)), near, far)
+}
+
+/// ln[a, b]. No number where a or b is not positive, infinite where one of them is 0.
+#[inline(always)]
+pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
+    let (one, two) = (T::one(), T::from_f64(2.0));
+    let (sum, width) = (a + b, b - a);
+    let (z, least) = (width / sum, T::select(a.lt(b), a, b));
+    let near = || {
+        let (scale, square) = (sum.recip(), z * z);
+        let value = two * scale * series::<T, 11>(square, odd);
+        let bend = z * derivative::<T, 7>(square, odd);
+        let slope = (two + two) * a * scale * scale * scale * bend - value * scale;
+        Line { value, slope }
+    };
+    let far = || {
+        let ratio = T::select(a.lt(b), b / a, a / b);
+        let rise = T::select(ratio.is_finite(), ratio.ln() / width.abs(), (b.ln() - a.ln()) / width);
+        let value = T::select(least.lt(T::zero()), T::from_f64(f64::NAN), rise);
+        Line { value, slope: (one / b - value) / width }
+    };
+    let reach = if T::EPSILON < 1e-20 { 0.03 } else { 0.17 };
+    let short = z.abs().lt(T::from_f64(reach));
+    either(short.and(T::zero().lt(least)), near, far)
+}
+
+/// sin[a, b]
+#[inline(always)]
+pub fn sin<T: Scalar>(a: T, b: T) -> Line<T> {
+    let edge = Edge::new(a, b);
+    let ((sin, cos), sinc) = (edge.sin_cos(), edge.sinc());
+    Line { value: cos * sinc.value, slope: (cos * sinc.slope - sin * sinc.value).half() }
+}
+
+/// cos[a, b]
+#[inline(always)]
+pub fn cos<T: Scalar>(a: T, b: T) -> Line<T> {
+    let edge = Edge::new(a, b);
+    let ((sin, cos), sinc) = (edge.sin_cos(), edge.sinc());
+    Line { value: -(sin * sinc.value), slope: -(cos * sinc.value + sin * sinc.slope).half() }
+}
+
+/// sinh[a, b]
+#[inline(always)]
+pub fn sinh<T: Scalar>(a: T, b: T) -> Line<T> {
+    let edge = Edge::new(a, b);
+    let ((sinh, cosh), sinhc) = (edge.sinh_cosh(), edge.sinhc());
+    Line { value: cosh * sinhc.value, slope: (cosh * sinhc.slope + sinh * sinhc.value).half() }
+}
+
+/// cosh[a, b]
+#[inline(always)]
+pub fn cosh<T: Scalar>(a: T, b: T) -> Line<T> {
+    let edge = Edge::new(a, b);
+    let ((sinh, cosh), sinhc) = (edge.sinh_cosh(), edge.sinhc());
+    Line { value: sinh * sinhc.value, slope: (sinh * sinhc.slope + cosh * sinhc.value).half() }
+}
+
+/// tanh[a, b] = sinh(d)/(d cosh(a) cosh(b)), by exponentials of what is not positive.
+#[inline(always)]
+pub fn tanh<T: Scalar>(a: T, b: T) -> Line<T> {
+    let (zero, one, width) = (T::zero(), T::one(), b - a);
+    let [fall_a, fall_b] = [a, b].map(|x| (-(x.abs() + x.abs())).exp());
+    let nearer = T::select(fall_a.lt(fall_b), fall_b, fall_a);
+    let alike = a.lt(zero).and(b.lt(zero)).or(zero.lt(a).and(zero.lt(b)));
+    let scale = T::select(alike, nearer, one) / ((one + fall_a) * (one + fall_b));
+    let spread = exp(-(width.abs() + width.abs()), zero).value;
+    let value = T::from_f64(4.0) * scale * spread;
+    let slope_b = T::from_f64(4.0) * fall_b / ((one + fall_b) * (one + fall_b));
+    let short = width.abs().lt(T::from_f64(1e-4));
+    let bend = T::select(b.lt(zero), slope_b, -slope_b) * (one - fall_b) / (one + fall_b);
+    let far = (slope_b - value) / T::select(short, one, width);
+    Line { value, slope: T::select(short, bend, far) }
+}
+
+/// asin[a, b], in slope arithmetic of the half angle's tangent.
+#[inline(always)]
+pub fn asin<T: Scalar>(a: T, b: T) -> Line<T> {
+    let (x, one) = (Slope::between(a, b), Slope::<T>::one());
+    let half = (x / (one + ((one - x) * (one + x)).sqrt())).atan();
+    let (one, value) = (T::one(), half.slope + half.slope);
+    let root = ((one - b) * (one + b)).sqrt();
+    bent(b - a, value, root.recip(), b / (root * root * root))
+}
+
+/// acos[a, b], in slope arithmetic of the quarter angle's tangent.
+#[inline(always)]
+pub fn acos<T: Scalar>(a: T, b: T) -> Line<T> {
+    let (x, one) = (Slope::between(a, b), Slope::<T>::one());
+    let quarter = ((one - x).sqrt() / ((one + one).sqrt() + (one + x).sqrt())).atan();
+    let (one, value) = (T::one(), T::from_f64(4.0) * quarter.slope);
+    let root = ((one - b) * (one + b)).sqrt();
+    bent(b - a, value, -root.recip(), -(b / (root * root * root)))
+}
+
+/// φ[a, b] with its derivative by b, given φ'(b) and φ''(b).
+#[inline(always)]
+fn bent<T: Scalar>(width: T, value: T, first: T, second: T) -> Line<T> {
+    let short = width.abs().lt(T::from_f64(1e-5));
+    let far = (first - value) / T::select(short, T::one(), width);
+    Line { value, slope: T::select(short, second.half(), far) }
+}
+
+/// √[a, b], given √a and √b; infinite from 0 to 0.
+#[inline(always)]
+pub fn sqrt<T: Scalar>(a: T, b: T) -> Line<T> {
+    let value = (a + b).recip();
+    Line { value, slope: -(value * value / (b + b)) }
+}
+
+/// |·|[a, b]: 1 or -1 where a and b have one sign, 0 from 0 to 0.
+#[inline(always)]
+pub fn abs<T: Scalar>(a: T, b: T) -> Line<T> {
+    let (zero, one, width) = (T::zero(), T::one(), b - a);
+    let sizes = a.abs() + b.abs();
+    let rest = sizes.le(zero);
+    let value = T::select(rest, zero, (a + b) / T::select(rest, one, sizes));
+    let sign = T::select(b.lt(zero), -one, one);
+    let still = width.abs().le(zero);
+    let slope = T::select(still, zero, (sign - value) / T::select(still, one, width));
+    Line { value, slope }
+}
+
+/// atan[a, b]
+#[inline(always)]
+pub fn atan<T: Scalar>(a: T, b: T) -> Line<T> {
+    let (zero, one, width) = (T::zero(), T::one(), b - a);
+    // The tangent of the angle between is d/(1 + a b).
+    let share = a.mul_add(b, one);
+    let near = || {
+        let x = width / share;
+        let (square, scale) = (-(x * x), share.recip());
+        let value = series::<T, 7>(square, odd);
+        let bend = -(x * derivative::<T, 7>(square, odd));
+        let by_share = a.mul_add(a, one) * scale;
+        Line { value: value * scale, slope: scale * scale * (bend * by_share - a * value) }
+    };
+    let far = || {
+        let (pi, right) = (T::from_f64(4.0) * one.atan(), share.abs().le(zero));
+        let angle = (width.abs() / T::select(right, one, share)).atan();
+        let angle = T::select(share.lt(zero), angle + pi, angle);
+        let angle = T::select(right, pi.half(), angle);
+        let value = angle / width.abs();
+        Line { value, slope: (b.mul_add(b, one).recip() - value) / width }
+    };
+    let reach = T::from_f64(small::<T>() * 0.125) * share;
+    either(width.abs().lt(reach), near, far)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Slope;
+    use qd::Quad;
+    use wide::f64x8;
+
+    /// Edges with 30 digits of the divided differences, from `divided.py` beside it.
+    const TABLE: &str = include_str!("../tests/data/divided.csv");
+
+    fn divided<T: Scalar>(name: &str, a: T, b: T) -> Line<T> {
+        match name {
+            "sin" => sin(a, b),
+            "cos" => cos(a, b),
+            "exp" => exp(a, b),
+            "sinh" => sinh(a, b),
+            "cosh" => cosh(a, b),
+            "tanh" => tanh(a, b),
+            "ln" => ln(a, b),
+            "sqrt" => sqrt(a.sqrt(), b.sqrt()),
+            "atan" => atan(a, b),
+            "asin" => asin(a, b),
+            "acos" => acos(a, b),
+            "abs" => abs(a, b),
+            _ => panic!("no function called {name}"),
+        }
+    }
+
+    /// Name, a, b, and the divided difference as two numbers.
+    fn table() -> impl Iterator<Item = (&'static str, [f64; 2], Quad)> {
+        TABLE.lines().skip(1).map(|line| {
+            let (name, numbers) = line.split_once(',').unwrap();
+            let numbers: Vec<f64> = numbers.split(',').map(|x| x.parse().unwrap()).collect();
+            let &[a, b, high, low] = numbers.as_slice() else { panic!("four numbers in {line}") };
+            (name, [a, b], Quad(high, low))
+        })
+    }
+
+    #[test]
+    fn values_agree_with_the_table() {
+        let mut points = std::collections::BTreeMap::new();
+        for (name, [a, b], exact) in table() {
+            let size = exact.0.abs().max(f64::MIN_POSITIVE);
+            let off = |found: f64| ((found - exact.0) - exact.1).abs() / size;
+            let found = divided(name, a, b).value;
+            assert!(off(found) < 5.0 * f64::EPSILON, "{name}[{a:e}, {b:e}]: {found:e} {exact:?}");
+            let lanes = divided(name, f64x8::splat(a), f64x8::splat(b)).value.to_array()[5];
+            assert!(off(lanes) < 5.0 * f64::EPSILON, "{name}[{a:e}, {b:e}] in lanes: {lanes:e}");
+            *points.entry(name).or_insert(0) += 1;
+            // Below, the low parts underflow.
+            if [a, b].iter().any(|x| x.abs() < 1e-200 && *x != 0.0) || exact.0.abs() < 1e-200 {
+                continue;
+            }
+            let quad = divided(name, Quad::from_f64(a), Quad::from_f64(b)).value;
+            let error = quad.sub_accurate(exact).0.abs() / size;
+            assert!(error < 1e-30, "{name}[{a:e}, {b:e}] in 106 bits: {error:e}");
+        }
+        assert!(points.len() == 12 && points.values().all(|&count| count > 60), "{points:?}");
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_values() {
+        for (name, [a, b], _) in table() {
+            let line = divided(name, a, b);
+            // Beside kinks and poles a difference of this step says nothing.
+            let (step, kink) = (1e-5 * (1.0 + b.abs().min(3.0)), name == "abs" && b.abs() < 0.1);
+            let edge = matches!(name, "ln" | "sqrt") && b < 0.01
+                || matches!(name, "asin" | "acos") && b.abs() > 0.9
+                || a.abs().max(b.abs()) > 300.0;
+            if kink || edge || !(1e-3..1e12).contains(&line.value.abs()) {
+                continue;
+            }
+            let at = |x: f64| divided(name, a, x).value;
+            let slope = (at(b + step) - at(b - step)) / (2.0 * step);
+            let size = slope.abs() + line.value.abs();
+            assert!((line.slope - slope).abs() < 1e-4 * size, "{name}[{a}, {b}]: {line:?} {slope}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_value_is_no_number() {
+        for (a, b) in [(-1.0, 2.0), (2.0, -1.0), (-3.0, -2.0), (0.0, 1.0), (-1.0, -1.0)] {
+            assert!(!ln(a, b).value.is_finite(), "{a} {b}");
+        }
+        assert!(asin(0.5, 1.5).value.is_nan() && !sqrt(0.0_f64, 0.0).value.is_finite());
+    }
+}

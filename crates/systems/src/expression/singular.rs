@@ -1,0 +1,210 @@
+//! Where an expression has no value along an edge: poles, logarithms of 0, roots of negative numbers.
+//!
+//! The program of the expression is run on intervals over the edge. Where a divisor or the argument
+//! of a logarithm may be 0, or that of a root or an inverse sine outside its range, the edge is
+//! halved until nothing is left to doubt.
+
+use super::function::Function;
+use super::graph::{Graph, Input, Kinds, Node, Term};
+use super::program::{Instruction, Program, REGISTERS, Register};
+use afterbay_core::{Interval, Scalar};
+use std::collections::HashSet;
+
+/// Runs of the program after which what is in doubt is taken for singular.
+const MOST: usize = 4096;
+/// Halves that may wait.
+const DEPTH: usize = 64;
+/// The share of the ends of an edge below which it is not halved.
+const SHORTEST: f64 = 1e-18;
+
+/// What a run over an interval shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Sight {
+    /// There is a value everywhere.
+    Clear,
+    /// There may be none in parts, if not by rounding alone.
+    Border,
+    /// A divisor or the argument of a logarithm may be 0.
+    Pole,
+    /// There is no value anywhere.
+    Outside,
+}
+
+impl Graph {
+    /// Can the node be singular where what it is made of is finite, as far as its form tells?
+    pub(crate) fn may_be_singular(&self, of: Node) -> bool {
+        let (mut least, mut positive) = (HashSet::new(), HashSet::new());
+        let all = self.all(&[of]);
+        for &node in &all {
+            let [not_negative, above] = self.signs(node, &least, &positive);
+            if not_negative {
+                least.insert(node);
+            }
+            if above {
+                positive.insert(node);
+            }
+        }
+        let moves = |x: Node| self.depends(x, Kinds::COORDINATES);
+        all.into_iter().any(|node| match self.term(node) {
+            Term::Quotient(_, b) => moves(b) && !positive.contains(&b),
+            Term::Of(Function::Log, a) => moves(a) && !positive.contains(&a),
+            Term::Of(Function::Sqrt, a) => moves(a) && !least.contains(&a),
+            Term::Of(Function::Asin | Function::Acos, a) => moves(a),
+            _ => false,
+        })
+    }
+
+    /// Is a node ≥ 0, and is it > 0, by its form, given the nodes of which that is known?
+    fn signs(&self, node: Node, least: &HashSet<Node>, positive: &HashSet<Node>) -> [bool; 2] {
+        let both = |known: &HashSet<Node>, a: Node, b: Node| known.contains(&a) && known.contains(&b);
+        let (not_negative, above) = match self.term(node) {
+            Term::Constant(bits) => (f64::from_bits(bits) >= 0.0, f64::from_bits(bits) > 0.0),
+            Term::Pi | Term::Of(Function::Exp | Function::Cosh, _) => (true, true),
+            Term::Of(Function::Sqrt, a) => (true, positive.contains(&a)),
+            Term::Of(Function::Abs | Function::Acos, _) => (true, false),
+            Term::Sum(a, b) => {
+                let one = positive.contains(&a) || positive.contains(&b);
+                (both(least, a, b), both(least, a, b) && one)
+            }
+            Term::Product(a, b) => (a == b || both(least, a, b), both(positive, a, b)),
+            Term::Quotient(a, b) => (both(least, a, b), both(positive, a, b)),
+            _ => (false, false),
+        };
+        [not_negative, above]
+    }
+}
+
+impl Program {
+    /// Is what the program computes singular somewhere as the end of the edge goes between two
+    /// numbers? The frame and the inputs are given as intervals.
+    #[inline(never)]
+    pub(crate) fn is_singular(
+        &self,
+        frame: impl Fn(usize) -> Interval,
+        input: impl Fn(Input) -> Interval,
+        edge: [f64; 2],
+    ) -> bool {
+        match self.registers {
+            0..=16 => self.search::<16>(frame, input, edge),
+            17..=64 => self.search::<64>(frame, input, edge),
+            _ => self.search::<REGISTERS>(frame, input, edge),
+        }
+    }
+
+    fn search<const N: usize>(
+        &self,
+        frame: impl Fn(usize) -> Interval,
+        input: impl Fn(Input) -> Interval,
+        [from, to]: [f64; 2],
+    ) -> bool {
+        if !(from.is_finite() && to.is_finite()) {
+            return false;
+        }
+        let mut registers = [Interval::zero(); N];
+        let shortest = SHORTEST * (from.abs() + to.abs());
+        // Each half is halved before the other is looked at: no more wait than there are halvings.
+        let mut waiting = [(0.0, 0.0); DEPTH];
+        let mut count = 1_usize;
+        waiting[0] = (from.min(to), from.max(to));
+        for _ in 0..MOST {
+            let Some(last) = count.checked_sub(1) else { return false };
+            count = last;
+            let (low, high) = waiting[last];
+            let end = Interval::new(low, high);
+            let sight = self.sight(&mut registers, &frame, |x| match x {
+                Input::End => end,
+                _ => input(x),
+            });
+            let middle = 0.5 * low + 0.5 * high;
+            let divisible = high - low > shortest && low < middle && middle < high && count + 2 <= DEPTH;
+            match sight {
+                Sight::Clear => {}
+                Sight::Outside => return true,
+                _ if divisible => {
+                    waiting[count..count + 2].copy_from_slice(&[(middle, high), (low, middle)]);
+                    count += 2;
+                }
+                Sight::Border => {}
+                Sight::Pole => return true,
+            }
+        }
+        true
+    }
+
+    /// One run over an interval.
+    fn sight<const N: usize>(
+        &self,
+        r: &mut [Interval; N],
+        frame: impl Fn(usize) -> Interval,
+        input: impl Fn(Input) -> Interval,
+    ) -> Sight {
+        let mut worst = Sight::Clear;
+        let at = |register: Register| register as usize & (N - 1);
+        let product = |r: &[Interval; N], a: Register, b: Register| {
+            if a == b { r[at(a)].square() } else { r[at(a)] * r[at(b)] }
+        };
+        (0..self.frame.len()).for_each(|k| r[k & (N - 1)] = frame(k));
+        for (k, &x) in (self.frame.len()..).zip(&self.inputs) {
+            r[k & (N - 1)] = input(x);
+        }
+        for &instruction in &self.code {
+            match instruction {
+                Instruction::Load { to, input: x } => r[at(to)] = input(x),
+                Instruction::Negative { to, a } => r[at(to)] = -r[at(a)],
+                Instruction::Sum { to, a, b } => r[at(to)] = r[at(a)] + r[at(b)],
+                Instruction::Difference { to, a, b } => r[at(to)] = r[at(a)] - r[at(b)],
+                Instruction::Product { to, a, b } => r[at(to)] = product(r, a, b),
+                Instruction::Quotient { to, a, b } => {
+                    if r[at(b)].contains(0.0) {
+                        worst = worst.max(Sight::Pole);
+                    }
+                    r[at(to)] = r[at(a)] / r[at(b)];
+                }
+                Instruction::ProductSum { to, a, b, c } => r[at(to)] = product(r, a, b) + r[at(c)],
+                Instruction::ProductDifference { to, a, b, c } => {
+                    r[at(to)] = r[at(c)] - product(r, a, b);
+                }
+                Instruction::Of { function, to, a } => {
+                    let (value, sight) = enclose(function, r[at(a)]);
+                    worst = worst.max(sight);
+                    r[at(to)] = value;
+                }
+                // Of values, not of divided differences.
+                Instruction::Divided { to, .. } => r[at(to)] = Interval::WHOLE,
+                Instruction::Give { .. } => {}
+            }
+        }
+        worst
+    }
+}
+
+/// The values of a function, where it has one, and whether it has one.
+fn enclose(function: Function, x: Interval) -> (Interval, Sight) {
+    let within = |least: f64, most: f64| {
+        let (low, high) = (x.low().max(least), x.high().min(most));
+        let sight = if low > high {
+            Sight::Outside
+        } else if low == x.low() && high == x.high() {
+            Sight::Clear
+        } else {
+            Sight::Border
+        };
+        (Interval::new(low.min(high), high), sight)
+    };
+    match function {
+        Function::Sqrt if x.is_bounded() => {
+            let (inside, sight) = within(0.0, f64::INFINITY);
+            (inside.sqrt(), sight)
+        }
+        Function::Asin | Function::Acos if x.is_bounded() => {
+            let (inside, sight) = within(-1.0, 1.0);
+            let arc = |x: f64| if function == Function::Asin { x.asin() } else { x.acos() };
+            let ends = Interval::new(arc(inside.low()), arc(inside.high()));
+            // Wider than the roundings of the library's functions.
+            (ends + Interval::new(-1e-15, 1e-15), sight)
+        }
+        Function::Log if x.high() < 0.0 => (Interval::WHOLE, Sight::Outside),
+        Function::Log if x.low() <= 0.0 => (Interval::WHOLE, Sight::Pole),
+        _ => (function.at(x), Sight::Clear),
+    }
+}
