@@ -5,6 +5,7 @@
 
 pub mod chart;
 pub mod experiment;
+pub mod measured;
 mod model;
 pub mod paper;
 pub mod progress;
@@ -17,6 +18,7 @@ pub mod statistics;
 pub mod study;
 mod subject;
 
+pub use measured::{Doubt, Measured};
 pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
 pub use sheet::{Finding, ReportError};
 pub use solution::Solution;

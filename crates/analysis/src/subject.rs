@@ -1,7 +1,10 @@
 //! A system as the studies see it: with a solution to compare to and methods to run.
 
 use crate::Solution;
-use afterbay_core::{Curvature, ExactFlow, InputError, Scalar, Series, State, System, Vector, taylor};
+use crate::progress::Progress;
+use afterbay_core::{
+    Curvature, ExactFlow, InputError, IntegrateError, Scalar, Series, State, System, Vector, taylor,
+};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::{
@@ -11,12 +14,18 @@ use afterbay_systems::{
 
 /// A system, its type forgotten.
 pub trait Subject<T: Scalar>: System<T> {
-    /// The exact solution from `start` at the times `i h`, i = 0..=count.
+    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt.
     ///
     /// # Errors
-    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`] where the solution
-    /// leaves the numbers.
-    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError>;
+    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`]
+    /// where the solution leaves the numbers, [`IntegrateError::Interrupted`].
+    fn solution(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError>;
 
     /// The method of a row, bound to this system.
     ///
@@ -36,10 +45,19 @@ pub trait Subject<T: Scalar>: System<T> {
 }
 
 impl<T: Scalar> Subject<T> for DampedOscillator<T> {
-    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
+    fn solution(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError> {
         let start = stored::<[T; 1]>(start, 1)?;
         let mut solution = Solution::with_room(1, count + 1);
         for i in 0..=count {
+            if progress.stopped() {
+                return Err(IntegrateError::Interrupted);
+            }
             let mut state = start.clone();
             self.flow(T::from_f64(i as f64) * h, &mut state);
             state.check(1).map_err(|_| InputError::SolutionEnds { t: state.t.to_f64() })?;
@@ -70,12 +88,16 @@ fn by_series<V, S>(
     start: &State<Vec<V::Scalar>>,
     h: V::Scalar,
     count: usize,
-) -> Result<Solution<V::Scalar>, InputError>
+    progress: &dyn Progress,
+) -> Result<Solution<V::Scalar>, IntegrateError>
 where
     V: Vector,
     S: System<Series<V::Scalar, TERMS>>,
 {
     let start = stored::<V>(start, system.dof())?;
+    if progress.stopped() {
+        return Err(IntegrateError::Interrupted);
+    }
     let states = taylor::trajectory(system, &start, h, count)?;
     let mut solution = Solution::with_room(system.dof(), states.len());
     states.iter().for_each(|state| solution.push(state.view()));
@@ -92,8 +114,14 @@ fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<
 macro_rules! with_one_degree {
     ($($system:ident),*) => {$(
         impl<T: Scalar> Subject<T> for $system<T> {
-            fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
-                by_series::<[T; 1], _>(&self.map(Series::constant), start, h, count)
+            fn solution(
+                &self,
+                start: &State<Vec<T>>,
+                h: T,
+                count: usize,
+                progress: &dyn Progress,
+            ) -> Result<Solution<T>, IntegrateError> {
+                by_series::<[T; 1], _>(&self.map(Series::constant), start, h, count, progress)
             }
 
             fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
@@ -114,8 +142,14 @@ macro_rules! with_one_degree {
 macro_rules! with_many_degrees {
     ($($system:ident by $bind:ident),*) => {$(
         impl<T: Scalar> Subject<T> for $system<T> {
-            fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
-                by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count)
+            fn solution(
+                &self,
+                start: &State<Vec<T>>,
+                h: T,
+                count: usize,
+                progress: &dyn Progress,
+            ) -> Result<Solution<T>, IntegrateError> {
+                by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count, progress)
             }
 
             fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
@@ -133,8 +167,14 @@ with_one_degree!(Duffing, VanDerPol, ModifiedVanDerPol);
 with_many_degrees!(FputChain by separable, VanDerPolRing by separable, DampedDoublePendulum by general);
 
 impl<T: Scalar> Subject<T> for Custom<T> {
-    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
-        by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count)
+    fn solution(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError> {
+        by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count, progress)
     }
 
     fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
