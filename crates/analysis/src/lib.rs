@@ -12,6 +12,7 @@ pub mod progress;
 pub mod record;
 pub mod report;
 pub mod scene;
+mod series;
 mod sheet;
 mod solution;
 pub mod statistics;

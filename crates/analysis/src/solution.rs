@@ -1,7 +1,7 @@
 //! A solution at equally spaced times, with a doubt.
 
 use crate::measured::{Doubt, Measured};
-use afterbay_core::{Scalar, View};
+use afterbay_core::{Scalar, State, Vector, View};
 
 /// The states of a reference one after the other, and how far each of them is known.
 #[derive(Clone, Debug)]
@@ -72,15 +72,28 @@ impl<T: Scalar> Solution<T> {
 
     /// The states in `f64`, their rounding a part of the doubt.
     pub fn rounded(&self) -> Solution<f64> {
-        let numbers = self.numbers.iter().map(|x| x.to_f64()).collect();
-        let doubts = self.doubts.clone();
+        let numbers: Vec<f64> = self.numbers.iter().map(|x| x.to_f64()).collect();
+        let rounding = |part: &[T]| {
+            let lost = part.iter().map(|&x| (x - T::from_f64(x.to_f64())).abs().to_f64());
+            lost.fold(0.0, f64::max)
+        };
+        let doubt = |(state, doubt): (View<'_, T>, &Doubt)| Doubt {
+            qp: doubt.qp + rounding(state.q).max(rounding(state.p)),
+            w: doubt.w + rounding(state.w),
+        };
+        let doubts = self.states().zip(&self.doubts).map(doubt).collect();
         Solution { dof: self.dof, numbers, doubts }
     }
 
-    /// Raises the doubt of each state to what `doubt` gives for its index.
-    pub fn raise_doubts(&mut self, mut doubt: impl FnMut(usize) -> Doubt) {
-        for (i, known) in self.doubts.iter_mut().enumerate() {
-            *known = known.larger(doubt(i));
+    /// Raises the doubt of the state i.
+    pub fn raise_doubt(&mut self, i: usize, doubt: Doubt) {
+        self.doubts[i] = self.doubts[i].larger(doubt);
+    }
+
+    /// Raises the doubt of the state added last.
+    pub(crate) fn doubt_last(&mut self, doubt: Doubt) {
+        if let Some(last) = self.doubts.last_mut() {
+            *last = last.larger(doubt);
         }
     }
 }
@@ -93,8 +106,16 @@ impl Solution<f64> {
     }
 }
 
+/// The doubt of the first of two states computed for the same time: twice their distance, as the errors
+/// of both may be alike in part.
+pub(crate) fn twice_apart<V: Vector>(a: &State<V>, b: &State<V>) -> Doubt {
+    let [q, p, w] =
+        [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)].map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));
+    Doubt { qp: q, w }.larger(Doubt { qp: p, w })
+}
+
 /// The largest difference of two vectors, NaN if one of them is.
-fn distance<T: Scalar>(a: &[T], b: &[T]) -> f64 {
+pub(crate) fn distance<T: Scalar>(a: &[T], b: &[T]) -> f64 {
     let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64());
     differences.fold(0.0, |most, x| if x <= most { most } else { x })
 }

@@ -59,7 +59,7 @@ pub(super) fn self_converged(
             idle = if doubt > doubt_before / 2.0 { idle + 1 } else { 0 };
             let agreed = doubt <= AGREEMENT * size;
             let known = if idle > 0 && !agreed { doubt.max(doubt_before) } else { doubt };
-            found.raise_doubts(|_| Doubt { qp: known, w: known });
+            (0..found.len()).for_each(|i| found.raise_doubt(i, Doubt { qp: known, w: known }));
             if agreed || idle == IDLE || last {
                 return Ok(found.clone());
             }
