@@ -13,6 +13,7 @@ use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::sheet::{Finding, ReportError, Sheet};
+use crate::study::outcome::INTERRUPTED;
 use crate::{Model, SYSTEMS};
 use afterbay_core::{InputError, IntegrateError, Passive, State};
 use afterbay_methods::registry::Row;
@@ -71,6 +72,8 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
             Err(ReportError::Study(error)) if is_of_reference(&error) => {
                 sheets.push(without_reference(scene, name, &error));
             }
+            // What was done before stands; what was stopped says so.
+            Err(ReportError::Study(IntegrateError::Interrupted)) => sheets.push(interrupted(scene, name)),
             Err(error) => return Err(error),
         }
     }
@@ -79,6 +82,20 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
 
 fn is_of_reference(error: &IntegrateError) -> bool {
     matches!(error, IntegrateError::Run(_) | IntegrateError::Input(InputError::SolutionEnds { .. }))
+}
+
+fn interrupted(scene: &Scene, study: &'static str) -> Sheet {
+    let mut sheet = Sheet::new(&format!("{study}: interrupted"));
+    sheet.text("It was interrupted before its reference was known.");
+    sheet.runs.push(RunOutcome {
+        study,
+        system: scene.problem.model.name(),
+        method: "reference",
+        h: scene.step,
+        outcome: INTERRUPTED.into(),
+        failure: None,
+    });
+    sheet
 }
 
 fn without_reference(scene: &Scene, study: &'static str, error: &IntegrateError) -> Sheet {

@@ -5,18 +5,21 @@
 
 pub mod chart;
 pub mod experiment;
+pub mod measured;
 mod model;
 pub mod paper;
 pub mod progress;
 pub mod record;
 pub mod report;
 pub mod scene;
+mod series;
 mod sheet;
 mod solution;
 pub mod statistics;
 pub mod study;
 mod subject;
 
+pub use measured::{Doubt, Measured};
 pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
 pub use sheet::{Finding, ReportError};
 pub use solution::Solution;

@@ -1,34 +1,46 @@
-//! A solution at equally spaced times.
+//! A solution at equally spaced times, with a doubt.
 
-use afterbay_core::{Scalar, View};
+use crate::measured::{Doubt, Measured};
+use afterbay_core::{Scalar, State, Vector, View};
 
-/// The states of a solution one after the other: the exact one, or what stands in for it.
+/// The states of a reference one after the other, and how far each of them is known.
 #[derive(Clone, Debug)]
 pub struct Solution<T> {
     dof: usize,
     /// q, p, w and t of each state.
     numbers: Vec<T>,
-    /// How far two independent computations of it are apart; 0 where it is known to rounding.
-    pub doubt: f64,
+    doubts: Vec<Doubt>,
 }
 
 impl<T: Scalar> Solution<T> {
     /// Room for `count` states of `dof` degrees of freedom, none of them there yet.
     pub fn with_room(dof: usize, count: usize) -> Self {
-        Self { dof, numbers: Vec::with_capacity(count * (3 * dof + 1)), doubt: 0.0 }
+        let (numbers, doubts) = (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
+        Self { dof, numbers, doubts }
     }
 
-    /// Adds a state.
+    /// Adds a state that is known without doubt.
     pub fn push(&mut self, state: View<'_, T>) {
         for part in [state.q, state.p, state.w] {
             self.numbers.extend_from_slice(part);
         }
         self.numbers.push(state.t);
+        self.doubts.push(Doubt::default());
+    }
+
+    /// The number of states.
+    pub fn len(&self) -> usize {
+        self.doubts.len()
+    }
+
+    /// Has it no state?
+    pub fn is_empty(&self) -> bool {
+        self.doubts.is_empty()
     }
 
     /// The states.
     pub fn states(&self) -> impl ExactSizeIterator<Item = View<'_, T>> {
-        (0..self.numbers.len() / (3 * self.dof + 1)).map(|i| self.at(i))
+        (0..self.len()).map(|i| self.at(i))
     }
 
     /// The state i, one of those that were added.
@@ -39,16 +51,71 @@ impl<T: Scalar> Solution<T> {
         View { q, p, w, t: numbers[size - 1] }
     }
 
-    /// The same in `f64`.
-    pub fn rounded(&self) -> Solution<f64> {
-        let numbers = self.numbers.iter().map(|x| x.to_f64()).collect();
-        Solution { dof: self.dof, numbers, doubt: self.doubt }
+    /// How far the state i may be from the exact one.
+    pub fn doubt_at(&self, i: usize) -> Doubt {
+        self.doubts[i]
     }
 
+    /// The largest doubt of all states.
+    pub fn doubt(&self) -> Doubt {
+        self.doubts.iter().copied().fold(Doubt::default(), Doubt::larger)
+    }
+
+    /// The error of q, of p and of w of a state found for time i, the largest over the degrees of
+    /// freedom, each with the doubt of what it is compared to.
+    pub fn errors(&self, i: usize, found: View<'_, T>) -> [Measured; 3] {
+        let exact = self.at(i);
+        let Doubt { qp, w } = self.doubts[i];
+        let parts = [(found.q, exact.q, qp), (found.p, exact.p, qp), (found.w, exact.w, w)];
+        parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
+    }
+
+    /// The states in `f64`, their rounding a part of the doubt.
+    pub fn rounded(&self) -> Solution<f64> {
+        let numbers: Vec<f64> = self.numbers.iter().map(|x| x.to_f64()).collect();
+        let rounding = |part: &[T]| {
+            let lost = part.iter().map(|&x| (x - T::from_f64(x.to_f64())).abs().to_f64());
+            lost.fold(0.0, f64::max)
+        };
+        let doubt = |(state, doubt): (View<'_, T>, &Doubt)| Doubt {
+            qp: doubt.qp + rounding(state.q).max(rounding(state.p)),
+            w: doubt.w + rounding(state.w),
+        };
+        let doubts = self.states().zip(&self.doubts).map(doubt).collect();
+        Solution { dof: self.dof, numbers, doubts }
+    }
+
+    /// Raises the doubt of the state i.
+    pub fn raise_doubt(&mut self, i: usize, doubt: Doubt) {
+        self.doubts[i] = self.doubts[i].larger(doubt);
+    }
+
+    /// Raises the doubt of the state added last.
+    pub(crate) fn doubt_last(&mut self, doubt: Doubt) {
+        if let Some(last) = self.doubts.last_mut() {
+            *last = last.larger(doubt);
+        }
+    }
+}
+
+impl Solution<f64> {
     /// The largest difference to another solution at the same times, and the largest number in this one.
     pub fn distance(&self, other: &Self) -> (f64, f64) {
-        let differences = self.numbers.iter().zip(&other.numbers).map(|(&a, &b)| (a - b).abs().to_f64());
-        let largest = self.numbers.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
-        (differences.fold(0.0, f64::max), largest)
+        let largest = self.numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
+        (distance(&self.numbers, &other.numbers), largest)
     }
+}
+
+/// The doubt of the first of two states computed for the same time: twice their distance, as the errors
+/// of both may be alike in part.
+pub(crate) fn twice_apart<V: Vector>(a: &State<V>, b: &State<V>) -> Doubt {
+    let [q, p, w] =
+        [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)].map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));
+    Doubt { qp: q, w }.larger(Doubt { qp: p, w })
+}
+
+/// The largest difference of two vectors, NaN if one of them is.
+pub(crate) fn distance<T: Scalar>(a: &[T], b: &[T]) -> f64 {
+    let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64());
+    differences.fold(0.0, |most, x| if x <= most { most } else { x })
 }

@@ -20,6 +20,7 @@ pub mod work_precision;
 
 pub use reference::LARGEST_BY_SERIES;
 
+use crate::progress::Progress;
 use crate::{Model, Solution};
 use afterbay_core::{InputError, IntegrateError, Quad, Scalar, State, View};
 use serde::Serialize;
@@ -54,23 +55,30 @@ impl Problem {
         Ok(state)
     }
 
-    /// The exact solution at the times `i h`, i = 0..=count, computed in [`Quad`] and rounded; with more than
-    /// [`LARGEST_BY_SERIES`] degrees of freedom, and where series end at a kink, the run of increment-8 that stands in for it, with
-    /// its doubt.
+    /// A reference at the times `i h`, i = 0..=count, with its doubt at each: computed in [`Quad`] and
+    /// rounded; with more than [`LARGEST_BY_SERIES`] degrees of freedom, and where series end at a kink,
+    /// a run of increment-8.
     ///
     /// # Errors
-    /// Those of the input, and of a solution that leaves the numbers.
-    pub fn solution(&self, h: f64, count: usize) -> Result<Solution<f64>, IntegrateError> {
+    /// Those of the input, and of a solution that leaves the numbers. [`IntegrateError::Interrupted`]
+    /// where `progress` says so on the way.
+    pub fn solution(
+        &self,
+        h: f64,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<f64>, IntegrateError> {
         if self.model.dof() > LARGEST_BY_SERIES {
-            return reference::self_converged(self, h, count);
+            return reference::self_converged(self, h, count, progress);
         }
         let (subject, start) = (self.model.subject::<Quad>()?, self.start()?);
-        match subject.solution(&start, Quad::from_f64(h), count) {
-            Err(ends @ InputError::SolutionEnds { .. }) => {
+        match subject.solution(&start, Quad::from_f64(h), count, progress) {
+            Err(ends @ IntegrateError::Input(InputError::SolutionEnds { .. })) => {
                 let mut kinks = 0;
                 subject.kinks(&start.q, &start.p, &mut |_| kinks += 1);
-                let beyond = (kinks > 0).then(|| reference::self_converged(self, h, count).ok()).flatten();
-                beyond.ok_or(ends.into())
+                let beyond =
+                    (kinks > 0).then(|| reference::self_converged(self, h, count, progress).ok()).flatten();
+                beyond.ok_or(ends)
             }
             exact => Ok(exact?.rounded()),
         }

@@ -1,7 +1,9 @@
 //! A system as the studies see it: with a solution to compare to and methods to run.
 
-use crate::Solution;
-use afterbay_core::{Curvature, ExactFlow, InputError, Scalar, Series, State, System, Vector, taylor};
+use crate::progress::Progress;
+use crate::series::{self, by_series, stored};
+use crate::{Solution, solution};
+use afterbay_core::{Curvature, ExactFlow, InputError, IntegrateError, Scalar, Series, State, System};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::{
@@ -11,12 +13,18 @@ use afterbay_systems::{
 
 /// A system, its type forgotten.
 pub trait Subject<T: Scalar>: System<T> {
-    /// The exact solution from `start` at the times `i h`, i = 0..=count.
+    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt.
     ///
     /// # Errors
-    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`] where the solution
-    /// leaves the numbers.
-    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError>;
+    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`]
+    /// where the solution leaves the numbers, [`IntegrateError::Interrupted`].
+    fn solution(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError>;
 
     /// The method of a row, bound to this system.
     ///
@@ -36,14 +44,29 @@ pub trait Subject<T: Scalar>: System<T> {
 }
 
 impl<T: Scalar> Subject<T> for DampedOscillator<T> {
-    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
+    fn solution(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError> {
         let start = stored::<[T; 1]>(start, 1)?;
         let mut solution = Solution::with_room(1, count + 1);
         for i in 0..=count {
-            let mut state = start.clone();
-            self.flow(T::from_f64(i as f64) * h, &mut state);
+            if progress.stopped() {
+                return Err(IntegrateError::Interrupted);
+            }
+            let t = T::from_f64(i as f64) * h;
+            let (mut state, mut twice) = (start.clone(), start.clone());
+            self.flow(t, &mut state);
             state.check(1).map_err(|_| InputError::SolutionEnds { t: state.t.to_f64() })?;
+            // In two flows of a third and the rest: how far that is off is what roundings make of it.
+            let third = t * T::from_f64(1.0 / 3.0);
+            self.flow(third, &mut twice);
+            self.flow(t - third, &mut twice);
             solution.push(state.view());
+            solution.doubt_last(solution::twice_apart(&state, &twice));
         }
         Ok(solution)
     }
@@ -61,39 +84,18 @@ impl<T: Scalar> Subject<T> for DampedOscillator<T> {
     }
 }
 
-/// Terms of the Taylor series that stand in for an exact solution.
-const TERMS: usize = 24;
-
-/// The solution by series, its states stored in `V` on the way.
-fn by_series<V, S>(
-    system: &S,
-    start: &State<Vec<V::Scalar>>,
-    h: V::Scalar,
-    count: usize,
-) -> Result<Solution<V::Scalar>, InputError>
-where
-    V: Vector,
-    S: System<Series<V::Scalar, TERMS>>,
-{
-    let start = stored::<V>(start, system.dof())?;
-    let states = taylor::trajectory(system, &start, h, count)?;
-    let mut solution = Solution::with_room(system.dof(), states.len());
-    states.iter().for_each(|state| solution.push(state.view()));
-    Ok(solution)
-}
-
-/// The same state in another storage.
-fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<V>, InputError> {
-    state.check(dof)?;
-    let copy = |part: &Vec<V::Scalar>| V::filled(part, |x| x);
-    Ok(State { q: copy(&state.q), p: copy(&state.p), w: copy(&state.w), t: state.t })
-}
-
 macro_rules! with_one_degree {
     ($($system:ident),*) => {$(
         impl<T: Scalar> Subject<T> for $system<T> {
-            fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
-                by_series::<[T; 1], _>(&self.map(Series::constant), start, h, count)
+            fn solution(
+                &self,
+                start: &State<Vec<T>>,
+                h: T,
+                count: usize,
+                progress: &dyn Progress,
+            ) -> Result<Solution<T>, IntegrateError> {
+                let ranges = self.map(series::range);
+                by_series::<[T; 1], _, _>((&self.map(Series::constant), ranges), start, h, count, progress)
             }
 
             fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
@@ -114,8 +116,15 @@ macro_rules! with_one_degree {
 macro_rules! with_many_degrees {
     ($($system:ident by $bind:ident),*) => {$(
         impl<T: Scalar> Subject<T> for $system<T> {
-            fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
-                by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count)
+            fn solution(
+                &self,
+                start: &State<Vec<T>>,
+                h: T,
+                count: usize,
+                progress: &dyn Progress,
+            ) -> Result<Solution<T>, IntegrateError> {
+                let ranges = self.map(series::range);
+                by_series::<Vec<T>, _, _>((&self.map(Series::constant), ranges), start, h, count, progress)
             }
 
             fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {
@@ -133,8 +142,15 @@ with_one_degree!(Duffing, VanDerPol, ModifiedVanDerPol);
 with_many_degrees!(FputChain by separable, VanDerPolRing by separable, DampedDoublePendulum by general);
 
 impl<T: Scalar> Subject<T> for Custom<T> {
-    fn solution(&self, start: &State<Vec<T>>, h: T, count: usize) -> Result<Solution<T>, InputError> {
-        by_series::<Vec<T>, _>(&self.map(Series::constant), start, h, count)
+    fn solution(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError> {
+        let ranges = self.map(series::range);
+        by_series::<Vec<T>, _, _>((&self.map(Series::constant), ranges), start, h, count, progress)
     }
 
     fn bind(&self, row: &Row) -> Result<Run<T>, InputError> {

@@ -12,7 +12,7 @@ fn decays(b: f64, methods: &[&'static Row]) -> Vec<DecayRow> {
     let problem =
         Problem { model: Model::DampedOscillator { k: 1.0, b }, q: vec![1.0], p: vec![1.0], end: 2.0 };
     let books = energy::run(&problem, methods, 0.1, 1, &Silent).expect("runs");
-    decay::rows(&problem, b, 0.1, &books).expect("rows")
+    decay::rows(&problem, b, 0.1, &books, &Silent).expect("rows")
 }
 
 fn all() -> Vec<&'static Row> {

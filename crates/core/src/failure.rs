@@ -348,6 +348,9 @@ pub enum IntegrateError {
     /// A step failed.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// It was asked to stop.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ pub(super) fn sheet() -> Result<Sheet, ReportError> {
     }
     every_method(&mut sheet)?;
     let energies = |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
-    let solution = problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize)?;
+    let solution = problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize, &Silent)?;
     let subject = problem.model.subject::<f64>()?;
     let exact =
         (0..).zip(solution.states()).map(|(i, state)| (f64::from(i) * STEP / 10.0, state.energy(&*subject)));
@@ -93,7 +93,7 @@ fn every_method(sheet: &mut Sheet) -> Result<(), ReportError> {
     let run = |b: f64| -> Result<Vec<DecayRow>, ReportError> {
         let problem = problem(b);
         let books = energy::run(&problem, &all, STEP, 1, &Silent)?;
-        Ok(decay::rows(&problem, b, STEP, &books)?)
+        Ok(decay::rows(&problem, b, STEP, &books, &Silent)?)
     };
     let [found, stiffer] = [run(FRICTION[0])?, run(FRICTION[1])?];
     let rows: Vec<&DecayRow> = found.iter().chain(&stiffer).collect();

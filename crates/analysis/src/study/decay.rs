@@ -2,6 +2,7 @@
 //! exact one, and whether K tells anything of it.
 
 use super::energy::Books;
+use crate::progress::Progress;
 use afterbay_core::IntegrateError;
 use serde::{Serialize, Serializer};
 
@@ -104,9 +105,10 @@ pub fn rows(
     b: f64,
     h: f64,
     books: &[Books],
+    progress: &dyn Progress,
 ) -> Result<Vec<DecayRow>, IntegrateError> {
     let subject = problem.model.subject::<f64>()?;
-    let solution = problem.solution(h, 2)?;
+    let solution = problem.solution(h, 2, progress)?;
     let exact = solution.at(2).energy(&*subject) / solution.at(1).energy(&*subject);
     let row = |books: &Books| DecayRow {
         method: books.method,

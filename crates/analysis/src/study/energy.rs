@@ -30,13 +30,15 @@ pub struct EnergyRow {
     pub ratio_error: Option<f64>,
     /// w less the exact one, in the degree of freedom where that is largest.
     pub w_error: f64,
+    /// The doubt of w of the reference.
+    pub doubt_w: f64,
     /// The reservoir.
     pub w: Vec<f64>,
 }
 
-/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,w1..wN`.
+/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,w1..wN`.
 pub fn columns(dof: usize) -> Vec<String> {
-    let names = ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error"];
+    let names = ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w"];
     names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
 }
 
@@ -67,7 +69,7 @@ pub fn run(
     every: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Books>, IntegrateError> {
-    let solution = problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize)?;
+    let solution = problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)?;
     methods
         .par_iter()
         .map(|row| {
@@ -116,6 +118,7 @@ fn follow(
                 ratio,
                 ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
                 w_error: largest_difference(state.w, solution.at(i).w),
+                doubt_w: solution.doubt_at(i).w,
                 w: state.w.to_vec(),
             });
         }

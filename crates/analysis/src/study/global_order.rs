@@ -1,9 +1,9 @@
 //! Global errors and the order they show.
 
 use super::outcome::Ending;
-use super::{Problem, VARIABLES, distance};
-use crate::Solution;
+use super::{Problem, VARIABLES};
 use crate::progress::Progress;
+use crate::{Measured, Solution};
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -21,8 +21,11 @@ pub struct GlobalRow {
     pub h: f64,
     /// max |x - x(t)| over the run and over the degrees of freedom; none if it did not reach its end.
     pub error: Option<f64>,
-    /// log(error/error before) / log(h/h before), against the step before it.
+    /// log(error/error before) / log(h/h before), against the step before it; none where one of the
+    /// two errors is not resolved.
     pub order: Option<f64>,
+    /// The largest doubt of the reference over the run.
+    pub doubt: f64,
     /// How the run ended.
     pub outcome: &'static str,
     /// What went wrong, in words.
@@ -43,10 +46,10 @@ pub fn run(
         return Ok(Vec::new());
     }
     let finest = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    let shared = solution(problem, finest)?;
+    let shared = solution(problem, finest, progress)?;
     let own = steps
         .par_iter()
-        .map(|&h| doublings(finest, h).is_none().then(|| solution(problem, h)).transpose())
+        .map(|&h| doublings(finest, h).is_none().then(|| solution(problem, h, progress)).transpose())
         .collect::<Result<Vec<_>, _>>()?;
     let tasks: Vec<_> =
         methods.iter().flat_map(|&row| steps.iter().zip(&own).map(move |(&h, own)| (row, h, own))).collect();
@@ -66,17 +69,19 @@ pub fn run(
     let mut rows = Vec::new();
     for (method, errors) in methods.iter().zip(errors.chunks(steps.len().max(1))) {
         for (variable, name) in VARIABLES.into_iter().enumerate() {
-            let mut before: Option<(f64, f64)> = None;
-            for (&h, (error, ending)) in steps.iter().zip(errors) {
-                let error = error.map(|error| error[variable]);
+            let mut before: Option<(f64, Measured)> = None;
+            for (&h, Run { errors, doubts, ending }) in steps.iter().zip(errors) {
+                let error = errors.map(|errors| errors[variable]);
                 let Ending { outcome, failure } = ending.clone();
-                let order = before.zip(error).map(|((h0, e0), e)| (e / e0).ln() / (h / h0).ln());
+                let resolved = before.zip(error).filter(|((_, a), b)| a.is_resolved() && b.is_resolved());
+                let order = resolved.map(|((h0, a), b)| (b.error / a.error).ln() / (h / h0).ln());
                 rows.push(GlobalRow {
                     method: method.name,
                     variable: name,
                     h,
-                    error,
+                    error: error.map(|error| error.error),
                     order: order.filter(|order| order.is_finite()),
+                    doubt: doubts[variable],
                     outcome,
                     failure,
                 });
@@ -87,8 +92,8 @@ pub fn run(
     Ok(rows)
 }
 
-fn solution(problem: &Problem, h: f64) -> Result<Solution<f64>, IntegrateError> {
-    problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize)
+fn solution(problem: &Problem, h: f64, progress: &dyn Progress) -> Result<Solution<f64>, IntegrateError> {
+    problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
 /// The power of two that h is of the finest step, to the bit: every so many of its times are those of h, and a solution
@@ -99,6 +104,15 @@ fn doublings(finest: f64, h: f64) -> Option<usize> {
     (whole && (ratio as usize).is_power_of_two()).then_some(ratio as usize)
 }
 
+/// How far a run was off.
+struct Run {
+    /// The largest errors of q, p and w; none if it did not reach its end.
+    errors: Option<[Measured; 3]>,
+    /// The largest doubts of q, p and w.
+    doubts: [f64; 3],
+    ending: Ending,
+}
+
 /// The largest error over a run, its steps those of every `stride`-th state of the solution.
 fn largest_error(
     problem: &Problem,
@@ -106,17 +120,18 @@ fn largest_error(
     h: f64,
     (solution, stride): (&Solution<f64>, usize),
     progress: &dyn Progress,
-) -> Result<(Option<[f64; 3]>, Ending), IntegrateError> {
+) -> Result<Run, IntegrateError> {
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
-    let (grid, mut largest, mut done) = (Grid::new(h, problem.end)?, [0.0_f64; 3], 0);
+    let (grid, mut largest, mut done) = (Grid::new(h, problem.end)?, [Measured::default(); 3], 0);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
-        for (largest, now) in largest.iter_mut().zip(distance(state, solution.at(stride * step as usize))) {
-            *largest = largest.max(now);
-        }
+        let errors = solution.errors(stride * step as usize, state);
+        largest.iter_mut().zip(errors).for_each(|(largest, now)| *largest = largest.larger(now));
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let ending = Ending::of(&result, grid.steps, done);
-    Ok((ending.is_completed().then_some(largest), ending))
+    let doubt = solution.doubt();
+    let errors = ending.is_completed().then_some(largest);
+    Ok(Run { errors, doubts: [doubt.qp, doubt.qp, doubt.w], ending })
 }

@@ -6,7 +6,7 @@
 
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
-use crate::progress::Progress;
+use crate::progress::{Progress, Silent};
 use crate::statistics::{Fit, fit, median};
 use afterbay_core::{Grid, InputError, IntegrateError, Scalar};
 use afterbay_methods::registry::Row;
@@ -131,7 +131,7 @@ impl LocalOrder {
         methods: &[&'static Row],
         progress: &dyn Progress,
     ) -> Result<Vec<LocalErrors>, IntegrateError> {
-        let solution = self.solution::<T>(problem)?;
+        let solution = self.solution::<T>(problem, progress)?;
         let tasks: Vec<_> =
             methods.iter().flat_map(|&row| self.steps.iter().map(move |&h| (row, h))).collect();
         tasks
@@ -151,15 +151,19 @@ impl LocalOrder {
     /// As for [`LocalOrder::run`].
     pub fn trace<T: Scalar>(&self, problem: &Problem, row: &Row, h: f64) -> Result<Trace, IntegrateError> {
         let alone = Self { steps: vec![h], ..self.clone() };
-        alone.trace_along(problem, &alone.solution::<T>(problem)?, row, h)
+        alone.trace_along(problem, &alone.solution::<T>(problem, &Silent)?, row, h)
     }
 
-    fn solution<T: Scalar>(&self, problem: &Problem) -> Result<Solution<T>, IntegrateError> {
+    fn solution<T: Scalar>(
+        &self,
+        problem: &Problem,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError> {
         let grid = Grid::<T>::new(self.base_step, problem.end)?;
         let beyond = self.steps.iter().map(|&h| self.multiple(h)).collect::<Result<Vec<_>, _>>()?;
         let count = grid.steps as usize + beyond.into_iter().max().unwrap_or(0);
         let subject = problem.model.subject::<T>()?;
-        Ok(subject.solution(&problem.start()?, grid.h, count)?)
+        subject.solution(&problem.start()?, grid.h, count, progress)
     }
 
     fn trace_along<T: Scalar>(

@@ -53,6 +53,7 @@ pub fn word<T>(result: &Result<T, IntegrateError>) -> &'static str {
     match result {
         Ok(_) => COMPLETED,
         Err(IntegrateError::Input(_)) => "refused",
+        Err(IntegrateError::Interrupted) => INTERRUPTED,
         Err(IntegrateError::Run(error)) => step_word(&error.failure),
     }
 }

@@ -78,7 +78,7 @@ const ROUNDING: f64 = 1e-11;
 /// # Errors
 /// Those of the input, and of the reference. What goes wrong in a run is why its method does not qualify.
 pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result<Pick, IntegrateError> {
-    let exact = problem.solution(problem.end, 1)?;
+    let exact = problem.solution(problem.end, 1, progress)?;
     let rows: Vec<&'static Row> = METHODS.iter().filter(|row| problem.model.bind(row).is_ok()).collect();
     let shortest = AtomicU64::new(u64::MAX);
     progress.begin("search for steps", rows.len());
@@ -116,7 +116,7 @@ pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result
     others.sort_by(|a, b| error(&a.run).total_cmp(&error(&b.run)));
     let check = qualified.first().map(|winner| finer(problem, &winner.run)).transpose()?.flatten();
     let owed = problem.model.subject::<f64>()?.damping().passive != Passive::No;
-    Ok(Pick { wanted, qualified, others, check, reference_doubt: exact.doubt, owed })
+    Ok(Pick { wanted, qualified, others, check, reference_doubt: exact.doubt_at(1).most(), owed })
 }
 
 /// What a run was made by.

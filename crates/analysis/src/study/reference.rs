@@ -3,6 +3,8 @@
 
 use super::Problem;
 use crate::Solution;
+use crate::measured::Doubt;
+use crate::progress::Progress;
 use afterbay_core::{Grid, InputError, IntegrateError};
 use afterbay_methods::registry;
 use std::ops::ControlFlow;
@@ -27,6 +29,7 @@ pub(super) fn self_converged(
     problem: &Problem,
     h: f64,
     count: usize,
+    progress: &dyn Progress,
 ) -> Result<Solution<f64>, IntegrateError> {
     let row = registry::find("increment-8");
     let row = row.ok_or(InputError::Unsupported { method: "increment-8", why: "it is not registered" })?;
@@ -36,9 +39,9 @@ pub(super) fn self_converged(
         let grid = Grid::of(h / parts as f64, count as u64 * parts)?;
         method.run(grid, &mut problem.start()?, parts, &mut |_, state| {
             solution.push(state);
-            ControlFlow::Continue(())
+            if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
-        Ok(solution)
+        if progress.stopped() { Err(IntegrateError::Interrupted) } else { Ok(solution) }
     };
     // An odd number of parts to begin with: no run whose step is h halved is compared with itself.
     let mut parts = (h / COARSEST).ceil().max(3.0) as u64 | 1;
@@ -47,12 +50,16 @@ pub(super) fn self_converged(
     loop {
         parts *= 2;
         let mut found = follow(parts);
+        if matches!(found, Err(IntegrateError::Interrupted)) {
+            return found;
+        }
         let last = h / parts as f64 <= FINEST;
         if let (Ok(before), Ok(found)) = (&before, &mut found) {
             let (doubt, size) = found.distance(before);
             idle = if doubt > doubt_before / 2.0 { idle + 1 } else { 0 };
             let agreed = doubt <= AGREEMENT * size;
-            found.doubt = if idle > 0 && !agreed { doubt.max(doubt_before) } else { doubt };
+            let known = if idle > 0 && !agreed { doubt.max(doubt_before) } else { doubt };
+            (0..found.len()).for_each(|i| found.raise_doubt(i, Doubt { qp: known, w: known }));
             if agreed || idle == IDLE || last {
                 return Ok(found.clone());
             }

@@ -28,8 +28,10 @@ pub struct SizeRow {
     pub k_drift: f64,
     /// Times a w fell where that is not owed.
     pub passivity_violations: Option<u64>,
-    /// How far two computations of the reference are apart; 0 where it is known to rounding.
-    pub reference_doubt: f64,
+    /// The doubt of q and p of the reference.
+    pub doubt_qp: f64,
+    /// The doubt of w of the reference.
+    pub doubt_w: f64,
 }
 
 /// Runs each method with steps of size h on each problem.
@@ -45,7 +47,7 @@ pub fn run(
     let by_problem = problems
         .par_iter()
         .map(|problem| {
-            let exact = problem.solution(problem.end, 1)?;
+            let exact = problem.solution(problem.end, 1, progress)?;
             let subject = problem.model.subject::<f64>()?;
             let initial_energy = problem.start()?.energy(&*subject);
             let rows = methods.iter().map(|row| {
@@ -61,7 +63,8 @@ pub fn run(
                     error_w: found.error_w,
                     k_drift: found.k_drift,
                     passivity_violations: found.passivity_violations,
-                    reference_doubt: found.reference_doubt,
+                    doubt_qp: found.doubt_qp,
+                    doubt_w: found.doubt_w,
                 })
             });
             rows.collect::<Result<Vec<_>, IntegrateError>>()

@@ -88,7 +88,7 @@ pub fn run(
                 Ok(_) if progress.stopped() => done,
                 Ok(_) => grid.steps,
                 Err(IntegrateError::Run(error)) => error.step - 1,
-                Err(IntegrateError::Input(_)) => 0,
+                Err(IntegrateError::Input(_) | IntegrateError::Interrupted) => 0,
             };
             if last != recorded {
                 record(last, state.view());

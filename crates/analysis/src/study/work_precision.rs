@@ -1,11 +1,11 @@
 //! What accuracy costs: errors against time and evaluations.
 
+use super::Problem;
 use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
-use super::{Problem, distance};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
-use crate::{Solution, Subject};
+use crate::{Measured, Solution, Subject};
 use afterbay_core::{Effort, Grid, IntegrateError, State, Tolerance, View};
 use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, Row};
 use rayon::prelude::*;
@@ -42,13 +42,25 @@ pub struct WorkRow {
     pub iterations: Option<u64>,
     /// What went wrong, in words.
     pub failure: Option<String>,
-    /// How far two computations of the reference are apart; 0 where it is known to rounding.
-    pub reference_doubt: f64,
+    /// The doubt of q and p of the reference.
+    pub doubt_qp: f64,
+    /// The doubt of w of the reference.
+    pub doubt_w: f64,
     /// The relative and absolute tolerance of q, p and w, where the steps follow from it; the step is then the mean one.
     pub tolerance: Option<f64>,
 }
 
 impl WorkRow {
+    /// The error of (q, p) with its doubt.
+    pub fn qp(&self) -> Option<Measured> {
+        self.error_qp.map(|error| Measured { error, doubt: self.doubt_qp })
+    }
+
+    /// The error of w with its doubt.
+    pub fn w(&self) -> Option<Measured> {
+        self.error_w.map(|error| Measured { error, doubt: self.doubt_w })
+    }
+
     /// The step or the tolerance, in words.
     pub fn setting(&self) -> String {
         match self.tolerance {
@@ -82,7 +94,7 @@ pub fn run(
     tolerances: &[f64],
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
-    let exact = problem.solution(problem.end, 1)?;
+    let exact = problem.solution(problem.end, 1, progress)?;
     let fixed = methods.iter().flat_map(|&row| steps.iter().map(move |&h| Task::Step(row, h)));
     let adaptive =
         ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |&within| Task::Tolerance(row, within)));
@@ -144,14 +156,15 @@ impl<'a> Watch<'a> {
         exact: &Solution<f64>,
     ) -> WorkRow {
         let effort = effort.filter(|_| ending.is_completed());
-        let off = effort.map(|_| distance(state.view(), exact.at(1)));
+        let errors = effort.map(|_| exact.errors(1, state.view()));
+        let doubt = exact.doubt_at(1);
         let Ending { outcome, failure } = ending;
         WorkRow {
             method,
             h,
             outcome,
-            error_qp: off.map(|[q, p, _]| q.max(p)),
-            error_w: off.map(|[.., w]| w),
+            error_qp: errors.map(|[q, p, _]| q.larger(p).error),
+            error_w: errors.map(|[.., w]| w.error),
             k_drift: self.drift,
             passivity_violations: self.passivity.violations(),
             seconds: None,
@@ -159,7 +172,8 @@ impl<'a> Watch<'a> {
             evaluations: effort.map(|effort| effort.evaluations),
             iterations: effort.map(|effort| effort.iterations),
             failure,
-            reference_doubt: exact.doubt,
+            doubt_qp: doubt.qp,
+            doubt_w: doubt.w,
             tolerance,
         }
     }

@@ -16,9 +16,17 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         Self(series)
     }
 
+    /// The number of terms up to the last that is not 0.
     #[inline]
-    fn is_constant(&self) -> bool {
-        self.0.iter().skip(1).all(|&c| c == T::zero())
+    fn terms(&self) -> usize {
+        self.0.iter().rposition(|&c| c != T::zero()).map_or(0, |last| last + 1)
+    }
+
+    /// The first so many terms alone.
+    #[inline]
+    pub fn truncated(mut self, terms: usize) -> Self {
+        self.0.iter_mut().skip(terms).for_each(|c| *c = T::zero());
+        self
     }
 
     /// `c + ∫_0^τ`, the antiderivative with value `c` at 0.
@@ -37,14 +45,21 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         self.0.iter().rev().fold(T::zero(), |sum, &c| sum.mul_add(tau, c))
     }
 
+    /// The derivative by τ at τ.
+    #[inline]
+    pub fn rate_at(&self, tau: T) -> T {
+        let terms = self.0.iter().enumerate().skip(1).rev();
+        terms.fold(T::zero(), |sum, (k, &c)| sum.mul_add(tau, c * T::from_f64(k as f64)))
+    }
+
     /// f(self) for an f that satisfies f' = g(f): `first` is f(c_0), `derivative` gives `g` from what is known of f.
     #[inline]
     fn compose(self, first: T, derivative: impl Fn(&Self) -> Self) -> Self {
-        let mut f = Self::constant(first);
+        let (mut f, terms) = (Self::constant(first), self.terms());
         for k in 1..N {
             let slope = derivative(&f);
             // k f_k = Σ_{i=1..k} i c_i g_{k-i}
-            let sum = (1..=k)
+            let sum = (1..terms.min(k + 1))
                 .fold(T::zero(), |sum, i| (T::from_f64(i as f64) * self.0[i]).mul_add(slope.0[k - i], sum));
             f.0[k] = sum / T::from_f64(k as f64);
         }
@@ -82,15 +97,17 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
-        // Half the factors are parameters.
-        if self.is_constant() {
+        // Half the factors are parameters, and many end early.
+        let (a, b) = (self.terms(), other.terms());
+        if a <= 1 {
             return Self(other.0.map(|c| self.0[0] * c));
         }
-        if other.is_constant() {
+        if b <= 1 {
             return Self(self.0.map(|c| c * other.0[0]));
         }
         Self(std::array::from_fn(|k| {
-            (0..=k).fold(T::zero(), |sum, i| self.0[i].mul_add(other.0[k - i], sum))
+            let both = (k + 1).saturating_sub(b)..a.min(k + 1);
+            both.fold(T::zero(), |sum, i| self.0[i].mul_add(other.0[k - i], sum))
         }))
     }
 }
@@ -150,14 +167,22 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
         Self::select(self.lt(Self::zero()), -self, self)
     }
     fn sqrt(self) -> Self {
-        let root = self.0[0].sqrt();
-        self.compose(root, |f| Self::from_f64(0.5) / *f)
+        let mut f = Self::constant(self.0[0].sqrt());
+        for k in 1..N {
+            // 2 f_0 f_k = c_k - Σ_{0<i<k} f_i f_{k-i}
+            let known = (1..k).fold(T::zero(), |sum, i| f.0[i].mul_add(f.0[k - i], sum));
+            f.0[k] = ((self.0[k] - known) / f.0[0]).half();
+        }
+        f
     }
     fn exp(self) -> Self {
         self.compose(self.0[0].exp(), |f| *f)
     }
     fn exp_m1(self) -> Self {
-        self.compose(self.0[0].exp_m1(), |f| *f + Self::one())
+        // The slope is e^u: that of a sum with 1 would be lost where u is far below 0.
+        let mut series = self.exp();
+        series.0[0] = self.0[0].exp_m1();
+        series
     }
     fn ln(self) -> Self {
         let slope = self.recip();
@@ -171,9 +196,10 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
         let (sin, cos) = self.0[0].sin_cos();
         // (sin u)' = cos u u' and (cos u)' = -sin u u' grow together, one coefficient at a time.
         let (mut s, mut c) = (Self::constant(sin), Self::constant(cos));
+        let terms = self.terms();
         for k in 1..N {
             let (mut ds, mut dc) = (T::zero(), T::zero());
-            for i in 1..=k {
+            for i in 1..terms.min(k + 1) {
                 let weight = T::from_f64(i as f64) * self.0[i];
                 ds = weight.mul_add(c.0[k - i], ds);
                 dc = weight.mul_add(-s.0[k - i], dc);

@@ -66,7 +66,7 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     let keeps = |row: &&SizeRow| methods(&[row.method]).iter().any(|method| method.keeps_k);
     let relative = |row: &SizeRow| row.k_drift / row.initial_energy;
     let worst = found.iter().filter(keeps).map(relative).fold(0.0, f64::max);
-    let doubt = found.iter().map(|row| row.reference_doubt).fold(0.0, f64::max);
+    let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
     let largest = found.iter().map(|row| row.n).max().unwrap_or(0);
     let failed = found.iter().filter(|row| row.error_qp.is_none());
     let failed: Vec<_> =

@@ -34,7 +34,7 @@ pub(in crate::paper) fn add(
         let rows = methods(names);
         progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
         let found = work_precision::run(&problem, &rows, &steps, &[], progress)?;
-        let doubt = found.iter().map(|row| row.reference_doubt).fold(0.0, f64::max);
+        let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
         let data = format!("{name}/work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));

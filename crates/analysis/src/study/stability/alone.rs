@@ -71,6 +71,7 @@ impl<T: Side> Vehicle<'_, T> {
             match outcome {
                 Ok(_) => at = next,
                 Err(IntegrateError::Input(error)) => return Err(error),
+                Err(IntegrateError::Interrupted) => return Ok(None),
                 Err(IntegrateError::Run(error)) => {
                     return Ok(Some(Broken { good: at + error.step - 1, failure: error.failure }));
                 }

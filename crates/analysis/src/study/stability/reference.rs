@@ -150,7 +150,7 @@ impl<T: Side> Exact<'_, T> {
                 Ok(Some((0..T::LANES).map(of_lane).collect()))
             }
             Err(IntegrateError::Input(error)) => Err(error),
-            Err(IntegrateError::Run(_)) => Ok(None),
+            Err(IntegrateError::Run(_) | IntegrateError::Interrupted) => Ok(None),
         }
     }
 }

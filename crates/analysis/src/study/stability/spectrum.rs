@@ -21,7 +21,7 @@ pub(super) fn spectral_radius(method: &Run<f64>, dof: usize, h: f64) -> Result<O
         match method.step(h, &mut state) {
             Ok(_) => Ok(Some([state.q, state.p].concat())),
             Err(IntegrateError::Input(error)) => Err(error),
-            Err(IntegrateError::Run(_)) => Ok(None),
+            Err(IntegrateError::Run(_) | IntegrateError::Interrupted) => Ok(None),
         }
     };
     // A sum in which no two have the same weight.

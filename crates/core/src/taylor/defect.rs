@@ -1,0 +1,217 @@
+//! The defect z' - f(z) of a Taylor polynomial over the whole of a stride.
+//!
+//! The coefficients at one point say nothing of what is narrower than the distance to it: tanh(p/0.001)
+//! is ±1 to 106 bits at p = ±0.05. The defect does. Below order M - 1 it vanishes by construction, and
+//! beyond it is given by Taylor's remainder: with z a polynomial of degree M - 1 in σ = t/τ,
+//!
+//! ```text
+//! z'(σ) - τ f(z(σ)) = -τ c(ξ) σ^{M-1}, 0 ≤ ξ ≤ σ        c: coefficient M - 1 of f(z(ξ + ·))
+//! ```
+//!
+//! so that a bound of c over [0, 1] bounds what the stride adds to the error by τ c/M.
+
+use super::Expansion;
+use crate::{Interval, Scalar, Series, State, System, Vector};
+
+/// What a stride may add to the error of q, p and w, in roundings of the largest of each.
+pub(super) const ALLOWED: f64 = 16.0;
+
+/// How far the polynomial of a stride solves the equations.
+pub trait Defect<V: Vector, const M: usize>: Sync {
+    /// The share of the stride τ (of either sign), from its beginning, over which the defect adds no
+    /// more than a few roundings to the error; 0 where that cannot be said of any.
+    fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64;
+
+    /// What may be missed within a stride of this length: features that are passed in less time.
+    fn unseen(&self, stride: f64) -> f64;
+}
+
+/// Enclosures of f along the polynomial, over parts of the stride as short as needed: nothing is missed,
+/// however narrow.
+///
+/// With z known as a polynomial its coefficients over a range of σ are intervals, and f of that
+/// [`Series`] of [`Interval`]s encloses coefficient M - 1 (R. E. Moore, *Interval Analysis*, 1966).
+pub struct Enclosed<S, const M: usize> {
+    /// The system, its scalar a series of intervals.
+    system: S,
+    binomials: [[f64; M]; M],
+}
+
+/// Enclosures of one stride. A stride whose first part is shorter than 2^-40 of it is not solved.
+const ENCLOSURES: u32 = 48;
+/// Parts this short, beside what is done, are left to the next stride.
+const SHORT: f64 = 0.125;
+
+impl<S, const M: usize> Enclosed<S, M> {
+    /// Of a system whose scalar is a series of intervals.
+    pub fn new(system: S) -> Self {
+        let mut binomials = [[0.0; M]; M];
+        for n in 0..M {
+            binomials[n][0] = 1.0;
+            for k in 1..=n {
+                binomials[n][k] = binomials[n - 1][k - 1] + binomials[n - 1][k];
+            }
+        }
+        Self { system, binomials }
+    }
+
+    /// The coefficients of a polynomial about the points of [from, to].
+    fn shifted(&self, scaled: &Series<Interval, M>, powers: &[Interval; M]) -> Series<Interval, M> {
+        let mut shifted = *scaled;
+        for (k, sum) in shifted.0.iter_mut().enumerate() {
+            for j in k + 1..M {
+                if scaled.0[j] != Interval::zero() {
+                    *sum += scaled.0[j] * Interval::from_f64(self.binomials[j][k]) * powers[j - k];
+                }
+            }
+        }
+        shifted
+    }
+
+    /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are none.
+    fn bounds<V>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; 3]
+    where
+        V: Vector<Scalar = Series<Interval, M>>,
+        S: System<Series<Interval, M>>,
+    {
+        let range = Interval::new(from, to);
+        let mut powers = [Interval::one(); M];
+        for k in 1..M {
+            // The points are not negative: powers of the bounds are the bounds.
+            powers[k] = if from == 0.0 && to == 1.0 { range } else { powers[k - 1] * range };
+        }
+        let shift = |part: &V| V::filled(part.as_slice(), |x| self.shifted(&x, &powers));
+        let (q, p) = (shift(&scaled.q), shift(&scaled.p));
+        let [mut hq, mut hp, mut d] = [(); 3].map(|()| V::zeros(scaled.dof()));
+        self.system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+        self.system.dissipation(q.as_slice(), p.as_slice(), hp.as_slice(), d.as_mut_slice());
+        let size = |x: Series<Interval, M>| x.0[M - 1].magnitude();
+        let mut bounds = [0.0_f64; 3];
+        for ((&hq, &hp), &d) in hq.as_slice().iter().zip(hp.as_slice()).zip(d.as_slice()) {
+            for (bound, found) in bounds.iter_mut().zip([size(hp), size(hq + d), size(d * hp)]) {
+                *bound = if found <= *bound { *bound } else { found };
+            }
+        }
+        bounds
+    }
+}
+
+/// An interval that contains a number of any precision.
+pub fn enclosing<T: Scalar>(c: T) -> Interval {
+    let near = c.to_f64();
+    if T::from_f64(near) == c {
+        Interval::from_f64(near)
+    } else {
+        Interval::new(near.next_down(), near.next_up())
+    }
+}
+
+impl<V, S, const M: usize> Defect<V, M> for Enclosed<S, M>
+where
+    V: Vector,
+    S: System<Series<Interval, M>>,
+{
+    fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64 {
+        let mut powers = [Interval::one(); M];
+        (1..M).for_each(|k| powers[k] = powers[k - 1] * Interval::from_f64(tau));
+        let scale = |x: Series<V::Scalar, M>| {
+            Series::<Interval, M>(std::array::from_fn(|k| enclosing(x.0[k]) * powers[k]))
+        };
+        let part = |part: &V::Of<Series<V::Scalar, M>>| {
+            <V::Of<Series<Interval, M>> as Vector>::filled(part.as_slice(), scale)
+        };
+        let [q, p, w] = [&expansion.series.q, &expansion.series.p, &expansion.series.w].map(part);
+        let scaled = State { q, p, w, t: Series::zero() };
+        let (mut done, mut width, mut largest) = (0.0, 1.0, [0.0_f64; 3]);
+        for _ in 0..ENCLOSURES {
+            let to: f64 = f64::min(done + width, 1.0);
+            let found = self.bounds(&scaled, [done, to]);
+            let most: [f64; 3] = std::array::from_fn(|i| largest[i].max(found[i]));
+            let share = tau.abs() / M as f64 * to.powi(M as i32);
+            let scales = expansion.scales(tau.abs() * to);
+            let small = |(&most, scale): (&f64, f64)| {
+                share * most <= ALLOWED * <V::Scalar as Scalar>::EPSILON * scale
+            };
+            if most.iter().zip(scales).all(small) {
+                (done, largest) = (to, most);
+                if done == 1.0 {
+                    break;
+                }
+            } else {
+                width /= 2.0;
+                if width < SHORT * done {
+                    break;
+                }
+            }
+        }
+        done
+    }
+
+    fn unseen(&self, _stride: f64) -> f64 {
+        0.0
+    }
+}
+
+/// Samples of the defect, for a system that cannot be evaluated in intervals. What is passed in less
+/// than a [`SAMPLES`]th of a stride may be missed.
+pub struct Sampled<'a, S: ?Sized>(pub &'a S);
+
+/// Points of a stride at which the defect is looked at.
+pub const SAMPLES: usize = 48;
+
+/// Strides are cut so often where already the first sample is not solved, to an eighth each time.
+const CUTS: i32 = 12;
+
+impl<V, S, const M: usize> Defect<V, M> for Sampled<'_, S>
+where
+    V: Vector,
+    S: System<Series<V::Scalar, M>> + ?Sized,
+{
+    fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64 {
+        for cut in 0..CUTS {
+            let part = 0.125_f64.powi(cut);
+            let solved = (1..=SAMPLES).take_while(|&i| self.is_small(expansion, tau * part, i)).count();
+            if solved > 0 {
+                return part * solved as f64 / SAMPLES as f64;
+            }
+        }
+        0.0
+    }
+
+    fn unseen(&self, stride: f64) -> f64 {
+        stride.abs() / SAMPLES as f64
+    }
+}
+
+impl<S: ?Sized> Sampled<'_, S> {
+    /// Does the defect at sample `i` of a stride τ, were it as large all along, add no more to the error
+    /// than a stride may?
+    fn is_small<V, const M: usize>(&self, expansion: &Expansion<V, M>, tau: f64, i: usize) -> bool
+    where
+        V: Vector,
+        S: System<Series<V::Scalar, M>>,
+    {
+        let at = V::Scalar::from_f64(tau * (i as f64 / SAMPLES as f64));
+        let state = expansion.at(at);
+        let lift = |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
+        let (q, p) = (lift(&state.q), lift(&state.p));
+        let n = state.dof();
+        let [mut hq, mut hp, mut d] = [(); 3].map(|()| V::Of::<Series<V::Scalar, M>>::zeros(n));
+        self.0.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+        self.0.dissipation(q.as_slice(), p.as_slice(), hp.as_slice(), d.as_mut_slice());
+        let Expansion { series, .. } = expansion;
+        let mut off = [0.0_f64; 3];
+        for j in 0..n {
+            let [hq, hp, d] = [&hq, &hp, &d].map(|part| part.as_slice()[j].0[0]);
+            let rates = [(&series.q, hp), (&series.p, -hq - d), (&series.w, d * hp)];
+            for (off, (part, rate)) in off.iter_mut().zip(rates) {
+                let apart = (part.as_slice()[j].rate_at(at) - rate).abs().to_f64() * tau.abs();
+                *off = if apart <= *off { *off } else { apart };
+            }
+        }
+        let scales = expansion.scales(tau.abs());
+        // What f itself is rounded by counts as well: its terms may cancel.
+        let small = |(off, scale): (f64, f64)| off <= 4.0 * ALLOWED * <V::Scalar as Scalar>::EPSILON * scale;
+        off.into_iter().zip(scales).all(small)
+    }
+}

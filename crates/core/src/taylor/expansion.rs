@@ -1,0 +1,86 @@
+//! One expansion of the flow.
+
+use super::kink::first_zero;
+use super::reach::{reach, sizes};
+use crate::{Scalar, Series, State, System, Vector};
+
+/// Fills in the Taylor coefficients in time of q, p and w from their constant terms.
+///
+/// Picard's iteration `z ← z_0 + ∫ f(z)` makes one more coefficient right each time; those that are not
+/// yet are left out of the next, which costs less for it.
+pub fn expand<V, T, S, const N: usize>(system: &S, state: &mut State<V>)
+where
+    T: Scalar,
+    V: Vector<Scalar = Series<T, N>>,
+    S: System<Series<T, N>> + ?Sized,
+{
+    let n = state.dof();
+    let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
+    for known in 1..N {
+        let (q, p) = (state.q.as_slice(), state.p.as_slice());
+        system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
+        system.dissipation(q, p, hp.as_slice(), d.as_mut_slice());
+        for j in 0..n {
+            let (hq, hp, d) = (hq.as_slice()[j], hp.as_slice()[j], d.as_slice()[j]);
+            let [q, p, w] =
+                [&mut state.q, &mut state.p, &mut state.w].map(|part| &mut part.as_mut_slice()[j]);
+            *q = hp.integral(q.0[0]).truncated(known + 1);
+            *p = (-hq - d).integral(p.0[0]).truncated(known + 1);
+            *w = (d * hp).integral(w.0[0]);
+        }
+    }
+}
+
+/// The flow from one state as a polynomial of degree M - 1 in time.
+#[derive(Clone)]
+pub struct Expansion<V: Vector, const M: usize> {
+    pub(super) series: State<V::Of<Series<V::Scalar, M>>>,
+    /// The largest coefficients of q, of p and of w.
+    pub(super) sizes: [[f64; M]; 3],
+    /// The terms left out are estimated to be below a rounding for |τ| up to this: of q, of p, and of w,
+    /// which is quadratic in them and whose series falls more slowly. What the polynomial meets on the
+    /// way and its coefficients do not show is a question to its [defect](super::Defect).
+    pub reach: f64,
+}
+
+impl<V: Vector, const M: usize> Expansion<V, M> {
+    /// The expansion about `state`.
+    pub fn about<S>(system: &S, state: &State<V>) -> Self
+    where
+        S: System<Series<V::Scalar, M>> + ?Sized,
+    {
+        let lift = |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
+        let (q, p, w) = (lift(&state.q), lift(&state.p), lift(&state.w));
+        let mut series = State { q, p, w, t: Series::constant(state.t) };
+        expand(system, &mut series);
+        let sizes = [&series.q, &series.p, &series.w].map(|part| sizes(part.as_slice()));
+        let reaches = sizes.each_ref().map(|sizes| reach(sizes, V::Scalar::EPSILON));
+        Self { reach: reaches.into_iter().fold(f64::INFINITY, f64::min), series, sizes }
+    }
+
+    /// The state the time τ after the one expanded about.
+    pub fn at(&self, tau: V::Scalar) -> State<V> {
+        let Self { series, .. } = self;
+        let at = |part: &V::Of<Series<V::Scalar, M>>| V::filled(part.as_slice(), |x| x.at(tau));
+        State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
+    }
+
+    /// The largest terms of q, of p and of w at a time τ ≥ 0; of w no less than p v, the energy that
+    /// moves.
+    pub(super) fn scales(&self, tau: f64) -> [f64; 3] {
+        let largest = |sizes: &[f64]| sizes.iter().rev().fold(0.0, |most: f64, &size| size.max(most * tau));
+        let [q, p, w] = self.sizes.each_ref().map(|sizes| largest(sizes));
+        [q, p, w.max(p * largest(&self.sizes[0][1..]))]
+    }
+
+    /// The limit, or the time to the first kink ([`System::kinks`]) there may be before it.
+    pub(super) fn clear<S>(&self, system: &S, limit: f64) -> f64
+    where
+        S: System<Series<V::Scalar, M>> + ?Sized,
+    {
+        let (q, p) = (self.series.q.as_slice(), self.series.p.as_slice());
+        let mut clear = limit.abs();
+        system.kinks(q, p, &mut |x| clear = clear.min(first_zero(&x, limit)));
+        clear
+    }
+}

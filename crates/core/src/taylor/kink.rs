@@ -1,0 +1,43 @@
+//! The time to the first kink on the way.
+
+use crate::{Scalar, Series};
+
+/// A time up to which the series has no zero, infinite if it has none on the `way` from 0: the zero of
+///
+/// ```text
+/// |x_0| + s x_1 τ - Σ_{k≥2} max(0, -s x_k) τ^k ≤ s x(τ)        s = sign x_0
+/// ```
+///
+/// which is concave in τ ≥ 0. Newton's method comes to it from above, and it comes to a simple zero of x
+/// quadratically where the expansion is made anew each time. A series that begins with 0, and is not 0,
+/// has a zero there.
+pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) -> f64 {
+    let start = x.0[0].to_f64();
+    let term = |k: usize| x.0[k].to_f64() * start.signum() * way.signum().powi(k as i32);
+    // Its value and its slope.
+    let bound = |tau: f64| {
+        (2..M).rev().chain([1, 0]).fold([0.0, 0.0], |[value, slope], k| {
+            let term = if k < 2 { term(k) } else { term(k).min(0.0) };
+            [f64::mul_add(value, tau, term), f64::mul_add(slope, tau, value)]
+        })
+    };
+    if start == 0.0 {
+        return if x.0.iter().all(|c| *c == T::zero()) { f64::INFINITY } else { 0.0 };
+    }
+    let mut tau = way.abs();
+    let [mut value, mut slope] = bound(tau);
+    if value >= 0.0 {
+        return f64::INFINITY;
+    }
+    while value < 0.0 {
+        // What is much smaller than τ is lost in the difference.
+        let next = (tau - value / slope).max(f64::EPSILON * tau);
+        if next >= tau {
+            break;
+        }
+        tau = next;
+        [value, slope] = bound(tau);
+    }
+    // A few roundings short of it.
+    tau * (1.0 - 64.0 * f64::EPSILON)
+}
