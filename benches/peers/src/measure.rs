@@ -188,7 +188,7 @@ fn watched(
 ) -> Result<(Run, Duration), String> {
     let n = scene.dof();
     let subject = scene.problem.model.subject::<f64>().map_err(|error| error.to_string())?;
-    let passive = subject.damping().passive == Passive::Each;
+    let passive = subject.damping().passive;
     let run = (line.bind)(setting)?;
     let mut end = scene.start();
     let clock = Instant::now();
@@ -204,7 +204,7 @@ fn watched(
             let (energy, spent) = books(y);
             row.k_drift = row.k_drift.max((energy + spent - start).abs());
             row.k_scale = row.k_scale.max(energy.abs()).max(y[2 * n..].iter().map(|w| w.abs()).sum());
-            violations += before.iter().zip(&y[2 * n..]).filter(|(before, now)| now < before).count() as u64;
+            violations += u64::from(passive.violated(&before, &y[2 * n..]));
             before.copy_from_slice(&y[2 * n..]);
         }),
     )?;
@@ -215,7 +215,7 @@ fn watched(
         end[range.clone()].iter().zip(&exact[range]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
     (row.error_qp, row.error_w) = (Some(off(0..2 * n)), Some(off(2 * n..3 * n)));
-    row.passivity_violations = passive.then_some(violations);
+    row.passivity_violations = (passive != Passive::No).then_some(violations);
     (row.steps, row.evaluations, row.iterations) =
         (Some(spent.steps), Some(spent.evaluations), spent.iterations);
     Ok((run, first))

@@ -207,6 +207,16 @@ impl Model {
         }
     }
 
+    /// The period of each coordinate of which V and D know no more than where it is on a circle;
+    /// none of the others, see [`Custom::periods`].
+    pub fn periods(&self) -> Vec<Option<f64>> {
+        match self {
+            Self::Custom(custom) => custom.periods(),
+            Self::DampedDoublePendulum { .. } => vec![Some(std::f64::consts::TAU); 2],
+            _ => vec![None; self.dof()],
+        }
+    }
+
     /// The names of the parameters.
     pub fn parameters(&self) -> Vec<&str> {
         match self {

@@ -1,9 +1,10 @@
 //! Maps of stability: verdicts that can be known beforehand, and lanes and threads that change none of them.
 
-use afterbay_analysis::Model;
+use afterbay_analysis::{Model, Solution};
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, MapError, StabilityRow, Verdict, atlas};
+use afterbay_core::{Grid, Quad, Scalar};
 use afterbay_methods::registry::{Row, find};
 use afterbay_systems::{Custom, Description, Friction};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -347,4 +348,104 @@ fn a_map_that_is_stopped_has_the_cells_that_were_begun() {
         assert_eq!(found.len(), cells, "{pieces}");
         assert!(found.iter().all(|row| all.contains(row)));
     }
+}
+
+/// The exact solution by Taylor series.
+fn exact(problem: &Problem, h: f64, count: usize) -> Solution<f64> {
+    let subject = problem.model.subject::<Quad>().expect("a system");
+    let start = problem.start().expect("a state");
+    subject.solution(&start, Quad::from_f64(h), count).expect("a solution").rounded()
+}
+
+/// The largest errors of q, p and w after each step of a run, beside the exact solution.
+fn errors(problem: &Problem, method: &str, h: f64) -> [f64; 3] {
+    let grid = Grid::new(h, problem.end).expect("a grid");
+    let exact = exact(problem, h, grid.steps as usize);
+    let mut most = [0.0_f64; 3];
+    let run = problem.model.bind(find(method).expect("a method")).expect("it applies");
+    let mut state = problem.start().expect("a state");
+    run.run(grid, &mut state, 1, &mut |n, state| {
+        let exact = exact.at(n as usize);
+        for (most, (found, exact)) in
+            most.iter_mut().zip([(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)])
+        {
+            *most = found.iter().zip(exact).fold(*most, |most, (a, b)| most.max((a - b).abs()));
+        }
+        std::ops::ControlFlow::Continue(())
+    })
+    .expect("it runs");
+    most
+}
+
+#[test]
+fn a_reservoir_that_is_wrong_is_not_right() {
+    let b = 2.0;
+    let problem = Problem {
+        model: Model::DampedOscillator { k: 1.0, b },
+        q: vec![2.3],
+        p: vec![-3.1],
+        end: 20.0,
+    };
+    let (mut wrong, mut right) = (0, 0);
+    for h in [0.05, 0.1, 0.2, 0.25, 0.4, 0.5, 0.8, 1.0] {
+        let [q, p, w] = errors(&problem, "leapfrog", h);
+        let found = cell(problem.model.clone(), [2.3, -3.1], "leapfrog", h, 20.0);
+        println!("{h}: {q:.2e} {p:.2e} {w:.2e} {:?}", found.verdict);
+        // The reservoir holds 7.45 at the end.
+        if w > 1.0 {
+            assert_ne!(found.verdict, Verdict::Right, "w off by {w}");
+            wrong += 1;
+        }
+        if found.verdict == Verdict::Right {
+            assert!(w < 0.75 && q < 0.3 && p < 0.4, "{q} {p} {w}");
+            right += 1;
+        }
+    }
+    assert!(wrong > 0 && right > 0, "{wrong} {right}");
+}
+
+/// A pendulum that goes round, g = 9.81, of energy 200.
+fn rotor(c: f64) -> Model {
+    custom("9.81*(1 - cos(q1))", &["c*p1"], &[("c", c)])
+}
+
+#[test]
+fn a_rotor_is_judged_by_its_angle_and_not_by_its_turns() {
+    let one = |model: Model, method: &str, h: f64, end: f64| {
+        let problem = Problem { model, q: vec![0.0], p: vec![20.0], end };
+        let off = errors(&problem, method, h);
+        let values = [1e-9];
+        let steps = [h];
+        let map =
+            Map { problem, parameter: "c", values: &values, steps: &steps, end, least_steps: 1 };
+        (off, map.run(&rows(&[method]), &Silent).expect("a map").remove(0).verdict)
+    };
+    let mut turned = 0;
+    for h in [0.005, 0.02, 0.05, 0.1, 0.125] {
+        let ([q, ..], verdict) = one(rotor(1e-9), "leapfrog", h, 100.0);
+        println!("{h}: q off by {q:.3}: {verdict:?}");
+        assert_eq!(verdict == Verdict::Right, q < 0.1, "h = {h}: off by {q}");
+        turned += u64::from(q > 10.0);
+    }
+    assert!(turned > 0, "some are off by turns");
+}
+
+#[test]
+fn a_phase_error_with_the_right_amplitude_is_late() {
+    // Leap-frog's frequency is off by h²/24 of itself: 0.1 rad after t = 60 where h = 0.2.
+    let of = |model: Model, method: &str, h: f64, end: f64| cell(model, [1.0, 0.0], method, h, end).verdict;
+    let oscillator = Model::DampedOscillator { k: 1.0, b: 0.0 };
+    for (h, expected) in [(0.1, Verdict::Right), (0.3, Verdict::Late), (0.4, Verdict::Late)] {
+        assert_eq!(of(oscillator.clone(), "leapfrog", h, 60.0), expected, "{h}");
+    }
+    // Near its limit the amplitude is wrong as well.
+    assert_eq!(of(oscillator.clone(), "leapfrog", 1.7, 60.0), Verdict::Wrong);
+    // A limit cycle, with a reservoir that fills and empties.
+    let cycle = Model::VanDerPol { mu: 1.0 };
+    assert_eq!(of(cycle.clone(), "moddg", 0.02, 100.0), Verdict::Right);
+    assert_eq!(of(cycle, "moddg", 0.2, 100.0), Verdict::Late);
+    // What loses energy at another rate is not late.
+    let damped = |b| Model::DampedOscillator { k: 1.0, b };
+    assert_eq!(of(damped(6.0), "moddg", 2.0, 60.0), Verdict::Wrong);
+    assert_eq!(of(damped(0.02), "moddg", 0.3, 60.0), Verdict::Late);
 }

@@ -62,22 +62,13 @@ pub(crate) enum Command {
     /// A scene declares a study by a table: [study.local-order], [study.global-order], [study.energy], [study.work-precision],
     /// [study.stability], [study.long-run]. Each leaves its table in data/ and its charts in report.html and figures/.
     Study(SceneArguments),
-    /// Find the cheapest method and step that meets an error on the scene itself, checked against a finer run.
+    /// Find the cheapest method and step that meets an error all along the scene.
     ///
-    /// Takes the system, the start and the end from the scene; its step and its methods do not matter. Nothing is written.
-    Pick {
-        /// The scene, a TOML file.
-        scene: PathBuf,
-        /// The largest error of (q, p) and of w at the end of the scene.
-        #[arg(long, value_name = "E", value_parser = error_bound, allow_negative_numbers = true)]
-        error: f64,
-        /// Only methods that keep K to rounding.
-        #[arg(long)]
-        keep_k: bool,
-        /// Only methods that never take energy back from the reservoir of a passive system.
-        #[arg(long)]
-        passive: bool,
-    },
+    /// Takes the system, the start and the end from the scene; its step and its methods do not
+    /// matter. Errors are those after every step (at 2048 times where there are more), and a step
+    /// is recommended where the steps within 5 % of it and half of it meet the error as well.
+    /// Nothing is written without --out.
+    Pick(PickArguments),
     /// Say whether a scene is valid, and what it would do. Nothing is computed.
     ///
     /// What is wrong is shown in its line, with what to do about it, and the command ends with 3.
@@ -110,6 +101,30 @@ pub(crate) struct SceneArguments {
     /// The scene, a TOML file. `afterbay schema` describes it; the folder scenes/ has ready ones.
     pub(crate) scene: PathBuf,
     /// Folder for report.html, figures/, data/ and run.json [default: out/ and the name of the scene].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write there even if the results of another scene are lost.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PickArguments {
+    /// The scene, a TOML file.
+    pub(crate) scene: PathBuf,
+    /// The largest error of every q_j, p_j and w_j all along the scene.
+    #[arg(long, value_name = "E", value_parser = error_bound, allow_negative_numbers = true)]
+    pub(crate) error: f64,
+    /// Errors count at the end of the scene alone, and not on the way.
+    #[arg(long)]
+    pub(crate) at_end: bool,
+    /// Only methods that keep K to rounding.
+    #[arg(long)]
+    pub(crate) keep_k: bool,
+    /// Only methods that never take energy back from the reservoir of a passive system.
+    #[arg(long)]
+    pub(crate) passive: bool,
+    /// Folder for report.html with the charts of what was tried, figures/, data/ and run.json.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Write there even if the results of another scene are lost.

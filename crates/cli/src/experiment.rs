@@ -37,15 +37,7 @@ pub(crate) fn run(what: What, arguments: &SceneArguments, format: Format) -> Res
     wanted(what, &scene)
         .map_err(|problem| Failure::scene(&arguments.scene, "", SceneError { problem, span: 0..0 }))?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
-    if !arguments.force {
-        let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
-        let hash = Manifest::new("", document, Vec::new()).hash;
-        if let Some(other) = Manifest::hash_in(&out).filter(|found| *found != hash) {
-            return Err(Failure::taken(&out, &other));
-        }
-    }
-    // Better now than when everything is computed.
-    std::fs::create_dir_all(&out).map_err(|error| Failure::no_folder(&out, error))?;
+    folder(&out, &scene, arguments.force)?;
     let bars = Bars::new();
     let (output, findings): Results = match what {
         What::Run => experiment::run(&scene, &bars),
@@ -62,6 +54,19 @@ pub(crate) fn run(what: What, arguments: &SceneArguments, format: Format) -> Res
     let failed = runs.iter().any(|run| run.outcome != COMPLETED);
     let completed = if failed { ExitCode::from(FAILED) } else { ExitCode::SUCCESS };
     Ok(interrupt::exit_code().unwrap_or(completed))
+}
+
+/// Makes the folder for the results of a scene, before anything is computed. One that holds those of
+/// another scene is refused unless `force`.
+pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failure> {
+    if !force {
+        let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
+        let hash = Manifest::new("", document, Vec::new()).hash;
+        if let Some(other) = Manifest::hash_in(out).filter(|found| *found != hash) {
+            return Err(Failure::taken(out, &other));
+        }
+    }
+    std::fs::create_dir_all(out).map_err(|error| Failure::no_folder(out, error))
 }
 
 /// Has the scene what is asked for?

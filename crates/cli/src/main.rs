@@ -12,7 +12,6 @@ mod pick;
 mod scene;
 mod table;
 
-use afterbay_analysis::study::pick::Wanted;
 use arguments::{Arguments, Command};
 use clap::{CommandFactory, Parser};
 use experiment::What;
@@ -26,9 +25,7 @@ fn main() -> ExitCode {
         Command::Paper { out, quick } => paper::run(&out, quick, format),
         Command::Run(arguments) => experiment::run(What::Run, &arguments, format),
         Command::Study(arguments) => experiment::run(What::Study, &arguments, format),
-        Command::Pick { scene, error, keep_k, passive } => {
-            pick::run(&scene, Wanted { error, keep_k, passive }, format)
-        }
+        Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),
         Command::Schema => table::json(&afterbay_analysis::scene::schema()).map(|()| ExitCode::SUCCESS),
         Command::Completions { shell } => {

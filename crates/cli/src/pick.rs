@@ -1,26 +1,39 @@
 //! `afterbay pick`
 
-use crate::arguments::Format;
+use crate::arguments::{Format, PickArguments};
 use crate::bars::Bars;
-use crate::experiment::FAILED;
+use crate::experiment::{FAILED, folder};
 use crate::failure::Failure;
 use crate::{interrupt, scene, table};
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
-use std::path::Path;
+use afterbay_analysis::{Measured, ReportError, experiment};
 use std::process::ExitCode;
 
 /// Those that qualify and those that do not, shown.
 const SHOWN: usize = 8;
 const NEAREST: usize = 3;
 
-pub(crate) fn run(path: &Path, wanted: Wanted, format: Format) -> Result<ExitCode, Failure> {
-    let scene = scene::read(path)?;
+pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode, Failure> {
+    let &PickArguments { error, at_end, keep_k, passive, .. } = arguments;
+    let scene = scene::read(&arguments.scene)?;
+    if let Some(out) = &arguments.out {
+        folder(out, &scene, arguments.force)?;
+    }
     let bars = Bars::new();
+    let wanted = Wanted { error, at_end, keep_k, passive };
     let found = pick::run(&scene.problem, wanted, &bars).map_err(Failure::study)?;
     bars.finish();
+    if let Some(out) = &arguments.out {
+        let report = experiment::pick(&scene, &found);
+        let (output, _) = report.map_err(|error: ReportError| Failure::from(error))?;
+        output.write(out).map_err(Failure::storage)?;
+    }
     match format {
         Format::Json => table::json(&found)?,
         Format::Table => print(&found, scene.problem.end)?,
+    }
+    if let (Some(out), Format::Table) = (&arguments.out, format) {
+        table::line(&format!("Report: {}", out.join("report.html").display()))?;
     }
     let failed = found.qualified.is_empty();
     let completed = if failed { ExitCode::from(FAILED) } else { ExitCode::SUCCESS };
@@ -29,31 +42,24 @@ pub(crate) fn run(path: &Path, wanted: Wanted, format: Format) -> Result<ExitCod
 
 fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     let bound = found.wanted.error;
-    match &found.qualified[..] {
-        [] => {
-            table::line(&format!(
-                "No method was found with errors within {bound:e} at t = {end}{}.",
-                structure(found)
-            ))?;
-            if let Some(nearest) = found.others.first() {
-                let why = nearest.why_not.as_deref().unwrap_or_default();
-                table::line(&format!("Nearest is {}: {why}.", nearest.run.method))?;
-            }
+    let asked = format!("within {bound:e} {}{}", found.wanted.place(end), structure(found));
+    if found.interrupted {
+        let tried = found.tried.len();
+        table::line(&format!("The search was interrupted after {tried} runs; so far:"))?;
+    }
+    match (&found.qualified[..], found.too_sensitive) {
+        ([], Some(why)) => {
+            table::line(&format!("The scene is too sensitive for an error of {bound:e}: {why}."))?;
         }
-        [winner, rest @ ..] => {
+        ([], None) if found.interrupted => {
+            table::line(&format!("No method was found and checked yet {asked}."))?;
+        }
+        ([], None) => table::line(&format!("No method was found {asked}."))?,
+        ([winner, rest @ ..], _) => {
             let run = &winner.run;
-            table::line(&format!(
-                "{} with {} is the cheapest within {bound:e} at t = {end}{}: {}.",
-                run.method,
-                run.setting(),
-                structure(found),
-                cost(winner)
-            ))?;
-            if let Some([qp, w]) = found.check {
-                table::line(&format!(
-                    "Checked: a finer run differs by {qp:.1e} in (q, p) and {w:.1e} in w."
-                ))?;
-            }
+            let (method, setting) = (run.method, run.setting());
+            table::line(&format!("{method} with {setting} is the cheapest {asked}: {}.", cost(winner)))?;
+            table::line(&format!("{}.", checked(winner, found.check)))?;
             match rest.first() {
                 Some(second) => table::line(&format!(
                     "The runner-up is {} with {}: {}.",
@@ -65,25 +71,35 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
             }
         }
     }
-    if found.reference_doubt > bound / 10.0 {
-        table::line(&format!("! The reference itself is known to {:.0e} only.", found.reference_doubt))?;
+    if let ([], Some(nearest)) = (&found.qualified[..], found.others.first()) {
+        let why = nearest.why_not.as_deref().unwrap_or_default();
+        table::line(&format!("Nearest is {}: {why}.", nearest.run.method))?;
+    }
+    if found.doubt.most() > bound / 10.0 {
+        table::line(&format!("! The reference itself is known to {:.0e} only.", found.doubt.most()))?;
     }
     if found.wanted.passive && !found.owed {
-        table::line("The system is not known to be passive: nothing is owed, whatever the method.")?;
+        table::line("The system is not known to be passive: no step can violate passivity.")?;
     }
     let shown = found.qualified.iter().take(SHOWN).chain(found.others.iter().take(NEAREST));
+    let rows: Vec<Vec<String>> = shown.map(cells).collect();
+    if rows.is_empty() {
+        return Ok(());
+    }
     let header = [
         "method",
         "step or tolerance",
         "error of (q, p)",
         "error of w",
+        "at the end",
+        "w at the end",
         "max |K - K₀|",
-        "Δw < 0",
+        "not passive",
         "seconds",
         "evaluations",
         "why not",
     ];
-    table::print(&header, shown.map(cells))?;
+    table::print(&header, rows.into_iter())?;
     match found.qualified.len().saturating_sub(SHOWN) {
         0 => Ok(()),
         more => table::line(&format!("{more} more qualify; --format json shows all.")),
@@ -102,16 +118,34 @@ fn structure(found: &Pick) -> &'static str {
 
 fn cost(candidate: &Candidate) -> String {
     let run = &candidate.run;
+    let said = |error: Option<Measured>| error.map_or(String::new(), |error| error.to_string());
+    let number = |error: Option<f64>| error.map_or(String::new(), |error| format!("{error:.1e}"));
+    let seconds = run.seconds.map_or("not timed".into(), |seconds| format!("{seconds:.1e} s"));
     format!(
-        "{:.1e} s, error {:.1e} in (q, p) and {:.1e} in w",
-        run.seconds.unwrap_or(f64::NAN),
-        run.error_qp.unwrap_or(f64::NAN),
-        run.error_w.unwrap_or(f64::NAN)
+        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {:.3}), {} and {} at the end",
+        said(run.qp()),
+        said(run.w()),
+        run.worst_t,
+        number(run.end_qp),
+        number(run.end_w),
     )
+}
+
+/// What the recommendation was checked by.
+fn checked(winner: &Candidate, finer: Option<[f64; 2]>) -> String {
+    let run = &winner.run;
+    let beside = winner.checked.map_or(String::new(), |checked| {
+        format!("{} settings beside it err by {:.1e} at most", checked.settings, checked.most)
+    });
+    let finer = finer.map_or(String::new(), |[qp, w]| {
+        format!(", and a finer run differs by {qp:.1e} in (q, p) and {w:.1e} in w")
+    });
+    format!("Checked at {} times: {beside}{finer}", run.samples)
 }
 
 fn cells(candidate: &Candidate) -> Vec<String> {
     let run = &candidate.run;
+    let said = |error: Option<Measured>| error.map_or(String::new(), |error| error.to_string());
     let scientific = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1e}"));
     let why = match (&candidate.why_not, &run.failure) {
         (Some(why), Some(failure)) => format!("{why}: {failure}"),
@@ -121,8 +155,10 @@ fn cells(candidate: &Candidate) -> Vec<String> {
     vec![
         run.method.into(),
         run.setting(),
-        scientific(run.error_qp),
-        scientific(run.error_w),
+        said(run.qp()),
+        said(run.w()),
+        scientific(run.end_qp),
+        scientific(run.end_w),
         scientific(Some(run.k_drift)),
         run.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
         scientific(run.seconds),

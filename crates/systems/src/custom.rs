@@ -24,6 +24,7 @@
 mod description;
 mod failure;
 mod passive;
+mod period;
 mod polynomial;
 mod ridges;
 mod shape;

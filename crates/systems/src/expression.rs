@@ -7,7 +7,7 @@
 
 mod compile;
 mod derivative;
-mod function;
+pub(crate) mod function;
 pub(crate) mod graph;
 pub(crate) mod monomial;
 pub(crate) mod parse;

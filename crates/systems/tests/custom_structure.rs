@@ -174,3 +174,45 @@ fn parameters_change_without_compiling_and_lanes_may_differ() {
     assert_eq!(mixed.damping().passive, Passive::No);
     assert_eq!(lanes.with("c", ramp).unwrap().damping(), EACH);
 }
+
+/// The periods of the coordinates of V with the forces D_j.
+fn periods(potential: &str, forces: &[&str]) -> Vec<Option<f64>> {
+    let description = Description {
+        potential: potential.to_owned(),
+        friction: if forces.is_empty() {
+            Friction::None
+        } else {
+            Friction::Forces(forces.iter().map(|&force| force.to_owned()).collect())
+        },
+        parameters: vec![("k".to_owned(), 3.0)],
+        ..Default::default()
+    };
+    Custom::new(&description).unwrap_or_else(|error| panic!("{potential}: {error}")).periods()
+}
+
+#[test]
+fn a_coordinate_in_sines_of_one_frequency_recurs() {
+    let full = std::f64::consts::TAU;
+    for (potential, forces, expected) in [
+        ("k*(1 - cos(q1))", &[][..], vec![Some(full)]),
+        ("-cos(k*q1 + 1)", &[], vec![Some(full / 3.0)]),
+        ("k*cos(q1/2)^2 + abs(sin(q1))*exp(sin(q1))", &[], vec![Some(2.0 * full)]),
+        ("k*sin(2*q1) - cos(6*q1) + tan(4*q1)", &[], vec![Some(full / 2.0)]),
+        ("k*cos(q1 - q2) + cos(2*q2)", &[], vec![Some(full), Some(full)]),
+        ("k*cos(q1 - q2) + q2^2", &[], vec![Some(full), None]),
+        ("cos(q1) + cos(k*q2)", &["p1", "sin(q2)^2*p2"], vec![Some(full), Some(full)]),
+        ("cos(q1)", &["k*q1^2*p1"], vec![None]),
+        ("cos(q1) + k*cos(sqrt(2)*q1)", &[], vec![None]),
+        ("cos(q1) + k*q1", &[], vec![None]),
+        ("cos(q1*q2) + k", &[], vec![None, None]),
+        ("cos(q1^2) + k", &[], vec![None]),
+        ("k*q1^2", &[], vec![None]),
+    ] {
+        let found = periods(potential, forces);
+        let same = found.iter().zip(&expected).all(|pair| match pair {
+            (Some(found), Some(expected)) => (found - expected).abs() < 1e-12 * expected,
+            (found, expected) => found.is_none() && expected.is_none(),
+        });
+        assert!(found.len() == expected.len() && same, "{potential}: {found:?}, not {expected:?}");
+    }
+}

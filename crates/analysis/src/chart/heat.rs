@@ -36,7 +36,7 @@ pub enum Cells {
     },
     /// One of several verdicts, as its index in `names`.
     Verdicts {
-        /// The verdicts, at most nine, in the order of the legend; colours follow this order.
+        /// The verdicts, at most ten, in the order of the legend; colours follow this order.
         names: Vec<String>,
         /// The verdict of each cell.
         verdicts: Vec<usize>,

@@ -9,9 +9,12 @@ const CURVES: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00"
 /// Dashes, one longer than the colours so that a colour that comes again has another dash.
 const DASHES: [&str; 8] = ["", "9 3", "2.5 2.5", "10 3 2 3", "5 3", "12 3 2 3 2 3", "6 2 2 2", "1.5 4"];
 
-/// Colours of the categories of a map.
-const CATEGORIES: [&str; 9] =
-    ["#56b4e9", "#f0e442", "#d55e00", "#000000", "#cc79a7", "#999999", "#009e73", "#0072b2", "#e69f00"];
+/// Colours of the categories of a map. Any two of them differ by 25 and more in CIELAB, for
+/// normal sight and for each kind of colour blindness.
+pub(super) const CATEGORIES: [&str; 10] = [
+    "#56b4e9", "#005599", "#f0e442", "#d55e00", "#000000", "#8822ff", "#885555", "#ff99aa", "#772200",
+    "#bbff99",
+];
 
 /// The grey of guides, notes and cells without a value.
 pub(super) const GREY: &str = "#6b6b6b";
@@ -94,4 +97,63 @@ fn path(d: String, fill: Option<Color>, stroke: Color, width: f64, dash: Option<
 /// Path data through `points` to a tenth of a pixel.
 fn trace(points: impl Iterator<Item = (f64, f64)>) -> String {
     points.enumerate().map(|(i, (x, y))| format!("{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Normal sight, and protanopia, deuteranopia and tritanopia at full strength: matrices on
+    /// linear RGB of G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE Trans. Vis. Comput.
+    /// Graph. 15 (2009).
+    const SIGHTS: [[[f64; 3]; 3]; 4] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ],
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ],
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ],
+    ];
+    /// Linear RGB to CIE XYZ, each row by that of white.
+    const XYZ: [[f64; 3]; 3] =
+        [[0.43388, 0.37624, 0.18990], [0.2126, 0.7152, 0.0722], [0.01773, 0.10947, 0.87285]];
+
+    fn of(matrix: &[[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
+        matrix.map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum())
+    }
+
+    /// The colour as it is seen, in CIELAB.
+    fn lab(colour: &str, sight: &[[f64; 3]; 3]) -> [f64; 3] {
+        let channel = |i: usize| {
+            let c = f64::from(u8::from_str_radix(&colour[i..i + 2], 16).expect("two digits")) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        };
+        let seen = of(sight, [channel(1), channel(3), channel(5)]).map(|c| c.clamp(0.0, 1.0));
+        let cubic = |t: f64| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
+        let [x, y, z] = of(&XYZ, seen).map(cubic);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    #[test]
+    fn categories_are_told_apart_by_everyone() {
+        for sight in &SIGHTS {
+            for (i, a) in CATEGORIES.iter().enumerate() {
+                for b in &CATEGORIES[..i] {
+                    let [a, b] = [a, b].map(|colour| lab(colour, sight));
+                    let distance = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                    assert!(distance > 25.0, "{a:?} {b:?}: {distance}");
+                }
+            }
+        }
+    }
 }

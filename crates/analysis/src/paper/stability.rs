@@ -115,7 +115,7 @@ fn verdict_map(title: &str, y: &str, map: &Map, cells: &[&StabilityRow]) -> Heat
 }
 
 fn bounded(row: &StabilityRow) -> bool {
-    matches!(row.verdict, Verdict::Right | Verdict::Wrong)
+    matches!(row.verdict, Verdict::Right | Verdict::Late | Verdict::Wrong)
 }
 
 fn compare_with_spectrum(sheet: &mut Sheet, cells: &[StabilityRow]) {

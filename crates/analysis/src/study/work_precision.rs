@@ -29,8 +29,8 @@ pub struct WorkRow {
     pub error_w: Option<f64>,
     /// max |K - K0| over all steps done.
     pub k_drift: f64,
-    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed, step by step and degree of freedom by degree of freedom (in the sum over
-    /// them where it is owed in sum); none where nothing is owed.
+    /// Steps that violate passivity ([`Passive::violated`](afterbay_core::Passive::violated)); none
+    /// where the system is not known to be passive.
     pub passivity_violations: Option<u64>,
     /// Wall-clock time of the run alone.
     pub seconds: Option<f64>,

@@ -73,6 +73,8 @@ pub(super) struct Shape {
     /// D_j of (q, p, v), and its derivatives by velocities where these are closed: none for no friction.
     pub(super) frictions: Vec<Node>,
     pub(super) matrix: Option<Vec<(usize, usize, Node)>>,
+    /// V, and D_j of (q, p, v).
+    pub(super) fields: Vec<Node>,
     /// The second derivatives but those by two momenta, and which they are.
     pub(super) curvature: Vec<Part>,
     pub(super) entries: Vec<(Block, usize, usize)>,
@@ -132,6 +134,7 @@ impl Shape {
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let resistance = builder.resistance(&structure, &drags, &frictions)?;
         let matrix = builder.matrix(&frictions);
+        let fields = std::iter::once(potential).chain(frictions.iter().copied()).collect();
         let potential = builder.potential(potential, &slopes)?;
         let entries = second.iter().map(|x| x.0).collect();
         let second: Vec<(u32, Node)> = (0..).zip(second.into_iter().map(|x| x.1)).collect();
@@ -159,6 +162,7 @@ impl Shape {
             resistance,
             frictions,
             matrix,
+            fields,
             curvature,
             entries,
             kinks,

@@ -1,7 +1,8 @@
 //! A run looked at on its way, and one cell by itself.
 
-use super::measure::{Looks, Scales, Seen};
+use super::measure::{Looks, Room, Scales, Seen};
 use super::side::Side;
+use crate::progress::Progress;
 use crate::study::Problem;
 use afterbay_core::{Grid, InputError, IntegrateError, State, StepFailure, System};
 use afterbay_methods::registry::Run;
@@ -21,6 +22,7 @@ pub(super) struct Course<'a> {
     pub(super) looks: &'a Looks,
     /// Is w to be seen after every step? Else it is seen where the run is looked at.
     pub(super) watched: bool,
+    pub(super) progress: &'a dyn Progress,
 }
 
 /// A run on its way.
@@ -52,19 +54,22 @@ impl<T: Side> Vehicle<'_, T> {
         from: u64,
         to: u64,
     ) -> Result<Option<Broken>, InputError> {
-        let Course { h, looks, watched } = course;
+        let Course { h, looks, watched, progress } = course;
         let Traveller { state, seen } = traveller;
-        let mut slopes = [state.q.clone(), state.q.clone()];
+        let mut room = Room::new(state.dof(), &self.scales.track.image);
         let mut at = from;
-        while at < to {
+        while at < to && !progress.stopped() {
             let (next, every) = stretch(looks, watched, at, to);
             let outcome = self.run.run(Grid::of(h, next - at)?, state, every, &mut |since, state| {
-                let look = if since > 0 { looks.weight(at + since) } else { None };
+                let look = if since > 0 { looks.after(at + since) } else { None };
                 if since > 0 && (watched || look.is_some()) {
                     seen.watch(state.w);
                 }
-                if let Some(weight) = look {
-                    seen.look(state, weight, self.scales, self.system, &mut slopes);
+                if let Some(look) = look {
+                    seen.look(state, look, self.scales, self.system, &mut room);
+                    if progress.stopped() {
+                        return ControlFlow::Break(());
+                    }
                 }
                 ControlFlow::Continue(())
             });
@@ -105,7 +110,7 @@ pub(super) fn alone(
     course: Course<'_>,
 ) -> Result<Ending, InputError> {
     let state = problem.start::<f64>()?;
-    let seen = Seen::nothing(state.dof());
+    let seen = Seen::nothing(state.dof(), &vehicle.scales.track.image);
     let mut traveller = Traveller { state, seen };
     let count = course.looks.count;
     let broken = vehicle.carry(course, &mut traveller, 0, count)?;

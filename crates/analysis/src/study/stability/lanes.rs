@@ -9,7 +9,7 @@
 use super::alone::{Course, Ending, Traveller, Vehicle, alone};
 use super::measure::{Scales, Seen};
 use super::reference::Reference;
-use super::side::{Side, put_state, state_of};
+use super::side::{put_state, state_of};
 use crate::Lanes;
 use crate::study::Problem;
 use afterbay_core::{InputError, Scalar, System, f64x8};
@@ -56,7 +56,7 @@ pub(super) fn together(
     let mut seats: [usize; WIDTH] = std::array::from_fn(|k| k.min(cells.len() - 1));
     let Some(mut bound) = bind(cells, seats, row, parameter)? else { return Ok(None) };
     let state = first.problem.start::<f64x8>()?;
-    let seen = Seen::nothing(state.dof());
+    let seen = Seen::nothing(state.dof(), &bound.scales.track.image);
     let mut all = Traveller { state, seen };
     let mut endings: Vec<Option<Ending>> = cells.iter().map(|_| None).collect();
     let (count, mut at, mut burst) = (course.looks.count, 0, 1);
@@ -137,14 +137,8 @@ fn bind(
     let Some(lanes) = cells[seats[0]].problem.model.bind_lanes(row, parameter, values)? else {
         return Ok(None);
     };
-    let scales = |k: usize| &cells[seats[k]].exact.scales;
-    let dof = scales(0).centre.len();
-    let scales = Scales {
-        by_kinetic: f64x8::gather(|k| scales(k).by_kinetic),
-        by_reach: f64x8::gather(|k| scales(k).by_reach),
-        centre: (0..dof).map(|j| f64x8::gather(|k| scales(k).centre[j])).collect(),
-    };
-    Ok(Some(Bound { lanes, scales }))
+    let scales = Scales::beside(|k| &cells[seats[k]].exact.scales);
+    Ok(scales.map(|scales| Bound { lanes, scales }))
 }
 
 const _: () = assert!(WIDTH == f64x8::LANES);

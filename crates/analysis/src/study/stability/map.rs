@@ -1,5 +1,6 @@
 //! A map over steps and the values of one parameter.
 
+use super::image::Image;
 use super::lanes::WIDTH;
 use super::measure::Looks;
 use super::piece::{Place, StabilityRow, Way, cells};
@@ -51,8 +52,8 @@ impl Map<'_> {
         self.values.len().div_ceil(WIDTH) * (1 + methods * self.steps.len())
     }
 
-    /// The cells, method after method, value after value, step after step. Where [`Progress::stopped`] says so, cells not begun are
-    /// left out.
+    /// The cells, method after method, value after value, step after step. Where
+    /// [`Progress::stopped`] says so, cells that are not done are left out.
     ///
     /// # Errors
     /// [`MapError`]
@@ -79,7 +80,8 @@ impl Map<'_> {
                 let found = if progress.stopped() {
                     group.iter().map(|_| None).collect()
                 } else {
-                    self.exact(group, &batches)?.into_iter().map(Some).collect()
+                    let found = self.exact(group, &batches, progress)?;
+                    found.into_iter().map(|found| (!progress.stopped()).then_some(found)).collect()
                 };
                 progress.advance();
                 Ok(found)
@@ -120,7 +122,8 @@ impl Map<'_> {
             let problem = Problem { model, ..self.problem.clone() };
             problem.start::<f64>()?;
             let subject = problem.model.subject::<f64>()?;
-            Ok(Place { value, problem, subject })
+            let image = Image::new(&problem.model.periods());
+            Ok(Place { value, problem, subject, image })
         };
         self.values.iter().map(place).collect()
     }
@@ -140,10 +143,15 @@ impl Map<'_> {
     }
 
     /// The references of up to eight values, for all steps.
-    fn exact(&self, group: &[Place], batches: &[Batch]) -> Result<Vec<Vec<Reference>>, MapError> {
+    fn exact(
+        &self,
+        group: &[Place],
+        batches: &[Batch],
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<Reference>>, MapError> {
         let mut all: Vec<Vec<(usize, Reference)>> = group.iter().map(|_| Vec::new()).collect();
         for batch in batches {
-            for (all, found) in all.iter_mut().zip(self.exact_of(group, batch)?) {
+            for (all, found) in all.iter_mut().zip(self.exact_of(group, batch, progress)?) {
                 all.extend(batch.steps.iter().copied().zip(found));
             }
         }
@@ -155,25 +163,32 @@ impl Map<'_> {
     }
 
     /// The same for a batch of steps.
-    fn exact_of(&self, group: &[Place], batch: &Batch) -> Result<Vec<Vec<Reference>>, MapError> {
+    fn exact_of(
+        &self,
+        group: &[Place],
+        batch: &Batch,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<Reference>>, MapError> {
         let rk4 = registry::find("rk4")
             .ok_or(InputError::Unsupported { method: "rk4", why: "it is not registered" })?;
         let values = std::array::from_fn(|k| group[k.min(group.len() - 1)].value);
         let problem = &group[0].problem;
         if let Some(lanes) = problem.model.bind_lanes(rk4, self.parameter, values)? {
-            let exact = Exact { problem, run: &lanes.run, system: &*lanes.system, batch };
+            let images: Vec<_> = group.iter().map(|place| place.image.clone()).collect();
+            let (run, system) = (&lanes.run, &*lanes.system);
+            let exact = Exact { problem, run, system, batch, images: &images, progress };
             if let Some(mut found) = exact.references()? {
                 found.truncate(group.len());
                 return Ok(found);
             }
         }
-        let each = |Place { problem, subject, .. }: &Place| -> Result<_, MapError> {
-            let run = problem.model.bind(rk4)?;
-            let exact = Exact { problem, run: &run, system: &**subject, batch };
+        let each = |Place { problem, subject, image, .. }: &Place| -> Result<_, MapError> {
+            let (run, images) = (&problem.model.bind(rk4)?, std::slice::from_ref(image));
+            let exact = Exact { problem, run, system: &**subject, batch, images, progress };
             let found = exact.references()?.and_then(|lanes| lanes.into_iter().next());
             Ok(match found {
                 Some(found) => found,
-                None => of_start(problem, &**subject, batch.steps.len())?,
+                None => of_start(problem, &**subject, image, batch.steps.len())?,
             })
         };
         group.iter().map(each).collect()
@@ -213,8 +228,11 @@ impl Map<'_> {
                     (self.steps[j], &looks[j]),
                     &places[range.clone()],
                     &exact,
-                    way,
+                    (way, progress),
                 )?;
+                if progress.stopped() {
+                    break;
+                }
                 let first = (i * values + range.start) * steps + j;
                 done.extend(rows.into_iter().enumerate().map(|(lane, row)| (first + lane * steps, row)));
                 progress.advance();

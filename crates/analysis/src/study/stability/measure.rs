@@ -1,62 +1,96 @@
 //! What is looked at along a run.
 //!
-//! Energies can't be compared in logarithm where H may be negative, as in a double well. What no system has negative is the size
+//! Energies can't be compared in logarithm where H may be negative, as in a double well. What no
+//! system has negative is the size
 //!
 //! ```text
-//! A = T/T_max + |q - c|²/Q²        T = ½ p·∂H/∂p        c = mean of q of the exact solution
+//! A = T/T_max + |x - c|²/Q²        T = ½ p·∂H/∂p        c = mean of x of the exact solution
 //! ```
 //!
-//! with the largest T and |q| of the exact solution, Q = |q|_max, and its mean over the second half of the run as the centre c. The mean of
-//! A over the second half tells decay, growth and the size of an oscillation, wherever it takes place; the mean of q
-//! tells where: around which attractor, in which well. Of a harmonic oscillation A is constant, so that its mean does not depend on
-//! the phase. Both are means over the same times of the run and of the exact solution, with weights sin² that vanish at the ends of the second half:
-//! at which phase a run is cut off makes no difference.
+//! with the place x of the state ([`Image`]), the largest T and |x| of the exact solution,
+//! Q = |x|_max, and its mean over the second half of the run as the centre c. The mean of A over
+//! the second half tells decay, growth and the size of an oscillation, wherever it takes place;
+//! the mean of x tells where: around which attractor, in which well. The means of q, p and w and
+//! of their squares over each half ([`Halves`]) tell the amplitude of each. Of a harmonic
+//! oscillation A is constant, so that its mean does not depend on the phase. All are means over
+//! the same times of the run and of the exact solution, with weights sin² that vanish at the ends
+//! of a half: at which phase a run is cut off makes no difference.
 //!
-//! At most [`MOST_LOOKS`] times are looked at, equally spaced: a mean over 1024 points that are no nearer to each other than the steps has an error of
-//! their discreteness only, and run and solution share it. Motion that repeats itself between two looks, a relaxation much shorter
-//! than a thousandth of the run, is seen by chance; near h = half a period the looks themselves stand still, and phase is judged too.
+//! What depends on the phase is seen at stations: up to [`MOST_STATIONS`] of the looks, at which
+//! x, p and w are compared one by one with the exact solution ([`Track`]).
+//!
+//! At most [`MOST_LOOKS`] times are looked at, equally spaced: a mean over 1024 points that are no
+//! nearer to each other than the steps has an error of their discreteness only, and run and
+//! solution share it. Motion that repeats itself between two looks, a relaxation much shorter than
+//! a thousandth of the run, is seen by chance.
 
+use super::halves::Halves;
+use super::image::Image;
 use super::side::{Side, lane_of, put_lane};
-use afterbay_core::{Mask, Passive, System, View};
+use super::track::Track;
+use afterbay_core::{Passive, Scalar, System, View};
 
 /// The most times a run is looked at.
-pub const MOST_LOOKS: u64 = 1024;
+pub const MOST_LOOKS: u64 = 2048;
+/// The most times it is compared with the exact solution number by number.
+pub const MOST_STATIONS: u64 = 64;
+
+/// A time at which a run is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Look {
+    /// 0 in the first half of the run, 1 in the second.
+    pub(super) half: usize,
+    /// Its weight among the looks of its half.
+    pub(super) weight: f64,
+    /// Which station it is.
+    pub(super) station: Option<usize>,
+}
 
 /// The steps of a run after which it is looked at.
 #[derive(Clone, Debug)]
 pub(super) struct Looks {
     /// Steps of the run.
     pub(super) count: u64,
-    /// The first look, in the second half.
+    /// The first look.
     pub(super) first: u64,
     /// Steps from one look to the next.
     pub(super) every: u64,
-    /// Their weights, of sum 1. The last look is at the end.
-    weights: Vec<f64>,
+    /// The last is at the end.
+    looks: Vec<Look>,
 }
 
 impl Looks {
     pub(super) fn new(count: u64) -> Self {
         let half = count / 2;
-        let every = (count - half).div_ceil(MOST_LOOKS).max(1);
-        let spaces = count.saturating_sub(half + 1) / every;
-        let angle = std::f64::consts::PI / (spaces + 1) as f64;
-        let weights: Vec<f64> = (0..=spaces).map(|i| ((i as f64 + 0.5) * angle).sin().powi(2)).collect();
-        let sum: f64 = weights.iter().sum();
-        let weights = weights.into_iter().map(|weight| weight / sum).collect();
-        Self { count, first: count - spaces * every, every, weights }
+        let every = (count - half).div_ceil(MOST_LOOKS / 2).max(1);
+        let total = count.saturating_sub(1) / every + 1;
+        let late = count.saturating_sub(half + 1) / every + 1;
+        let stride = total.div_ceil(MOST_STATIONS);
+        let (early, before) = (total - late, (total - 1) % stride);
+        let weights = [early, late].map(|n| {
+            let angle = std::f64::consts::PI / n as f64;
+            let weights: Vec<f64> = (0..n).map(|i| ((i as f64 + 0.5) * angle).sin().powi(2)).collect();
+            let sum: f64 = weights.iter().sum();
+            weights.into_iter().map(move |weight| weight / sum)
+        });
+        let halves = weights.into_iter().enumerate();
+        let weights = halves.flat_map(|(half, weights)| weights.map(move |weight| (half, weight)));
+        let station = |i: u64| (i % stride == before).then(|| (i / stride) as usize);
+        let look = |(i, (half, weight))| Look { half, weight, station: station(i) };
+        let looks = (0..).zip(weights).map(look).collect();
+        Self { count, first: count - (total - 1) * every, every, looks }
     }
 
-    /// The weight of the look after a step, if there is one.
-    pub(super) fn weight(&self, step: u64) -> Option<f64> {
+    /// The look after a step, if there is one.
+    pub(super) fn after(&self, step: u64) -> Option<Look> {
         let since = step.checked_sub(self.first)?;
         let index = usize::try_from(since / self.every).ok()?;
-        if since.is_multiple_of(self.every) { self.weights.get(index).copied() } else { None }
+        if since.is_multiple_of(self.every) { self.looks.get(index).copied() } else { None }
     }
 
-    /// The steps and their weights.
-    pub(super) fn all(&self) -> impl Iterator<Item = (u64, f64)> {
-        (0..).zip(&self.weights).map(|(i, &weight)| (self.first + i * self.every, weight))
+    /// The steps and their looks.
+    pub(super) fn all(&self) -> impl Iterator<Item = (u64, Look)> {
+        (0..).zip(&self.looks).map(|(i, &look)| (self.first + i * self.every, look))
     }
 }
 
@@ -69,73 +103,117 @@ pub(super) struct Scales<T> {
     pub(super) by_reach: T,
     /// c
     pub(super) centre: Vec<T>,
+    /// The exact solution at the stations.
+    pub(super) track: Track<T>,
+}
+
+impl<T: Side> Scales<T> {
+    /// Those of eight cells side by side; none where they do not compare the same numbers.
+    pub(super) fn beside<'a>(of: impl Fn(usize) -> &'a Scales<f64>) -> Option<Self> {
+        let track = Track::beside(|k| &of(k).track)?;
+        Some(Self {
+            by_kinetic: T::gather(|k| of(k).by_kinetic),
+            by_reach: T::gather(|k| of(k).by_reach),
+            centre: (0..of(0).centre.len()).map(|j| T::gather(|k| of(k).centre[j])).collect(),
+            track,
+        })
+    }
+}
+
+/// Numbers a look needs room for.
+pub(super) struct Room<T> {
+    hq: Vec<T>,
+    hp: Vec<T>,
+    z: Vec<T>,
+}
+
+impl<T: Side> Room<T> {
+    pub(super) fn new(dof: usize, image: &Image<T>) -> Self {
+        let zeros = |n: usize| vec![T::zero(); n];
+        Self { hq: zeros(dof), hp: zeros(dof), z: zeros(image.size()) }
+    }
 }
 
 /// What has been seen of a run so far.
 #[derive(Clone, Debug)]
 pub(super) struct Seen<T> {
-    /// The mean of A.
+    /// The mean of A over the second half.
     pub(super) size: T,
-    /// The means of q.
-    pub(super) mean: Vec<T>,
     /// The largest A.
     pub(super) largest: T,
+    pub(super) halves: Halves<T>,
+    /// At the stations: the largest difference of a number of z to the exact solution, as a
+    /// multiple of what is allowed, and the largest |K - K_0| and |H| + Σ |w_j| + T.
+    stations: [T; 3],
     /// w when it was seen last.
     filled: Vec<T>,
-    /// 1 where an entry of w, and their sum, has fallen beyond rounding, else 0.
+    /// 1 where a step has violated the passivity of each entry of w, and of their sum, else 0.
     fallen: [T; 2],
 }
 
 impl<T: Side> Seen<T> {
-    pub(super) fn nothing(dof: usize) -> Self {
-        let zeros = || vec![T::zero(); dof];
-        Self { size: T::zero(), mean: zeros(), largest: T::zero(), filled: zeros(), fallen: [T::zero(); 2] }
+    pub(super) fn nothing(dof: usize, image: &Image<T>) -> Self {
+        Self {
+            size: T::zero(),
+            largest: T::zero(),
+            halves: Halves::nothing(image.size()),
+            stations: [T::zero(); 3],
+            filled: vec![T::zero(); dof],
+            fallen: [T::zero(); 2],
+        }
     }
 
-    /// Takes in a state. `slopes` is room for ∂H/∂q and ∂H/∂p.
+    /// Takes in a state.
     #[inline]
     pub(super) fn look(
         &mut self,
         state: View<'_, T>,
-        weight: f64,
+        look: Look,
         scales: &Scales<T>,
         system: &dyn System<T>,
-        [hq, hp]: &mut [Vec<T>; 2],
+        room: &mut Room<T>,
     ) {
+        let Room { hq, hp, z } = room;
+        let Scales { track, centre, .. } = scales;
         system.gradient(state.q, state.p, hq, hp);
         let twice = state.p.iter().zip(hp.iter()).fold(T::zero(), |sum, (&p, &hp)| p.mul_add(hp, sum));
-        let weight = T::from_f64(weight);
-        let mut away = T::zero();
-        for ((&q, &c), mean) in state.q.iter().zip(&scales.centre).zip(&mut self.mean) {
-            away = (q - c).mul_add(q - c, away);
-            *mean = weight.mul_add(q, *mean);
+        track.image.of(state, z);
+        let away = z.iter().zip(centre).fold(T::zero(), |away, (&x, &c)| (x - c).mul_add(x - c, away));
+        let kinetic = twice.half().abs();
+        let size = (kinetic * scales.by_kinetic) + away * scales.by_reach;
+        let weight = T::from_f64(look.weight);
+        if look.half == 1 {
+            self.size = weight.mul_add(size, self.size);
         }
-        let size = (twice.half().abs() * scales.by_kinetic) + away * scales.by_reach;
-        self.size = weight.mul_add(size, self.size);
-        self.largest = T::select(self.largest.lt(size), size, self.largest);
+        self.largest = larger(self.largest, size);
+        self.halves.add(look.half, weight, z, &track.origin);
+        if let Some(off) = look.station.and_then(|station| track.off(station, z)) {
+            let energy = system.energy(state.q, state.p);
+            let (sum, sizes) = state
+                .w
+                .iter()
+                .fold((energy, energy.abs() + kinetic), |(sum, sizes), &w| (sum + w, sizes + w.abs()));
+            let found = [off, (sum - track.total).abs(), sizes];
+            self.stations.iter_mut().zip(found).for_each(|(most, found)| *most = larger(*most, found));
+        }
     }
 
-    /// Takes in the reservoir: what has fallen by more than its rounding has fallen.
+    /// Takes in the reservoir after a step, or after several where each is known to be passive.
     #[inline]
     pub(super) fn watch(&mut self, w: &[T]) {
-        let rounding = T::from_f64(4.0 * T::EPSILON);
-        let (mut sum, mut doubt, mut fallen) = (T::zero(), T::zero(), T::one().lt(T::zero()));
-        for (&now, before) in w.iter().zip(&mut self.filled) {
-            let (change, noise) = (now - *before, rounding * (now.abs() + before.abs()));
-            fallen = fallen.or(change.lt(-noise));
-            (sum, doubt) = (sum + change, doubt + noise);
-            *before = now;
+        for (fallen, owed) in self.fallen.iter_mut().zip([Passive::Each, Passive::InSum]) {
+            *fallen = T::select(owed.violated(&self.filled, w), T::one(), *fallen);
         }
-        let [each, all] = self.fallen;
-        self.fallen = [T::select(fallen, T::one(), each), T::select(sum.lt(-doubt), T::one(), all)];
+        self.filled.copy_from_slice(w);
     }
 
     /// One lane of it.
     pub(super) fn lane(&self, k: usize) -> Seen<f64> {
         Seen {
             size: self.size.lane(k),
-            mean: lane_of(&self.mean, k),
             largest: self.largest.lane(k),
+            halves: self.halves.lane(k),
+            stations: self.stations.map(|most| most.lane(k)),
             filled: lane_of(&self.filled, k),
             fallen: self.fallen.map(|fallen| fallen.lane(k)),
         }
@@ -144,21 +222,41 @@ impl<T: Side> Seen<T> {
     /// Puts one into a lane.
     pub(super) fn put(&mut self, k: usize, one: &Seen<f64>) {
         self.size = self.size.with(k, one.size);
-        put_lane(&mut self.mean, k, &one.mean);
         self.largest = self.largest.with(k, one.largest);
+        self.halves.put(k, &one.halves);
+        put_lane(&mut self.stations, k, &one.stations);
         put_lane(&mut self.filled, k, &one.filled);
         put_lane(&mut self.fallen, k, &one.fallen);
     }
 }
 
+/// The larger of two numbers.
+pub(super) fn larger<T: Scalar>(a: T, b: T) -> T {
+    T::select(a.lt(b), b, a)
+}
+
+/// K is kept where it moves by no more than this share of |H| + Σ |w_j| + T: the roundings of 1e7
+/// steps stay below it, and an edge that is not resolved does not.
+pub const KEPT: f64 = 1e-8;
+
 impl Seen<f64> {
-    /// Has the reservoir given back what it is owed to keep?
+    /// Has a step violated the passivity of the system?
     pub(super) fn robbed(&self, owed: Passive) -> bool {
         match owed {
             Passive::No => false,
             Passive::Each => self.fallen[0] > 0.0,
             Passive::InSum => self.fallen[1] > 0.0,
         }
+    }
+
+    /// Were q, p and w within what is allowed at every station?
+    pub(super) fn follows(&self) -> bool {
+        self.stations[0] <= 1.0
+    }
+
+    /// Was K the same at every station, but for rounding?
+    pub(super) fn keeps_k(&self) -> bool {
+        self.stations[1] <= KEPT * self.stations[2]
     }
 }
 
@@ -167,25 +265,41 @@ mod tests {
     use super::*;
 
     #[test]
-    fn looks_are_in_the_second_half_and_end_with_the_run() {
+    fn looks_cover_both_halves_and_end_with_the_run() {
         for count in [1, 2, 3, 50, 2047, 2048, 2049, 10_000, 1_000_001] {
             let looks = Looks::new(count);
             let all: Vec<_> = looks.all().collect();
-            assert!(all.len() as u64 <= MOST_LOOKS && (count < 1000 || all.len() > 500), "{count}");
-            assert!(2 * looks.first >= count, "{count}");
+            assert!(all.len() as u64 <= MOST_LOOKS && (count < 2000 || all.len() > 1000), "{count}");
+            assert!(looks.first <= looks.every, "{count}");
             assert_eq!(all.last().map(|look| look.0), Some(count));
-            assert!((all.iter().map(|look| look.1).sum::<f64>() - 1.0).abs() < 1e-12);
-            for (step, weight) in all {
-                assert_eq!(looks.weight(step), Some(weight));
+            for half in [0, 1] {
+                let of_half = || all.iter().filter(|look| look.1.half == half);
+                assert!(of_half().all(|look| (2 * look.0 > count) == (half == 1)), "{count}");
+                let sum: f64 = of_half().map(|look| look.1.weight).sum();
+                assert!((sum - 1.0).abs() < 1e-12 || (count == 1 && half == 0), "{count}");
             }
-            assert_eq!(looks.weight(looks.first - 1), None);
-            assert_eq!(looks.weight(count + looks.every), None);
+            let stations: Vec<_> = all.iter().filter_map(|look| look.1.station).collect();
+            assert!(stations.iter().copied().eq(0..stations.len()), "{count}");
+            assert!(stations.len() as u64 <= MOST_STATIONS && stations.len() as u64 >= count.min(32));
+            assert!(all.last().is_some_and(|look| look.1.station.is_some()), "{count}");
+            for (step, look) in all {
+                assert_eq!(looks.after(step), Some(look));
+            }
+            assert_eq!(looks.after(looks.first - 1), None);
+            assert_eq!(looks.after(count + looks.every), None);
         }
     }
 
     #[test]
+    fn k_that_moves_by_more_than_rounding_is_lost() {
+        let seen = |stations| Seen { stations, ..Seen::<f64>::nothing(1, &Image::new(&[None])) };
+        assert!(seen([0.0, 1e-9, 1.0]).keeps_k() && !seen([0.0, 1e-6, 1.0]).keeps_k());
+        assert!(seen([0.0, 1e-6, 200.0]).keeps_k() && !seen([0.0, 1.5, 200.0]).keeps_k());
+    }
+
+    #[test]
     fn what_falls_is_seen_and_what_is_rounded_is_not() {
-        let mut seen = Seen::<f64>::nothing(2);
+        let mut seen = Seen::<f64>::nothing(2, &Image::new(&[None, None]));
         seen.watch(&[1.0, 3.0]);
         seen.watch(&[1.0, 3.0 - f64::EPSILON]);
         assert!(!seen.robbed(Passive::Each));

@@ -1,6 +1,7 @@
 //! The cells of a method and a step at neighbouring values: one piece of work.
 
 use super::alone::Course;
+use super::image::Image;
 use super::lanes::{Cell, together};
 use super::map::MapError;
 use super::measure::Looks;
@@ -8,6 +9,7 @@ use super::reference::Reference;
 use super::spectrum::spectral_radius;
 use super::verdict::Verdict;
 use crate::Subject;
+use crate::progress::Progress;
 use crate::study::{Problem, outcome};
 use afterbay_core::{InputError, Passive};
 use afterbay_methods::registry::{Row, Run};
@@ -39,6 +41,7 @@ pub(super) struct Place {
     pub(super) value: f64,
     pub(super) problem: Problem,
     pub(super) subject: Box<dyn Subject<f64>>,
+    pub(super) image: Image<f64>,
 }
 
 /// Do cells run side by side?
@@ -55,18 +58,18 @@ pub(super) fn cells(
     (h, looks): (f64, &Looks),
     places: &[Place],
     exact: &[&Reference],
-    way: Way,
+    (way, progress): (Way, &dyn Progress),
 ) -> Result<Vec<StabilityRow>, MapError> {
     let runs = places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;
     let owed = |place: &Place| place.subject.damping().passive;
     let watched = !row.passive && places.iter().any(|place| owed(place) != Passive::No);
-    let course = Course { h, looks, watched };
+    let course = Course { h, looks, watched, progress };
     let cells: Vec<Cell<'_>> = places
         .iter()
         .zip(&runs)
         .zip(exact)
         .map(|((place, run), &exact)| {
-            let Place { value, problem, subject } = place;
+            let Place { value, problem, subject, .. } = place;
             Cell { problem, value: *value, run, system: &**subject, exact }
         })
         .collect();
@@ -86,7 +89,7 @@ pub(super) fn cells(
                 h,
                 parameter: parameter.to_owned(),
                 value: place.value,
-                verdict: Verdict::of(&ending, exact, owed(place)),
+                verdict: Verdict::of(&ending, exact, owed(place), row.keeps_k),
                 spectral_radius: radius(place, run, h)?,
                 steps_done: ending.steps_done,
                 outcome: ending.failure.as_ref().map_or(outcome::COMPLETED, outcome::step_word),

@@ -4,10 +4,13 @@
 //! on its way, between two of its own steps by cubics through values and slopes. Eight values run side by side where the system allows it; where one of them leaves the numbers, each
 //! runs alone.
 
-use super::measure::{Looks, Scales};
+use super::halves::Halves;
+use super::image::Image;
+use super::measure::{Look, Looks, Scales, Seen};
 use super::side::Side;
 use super::verdict::{SHARE, TOLERANCE};
-use super::walk::{Sums, Walk};
+use super::walk::Walk;
+use crate::progress::Progress;
 use crate::study::Problem;
 use afterbay_core::{Grid, InputError, IntegrateError, System};
 use afterbay_methods::registry::Run;
@@ -24,13 +27,16 @@ pub(super) enum Standing {
     Leaves,
 }
 
-/// The exact solution over the second half of a run.
+/// The exact solution as runs are compared with it.
 #[derive(Clone, Debug)]
 pub(super) struct Reference {
     pub(super) standing: Standing,
+    /// Is it known as well as that at each station?
+    pub(super) followed: bool,
     pub(super) scales: Scales<f64>,
-    /// The mean of A.
+    /// The mean of A over the second half.
     pub(super) size: f64,
+    pub(super) halves: Halves<f64>,
 }
 
 /// The references of a map, for each value and step.
@@ -38,6 +44,13 @@ pub(super) struct Reference {
 pub struct References(pub(super) Vec<Option<Vec<Reference>>>);
 
 impl Reference {
+    /// Has a run the size and the place of this solution?
+    pub(super) fn is_as_large(&self, seen: &Seen<f64>) -> bool {
+        let means = seen.halves.last_mean().iter().zip(&self.scales.track.origin);
+        let mean: Vec<f64> = means.map(|(off, origin)| off + origin).collect();
+        self.agrees(seen.size, &mean, [TOLERANCE, SHARE])
+    }
+
     /// Are size and mean the same, within shares of what a verdict allows?
     pub(super) fn agrees(&self, size: f64, mean: &[f64], [tolerance, share]: [f64; 2]) -> bool {
         let Scales { by_reach, centre, .. } = &self.scales;
@@ -55,14 +68,18 @@ const COARSEST: f64 = 0.02;
 const LEAST_STEPS: u64 = 256;
 const MOST_STEPS: u64 = 1 << 21;
 
-/// What cutting the step may change, as a share of what a verdict allows.
+/// What cutting the step may change, as a share of what a verdict allows: of size and mean, and of
+/// the numbers at the stations. RK4 of half the step has a sixteenth of the error.
 const SETTLED: f64 = 0.01;
+const STEADY: f64 = 0.1;
+/// Steps after which it is asked whether to stop.
+const PAUSE: u64 = 1024;
 
 /// A look at the solution, for a step of a batch.
 pub(super) struct Event {
-    t: f64,
+    pub(super) t: f64,
     pub(super) step: usize,
-    pub(super) weight: f64,
+    pub(super) look: Look,
 }
 
 /// Steps of the map whose runs end at about the same time: longer ones would ask for longer steps of RK4.
@@ -87,7 +104,7 @@ pub(super) fn batches(steps: &[(f64, &Looks)]) -> Vec<Batch> {
         let rest = order.split_off(order.partition_point(|i| end(i) <= most).max(1));
         let of_step = |(step, &i): (usize, &usize)| {
             let (h, looks) = steps[i];
-            looks.all().map(move |(n, weight)| Event { t: h * n as f64, step, weight })
+            looks.all().map(move |(n, look)| Event { t: h * n as f64, step, look })
         };
         let mut events: Vec<Event> = order.iter().enumerate().flat_map(of_step).collect();
         events.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.step.cmp(&b.step)));
@@ -102,10 +119,14 @@ pub(super) struct Exact<'a, T: Side> {
     pub(super) run: &'a Run<T>,
     pub(super) system: &'a dyn System<T>,
     pub(super) batch: &'a Batch,
+    /// Of each lane.
+    pub(super) images: &'a [Image<f64>],
+    pub(super) progress: &'a dyn Progress,
 }
 
 impl<T: Side> Exact<'_, T> {
-    /// The references of every lane and step; none where a solution leaves the numbers.
+    /// The references of every lane and step; none where a solution leaves the numbers, where the
+    /// lanes do not compare the same numbers, and where it is stopped.
     pub(super) fn references(&self) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
         let Some(end) = self.batch.events.last().map(|event| event.t) else {
             return Ok(Some(vec![vec![]; T::LANES]));
@@ -120,7 +141,7 @@ impl<T: Side> Exact<'_, T> {
             {
                 return Ok(Some(std::mem::take(found)));
             }
-            if last {
+            if last || self.progress.stopped() {
                 return Ok(None);
             }
             before = found;
@@ -133,7 +154,9 @@ impl<T: Side> Exact<'_, T> {
         let mut state = self.problem.start::<T>()?;
         let dof = state.dof();
         let length = end / count as f64;
-        let mut walk = Walk::new(self.system, dof, self.batch.steps.len());
+        let image = |k: usize| self.images[k.min(self.images.len() - 1)].clone();
+        let Some(beside) = Image::beside(image) else { return Ok(None) };
+        let mut walk = Walk::new(self.system, beside, dof, self.batch.steps.len());
         let mut events = self.batch.events.iter().peekable();
         let ended = self.run.run(Grid::of(length, count)?, &mut state, 1, &mut |n, state| {
             walk.arrive(state);
@@ -142,13 +165,14 @@ impl<T: Side> Exact<'_, T> {
             while let Some(event) = events.next_if(|event| n > 0 && event.t <= t) {
                 walk.look(event, event.t / length - (n - 1) as f64, length);
             }
+            if n % PAUSE == 0 && self.progress.stopped() {
+                return ControlFlow::Break(());
+            }
             ControlFlow::Continue(())
         });
         match ended {
-            Ok(_) => {
-                let of_lane = |k| walk.sums.iter().map(|sums| sums.reference(k)).collect();
-                Ok(Some((0..T::LANES).map(of_lane).collect()))
-            }
+            Ok(_) if self.progress.stopped() => Ok(None),
+            Ok(_) => Ok(Some((0..T::LANES).map(|k| walk.references(k, &image(k))).collect())),
             Err(IntegrateError::Input(error)) => Err(error),
             Err(IntegrateError::Run(_) | IntegrateError::Interrupted) => Ok(None),
         }
@@ -163,9 +187,9 @@ fn settle(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bo
         let mean = &found.scales.centre;
         if before.agrees(found.size, mean, [SETTLED * TOLERANCE, SETTLED * SHARE]) {
             found.standing = Standing::Resolved;
-        } else {
-            all = false;
         }
+        found.followed = before.scales.track.agrees(&found.scales.track, STEADY);
+        all &= found.standing == Standing::Resolved && found.followed;
     }
     all
 }
@@ -174,12 +198,13 @@ fn settle(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bo
 pub(super) fn of_start(
     problem: &Problem,
     system: &dyn System<f64>,
+    image: &Image<f64>,
     steps: usize,
 ) -> Result<Vec<Reference>, InputError> {
     let state = problem.start::<f64>()?;
-    let mut walk = Walk::new(system, state.dof(), 1);
+    let mut walk = Walk::new(system, image.clone(), state.dof(), 1);
     walk.arrive(state.view());
-    let mut sums = Sums::nothing(state.dof());
-    sums.largest = walk.largest;
-    Ok(vec![Reference { standing: Standing::Leaves, ..sums.reference(0) }; steps])
+    let of_start = walk.of_start(0, image);
+    let leaves = |start: Reference| Reference { standing: Standing::Leaves, ..start };
+    Ok(of_start.map_or(Vec::new(), |start| vec![leaves(start); steps]))
 }

@@ -9,14 +9,23 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Bounded, and over its second half as large as the exact solution ([`TOLERANCE`]), at the same place ([`SHARE`]).
+    /// Bounded; every q_j, p_j and w_j within [`SHARE`] of its own size at each of up to
+    /// [`MOST_STATIONS`](super::MOST_STATIONS) times along the run; over the second half as large
+    /// as the exact solution ([`TOLERANCE`]) and at the same place; and K kept
+    /// ([`KEPT`](super::KEPT)) where the method claims it.
     Right,
-    /// Bounded, and not so; or where the exact solution leaves the numbers.
+    /// Off at some of these times, but right in all that does not depend on the phase: as large
+    /// and at the same place, the mean of every q_j, p_j and w_j and the root of the mean square
+    /// about it within [`SHARE`] of its own size over each half of the run, and K where it is
+    /// claimed.
+    Late,
+    /// Bounded, and neither; or where the exact solution leaves the numbers.
     Wrong,
-    /// Bounded, but an entry of w (or their sum) has fallen, beyond rounding, where friction owes that it does not. Methods that may do
-    /// so are watched step by step, those that claim passivity from look to look.
+    /// Bounded, but a step violates passivity ([`Passive::violated`]). Methods that may do so are
+    /// watched step by step, those that claim passivity from look to look.
     PassivityViolated,
-    /// Bounded, and no reference tells whether it is right: RK4 at its shortest step does not settle.
+    /// Bounded, and no reference tells whether it is right: RK4 at its shortest step does not
+    /// settle.
     Unjudged,
     /// The motion has grown beyond [`GROWTH`] times the largest the exact solution has, in energy.
     Growing,
@@ -32,8 +41,9 @@ pub enum Verdict {
 
 impl Verdict {
     /// Every verdict, from good to bad.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Right,
+        Self::Late,
         Self::Wrong,
         Self::Growing,
         Self::NotFinite,
@@ -48,6 +58,7 @@ impl Verdict {
     pub fn describe(self) -> &'static str {
         match self {
             Self::Right => "bounded and right",
+            Self::Late => "right but late",
             Self::Wrong => "bounded, wrong",
             Self::PassivityViolated => "passivity violated",
             Self::Unjudged => "bounded, no reference",
@@ -59,17 +70,25 @@ impl Verdict {
         }
     }
 
-    /// The verdict of a run. `owed` is where the system owes Δw ≥ 0.
-    pub(super) fn of(ending: &Ending, exact: &Reference, owed: Passive) -> Self {
+    /// The verdict of a run. `owed` is where the system is passive, `keeps_k` whether the method
+    /// claims to keep K.
+    pub(super) fn of(ending: &Ending, exact: &Reference, owed: Passive, keeps_k: bool) -> Self {
         let seen = &ending.seen;
         match ending.failure {
             Some(failure) => Self::of_failure(&failure),
             None if !(seen.size.is_finite() && seen.largest <= GROWTH) => Self::Growing,
             None if seen.robbed(owed) => Self::PassivityViolated,
             None => match exact.standing {
-                Standing::Resolved if exact.agrees(seen.size, &seen.mean, [TOLERANCE, SHARE]) => Self::Right,
-                Standing::Resolved | Standing::Leaves => Self::Wrong,
+                Standing::Leaves => Self::Wrong,
+                _ if keeps_k && !seen.keeps_k() => Self::Wrong,
                 Standing::Unsettled => Self::Unjudged,
+                Standing::Resolved if !exact.is_as_large(seen) => Self::Wrong,
+                Standing::Resolved if !exact.followed => Self::Unjudged,
+                Standing::Resolved if seen.follows() => Self::Right,
+                Standing::Resolved => {
+                    let late = exact.halves.agree(&seen.halves, &exact.scales.track.allowed());
+                    if late { Self::Late } else { Self::Wrong }
+                }
             },
         }
     }
@@ -94,7 +113,11 @@ impl Verdict {
 /// place where it rests, counts as that.
 pub const TOLERANCE: f64 = 0.1;
 
-/// The place of the motion is right if its mean is within this share of the largest |q| of the exact solution.
+/// Each number is right within this share of its own size: half of what q_j or p_j sweeps along
+/// the exact solution, or the largest |w_j|, but no less than a hundredth of the largest such size
+/// among the degrees of freedom. A coordinate on a circle, see
+/// [`Model::periods`](crate::Model::periods), is judged as a point in the plane. The place of the
+/// motion is right if its mean is within this share of the largest |q| of the exact solution.
 pub const SHARE: f64 = 0.1;
 
 /// A motion of more than so many times the largest energy of the exact solution (more exactly, A beyond it) is growing.

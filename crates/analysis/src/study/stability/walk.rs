@@ -1,28 +1,35 @@
 //! An exact solution on its way, looked at for many steps h at once.
 
-use super::measure::Scales;
+use super::halves::Halves;
+use super::image::Image;
+use super::measure::{Scales, larger};
 use super::reference::{Event, Reference, Standing};
 use super::side::{Side, lane_of};
+use super::track::{Track, sizes};
+use super::verdict::SHARE;
 use afterbay_core::{System, View};
 
 /// A point of the solution.
 struct Node<T> {
-    /// q and p.
-    point: [Vec<T>; 2],
-    /// q' and, once it is asked for, p'; ∂H/∂q before.
-    slopes: [Vec<T>; 2],
+    /// q, p and w.
+    point: [Vec<T>; 3],
+    /// q' and, once they are asked for, p' and w'; ∂H/∂q in the place of p' before.
+    slopes: [Vec<T>; 3],
     asked: bool,
 }
 
 impl<T: Side> Node<T> {
-    /// Finds p' = -∂H/∂q - D where that has not been done. `d` is room.
+    /// Finds p' = -∂H/∂q - D and w' = D ∂H/∂p where that has not been done. `d` is room.
     fn ask(&mut self, system: &dyn System<T>, d: &mut [T]) {
         if self.asked {
             return;
         }
-        let Self { point: [q, p], slopes: [dq, dp], .. } = self;
+        let Self { point: [q, p, _], slopes: [dq, dp, dw], .. } = self;
         system.dissipation(q, p, dq, d);
-        dp.iter_mut().zip(d).for_each(|(dp, d)| *dp = -(*dp + *d));
+        for (((dp, dw), dq), d) in dp.iter_mut().zip(dw).zip(dq).zip(d) {
+            *dp = -(*dp + *d);
+            *dw = *d * *dq;
+        }
         self.asked = true;
     }
 }
@@ -30,53 +37,85 @@ impl<T: Side> Node<T> {
 /// The last two points of the solution, and what has been seen for each step.
 pub(super) struct Walk<'a, T> {
     system: &'a dyn System<T>,
+    image: Image<T>,
     before: Node<T>,
     now: Node<T>,
-    /// The largest T and |q|² so far.
-    pub(super) largest: [T; 2],
+    /// z and K at the first point.
+    start: Option<(Vec<T>, T)>,
+    /// The largest T and |x|² so far.
+    largest: [T; 2],
+    /// The least and the largest value of each number of z so far.
+    range: [Vec<T>; 2],
     pub(super) sums: Vec<Sums<T>>,
-    between: [Vec<T>; 2],
+    between: [Vec<T>; 3],
+    /// Room for ∂H/∂q, D and ∂H/∂p.
     room: [Vec<T>; 3],
+    z: Vec<T>,
 }
 
 /// What has been seen for a step h.
 pub(super) struct Sums<T> {
-    /// q at the first look; what follows is measured from there, as the mean is not known yet.
+    /// x at the first look in the second half; what follows is measured from there, as the mean is
+    /// not known yet.
     origin: Option<Vec<T>>,
     mean: Vec<T>,
-    /// The means of |q - origin|² and T.
+    /// The means of |x - origin|² and T.
     away: T,
     kinetic: T,
-    /// The largest T and |q|² up to the last look.
-    pub(super) largest: [T; 2],
+    /// Those of the walk at the last look.
+    largest: [T; 2],
+    range: [Vec<T>; 2],
+    halves: Halves<T>,
+    /// z at the stations.
+    stations: Vec<T>,
 }
 
 impl<'a, T: Side> Walk<'a, T> {
-    pub(super) fn new(system: &'a dyn System<T>, dof: usize, steps: usize) -> Self {
+    pub(super) fn new(system: &'a dyn System<T>, image: Image<T>, dof: usize, steps: usize) -> Self {
         let zeros = || vec![T::zero(); dof];
-        let node = || Node { point: [zeros(), zeros()], slopes: [zeros(), zeros()], asked: false };
+        let three = || [zeros(), zeros(), zeros()];
+        let node = || Node { point: three(), slopes: three(), asked: false };
+        let z = vec![T::zero(); image.size()];
         Self {
             system,
             before: node(),
             now: node(),
+            start: None,
             largest: [T::zero(); 2],
-            sums: (0..steps).map(|_| Sums::nothing(dof)).collect(),
-            between: [zeros(), zeros()],
-            room: [zeros(), zeros(), zeros()],
+            range: [z.clone(), z.clone()],
+            sums: (0..steps).map(|_| Sums::nothing(&image)).collect(),
+            between: three(),
+            room: three(),
+            z,
+            image,
         }
     }
 
     /// Takes in the next point.
     pub(super) fn arrive(&mut self, state: View<'_, T>) {
+        let Self { image, z, range: [low, high], .. } = self;
         std::mem::swap(&mut self.before, &mut self.now);
-        let Node { point: [q, p], slopes: [dq, hq], asked } = &mut self.now;
+        let Node { point: [q, p, w], slopes: [dq, hq, _], asked } = &mut self.now;
         q.copy_from_slice(state.q);
         p.copy_from_slice(state.p);
+        w.copy_from_slice(state.w);
         self.system.gradient(q, p, hq, dq);
         *asked = false;
-        let sizes = [kinetic(p, dq), q.iter().fold(T::zero(), |sum, &q| q.mul_add(q, sum))];
+        image.of(state, z);
+        if self.start.is_none() {
+            let energy = self.system.energy(q, p);
+            self.start = Some((z.clone(), w.iter().fold(energy, |sum, &w| sum + w)));
+            low.copy_from_slice(z);
+            high.copy_from_slice(z);
+        }
+        for ((&z, low), high) in z.iter().zip(low).zip(high) {
+            *low = T::select(z.lt(*low), z, *low);
+            *high = larger(*high, z);
+        }
+        let reach = z[..image.places()].iter().fold(T::zero(), |sum, &x| x.mul_add(x, sum));
+        let sizes = [kinetic(p, dq), reach];
         for (largest, size) in self.largest.iter_mut().zip(sizes) {
-            *largest = T::select(largest.lt(size), size, *largest);
+            *largest = larger(*largest, size);
         }
     }
 
@@ -95,13 +134,35 @@ impl<'a, T: Side> Walk<'a, T> {
                     points + of_slopes[0] * before.slopes[part][j] + of_slopes[1] * now.slopes[part][j];
             }
         }
-        let [q, p] = &self.between;
+        let [q, p, w] = &self.between;
         let [hq, _, hp] = &mut self.room;
         self.system.gradient(q, p, hq, hp);
-        if let Some(sums) = self.sums.get_mut(event.step) {
-            sums.look(q, kinetic(p, hp), T::from_f64(event.weight));
+        let t = T::from_f64(event.t);
+        self.image.of(View { q, p, w, t }, &mut self.z);
+        if let (Some(sums), Some((origin, _))) = (self.sums.get_mut(event.step), &self.start) {
+            sums.look(&self.z, kinetic(p, hp), event, origin);
             sums.largest = self.largest;
+            for (to, from) in sums.range.iter_mut().zip(&self.range) {
+                to.copy_from_slice(from);
+            }
         }
+    }
+
+    /// The reference of a lane for each step, its standing not known.
+    pub(super) fn references(&self, k: usize, image: &Image<f64>) -> Vec<Reference> {
+        let (origin, total) = match &self.start {
+            Some((origin, total)) => (lane_of(origin, k), total.lane(k)),
+            None => (vec![0.0; image.size()], 0.0),
+        };
+        let of = |sums: &Sums<T>| sums.reference(k, image, &origin, total);
+        self.sums.iter().map(of).collect()
+    }
+
+    /// The reference of a lane where there is nothing but the start.
+    pub(super) fn of_start(mut self, k: usize, image: &Image<f64>) -> Option<Reference> {
+        let sums = self.sums.first_mut()?;
+        (sums.largest, sums.range) = (self.largest, self.range.clone());
+        self.references(k, image).pop()
     }
 }
 
@@ -111,24 +172,42 @@ fn kinetic<T: Side>(p: &[T], hp: &[T]) -> T {
 }
 
 impl<T: Side> Sums<T> {
-    pub(super) fn nothing(dof: usize) -> Self {
+    fn nothing(image: &Image<T>) -> Self {
         let zero = T::zero();
-        Self { origin: None, mean: vec![zero; dof], away: zero, kinetic: zero, largest: [zero; 2] }
+        let zeros = || vec![zero; image.size()];
+        Self {
+            origin: None,
+            mean: vec![zero; image.places()],
+            away: zero,
+            kinetic: zero,
+            largest: [zero; 2],
+            range: [zeros(), zeros()],
+            halves: Halves::nothing(image.size()),
+            stations: Vec::new(),
+        }
     }
 
-    fn look(&mut self, q: &[T], kinetic: T, weight: T) {
-        let origin = self.origin.get_or_insert_with(|| q.to_vec());
+    fn look(&mut self, z: &[T], kinetic: T, event: &Event, start: &[T]) {
+        let weight = T::from_f64(event.look.weight);
+        self.halves.add(event.look.half, weight, z, start);
+        if event.look.station.is_some() {
+            self.stations.extend_from_slice(z);
+        }
+        if event.look.half == 0 {
+            return;
+        }
+        let x = &z[..self.mean.len()];
+        let origin = self.origin.get_or_insert_with(|| x.to_vec());
         let mut away = T::zero();
-        for ((&q, &origin), mean) in q.iter().zip(origin.iter()).zip(&mut self.mean) {
-            away = (q - origin).mul_add(q - origin, away);
-            *mean = weight.mul_add(q, *mean);
+        for ((&x, &origin), mean) in x.iter().zip(origin.iter()).zip(&mut self.mean) {
+            away = (x - origin).mul_add(x - origin, away);
+            *mean = weight.mul_add(x, *mean);
         }
         self.away = weight.mul_add(away, self.away);
         self.kinetic = weight.mul_add(kinetic, self.kinetic);
     }
 
-    /// The reference of a lane, its standing not known.
-    pub(super) fn reference(&self, k: usize) -> Reference {
+    fn reference(&self, k: usize, image: &Image<f64>, start: &[f64], total: f64) -> Reference {
         let [by_kinetic, by_reach] =
             self.largest.map(|x| x.lane(k)).map(|x| if x > 0.0 { x.recip() } else { 0.0 });
         let centre = lane_of(&self.mean, k);
@@ -136,7 +215,12 @@ impl<T: Side> Sums<T> {
         let shift: f64 = centre.iter().zip(&origin).map(|(c, o)| (c - o) * (c - o)).sum();
         let away = (self.away.lane(k) - shift).max(0.0);
         let size = self.kinetic.lane(k) * by_kinetic + away * by_reach;
-        let scales = Scales { by_kinetic, by_reach, centre };
-        Reference { standing: Standing::Unsettled, scales, size }
+        let [low, high] = self.range.each_ref().map(|range| lane_of(range, k));
+        let allowed: Vec<f64> = sizes(image, &low, &high).into_iter().map(|size| SHARE * size).collect();
+        let track =
+            Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
+        let scales = Scales { by_kinetic, by_reach, centre, track };
+        let halves = self.halves.lane(k);
+        Reference { standing: Standing::Unsettled, followed: false, scales, size, halves }
     }
 }

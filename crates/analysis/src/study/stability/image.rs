@@ -1,0 +1,85 @@
+//! What of a state is compared: coordinates that wind are points of a circle.
+
+use super::side::Side;
+use afterbay_core::View;
+
+/// The map from a state to the numbers that are compared, z = (x, p, w): x holds q_j, or where the
+/// system recurs with the period P of q_j the point (P/2π) (cos 2πq_j/P, sin 2πq_j/P), which has
+/// the length of q_j and does not know how often it has gone round.
+#[derive(Clone, Debug)]
+pub(super) struct Image<T> {
+    /// 2π/P of each coordinate.
+    turns: Vec<Option<T>>,
+}
+
+impl Image<f64> {
+    pub(super) fn new(periods: &[Option<f64>]) -> Self {
+        Self { turns: periods.iter().map(|period| period.map(|p| std::f64::consts::TAU / p)).collect() }
+    }
+
+    /// Images side by side; none where they have not the same coordinates on circles.
+    pub(super) fn beside<T: Side>(images: impl Fn(usize) -> Self) -> Option<Image<T>> {
+        let all: Vec<Self> = (0..T::LANES).map(images).collect();
+        let turn = |j: usize| {
+            let each: Vec<Option<f64>> = all.iter().map(|image| image.turns[j]).collect();
+            match each.iter().copied().collect::<Option<Vec<f64>>>() {
+                Some(turns) => Some(Some(T::gather(|k| turns[k]))),
+                None => each.iter().all(Option::is_none).then_some(None),
+            }
+        };
+        let turns = (0..all[0].turns.len()).map(turn).collect::<Option<Vec<_>>>()?;
+        Some(Image { turns })
+    }
+
+    /// For each number of z the kind it is compared with, 0..3 for x, p and w, and the coordinate
+    /// it belongs to.
+    pub(super) fn kinds(&self) -> Vec<(usize, usize)> {
+        let places = self.turns.iter().enumerate().flat_map(|(j, turn)| {
+            let numbers = if turn.is_some() { 2 } else { 1 };
+            std::iter::repeat_n((0, j), numbers)
+        });
+        let rest = [1, 2].into_iter().flat_map(|kind| (0..self.turns.len()).map(move |j| (kind, j)));
+        places.chain(rest).collect()
+    }
+}
+
+impl<T: Side> Image<T> {
+    /// Numbers of x.
+    pub(super) fn places(&self) -> usize {
+        self.turns.len() + self.turns.iter().flatten().count()
+    }
+
+    /// Numbers of z.
+    pub(super) fn size(&self) -> usize {
+        self.places() + 2 * self.turns.len()
+    }
+
+    /// Writes x.
+    #[inline]
+    pub(super) fn place(&self, q: &[T], x: &mut [T]) {
+        let mut at = 0;
+        for (&q, turn) in q.iter().zip(&self.turns) {
+            match *turn {
+                None => {
+                    x[at] = q;
+                    at += 1;
+                }
+                Some(turn) => {
+                    let (sin, cos) = (turn * q).sin_cos();
+                    (x[at], x[at + 1]) = (cos / turn, sin / turn);
+                    at += 2;
+                }
+            }
+        }
+    }
+
+    /// Writes z.
+    #[inline]
+    pub(super) fn of(&self, state: View<'_, T>, z: &mut [T]) {
+        let (x, rest) = z.split_at_mut(self.places());
+        let (p, w) = rest.split_at_mut(self.turns.len());
+        self.place(state.q, x);
+        p.copy_from_slice(state.p);
+        w.copy_from_slice(state.w);
+    }
+}
