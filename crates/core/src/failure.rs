@@ -265,6 +265,26 @@ pub enum StepFailure {
         /// The slope.
         slope: f64,
     },
+    /// The equations of the step do not fit in the memory allowed.
+    #[error(
+        "the equations of the step have {unknowns} unknowns, and their matrices would take {bytes:.1e} bytes: take a step \
+         so short that simple iteration contracts, or an explicit method"
+    )]
+    TooLarge {
+        /// The unknowns of one system of equations.
+        unknowns: usize,
+        /// What all of their matrices would take.
+        bytes: f64,
+    },
+    /// No small change of (q, p) brings H to what K asks for.
+    #[error(
+        "the projection fails: K is off by {excess:e} after the step, and no change of q and p within the error allowed \
+         makes up for it: allow a larger error, or take adaptive-collocation"
+    )]
+    ProjectionFailed {
+        /// What the step adds to K.
+        excess: f64,
+    },
     /// δ is not finite: its denominator vanishes.
     #[error("δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it", dof + 1)]
     Pole {

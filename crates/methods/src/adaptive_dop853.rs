@@ -58,7 +58,7 @@ pub struct Workspace<V: Vector> {
     miss: V,
     /// What K was off by at the end of a longer step from this state, next to a point of rest.
     off: f64,
-    /// A bound of |λ|; 0 where there is none.
+    /// A bound of |λ| ([`Rates::see`]); 0 where there is none.
     fastest: f64,
     rates: Rates<V>,
     budget: Budget,
@@ -152,8 +152,7 @@ impl<V: Vector> Workspace<V> {
     /// Computes the bound of |λ|.
     #[cold]
     fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
-        let [frequency, friction] = self.rates.see(system, &state.q, &state.p);
-        let fastest = frequency.max(friction);
+        let [_, fastest] = self.rates.see(system, &state.q, &state.p);
         // What is not finite says nothing.
         self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
     }
@@ -274,8 +273,8 @@ where
         // There is no shorter step to compare with.
         workspace.off = 0.0;
         if workspace.step(system, h, before)? > 1.0 {
-            let off = workspace.off;
-            return Err(StepFailure::NoRelaxationRoot { excess: off });
+            let excess = workspace.off;
+            return Err(StepFailure::ProjectionFailed { excess });
         }
         to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
         workspace.write(to);

@@ -18,7 +18,12 @@
 //! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where the system is, at every
 //! order: weights are positive, and with D = R v each D·v is.
 //!
-//! **Fails** by name, with the state as it was, where the simple iteration does not contract and Newton's finds no solution.
+//! Steps are solved by simple iteration where that contracts, else by Newton's method for any number of degrees of freedom: the
+//! equations of the s coefficients fall apart into ones of N unknowns, and cost O(N) where neighbours alone act on each other. A step that
+//! is the first to need Newton's method with more than 2048 unknowns, or with the derivative all along the step, allocates its memory.
+//!
+//! **Fails** by name, with the state as it was, where Newton's iteration finds no solution that continues from h = 0, and where everyone
+//! acts on everyone and the matrices would take more than 4 GB.
 //! For scalars that hold one number: iterations stop by its `f64`.
 
 mod adaptive;
@@ -30,11 +35,13 @@ mod estimate;
 mod exact;
 mod gauss;
 mod iteration;
+mod krylov;
 mod legendre;
 mod nodes;
 mod progress;
 mod rounding;
 mod rule;
+mod spectrum;
 mod stages;
 mod stiffness;
 

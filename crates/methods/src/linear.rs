@@ -1,15 +1,19 @@
 //! The linear equations of an implicit step, one solver a file.
 //!
-//! The matrix is the Jacobian of Newton's iteration: always `f64`, since an approximate one costs corrections, never
-//! digits. Everything is laid out once; filling, factorising and solving allocate nothing.
+//! The matrix is the Jacobian of Newton's iteration: always of `f64`, or of pairs of them where it is complex, since an approximate
+//! one costs corrections, never digits. Everything is laid out once; filling, factorising and solving allocate nothing.
 
 mod dense;
+mod gmres;
+mod number;
 mod small;
 mod sparse;
 mod tridiagonal;
 
 use afterbay_core::InputError;
 use dense::Dense;
+pub(crate) use gmres::Gmres;
+pub(crate) use number::Number;
 use small::Small;
 use sparse::Sparse;
 use tridiagonal::Tridiagonal;
@@ -31,33 +35,33 @@ pub enum LinearSolver {
 pub(crate) const SMALL: usize = 32;
 
 /// A square matrix: entries to be filled in, then factorised in place.
-pub(crate) trait Solver {
+pub(crate) trait Solver<T> {
     /// Where in [`Solver::values`] an entry is; `None` outside the pattern.
     fn slot(&self, row: usize, column: usize) -> Option<usize>;
 
     /// The entries. Factorising may overwrite them all.
-    fn values(&mut self) -> &mut [f64];
+    fn values(&mut self) -> &mut [T];
 
     /// Factorises. The row of a pivot that is zero or not finite is the failure, or else solutions are not finite.
     fn factorise(&mut self) -> Result<(), usize>;
 
     /// Subtracts from x the product of a with the matrix that has `values` where this one has its own.
-    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]);
+    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]);
 
     /// Replaces the right-hand side by the solution.
-    fn solve(&mut self, x: &mut [f64]);
+    fn solve(&mut self, x: &mut [T]);
 }
 
 /// One of the solvers.
 #[derive(Clone, Debug)]
-pub(crate) enum Matrix {
-    Small(Small),
-    Chain(Tridiagonal),
-    Sparse(Box<Sparse>),
-    Dense(Dense),
+pub(crate) enum Matrix<T = f64> {
+    Small(Small<T>),
+    Chain(Tridiagonal<T>),
+    Sparse(Box<Sparse<T>>),
+    Dense(Dense<T>),
 }
 
-impl Matrix {
+impl<T: Number> Matrix<T> {
     /// A matrix with entries at `pattern` and on the diagonal.
     pub(crate) fn new(
         solver: LinearSolver,
@@ -72,7 +76,7 @@ impl Matrix {
         })
     }
 
-    fn solver(&self) -> &dyn Solver {
+    fn solver(&self) -> &dyn Solver<T> {
         match self {
             Self::Small(matrix) => matrix,
             Self::Chain(matrix) => matrix,
@@ -81,7 +85,7 @@ impl Matrix {
         }
     }
 
-    fn solver_mut(&mut self) -> &mut dyn Solver {
+    fn solver_mut(&mut self) -> &mut dyn Solver<T> {
         match self {
             Self::Small(matrix) => matrix,
             Self::Chain(matrix) => matrix,
@@ -91,12 +95,12 @@ impl Matrix {
     }
 }
 
-impl Solver for Matrix {
+impl<T: Number> Solver<T> for Matrix<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         self.solver().slot(row, column)
     }
 
-    fn values(&mut self) -> &mut [f64] {
+    fn values(&mut self) -> &mut [T] {
         self.solver_mut().values()
     }
 
@@ -104,27 +108,28 @@ impl Solver for Matrix {
         self.solver_mut().factorise()
     }
 
-    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
         self.solver().subtract(values, a, x);
     }
 
-    fn solve(&mut self, x: &mut [f64]) {
+    fn solve(&mut self, x: &mut [T]) {
         self.solver_mut().solve(x);
     }
 }
 
 /// Subtracts from x the product of a with a dense matrix by columns.
-fn subtract_columns(values: &[f64], a: &[f64], x: &mut [f64]) {
+fn subtract_columns<T: Number>(values: &[T], a: &[T], x: &mut [T]) {
     for (column, &a) in values.chunks_exact(x.len().max(1)).zip(a) {
-        for (x, value) in x.iter_mut().zip(column) {
-            *x = (-value).mul_add(a, *x);
+        for (x, &value) in x.iter_mut().zip(column) {
+            *x = (-value).fused(a, *x);
         }
     }
 }
 
 /// Is this a number one can divide by?
-fn usable(pivot: f64) -> bool {
-    pivot != 0.0 && pivot.is_finite()
+fn usable<T: Number>(pivot: T) -> bool {
+    let size = pivot.size();
+    size != 0.0 && size.is_finite()
 }
 
 #[cfg(test)]
@@ -151,7 +156,7 @@ mod tests {
                 [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
             {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
-                let mut matrix = Matrix::new(solver, n, pattern).unwrap();
+                let mut matrix = Matrix::<f64>::new(solver, n, pattern).unwrap();
                 // The second time over the first factors.
                 for scale in [1.0, -3.0] {
                     let mut x = vec![0.0; n];
@@ -199,7 +204,7 @@ mod tests {
     fn a_singular_matrix_is_said_to_be_singular() {
         for solver in [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense] {
             let pattern = (0..40).map(|i| (i, i)).collect();
-            let mut matrix = Matrix::new(solver, 40, pattern).unwrap();
+            let mut matrix = Matrix::<f64>::new(solver, 40, pattern).unwrap();
             matrix.values().fill(0.0);
             for i in 0..40 {
                 let slot = matrix.slot(i, i).unwrap();

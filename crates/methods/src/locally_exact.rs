@@ -1,8 +1,8 @@
 //! The locally exact discrete gradient, for any H(q, p), any D and any number of degrees of freedom.
 //!
 //! ```text
-//! z1 - z0 = h φ(hA) f̄        φ(X) = 2 X⁻¹ tanh(X/2)        A = B S        S = H''(z̄)        B = [ 0 1 ; -1 -R ]
-//! f̄ = (∇̄H_p, -∇̄H_q - D̄)       D̄ = D(z̄) with the velocity ∇̄H_p     R = ∂D/∂v(z̄)     z̄ = (z0 + z1)/2     z = (q, p)
+//! z1 - z0 = h φ(hA) f̄        φ(X) = 2 X⁻¹ tanh(X/2)        A = B S - [ 0 0 ; E 0 ]        S = H''(z̄)        B = [ 0 1 ; -1 -R ]
+//! f̄ = (∇̄H_p, -∇̄H_q - D̄)       D̄ = D(z̄) with the velocity ∇̄H_p     z̄ = (z0 + z1)/2     z = (q, p)
 //! ∇̄H = ∇H(z̄) + λ (z1 - z0),  the midpoint discrete gradient
 //! ```
 //!
@@ -14,24 +14,28 @@
 //! ```
 //!
 //! which has none of the poles of tanh, and is how it is solved: by simple iteration, of which a linear system needs one. Along that path
-//! the gradient is g(τ) = ∇̄H + S (y - ½ Δz), the velocity v = g_p and the friction D̂ = D̄ + R (v - ∇̄H_p), so that y' = (v, -g_q - D̂), and
+//! the gradient is g(τ) = ∇̄H + S (y - ½ Δz), the velocity v = g_p and the friction D̂ = D̄ + R (v - ∇̄H_p) + E (y_q - ½ Δq), so that
+//! y' = (v, -g_q - D̂), and
 //!
 //! ```text
 //! w1_j - w0_j = ∫_0^h D̂_j v_j dτ
 //! ```
 //!
 //! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`: the means at the ends cancel what S y adds. So `H1 - H0 = ∇̄H·Δz = -Σ Δw_j` and K is exact at any
-//! step, for any S and R. Exact, w included, where H is quadratic and D linear; order 2 in q, p and w elsewhere, symmetric. Passive where
-//! the system is: D̂ = R v, and the nodes of the integral have positive weights. The friction of a degree of freedom
-//! that is not linear in v is taken as the secant from v = 0 for that; where friction couples velocities and is not linear in them, R = 0, and Δw may
-//! be negative. Friction has to be computed from the velocity v, as [`afterbay_core::System::dissipation`] asks; what is
-//! computed from p has R = 0, keeps K and order 2, and is not exact on linear systems.
+//! step, for any S, R and E. Order 2 in q, p and w, symmetric; exact, w included, where H is quadratic and D linear in (q, v).
+//!
+//! R is such that D̄ = D(z̄, v = 0) + R ∇̄H_p and, where the system is passive, its symmetric part positive semidefinite (`slopes.rs`): the matrix itself
+//! where D is linear in v, a diagonal of secants where each reservoir only fills, and else a multiple of 1 with a skew part. E is ∂D/∂q where the
+//! system is linear, else 0. So D̂ = R v, and the steps are passive where the system is, in each degree of freedom or in the sum: the nodes
+//! of the integral have positive weights. Friction has to be computed from the velocity v, as [`afterbay_core::System::dissipation`] asks; what is
+//! computed from p has R = 0, keeps K and order 2, and is neither passive nor exact on linear systems.
 //!
 //! **Fails** by name, with the state as it was, where the iteration does not contract or h |A| is beyond 1000. For scalars that hold one
 //! number.
 
 mod equation;
 mod iteration;
+mod slopes;
 
 use afterbay_core::{
     Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,

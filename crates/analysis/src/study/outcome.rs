@@ -70,6 +70,8 @@ pub fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::Unresolved { .. } => "unresolved",
         StepFailure::TooLong { .. } => "too-long",
         StepFailure::NoRelaxationRoot { .. } => "no-relaxation-root",
+        StepFailure::ProjectionFailed { .. } => "projection-failed",
+        StepFailure::TooLarge { .. } => "too-large",
         StepFailure::Vanishes { .. } => "vanishes",
     }
 }

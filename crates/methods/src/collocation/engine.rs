@@ -11,7 +11,7 @@ use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, Rates};
 use afterbay_core::{
-    Attempt, Curvature, Effort, Quad, Quantity, Scalar, State, StepFailure, Tolerance, Vector,
+    Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
 };
 use std::array::from_fn;
 
@@ -49,7 +49,7 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     ahead: Columns<V::Scalar, K>,
     ahead_for: Option<(V::Scalar, V::Scalar, usize)>,
     pub(super) stiff: Stiffness,
-    /// A bound of the frequencies there are, and what it comes from.
+    /// An estimate of the largest frequency there is, and what it comes from.
     pub(super) fastest: f64,
     pub(super) rates: Rates<V>,
     /// What the sweeps of the last step left of each other, in the geometric mean.
@@ -247,7 +247,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let larger = |a: f64, b: f64| if a > b { a } else { b };
             let change = larger(larger(q, p), w) + 0.0 * (q + p + w);
             if !change.is_finite() {
-                return Err(StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value: change });
+                return Err(self.trial.not_finite());
             }
             let ratio = change / before;
             if sweeps == 1 {
@@ -263,11 +263,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 return Ok(sweeps);
             }
             if sweeps == SWEEPS || (sweeps > 3 && ratio > 0.7) {
-                return Err(StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio });
+                let dof = self.trial.restless(system);
+                return Err(StepFailure::NotContracting { dof, iterations: sweeps, ratio });
             }
             before = change;
         }
-        Err(StepFailure::NotContracting { dof: 0, iterations: SWEEPS, ratio: f64::NAN })
+        let dof = self.trial.restless(system);
+        Err(StepFailure::NotContracting { dof, iterations: SWEEPS, ratio: f64::NAN })
     }
 
     /// z1 and what the reservoirs gain.

@@ -1,65 +1,127 @@
 //! The linear equations of a simplified Newton's iteration, in `f64`.
 //!
-//! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and `X_ij = ∫ P_i(τ) ∫_0^τ P_j`, a tridiagonal matrix,
-//! the correction δγ to what γ misses solves `(1 - h X ⊗ J) δγ = missing`: 2 s N unknowns.
+//! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and `X_ij = ∫ P_i(τ) ∫_0^τ P_j`, the correction δγ to what γ
+//! misses solves `(1 - h X ⊗ J) δγ = missing`: 2 s N unknowns. Each eigenvalue μ of X (`spectrum.rs`) has equations of its own,
+//! with m = h μ, of the 2 N parts (a, b) of γ_q and of -γ_p along its eigenvector:
+//!
+//! ```text
+//! a - m Hpq a + m Hpp b = missing_a        b - m S a + m (Hqp + Dp) b = missing_b        S = Hqq + Dq
+//! ```
+//!
+//! Where H has no mixed derivatives and Hpp is diagonal, `a = missing_a - m Hpp b` is eliminated, and N unknowns are left:
+//!
+//! ```text
+//! (1 + m Dp + m² S Hpp) b = missing_b + m S missing_a
+//! ```
+//!
+//! They are tridiagonal where neighbours in a row alone act on each other, sparse where entries are few, and dense elsewhere.
 
-use super::rule::{Modes, integration};
-use crate::linear::{LinearSolver, Matrix, SMALL, Solver};
-use afterbay_core::{Block, Coupling, Curvature, Scalar};
+use super::rule::Modes;
+use super::spectrum::{self, Eigenvalue};
+use crate::linear::{LinearSolver, Matrix, Number, SMALL, Solver};
+use afterbay_core::{Block, Curvature, Scalar, StepFailure};
+use faer::c64;
 
-/// The most unknowns where everyone acts on everyone, and where neighbours do.
-const DENSE: usize = 256;
-const SPARSE: usize = 2048;
+/// Bytes that the matrices of all eigenvalues may take.
+const MEMORY: f64 = 4e9;
+/// A matrix of which fewer than one in so many entries is not 0 is sparse.
+const FEW: usize = 8;
 
-/// The matrix and its right-hand side.
+/// A derivative the system gives, and the places in a matrix its value goes to, the second one of Hqp alone.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    block: Block,
+    i: usize,
+    j: usize,
+    slots: [usize; 2],
+}
+
+/// The matrices, one for each eigenvalue, and their right-hand sides.
 #[derive(Clone, Debug)]
 pub(super) struct Equations {
     stages: usize,
-    /// The places (i, j) with X_ij ≠ 0, and X_ij.
-    integration: Vec<(usize, usize, f64)>,
-    matrix: Matrix,
-    unknowns: Vec<f64>,
+    n: usize,
+    spectrum: &'static [Eigenvalue],
+    entries: Vec<Entry>,
+    values: Vec<f64>,
+    /// Hpp, where a is eliminated
+    inertia: Option<Vec<f64>>,
+    diagonal: Vec<usize>,
+    matrices: Vec<Matrix<c64>>,
+    /// h
+    h: f64,
+    a: Vec<c64>,
+    unknowns: Vec<c64>,
+    /// The right-hand side by parts, degrees of freedom and coefficients; then the solution
+    pub(super) missing: Vec<f64>,
+    solution: Vec<f64>,
     /// h times the largest entry of J.
     pub(super) gain: f64,
 }
 
 impl Equations {
-    /// None where the system has too many degrees of freedom, or derivatives that belong to none.
-    pub(super) fn new<T, S>(system: &S, stages: usize) -> Option<Self>
+    /// How many unknowns the equations of one eigenvalue have, and whether their matrix is dense and large.
+    ///
+    /// # Errors
+    /// [`StepFailure::TooLarge`] where the matrices do not fit in the memory allowed; [`StepFailure::Singular`] for a derivative that
+    /// belongs to no degree of freedom.
+    pub(super) fn new<T, S>(system: &S, stages: usize) -> Result<Self, StepFailure>
     where
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
         let n = system.dof();
-        let size = 2 * stages * n;
-        let dense = matches!(system.coupling(), Coupling::Dense);
-        if size > if dense { DENSE } else { SPARSE } {
-            return None;
-        }
-        let all = integration();
-        let near = |i: usize| i.saturating_sub(1)..stages.min(i + 2);
-        let integration: Vec<_> = (0..stages)
-            .flat_map(|i| near(i).map(move |j| (i, j)))
-            .filter(|&(i, j)| i != j || i == 0)
-            .map(|(i, j)| (i, j, all[i][j]))
-            .collect();
-        let mut pattern: Vec<(usize, usize)> = (0..size).map(|i| (i, i)).collect();
         let origin = vec![T::zero(); n];
-        let mut inside = true;
-        system.curvature(&origin, &origin, |block, i, j, _| {
-            inside &= i < n && j < n;
-            for (row, column, _) in places(block, i, j) {
-                let stage = |&(a, b, _): &(usize, usize, f64)| (row * stages + a, column * stages + b);
-                pattern.extend(integration.iter().map(stage));
-            }
+        let mut entries = Vec::new();
+        system.curvature(&origin, &origin, |block, i, j, _| entries.push(Entry { block, i, j, slots: [0; 2] }));
+        if let Some(entry) = entries.iter().find(|entry| entry.i >= n || entry.j >= n) {
+            return Err(StepFailure::Singular { dof: entry.i.max(entry.j), slope: f64::NAN });
+        }
+        let eliminate = entries.iter().all(|entry| match entry.block {
+            Block::Hqp => false,
+            Block::Hpp => entry.i == entry.j,
+            Block::Hqq | Block::Dq | Block::Dp => true,
         });
-        let solver = match size {
-            0..=SMALL => LinearSolver::Small,
-            _ if dense => LinearSolver::Dense,
-            _ => LinearSolver::Sparse,
+        let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
+        let size = if eliminate { n } else { 2 * n };
+        let spectrum = spectrum::of(stages);
+        let dense = !chain && (size <= SMALL || entries.len() * FEW >= size * size);
+        let bytes = 16.0 * (spectrum.len() * size) as f64 * size as f64;
+        if dense && bytes > MEMORY {
+            return Err(StepFailure::TooLarge { unknowns: size, bytes });
+        }
+        let solver = match dense {
+            _ if chain => LinearSolver::Chain,
+            true if size <= SMALL => LinearSolver::Small,
+            true => LinearSolver::Dense,
+            false => LinearSolver::Sparse,
         };
-        let matrix = if inside { Matrix::new(solver, size, pattern).ok()? } else { return None };
-        Some(Self { stages, integration, matrix, unknowns: vec![0.0; size], gain: 0.0 })
+        let places = |entry: &Entry| if eliminate { [(entry.i, entry.j); 2] } else { places(entry) };
+        let pattern: Vec<_> = entries.iter().flat_map(places).chain((0..size).map(|i| (i, i))).collect();
+        let first = Matrix::new(solver, size, pattern)
+            .map_err(|_| StepFailure::TooLarge { unknowns: size, bytes })?;
+        let slot = |(row, column)| first.slot(row, column).unwrap_or(0);
+        for entry in &mut entries {
+            entry.slots = places(entry).map(slot);
+        }
+        let diagonal = (0..size).map(|i| slot((i, i))).collect();
+        let zero = c64::ZERO;
+        Ok(Self {
+            stages,
+            n,
+            spectrum,
+            values: vec![0.0; entries.len()],
+            entries,
+            inertia: eliminate.then(|| vec![0.0; n]),
+            diagonal,
+            matrices: vec![first; spectrum.len()],
+            h: 0.0,
+            a: vec![zero; n],
+            unknowns: vec![zero; size],
+            missing: vec![0.0; 2 * stages * n],
+            solution: vec![0.0; 2 * stages * n],
+            gain: 0.0,
+        })
     }
 
     /// The derivatives at (q, p), factorised; the degree of freedom of a vanishing pivot is the failure.
@@ -68,72 +130,139 @@ impl Equations {
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let Self { stages, integration, matrix, gain, unknowns } = self;
+        let Self { entries, values, inertia, diagonal, matrices, spectrum, gain, .. } = self;
+        let mut next = values.iter_mut();
         let mut most = 0.0_f64;
-        matrix.values().fill(0.0);
-        for i in 0..unknowns.len() {
-            if let Some(slot) = matrix.slot(i, i) {
-                matrix.values()[slot] = 1.0;
+        system.curvature(q, p, |_, _, _, value| {
+            if let Some(place) = next.next() {
+                *place = value.to_f64();
+                most = most.max(place.abs());
+            }
+        });
+        (*gain, self.h) = (h.abs() * most, h);
+        let given = || entries.iter().zip(values.iter());
+        if let Some(inertia) = inertia {
+            inertia.fill(0.0);
+            for (entry, value) in given().filter(|(entry, _)| entry.block == Block::Hpp) {
+                inertia[entry.i] += value;
             }
         }
-        system.curvature(q, p, |block, i, j, value| {
-            let value = h * value.to_f64();
-            most = most.max(value.abs());
-            for (row, column, sign) in places(block, i, j) {
-                for &(a, b, x) in &*integration {
-                    if let Some(slot) = matrix.slot(row * *stages + a, column * *stages + b) {
-                        matrix.values()[slot] -= sign * value * x;
+        for (matrix, eigenvalue) in matrices.iter_mut().zip(*spectrum) {
+            let (m, to) = (eigenvalue.value * h, matrix.values());
+            let square = m * m;
+            to.fill(c64::ZERO);
+            diagonal.iter().for_each(|&slot| to[slot] = c64::real(1.0));
+            for (&Entry { block, j, slots: [first, second], .. }, &value) in given() {
+                match (block, &*inertia) {
+                    (Block::Hqq | Block::Dq, Some(inertia)) => to[first] += square * (value * inertia[j]),
+                    (Block::Dp, _) => to[first] += m * value,
+                    (Block::Hpp, Some(_)) => {}
+                    (Block::Hpp, None) => to[first] += m * value,
+                    (Block::Hqq | Block::Dq, None) => to[first] -= m * value,
+                    (Block::Hqp, _) => {
+                        to[first] -= m * value;
+                        to[second] += m * value;
                     }
                 }
             }
-        });
-        *gain = most;
-        matrix.factorise().map_err(|row| row / (2 * *stages))
+            let rows = if inertia.is_some() { 1 } else { 2 };
+            matrix.factorise().map_err(|row| row / rows)?;
+        }
+        Ok(())
     }
 
-    /// Adds to γ the correction for what it misses, `next - γ`. The largest correction of q and of p.
-    pub(super) fn correct<T: Scalar>(
-        &mut self,
-        next: [&[Modes<T>]; 2],
-        [q_modes, p_modes]: [&mut [Modes<T>]; 2],
-    ) -> [f64; 2] {
-        let Self { stages, matrix, unknowns, .. } = self;
-        let stages = *stages;
-        for (d, rows) in unknowns.chunks_exact_mut(2 * stages).enumerate() {
-            let (q, p) = rows.split_at_mut(stages);
-            for (rows, next, modes) in [(q, &next[0][d], &q_modes[d]), (p, &next[1][d], &p_modes[d])] {
+    /// Solves for `missing`, in place.
+    pub(super) fn solve(&mut self) {
+        let Self { stages, n, spectrum, matrices, missing, solution, a, unknowns, .. } = self;
+        let (stages, n) = (*stages, *n);
+        solution.fill(0.0);
+        for (matrix, Eigenvalue { value, right, left }) in matrices.iter_mut().zip(*spectrum) {
+            let m = *value * self.h;
+            let part = |rows: &[f64]| {
+                rows.iter().zip(left).fold(c64::ZERO, |sum, (&x, &left)| sum + left * x)
+            };
+            let (q, p) = missing.split_at(stages * n);
+            let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages)).enumerate();
+            if let Some(inertia) = &self.inertia {
+                for (d, (q, p)) in rows {
+                    (a[d], unknowns[d]) = (part(q), part(p));
+                }
+                for (&Entry { block, i, j, .. }, &value) in self.entries.iter().zip(&self.values) {
+                    if matches!(block, Block::Hqq | Block::Dq) {
+                        unknowns[i] += m * a[j] * value;
+                    }
+                }
+                matrix.solve(unknowns);
+                for ((a, b), &inertia) in a.iter_mut().zip(&*unknowns).zip(inertia) {
+                    *a -= m * *b * inertia;
+                }
+            } else {
+                for (d, (q, p)) in rows {
+                    (unknowns[2 * d], unknowns[2 * d + 1]) = (part(q), part(p));
+                }
+                matrix.solve(unknowns);
+            }
+            let eliminated = self.inertia.is_some();
+            let (q, p) = solution.split_at_mut(stages * n);
+            for (d, (q, p)) in q.chunks_exact_mut(stages).zip(p.chunks_exact_mut(stages)).enumerate() {
+                let [x, y] =
+                    if eliminated { [a[d], unknowns[d]] } else { [unknowns[2 * d], unknowns[2 * d + 1]] };
+                for ((q, p), right) in q.iter_mut().zip(p).zip(right) {
+                    *q += right.re * x.re - right.im * x.im;
+                    *p += right.re * y.re - right.im * y.im;
+                }
+            }
+        }
+        std::mem::swap(missing, solution);
+    }
+
+    /// What γ misses, `next - γ`.
+    pub(super) fn see<T: Scalar>(&mut self, next: [&[Modes<T>]; 2], modes: [&[Modes<T>]; 2]) {
+        let Self { stages, n, missing, .. } = self;
+        let (q, p) = missing.split_at_mut(*stages * *n);
+        for ((rows, next), modes) in [q, p].into_iter().zip(next).zip(modes) {
+            for ((rows, next), modes) in rows.chunks_exact_mut(*stages).zip(next).zip(modes) {
                 for (j, x) in rows.iter_mut().enumerate() {
                     *x = (next[j % 2][j / 2] - modes[j % 2][j / 2]).to_f64();
                 }
             }
         }
-        matrix.solve(unknowns);
-        let mut largest = [0.0_f64; 2];
-        for (d, rows) in unknowns.chunks_exact(2 * stages).enumerate() {
-            let (q, p) = rows.split_at(stages);
-            let sides = [(q, &mut q_modes[d]), (p, &mut p_modes[d])];
-            for ((rows, modes), largest) in sides.into_iter().zip(&mut largest) {
+    }
+
+    /// Adds a share of `missing` to γ.
+    pub(super) fn add<T: Scalar>(&self, share: f64, modes: [&mut [Modes<T>]; 2]) {
+        let (q, p) = self.missing.split_at(self.stages * self.n);
+        for (rows, modes) in [q, p].into_iter().zip(modes) {
+            for (rows, modes) in rows.chunks_exact(self.stages).zip(modes) {
                 for (j, &x) in rows.iter().enumerate() {
-                    modes[j % 2][j / 2] += T::from_f64(x);
-                    // What is not a number is larger than all.
-                    *largest = if x.abs() <= *largest { *largest } else { x.abs() + 0.0 * *largest };
+                    modes[j % 2][j / 2] += T::from_f64(share * x);
                 }
             }
         }
-        largest
+    }
+
+    /// The largest entries of the parts of `missing`, and whose they are. What is not a number is larger than all.
+    pub(super) fn largest(&self) -> [(f64, usize); 2] {
+        let (q, p) = self.missing.split_at(self.stages * self.n);
+        [q, p].map(|part| {
+            let (mut most, mut at) = (0.0_f64, 0);
+            for (k, x) in part.iter().enumerate() {
+                if !(x.abs() <= most) && !most.is_nan() {
+                    (most, at) = (x.abs(), k);
+                }
+            }
+            (most, at / self.stages)
+        })
     }
 }
 
-/// Where in J a derivative goes, by rows q_0, p_0, q_1, .. of what changes, with its sign: that of -p' and
-/// -p where it is of p.
-fn places(block: Block, i: usize, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
-    let (q, p) = (|i: usize| 2 * i, |i: usize| 2 * i + 1);
-    let [first, second] = match block {
-        Block::Hqq | Block::Dq => [Some((p(i), q(j), 1.0)), None],
-        Block::Dp => [Some((p(i), p(j), -1.0)), None],
-        Block::Hpp => [Some((q(i), p(j), -1.0)), None],
+/// Where in the matrix a derivative goes, by rows and columns a_0, b_0, a_1, ..
+fn places(&Entry { block, i, j, .. }: &Entry) -> [(usize, usize); 2] {
+    match block {
+        Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
+        Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
+        Block::Hpp => [(2 * i, 2 * j + 1); 2],
         // ∂²H/∂q_i∂p_j changes ∂H/∂p_j with q_i, and ∂H/∂q_i with p_j.
-        Block::Hqp => [Some((q(j), q(i), 1.0)), Some((p(i), p(j), -1.0))],
-    };
-    first.into_iter().chain(second)
+        Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
+    }
 }

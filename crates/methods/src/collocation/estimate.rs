@@ -7,7 +7,7 @@
 
 use super::engine::Engine;
 use super::stages::weighted;
-use afterbay_core::{Curvature, Quantity, Scalar, StepFailure, Vector};
+use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
@@ -48,11 +48,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value })
+            Err(self.trial.not_finite())
         }
     }
 
-    /// A bound of the frequencies at the end of the step.
+    /// An estimate of the frequencies at the end of the step, a bound of them where H is separable.
     #[inline]
     pub(super) fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let Self { end, rates, .. } = self;

@@ -43,7 +43,12 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         state: &State<V>,
     ) -> Result<Effort, StepFailure> {
         let Self { gauss, trial, end, spare, .. } = self;
-        let spare = spare.get_or_insert_with(|| Box::new(Workspace::new(system, K, 2 * K)));
+        let spare = spare.get_or_insert_with(|| {
+            let mut spare = Workspace::new(system, K, 2 * K);
+            // Steps that are hard to solve are made shorter.
+            spare.thorough = false;
+            Box::new(spare)
+        });
         let effort = spare.find(system, h, state)?;
         let roundings = spare.defect();
         if roundings > LOST {

@@ -5,6 +5,7 @@
 //! starts where that one ended, bit by bit; otherwise from rest.
 
 use super::equations::Equations;
+use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
 use super::progress::{LIMIT, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
@@ -17,6 +18,9 @@ const PATIENCE: u32 = 3;
 const ROUNDINGS: f64 = 16.0;
 /// The same of all that roundings of z may make of it: the new state is rounded once more after this.
 const BENT: f64 = 8.0;
+
+/// Unknowns up to which the equations are made with the workspace, so that no step allocates.
+const FEW: usize = 2048;
 
 /// A step while it is made.
 #[derive(Clone, Debug)]
@@ -32,9 +36,15 @@ pub struct Workspace<V: Vector> {
     pub(super) p_modes: Vec<Modes<V::Scalar>>,
     pub(super) next: Vec<Modes<V::Scalar>>,
     pub(super) next_q: Vec<Modes<V::Scalar>>,
-    /// Newton's equations, where there are not too many of them, and whether the last step needed them.
-    pub(super) equations: Option<Equations>,
+    pub(super) stages: usize,
+    /// Newton's equations, made beforehand where they are few, and whether the last step needed them.
+    pub(super) equations: Option<Box<Equations>>,
     pub(super) stiff: bool,
+    /// The memory of the iteration with the whole derivative, and whether this step needed it.
+    pub(super) krylov: Option<Box<Krylov<V::Scalar>>>,
+    pub(super) hard: bool,
+    /// Is that iteration worth it? It is not where a shorter step will do.
+    pub(super) thorough: bool,
     /// The new state.
     pub(super) q: V,
     pub(super) p: V,
@@ -61,8 +71,12 @@ impl<V: Vector> Workspace<V> {
             p_modes: modes(),
             next: modes(),
             next_q: modes(),
-            equations: Equations::new(system, stages),
+            stages,
+            equations: (2 * stages * n <= FEW).then(|| Equations::new(system, stages).ok().map(Box::new)).flatten(),
             stiff: false,
+            krylov: None,
+            hard: false,
+            thorough: true,
             q: zeros(),
             p: zeros(),
             w: zeros(),
@@ -108,6 +122,7 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.begin(h, state);
+        self.hard = false;
         let start = state.energy(system);
         let mut effort = Effort::default();
         for level in 0..self.rules.len() {
@@ -177,28 +192,22 @@ impl<V: Vector> Workspace<V> {
             evaluations: u64::from(iterations) * nodes as u64,
             iterations: u64::from(iterations),
         };
-        let (failure, before) = if self.stiff {
-            (None, 0)
+        let before = if self.stiff {
+            0
         } else {
             match self.sweeps(system, h, state, level) {
                 Ok(sweeps) => return Ok(spent(sweeps)),
-                Err((failure, sweeps)) => (Some(failure), sweeps),
+                Err(sweeps) => sweeps,
             }
         };
         cold_path();
-        let after = self.correct(system, h, state, level, failure)?;
+        let after = self.correct(system, h, state, level, self.stiff)?;
         Ok(spent(before + after))
     }
 
     /// Sweeps to rounding. How many, also where they lead nowhere.
     #[inline]
-    fn sweeps<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-    ) -> Result<u32, (StepFailure, u32)>
+    fn sweeps<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, level: usize) -> Result<u32, u32>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -209,10 +218,7 @@ impl<V: Vector> Workspace<V> {
         for sweeps in 1..=LIMIT {
             let change = self.sweep(system, h, state, level, sizes);
             if !change.is_finite() {
-                return Err((
-                    StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value: change },
-                    sweeps,
-                ));
+                return Err(sweeps);
             }
             let clear = progress.is_clear();
             progress.see(change);
@@ -225,14 +231,11 @@ impl<V: Vector> Workspace<V> {
             }
             left *= rate;
             if progress.is_lost(PATIENCE) {
-                if self.is_noise(system, h, state, progress.last) {
-                    return Ok(sweeps);
-                }
-                let ratio = progress.ratio;
-                return Err((StepFailure::NotContracting { dof: 0, iterations: sweeps, ratio }, sweeps));
+                let noise = self.is_noise(system, h, state, progress.last);
+                return if noise { Ok(sweeps) } else { Err(sweeps) };
             }
         }
-        Err((StepFailure::NotContracting { dof: 0, iterations: LIMIT, ratio: rate }, LIMIT))
+        if progress.is_rounding() { Ok(LIMIT) } else { Err(LIMIT) }
     }
 
     /// One sweep over q and p. By how much they moved, relative to their size.

@@ -58,6 +58,12 @@ impl Progress {
             || (roundings <= NOISE[1] && self.waited >= PATIENCE[1])
     }
 
+    /// Is the last change no more than roundings of z may make?
+    #[inline(always)]
+    pub(super) fn is_rounding(&self) -> bool {
+        self.last <= NOISE[0] * self.epsilon
+    }
+
     /// Has no change been smaller than all before for `patience` changes, none of them noise?
     #[inline(always)]
     pub(super) fn is_lost(&self, patience: u32) -> bool {

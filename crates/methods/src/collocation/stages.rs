@@ -7,7 +7,7 @@
 //! Where v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j in one go. The functions here are kept whole, as in `nodes`.
 
 use super::gauss::{Columns, Gauss};
-use afterbay_core::{Scalar, State, System, Vector};
+use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
 use std::array::from_fn;
 
 /// Degrees of freedom computed side by side, where there are so many; else it is the nodes that are.
@@ -175,6 +175,30 @@ impl<V: Vector, const K: usize> Stages<V, K> {
             dissipation(system, q, p, v, loss);
             multiply(loss, v, state.dof());
         }
+    }
+}
+
+impl<V: Vector, const K: usize> Stages<V, K> {
+    /// The degree of freedom that the next sweep would move the most, of what is left of it by the last.
+    #[cold]
+    pub(super) fn restless<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) -> usize {
+        let Self { q, p, v, f, hq, hp, d, .. } = self;
+        gradient(system, q, p, hq, hp);
+        dissipation(system, q, p, if system.unit_mass() { p } else { v }, d);
+        let n = q[0].as_slice().len();
+        let moved = |j: usize| -> f64 {
+            let change = |i: usize| hq[i].as_slice()[j] + d[i].as_slice()[j] - f[i].as_slice()[j];
+            (0..K).map(|i| change(i).abs().to_f64()).sum()
+        };
+        (1..n).fold((0, moved(0)), |most, j| if moved(j) > most.1 { (j, moved(j)) } else { most }).0
+    }
+
+    /// The first force or velocity that is no number.
+    #[cold]
+    pub(super) fn not_finite(&self) -> StepFailure {
+        let parts = [(Quantity::Force, &self.f), (Quantity::Velocity, &self.v), (Quantity::Reservoir, &self.loss)];
+        let all = parts.into_iter().flat_map(|(what, part)| part.iter().map(move |x| (what, x.as_slice())));
+        StepFailure::non_finite(&all.collect::<Vec<_>>())
     }
 }
 

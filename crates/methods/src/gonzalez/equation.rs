@@ -49,6 +49,11 @@ pub(super) struct Correction<T> {
 }
 
 impl<T: Scalar> Correction<T> {
+    /// What K changes by without λ, λ |Δz|², in roundings of H.
+    pub(super) fn roundings(&self) -> f64 {
+        if self.rough > 0.0 { self.lambda.to_f64().abs() / (T::EPSILON * self.rough) } else { 0.0 }
+    }
+
     /// λ = 0
     pub(super) fn drop(&mut self) {
         *self = Self { lambda: T::zero(), rough: 0.0, inverse: 0.0 };

@@ -24,8 +24,10 @@ const FLOOR: f64 = 1e3;
 const NOISE: f64 = 64.0;
 /// The next correction that is not made, in roundings. Left out at every step, it is what K would drift by.
 const UNSEEN: f64 = 1.0 / 1024.0;
-/// The most noise in h λ that is let into the iteration.
+/// The most noise in h λ that is let into the iteration,
 const NOISY: f64 = 1e-3;
+/// but for a λ without which K would move by more roundings of H than this.
+const FELT: f64 = 4.0;
 
 /// An iteration that led nowhere.
 struct Stalled {
@@ -81,7 +83,7 @@ impl<V: Vector> Workspace<V> {
             if correction.inverse > 0.0 {
                 // Decided once, so that the equation stays the same while it is solved.
                 let noise = h.to_f64().abs() * epsilon * correction.rough;
-                if !*resolved.get_or_insert(noise < NOISY) {
+                if !*resolved.get_or_insert(noise < NOISY || correction.roundings() > FELT) {
                     correction.drop();
                 }
             }
@@ -127,8 +129,7 @@ impl<V: Vector> Workspace<V> {
             renewed |= stale;
             before = update.size;
         }
-        let failure = StepFailure::NewtonStalled { dof: 0, iterations: LIMIT, update: before };
-        Err(Stalled { failure, iterations: LIMIT })
+        Err(self.unbalanced(LIMIT))
     }
 
     /// Follows the solution from s = 0 to s = 1, the step being s h.

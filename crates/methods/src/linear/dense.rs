@@ -1,62 +1,73 @@
 //! Everyone acts on everyone: faer's LU with partial pivoting, blocked.
 
-use super::{Solver, subtract_columns, usable};
+use super::{Number, Solver, subtract_columns, usable};
 use faer::dyn_stack::{MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::perm::PermRef;
-use faer::{MatMut, MatRef, Par};
+use faer::{Conj, MatMut, MatRef, Par};
 use std::mem::MaybeUninit;
+
+/// The largest matrix that is factorised beforehand: a larger one takes every path of faer that this one does.
+const READY: usize = 256;
 
 /// A dense matrix by columns, then its factors.
 #[derive(Clone, Debug)]
-pub(crate) struct Dense {
+pub(crate) struct Dense<T> {
     size: usize,
-    values: Vec<f64>,
+    values: Vec<T>,
     rows: Vec<usize>,
     rows_inverse: Vec<usize>,
     scratch: Vec<MaybeUninit<u8>>,
 }
 
-impl Dense {
+impl<T: Number> Dense<T> {
     pub(super) fn new(size: usize) -> Self {
-        let factorising = factor::lu_in_place_scratch::<usize, f64>(size, size, Par::Seq, Default::default());
-        let solving = solve::solve_in_place_scratch::<usize, f64>(size, 1, Par::Seq);
+        let factorising = factor::lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Default::default());
+        let solving = solve::solve_in_place_scratch::<usize, T>(size, 1, Par::Seq);
         let bytes = StackReq::or(factorising, solving).unaligned_bytes_required();
         let scratch = vec![MaybeUninit::uninit(); bytes];
         let (rows, rows_inverse) = ((0..size).collect(), (0..size).collect());
-        let mut matrix = Self { size, values: vec![0.0; size * size], rows, rows_inverse, scratch };
+        let mut matrix = Self { size, values: vec![T::ZERO; size * size], rows, rows_inverse, scratch };
         // What faer makes ready the first time, on a matrix that is singular: here, not in a step.
-        let _ = matrix.factorise();
+        let _ = matrix.factorise_leading(size.min(READY));
         matrix
     }
 }
 
-impl Solver for Dense {
+impl<T: Number> Dense<T> {
+    /// Factorises the leading block of this size, the only one where it is that of the matrix.
+    fn factorise_leading(&mut self, n: usize) -> Result<(), usize> {
+        let Self { values, rows, rows_inverse, scratch, .. } = self;
+        let matrix = MatMut::from_column_major_slice_mut(&mut values[..n * n], n, n);
+        let (rows, rows_inverse) = (&mut rows[..n], &mut rows_inverse[..n]);
+        factor::lu_in_place(matrix, rows, rows_inverse, Par::Seq, MemStack::new(scratch), Default::default());
+        (0..n).find(|k| !usable(values[k * n + k])).map_or(Ok(()), Err)
+    }
+}
+
+impl<T: Number> Solver<T> for Dense<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         (row < self.size && column < self.size).then_some(column * self.size + row)
     }
 
-    fn values(&mut self) -> &mut [f64] {
+    fn values(&mut self) -> &mut [T] {
         &mut self.values
     }
 
     fn factorise(&mut self) -> Result<(), usize> {
-        let n = self.size;
-        let Self { values, rows, rows_inverse, scratch, .. } = self;
-        let matrix = MatMut::from_column_major_slice_mut(values, n, n);
-        factor::lu_in_place(matrix, rows, rows_inverse, Par::Seq, MemStack::new(scratch), Default::default());
-        (0..n).find(|k| !usable(values[k * n + k])).map_or(Ok(()), Err)
+        self.factorise_leading(self.size)
     }
 
-    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
         subtract_columns(values, a, x);
     }
 
-    fn solve(&mut self, x: &mut [f64]) {
+    fn solve(&mut self, x: &mut [T]) {
         let n = self.size;
         let factors = MatRef::from_column_major_slice(&self.values, n, n);
         let rows = PermRef::new_checked(&self.rows, &self.rows_inverse, n);
         let x = MatMut::from_column_major_slice_mut(x, n, 1);
-        solve::solve_in_place(factors, factors, rows, x, Par::Seq, MemStack::new(&mut self.scratch));
+        let stack = MemStack::new(&mut self.scratch);
+        solve::solve_in_place_with_conj(factors, factors, rows, Conj::No, x, Par::Seq, stack);
     }
 }

@@ -1,28 +1,28 @@
 //! A few unknowns: Gauss with partial pivoting, in place.
 
-use super::{Solver, subtract_columns, usable};
+use super::{Number, Solver, subtract_columns, usable};
 
 /// A dense matrix by columns, then its factors, the reciprocal pivots on the diagonal.
 #[derive(Clone, Debug)]
-pub(crate) struct Small {
+pub(crate) struct Small<T> {
     size: usize,
-    values: Vec<f64>,
+    values: Vec<T>,
     /// The row exchanged with each row in turn.
     exchanges: Vec<usize>,
 }
 
-impl Small {
+impl<T: Number> Small<T> {
     pub(super) fn new(size: usize) -> Self {
-        Self { size, values: vec![0.0; size * size], exchanges: vec![0; size] }
+        Self { size, values: vec![T::ZERO; size * size], exchanges: vec![0; size] }
     }
 }
 
-impl Solver for Small {
+impl<T: Number> Solver<T> for Small<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         (row < self.size && column < self.size).then_some(column * self.size + row)
     }
 
-    fn values(&mut self) -> &mut [f64] {
+    fn values(&mut self) -> &mut [T] {
         &mut self.values
     }
 
@@ -32,13 +32,13 @@ impl Solver for Small {
             let (left, right) = self.values.split_at_mut((k + 1) * n);
             let column = &mut left[k * n..];
             let largest =
-                (k..n).fold(k, |best, i| if column[i].abs() > column[best].abs() { i } else { best });
+                (k..n).fold(k, |best, i| if column[i].size() > column[best].size() { i } else { best });
             self.exchanges[k] = largest;
             column.swap(k, largest);
             if !usable(column[k]) {
                 return Err(k);
             }
-            let inverse = 1.0 / column[k];
+            let inverse = column[k].inverse();
             column[k] = inverse;
             for factor in &mut column[k + 1..] {
                 *factor *= inverse;
@@ -47,7 +47,7 @@ impl Solver for Small {
                 other.swap(k, largest);
                 let top = other[k];
                 for (x, factor) in other[k + 1..].iter_mut().zip(&column[k + 1..]) {
-                    *x = (-factor).mul_add(top, *x);
+                    *x = (-*factor).fused(top, *x);
                 }
             }
             // The factors already made follow their rows.
@@ -58,11 +58,11 @@ impl Solver for Small {
         Ok(())
     }
 
-    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
         subtract_columns(values, a, x);
     }
 
-    fn solve(&mut self, x: &mut [f64]) {
+    fn solve(&mut self, x: &mut [T]) {
         let n = self.size;
         for (k, &row) in self.exchanges.iter().enumerate() {
             x.swap(k, row);
@@ -70,14 +70,14 @@ impl Solver for Small {
         for (k, column) in self.values.chunks_exact(n.max(1)).enumerate() {
             let top = x[k];
             for (x, factor) in x[k + 1..].iter_mut().zip(&column[k + 1..]) {
-                *x = (-factor).mul_add(top, *x);
+                *x = (-*factor).fused(top, *x);
             }
         }
         for (k, column) in self.values.chunks_exact(n.max(1)).enumerate().rev() {
             let top = x[k] * column[k];
             x[k] = top;
             for (x, factor) in x[..k].iter_mut().zip(column) {
-                *x = (-factor).mul_add(top, *x);
+                *x = (-*factor).fused(top, *x);
             }
         }
     }

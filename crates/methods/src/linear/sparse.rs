@@ -4,7 +4,7 @@
 //! pivoting fills in more than it ever has: two factorisations when the matrix is laid out, one that pivots on the diagonal
 //! and one that pivots at random, see to it. A pivot of 0 is divided by: what is solved then is not finite.
 
-use super::Solver;
+use super::{Number, Solver};
 use afterbay_core::InputError;
 use faer::dyn_stack::{MemStack, StackReq};
 use faer::sparse::linalg::lu::{LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu};
@@ -15,32 +15,32 @@ use std::mem::MaybeUninit;
 
 /// A sparse matrix by columns, and its factors.
 #[derive(Clone, Debug)]
-pub(crate) struct Sparse {
+pub(crate) struct Sparse<T> {
     pattern: SymbolicSparseColMat<usize>,
-    values: Vec<f64>,
+    values: Vec<T>,
     symbolic: SymbolicLu<usize>,
-    numeric: NumericLu<usize, f64>,
+    numeric: NumericLu<usize, T>,
     scratch: Vec<MaybeUninit<u8>>,
 }
 
-impl Sparse {
+impl<T: Number> Sparse<T> {
     pub(super) fn new(size: usize, mut entries: Vec<(usize, usize)>) -> Result<Self, InputError> {
         entries.extend((0..size).map(|i| (i, i)));
         entries.sort_unstable_by_key(|&(row, column)| (column, row));
         entries.dedup();
         let starts = (0..=size).map(|column| entries.partition_point(|&(_, c)| c < column)).collect();
         let rows: Vec<usize> = entries.iter().map(|&(row, _)| row).collect();
-        let values = vec![0.0; rows.len()];
+        let values = vec![T::ZERO; rows.len()];
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
         let params = LuSymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
             ..Default::default()
         };
         let why = "the sparse matrix of its step does not fit in memory";
-        let unsupported = |_| InputError::Unsupported { method: "gonzalez", why };
+        let unsupported = |_| InputError::Unsupported { method: "an implicit method", why };
         let symbolic = factorize_symbolic_lu(pattern.as_ref(), params).map_err(unsupported)?;
-        let factorising = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
-        let solving = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
+        let factorising = symbolic.factorize_numeric_lu_scratch::<T>(Par::Seq, Default::default());
+        let solving = symbolic.solve_in_place_scratch::<T>(1, Par::Seq);
         let bytes = StackReq::or(factorising, solving).unaligned_bytes_required();
         let scratch = vec![MaybeUninit::uninit(); bytes];
         let mut matrix = Self { pattern, values, symbolic, numeric: NumericLu::new(), scratch };
@@ -55,7 +55,7 @@ impl Sparse {
             for (value, (row, column)) in self.values.iter_mut().zip(entries) {
                 random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let share = f64::from(random) / f64::from(u32::MAX);
-                *value = if row == column { pivots + 1e-3 * share } else { 1e-3 * share };
+                *value = T::real(if row == column { pivots + 1e-3 * share } else { 1e-3 * share });
             }
             // What counts is the memory it leaves behind, not whether random numbers are singular.
             let _ = self.factorise();
@@ -63,7 +63,7 @@ impl Sparse {
     }
 }
 
-impl Solver for Sparse {
+impl<T: Number> Solver<T> for Sparse<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         if column >= self.pattern.ncols() {
             return None;
@@ -73,13 +73,13 @@ impl Solver for Sparse {
         rows.binary_search(&row).ok().map(|at| range.start + at)
     }
 
-    fn values(&mut self) -> &mut [f64] {
+    fn values(&mut self) -> &mut [T] {
         &mut self.values
     }
 
     fn factorise(&mut self) -> Result<(), usize> {
         let Self { pattern, values, symbolic, numeric, scratch } = self;
-        if let Some(entry) = values.iter().position(|x| !x.is_finite()) {
+        if let Some(entry) = values.iter().position(|x| !x.size().is_finite()) {
             return Err(pattern.row_idx()[entry]);
         }
         let matrix = SparseColMatRef::new(pattern.as_ref(), &values[..]);
@@ -91,16 +91,16 @@ impl Solver for Sparse {
         })
     }
 
-    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
         for (column, &a) in a.iter().enumerate().take(self.pattern.ncols()) {
             let range = self.pattern.col_range(column);
-            for (&row, value) in self.pattern.row_idx()[range.clone()].iter().zip(&values[range]) {
-                x[row] = (-value).mul_add(a, x[row]);
+            for (&row, &value) in self.pattern.row_idx()[range.clone()].iter().zip(&values[range]) {
+                x[row] = (-value).fused(a, x[row]);
             }
         }
     }
 
-    fn solve(&mut self, x: &mut [f64]) {
+    fn solve(&mut self, x: &mut [T]) {
         let n = x.len();
         let x = MatMut::from_column_major_slice_mut(x, n, 1);
         let factors = LuRef::new_unchecked(&self.symbolic, &self.numeric);

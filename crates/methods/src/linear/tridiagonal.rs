@@ -5,52 +5,52 @@
 //! where V is convex and couples neighbours by springs. Elsewhere a vanishing pivot is a failure, and a small one costs
 //! corrections.
 
-use super::{Solver, usable};
+use super::{Number, Solver, usable};
 
 /// Rows of three entries: below the diagonal, on it, above it; then, on the side of the nearer end, the factor, the
 /// reciprocal pivot, and on the other side the entry over the pivot. The row in the middle has two factors.
 #[derive(Clone, Debug)]
-pub(crate) struct Tridiagonal {
-    values: Vec<f64>,
+pub(crate) struct Tridiagonal<T> {
+    values: Vec<T>,
     size: usize,
 }
 
-impl Tridiagonal {
+impl<T: Number> Tridiagonal<T> {
     pub(super) fn new(size: usize) -> Self {
-        Self { size, values: vec![0.0; 3 * size] }
+        Self { size, values: vec![T::ZERO; 3 * size] }
     }
 }
 
 /// What is left of `row`, of which the entry at `near` meets the row that ended in `pivot` and `beyond`.
-fn eliminate(row: &mut [f64; 3], near: usize, [inverse, beyond]: [f64; 2]) -> f64 {
+fn eliminate<T: Number>(row: &mut [T; 3], near: usize, [inverse, beyond]: [T; 2]) -> T {
     row[near] *= inverse;
-    f64::mul_add(-row[near], beyond, row[1])
+    (-row[near]).fused(beyond, row[1])
 }
 
 /// The rows from one end, where `near` is the entry towards it: the last reciprocal pivot and the entry beyond it.
-fn eliminate_all<'a>(
-    rows: impl Iterator<Item = (usize, &'a mut [f64; 3])>,
+fn eliminate_all<'a, T: Number + 'a>(
+    rows: impl Iterator<Item = (usize, &'a mut [T; 3])>,
     near: usize,
-) -> Result<[f64; 2], usize> {
-    let mut last = [0.0; 2];
+) -> Result<[T; 2], usize> {
+    let mut last = [T::ZERO; 2];
     for (k, row) in rows {
         let pivot = eliminate(row, near, last);
         if !usable(pivot) {
             return Err(k);
         }
-        last = [1.0 / pivot, row[2 - near]];
+        last = [pivot.inverse(), row[2 - near]];
         row[1] = last[0];
         row[2 - near] *= last[0];
     }
     Ok(last)
 }
 
-impl Solver for Tridiagonal {
+impl<T: Number> Solver<T> for Tridiagonal<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         (row < self.size && column < self.size && row.abs_diff(column) <= 1).then(|| 2 * row + column + 1)
     }
 
-    fn values(&mut self) -> &mut [f64] {
+    fn values(&mut self) -> &mut [T] {
         &mut self.values
     }
 
@@ -62,24 +62,24 @@ impl Solver for Tridiagonal {
         let after = eliminate_all((half + 1..size).zip(right).rev(), 2)?;
         middle[1] = eliminate(middle, 0, before);
         let pivot = eliminate(middle, 2, after);
-        middle[1] = 1.0 / pivot;
+        middle[1] = pivot.inverse();
         if usable(pivot) { Ok(()) } else { Err(half) }
     }
 
-    fn subtract(&self, values: &[f64], a: &[f64], x: &mut [f64]) {
+    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
         let rows = values.as_chunks::<3>().0;
         if let (Some(row), Some(x), [first, rest @ ..]) = (rows.first(), x.first_mut(), a) {
-            *x -= row[1] * first + row[2] * rest.first().unwrap_or(&0.0);
+            *x -= row[1] * *first + row[2] * rest.first().copied().unwrap_or(T::ZERO);
         }
         for ((row, x), a) in rows.iter().zip(x.iter_mut()).skip(1).zip(a.array_windows::<3>()) {
-            *x -= row[0].mul_add(a[0], row[1].mul_add(a[1], row[2] * a[2]));
+            *x -= row[0].fused(a[0], row[1].fused(a[1], row[2] * a[2]));
         }
         if let (Some(row), Some(x), [.., before, last]) = (rows.last(), x.last_mut(), a) {
-            *x -= row[0] * before + row[1] * last;
+            *x -= row[0] * *before + row[1] * *last;
         }
     }
 
-    fn solve(&mut self, x: &mut [f64]) {
+    fn solve(&mut self, x: &mut [T]) {
         let half = self.size / 2;
         let (left, right) = self.values.as_chunks::<3>().0.split_at(half);
         let (x_left, x_right) = x.split_at_mut(half);
@@ -89,27 +89,27 @@ impl Solver for Tridiagonal {
         };
         // For an even number the left has one row more.
         let more = left.len() - right.len();
-        let (mut before, mut after) = (0.0, 0.0);
+        let (mut before, mut after) = (T::ZERO, T::ZERO);
         for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
-            before = (-row[0]).mul_add(before, *x);
+            before = (-row[0]).fused(before, *x);
             *x = before;
         }
         let pairs = left[more..].iter().zip(&mut x_left[more..]);
         for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut()).rev()) {
-            before = (-row[0]).mul_add(before, *x);
-            after = (-other[2]).mul_add(after, *y);
+            before = (-row[0]).fused(before, *x);
+            after = (-other[2]).fused(after, *y);
             (*x, *y) = (before, after);
         }
-        *x = (-middle[0]).mul_add(before, (-middle[2]).mul_add(after, *x)) * middle[1];
+        *x = (-middle[0]).fused(before, (-middle[2]).fused(after, *x)) * middle[1];
         (before, after) = (*x, *x);
         let pairs = left[more..].iter().zip(&mut x_left[more..]).rev();
         for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut())) {
-            before = (-row[2]).mul_add(before, *x * row[1]);
-            after = (-other[0]).mul_add(after, *y * other[1]);
+            before = (-row[2]).fused(before, *x * row[1]);
+            after = (-other[0]).fused(after, *y * other[1]);
             (*x, *y) = (before, after);
         }
         for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
-            before = (-row[2]).mul_add(before, *x * row[1]);
+            before = (-row[2]).fused(before, *x * row[1]);
             *x = before;
         }
     }

@@ -5,10 +5,12 @@
 //! ```
 //!
 //! with d_j and v_j the rows of D and ∂H/∂p. A step with h |A| ≤ 1 comes from the Taylor series and Gauss nodes; a longer
-//! one from such a step by doubling. Of a short step X = e^{hA} - 1 is kept, of which nothing is lost in the 1.
+//! one from such a step by doubling, in 31 digits: what is rounded in the short step grows by h |A|, and A itself is made of the
+//! second derivatives as they are, so that it keeps the H it is made of. Of a short step X = e^{hA} - 1 is kept, of which nothing is
+//! lost in the 1.
 
-use crate::linear_flow::{nodes, terms};
-use afterbay_core::{Curvature, Scalar};
+use super::doubling::Doubling;
+use afterbay_core::{Block, Curvature, Quad, Scalar};
 
 /// The matrices, row by row, of the last h.
 #[derive(Clone, Debug)]
@@ -18,33 +20,23 @@ pub(super) struct Table<T> {
     size: usize,
     h: Option<T>,
     /// Is x1 = e^{hA} x0 rather than x0 + X x0?
-    long: bool,
-    a: Vec<T>,
-    d: Vec<T>,
-    v: Vec<T>,
-    /// X of a short step, and e^{hA}
-    change: Vec<T>,
-    flow: Vec<T>,
+    doubled: bool,
+    rate: f64,
+    short: Box<Doubling<T>>,
+    long: Box<Doubling<Quad>>,
+    matrix: Vec<T>,
     forms: Vec<Vec<T>>,
-    nodes: Vec<[T; 2]>,
-    /// (hA)^k/k! for k ≥ 1
-    powers: Vec<Vec<T>>,
-    scratch: [Vec<T>; 2],
     x: Vec<T>,
 }
 
-/// to += factor row
-#[inline(always)]
-fn add<T: Scalar>(to: &mut [T], factor: T, row: &[T]) {
-    to.iter_mut().zip(row).for_each(|(to, &x)| *to = factor.mul_add(x, *to));
+/// All the digits of a scalar that holds one number.
+fn widen<T: Scalar>(x: T) -> Quad {
+    let high = x.to_f64();
+    Quad::from_f64(high) + Quad::from_f64((x - T::from_f64(high)).to_f64())
 }
 
-/// to = a b, b square.
-fn multiply<T: Scalar>(a: &[T], b: &[T], to: &mut [T], size: usize) {
-    to.fill(T::zero());
-    for (to, a) in to.chunks_exact_mut(size).zip(a.chunks_exact(size)) {
-        a.iter().zip(b.chunks_exact(size)).for_each(|(&factor, b)| add(to, factor, b));
-    }
+fn narrow<T: Scalar>(x: Quad) -> T {
+    T::from_f64(x.0) + T::from_f64(x.1)
 }
 
 impl<T: Scalar> Table<T> {
@@ -63,41 +55,55 @@ impl<T: Scalar> Table<T> {
         let constant = evaluate(&x);
         let free = constant.iter().flatten().all(|&c| c == T::zero());
         let size = if free { 2 * n } else { 2 * n + 1 };
-        let (mut a, mut d, mut v) = (zeros(size * size), zeros(n * size), zeros(n * size));
-        for k in 0..size {
-            let [hq, hp, drag] = if k == 2 * n {
-                constant.clone()
-            } else {
-                x[k] = T::one();
-                let all = evaluate(&x);
-                x[k] = T::zero();
-                let [hq, hp, d] = all;
-                [(hq, 0), (hp, 1), (d, 2)]
-                    .map(|(part, i)| part.iter().zip(&constant[i]).map(|(&x, &c)| x - c).collect())
+        let none = |rows: usize| vec![Quad::ZERO; rows * size];
+        // The rows of ∂H/∂q and ∂H/∂p, symmetric to the last digit, and of D.
+        let (mut slopes, mut d) = (none(2 * n), none(n));
+        system.curvature(&x[..n], &x[n..], |block, i, j, value| {
+            let half = widen(value).half();
+            let mut put = |i: usize, j: usize, value: Quad| slopes[i * size + j] += value;
+            match block {
+                Block::Hqq => [(i, j), (j, i)].map(|(i, j)| put(i, j, half)),
+                Block::Hpp => [(n + i, n + j), (n + j, n + i)].map(|(i, j)| put(i, j, half)),
+                Block::Hqp => [(i, n + j), (n + j, i)].map(|(i, j)| put(i, j, half + half)),
+                Block::Dq | Block::Dp => [(); 2],
             };
+        });
+        for k in 0..2 * n {
+            x[k] = T::one();
+            let [_, _, drag] = evaluate(&x);
+            x[k] = T::zero();
             for j in 0..n {
-                a[j * size + k] = hp[j];
-                a[(n + j) * size + k] = -hq[j] - drag[j];
-                d[j * size + k] = drag[j];
-                v[j * size + k] = hp[j];
+                d[j * size + k] = widen(drag[j]) - widen(constant[2][j]);
             }
         }
-        let square = || zeros(size * size);
+        if !free {
+            for j in 0..n {
+                let [hq, hp, drag] = [0, 1, 2].map(|part| widen(constant[part][j]));
+                slopes[j * size + 2 * n] = hq;
+                slopes[(n + j) * size + 2 * n] = hp;
+                d[j * size + 2 * n] = drag;
+            }
+        }
+        let mut a = none(size);
+        for j in 0..n {
+            for k in 0..size {
+                a[j * size + k] = slopes[(n + j) * size + k];
+                a[(n + j) * size + k] = -slopes[j * size + k] - d[j * size + k];
+            }
+        }
+        let v = slopes.split_off(n * size);
+        let short = [&a, &d, &v].map(|rows| rows.iter().map(|&x| narrow(x)).collect::<Vec<T>>());
         x.resize(size, T::one());
         Self {
             n,
             size,
             h: None,
-            long: false,
-            a,
-            d,
-            v,
-            change: square(),
-            flow: square(),
-            forms: (0..n).map(|_| square()).collect(),
-            nodes: nodes(),
-            powers: (0..terms::<T>()).map(|_| square()).collect(),
-            scratch: [square(), square()],
+            doubled: false,
+            rate: rate(n, size, &a),
+            short: Box::new(Doubling::new(size, n, short)),
+            long: Box::new(Doubling::new(size, n, [a, d, v])),
+            matrix: zeros(size * size),
+            forms: (0..n).map(|_| zeros(size * size)).collect(),
             x,
         }
     }
@@ -107,88 +113,21 @@ impl<T: Scalar> Table<T> {
         if self.h == Some(h) {
             return;
         }
-        let rate = h.to_f64().abs() * self.rate();
+        let rate = h.to_f64().abs() * self.rate;
         // No more than what a double can count: beyond, nothing is finite.
         let doublings = rate.log2().ceil().clamp(0.0, 1e3);
-        let short = h * T::from_f64(2f64.powi(-(doublings as i32)));
-        self.begin(short);
-        for _ in 0..doublings as u32 {
-            self.double();
+        self.doubled = doublings > 0.0;
+        let Self { short, long, matrix, forms, .. } = self;
+        if self.doubled {
+            long.make(widen(h) * Quad::from_f64(2f64.powi(-(doublings as i32))), doublings as u32);
+            let parts = long.forms.iter().zip(forms).chain([(&long.flow, matrix)]);
+            parts.for_each(|(from, to)| to.iter_mut().zip(from).for_each(|(to, &x)| *to = narrow(x)));
+        } else {
+            short.make(h, 0);
+            let parts = short.forms.iter().zip(forms).chain([(&short.change, matrix)]);
+            parts.for_each(|(from, to)| to.copy_from_slice(from));
         }
-        self.long = doublings > 0.0;
         self.h = Some(h);
-    }
-
-    /// X and Q_j of a short step, by Taylor series and Gauss nodes.
-    fn begin(&mut self, h: T) {
-        let Self { size, a, d, v, change, flow, forms, nodes, powers, scratch, .. } = self;
-        let size = *size;
-        powers[0].iter_mut().zip(&*a).for_each(|(power, &a)| *power = h * a);
-        for k in 1..powers.len() {
-            let (before, after) = powers.split_at_mut(k);
-            multiply(&before[0], &before[k - 1], &mut after[0], size);
-            let share = T::from_f64((k + 1) as f64);
-            after[0].iter_mut().for_each(|x| *x = *x / share);
-        }
-        let sum = |share: T, to: &mut [T]| {
-            to.fill(T::zero());
-            for power in powers.iter().rev() {
-                to.iter_mut().zip(power).for_each(|(to, &power)| *to = (*to + power) * share);
-            }
-        };
-        forms.iter_mut().for_each(|form| form.fill(T::zero()));
-        for &[node, weight] in nodes.iter() {
-            sum(node, flow);
-            (0..size).for_each(|i| flow[i * size + i] += T::one());
-            let [rubbed, moved] = &mut *scratch;
-            multiply(d, flow, rubbed, size);
-            multiply(v, flow, moved, size);
-            for (form, (d, v)) in
-                forms.iter_mut().zip(rubbed.chunks_exact(size).zip(moved.chunks_exact(size)))
-            {
-                for (form, (&d_i, &v_i)) in form.chunks_exact_mut(size).zip(d.iter().zip(v)) {
-                    for (form, (&d_k, &v_k)) in form.iter_mut().zip(d.iter().zip(v)) {
-                        let both = d_i.mul_add(v_k, v_i * d_k).half();
-                        *form = (weight * h).mul_add(both, *form);
-                    }
-                }
-            }
-        }
-        sum(T::one(), change);
-        // e^{hA} = 1 + X
-        flow.copy_from_slice(change);
-        (0..size).for_each(|i| flow[i * size + i] += T::one());
-    }
-
-    /// From h to 2h.
-    fn double(&mut self) {
-        let Self { size, flow, forms, scratch, .. } = self;
-        let size = *size;
-        let [product, both] = scratch;
-        for form in forms {
-            // Q is symmetric: (Q E)ᵀ E = Eᵀ Q E.
-            multiply(form, flow, product, size);
-            both.fill(T::zero());
-            for (row, product) in flow.chunks_exact(size).zip(product.chunks_exact(size)) {
-                both.chunks_exact_mut(size).zip(row).for_each(|(both, &factor)| add(both, factor, product));
-            }
-            form.iter_mut().zip(&*both).for_each(|(form, &both)| *form += both);
-        }
-        multiply(flow, flow, product, size);
-        flow.copy_from_slice(product);
-    }
-
-    /// |A|, with q and p in units that make it least.
-    fn rate(&self) -> f64 {
-        let square = |rows: usize, columns: usize| {
-            let entry = |i: usize, j: usize| self.a[(rows + i) * self.size + columns + j].to_f64();
-            (0..self.n)
-                .flat_map(|i| (0..self.n).map(move |j| (i, j)))
-                .map(|(i, j)| entry(i, j).powi(2))
-                .sum::<f64>()
-        };
-        let n = self.n;
-        (square(0, 0) + square(n, n) + 2.0 * square(0, n).sqrt() * square(n, 0).sqrt()).sqrt()
     }
 
     /// q1, p1 and Δw.
@@ -197,9 +136,8 @@ impl<T: Scalar> Table<T> {
         let x = &mut self.x[..size];
         x[..n].copy_from_slice(q0);
         x[n..2 * n].copy_from_slice(p0);
-        let matrix = if self.long { &self.flow } else { &self.change };
-        for (i, (new, row)) in q.iter_mut().chain(p).zip(matrix.chunks_exact(size)).enumerate() {
-            let start = if self.long { T::zero() } else { x[i] };
+        for (i, (new, row)) in q.iter_mut().chain(p).zip(self.matrix.chunks_exact(size)).enumerate() {
+            let start = if self.doubled { T::zero() } else { x[i] };
             *new = start + row.iter().zip(&*x).fold(T::zero(), |sum, (&m, &x)| m.mul_add(x, sum));
         }
         for (w, form) in w.iter_mut().zip(&self.forms) {
@@ -209,4 +147,13 @@ impl<T: Scalar> Table<T> {
             });
         }
     }
+}
+
+/// |A|, with q and p in units that make it least.
+fn rate(n: usize, size: usize, a: &[Quad]) -> f64 {
+    let square = |rows: usize, columns: usize| {
+        let entry = |i: usize, j: usize| a[(rows + i) * size + columns + j].to_f64();
+        (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| entry(i, j).powi(2)).sum::<f64>()
+    };
+    (square(0, 0) + square(n, n) + 2.0 * square(0, n).sqrt() * square(n, 0).sqrt()).sqrt()
 }

@@ -25,7 +25,7 @@ impl<V: Vector> Workspace<V> {
         let start = state.energy(system);
         let mut effort = Effort::default();
         self.dz.iter_mut().for_each(|part| part.as_mut_slice().fill(V::Scalar::zero()));
-        let (mut before, mut waited) = (f64::INFINITY, 0);
+        let (mut before, mut waited, mut last) = (f64::INFINITY, 0, 0);
         for iterations in 1..=LIMIT {
             self.walk(system, h, state, start, false)?;
             let (update, moved, dof) = self.take(state);
@@ -46,9 +46,9 @@ impl<V: Vector> Workspace<V> {
                 }
                 return Err(StepFailure::NotContracting { dof, iterations, ratio });
             }
-            before = update;
+            (before, last) = (update, dof);
         }
-        Err(StepFailure::NotContracting { dof: 0, iterations: LIMIT, ratio: 1.0 })
+        Err(StepFailure::NotContracting { dof: last, iterations: LIMIT, ratio: 1.0 })
     }
 
     /// The last path, with its books.
@@ -119,6 +119,7 @@ impl<V: Vector> Workspace<V> {
                 drag.copy_from_slice(rest);
                 sp.iter_mut().zip(v).for_each(|(sp, &v)| *sp += v);
                 slopes.rub(sp, drag);
+                slopes.tilt(middle_q, drag);
                 for j in 0..w.len() {
                     w[j] = weight.mul_add(drag[j] * sp[j], w[j]);
                 }

@@ -37,7 +37,10 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         StepFailure::NewtonStalled { .. } | StepFailure::SeveralSolutions { .. } => {
             !closed && row.name != "moddg-fixed-point"
         }
-        StepFailure::Unresolved { .. } | StepFailure::Vanishes { .. } => false,
+        StepFailure::Unresolved { .. }
+        | StepFailure::Vanishes { .. }
+        | StepFailure::ProjectionFailed { .. }
+        | StepFailure::TooLarge { .. } => false,
         StepFailure::TooLong { .. } => row.name == "locally-exact",
         StepFailure::NoRelaxationRoot { .. } => row.name.starts_with("relaxed"),
     }

@@ -103,6 +103,8 @@ impl Verdict {
             | StepFailure::Unresolved { .. }
             | StepFailure::TooLong { .. }
             | StepFailure::NoRelaxationRoot { .. }
+            | StepFailure::ProjectionFailed { .. }
+            | StepFailure::TooLarge { .. }
             | StepFailure::Vanishes { .. } => Self::NoConvergence,
         }
     }

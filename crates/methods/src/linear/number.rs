@@ -1,0 +1,84 @@
+//! What the entries of a matrix are: real numbers, or complex ones.
+
+use faer::c64;
+use faer::traits::ComplexField;
+use std::ops::{AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// An entry of a matrix.
+pub(crate) trait Number:
+    ComplexField
+    + Copy
+    + Neg<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// 0
+    const ZERO: Self;
+
+    /// `x`
+    fn real(x: f64) -> Self;
+
+    /// `self · a + b`, for real numbers with one rounding.
+    fn fused(self, a: Self, b: Self) -> Self;
+
+    /// |x|, or for complex numbers the sum of the sizes of both parts: pivots are compared by it.
+    fn size(self) -> f64;
+
+    /// 1 / self
+    fn inverse(self) -> Self;
+}
+
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+
+    #[inline(always)]
+    fn real(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn fused(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, b)
+    }
+    #[inline(always)]
+    fn size(self) -> f64 {
+        self.abs()
+    }
+    #[inline(always)]
+    fn inverse(self) -> Self {
+        1.0 / self
+    }
+}
+
+impl Number for c64 {
+    const ZERO: Self = Self { re: 0.0, im: 0.0 };
+
+    #[inline(always)]
+    fn real(x: f64) -> Self {
+        Self { re: x, im: 0.0 }
+    }
+    #[inline(always)]
+    fn fused(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    #[inline(always)]
+    fn size(self) -> f64 {
+        self.re.abs() + self.im.abs()
+    }
+    // Scaled by the larger part, so that no square overflows.
+    #[inline(always)]
+    fn inverse(self) -> Self {
+        let Self { re, im } = self;
+        if re.abs() >= im.abs() {
+            let share = im / re;
+            let scale = 1.0 / im.mul_add(share, re);
+            Self { re: scale, im: -share * scale }
+        } else {
+            let share = re / im;
+            let scale = 1.0 / re.mul_add(share, im);
+            Self { re: share * scale, im: -scale }
+        }
+    }
+}

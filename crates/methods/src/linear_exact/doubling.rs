@@ -1,0 +1,121 @@
+//! A short step by Taylor series and Gauss nodes, and twice as long a one from it.
+
+use crate::linear_flow::{nodes, terms};
+use afterbay_core::Scalar;
+
+/// A, the rows of D and ∂H/∂p, and what a step h makes of them, row by row.
+#[derive(Clone, Debug)]
+pub(super) struct Doubling<T> {
+    size: usize,
+    a: Vec<T>,
+    d: Vec<T>,
+    v: Vec<T>,
+    /// X of a short step, and e^{hA}
+    pub(super) change: Vec<T>,
+    pub(super) flow: Vec<T>,
+    pub(super) forms: Vec<Vec<T>>,
+    nodes: Vec<[T; 2]>,
+    /// (hA)^k/k! for k ≥ 1
+    powers: Vec<Vec<T>>,
+    scratch: [Vec<T>; 2],
+}
+
+/// to += factor row
+#[inline(always)]
+fn add<T: Scalar>(to: &mut [T], factor: T, row: &[T]) {
+    to.iter_mut().zip(row).for_each(|(to, &x)| *to = factor.mul_add(x, *to));
+}
+
+/// to = a b, b square.
+fn multiply<T: Scalar>(a: &[T], b: &[T], to: &mut [T], size: usize) {
+    to.fill(T::zero());
+    for (to, a) in to.chunks_exact_mut(size).zip(a.chunks_exact(size)) {
+        a.iter().zip(b.chunks_exact(size)).for_each(|(&factor, b)| add(to, factor, b));
+    }
+}
+
+impl<T: Scalar> Doubling<T> {
+    /// For the matrix A and the `n` rows of D and ∂H/∂p.
+    pub(super) fn new(size: usize, n: usize, [a, d, v]: [Vec<T>; 3]) -> Self {
+        let square = || vec![T::zero(); size * size];
+        Self {
+            size,
+            a,
+            d,
+            v,
+            change: square(),
+            flow: square(),
+            forms: (0..n).map(|_| square()).collect(),
+            nodes: nodes(),
+            powers: (0..terms::<T>()).map(|_| square()).collect(),
+            scratch: [square(), square()],
+        }
+    }
+
+    /// X, e^{hA} and Q_j of the time `short`, doubled so often.
+    pub(super) fn make(&mut self, short: T, doublings: u32) {
+        self.begin(short);
+        for _ in 0..doublings {
+            self.double();
+        }
+    }
+
+    /// X and Q_j of a short step, by Taylor series and Gauss nodes.
+    fn begin(&mut self, h: T) {
+        let Self { size, a, d, v, change, flow, forms, nodes, powers, scratch } = self;
+        let size = *size;
+        powers[0].iter_mut().zip(&*a).for_each(|(power, &a)| *power = h * a);
+        for k in 1..powers.len() {
+            let (before, after) = powers.split_at_mut(k);
+            multiply(&before[0], &before[k - 1], &mut after[0], size);
+            let share = T::from_f64((k + 1) as f64);
+            after[0].iter_mut().for_each(|x| *x = *x / share);
+        }
+        let sum = |share: T, to: &mut [T]| {
+            to.fill(T::zero());
+            for power in powers.iter().rev() {
+                to.iter_mut().zip(power).for_each(|(to, &power)| *to = (*to + power) * share);
+            }
+        };
+        forms.iter_mut().for_each(|form| form.fill(T::zero()));
+        for &[node, weight] in nodes.iter() {
+            sum(node, flow);
+            (0..size).for_each(|i| flow[i * size + i] += T::one());
+            let [rubbed, moved] = &mut *scratch;
+            multiply(d, flow, rubbed, size);
+            multiply(v, flow, moved, size);
+            for (form, (d, v)) in
+                forms.iter_mut().zip(rubbed.chunks_exact(size).zip(moved.chunks_exact(size)))
+            {
+                for (form, (&d_i, &v_i)) in form.chunks_exact_mut(size).zip(d.iter().zip(v)) {
+                    for (form, (&d_k, &v_k)) in form.iter_mut().zip(d.iter().zip(v)) {
+                        let both = d_i.mul_add(v_k, v_i * d_k).half();
+                        *form = (weight * h).mul_add(both, *form);
+                    }
+                }
+            }
+        }
+        sum(T::one(), change);
+        // e^{hA} = 1 + X
+        flow.copy_from_slice(change);
+        (0..size).for_each(|i| flow[i * size + i] += T::one());
+    }
+
+    /// From h to 2h.
+    fn double(&mut self) {
+        let Self { size, flow, forms, scratch, .. } = self;
+        let size = *size;
+        let [product, both] = scratch;
+        for form in forms {
+            // Q is symmetric: (Q E)ᵀ E = Eᵀ Q E.
+            multiply(form, flow, product, size);
+            both.fill(T::zero());
+            for (row, product) in flow.chunks_exact(size).zip(product.chunks_exact(size)) {
+                both.chunks_exact_mut(size).zip(row).for_each(|(both, &factor)| add(both, factor, product));
+            }
+            form.iter_mut().zip(&*both).for_each(|(form, &both)| *form += both);
+        }
+        multiply(flow, flow, product, size);
+        flow.copy_from_slice(product);
+    }
+}

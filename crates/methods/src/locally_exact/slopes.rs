@@ -1,0 +1,276 @@
+//! The matrices of the path: S = H'', R with D = R v, and where the system is linear E = ∂D/∂q.
+//!
+//! R is taken from D alone, and such that its symmetric part is positive semidefinite where the system takes energy only:
+//!
+//! ```text
+//! D linear in v           the matrix itself, by columns
+//! D_j of v_j alone        R_jj = D_j/v_j, the secant from v = 0; likewise where each D_j v_j ≥ 0 is owed
+//! any other               R = ρ + (g uᵀ - u gᵀ)     u = v/|v|     ρ = D·v/|v|²     g = (D - ρ v)/|v|
+//! ```
+//!
+//! The last has R v = D and x·R x = ρ |x|², which is not negative where D·v is not: of a secant by columns neither is so.
+
+use afterbay_core::{Block, Coupling, Curvature, Damping, Passive, Scalar, System, Vector};
+
+/// Roundings by which friction that is linear in the velocities may miss R v.
+const ROUNDINGS: f64 = 64.0;
+
+/// What R is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Diagonal,
+    Matrix,
+    Turning,
+}
+
+/// S, R and E at z̄.
+#[derive(Clone, Debug)]
+pub(super) struct Slopes<V: Vector> {
+    /// S = H'', entry by entry
+    entries: Vec<(Block, usize, usize, V::Scalar)>,
+    /// E, entry by entry; none where the system is not linear
+    by_q: Vec<(usize, usize, V::Scalar)>,
+    linear: bool,
+    kind: Kind,
+    damping: Damping,
+    diagonal: V,
+    /// Columns of R: the rows `reach` above and below the diagonal
+    columns: Vec<V::Scalar>,
+    reach: usize,
+    /// ρ, g and u
+    rate: V::Scalar,
+    turn: [V; 2],
+}
+
+impl<V: Vector> Slopes<V> {
+    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S) -> Self {
+        let n = system.dof();
+        let damping = system.damping();
+        let (mut counts, origin) = ([0, 0], vec![V::Scalar::zero(); n]);
+        system.curvature(&origin, &origin, |block, _, _, _| match block {
+            Block::Dq => counts[1] += 1,
+            Block::Dp => {}
+            Block::Hqq | Block::Hqp | Block::Hpp => counts[0] += 1,
+        });
+        let reach = if system.coupling() == Coupling::Chain { 1 } else { n.saturating_sub(1) };
+        let entries = if damping.coupled { n * (2 * reach + 1).min(n) } else { 0 };
+        Self {
+            entries: Vec::with_capacity(counts[0]),
+            by_q: Vec::with_capacity(counts[1]),
+            linear: system.is_linear(),
+            kind: Kind::Diagonal,
+            damping,
+            diagonal: V::zeros(n),
+            columns: vec![V::Scalar::zero(); entries],
+            reach,
+            rate: V::Scalar::zero(),
+            turn: [V::zeros(n), V::zeros(n)],
+        }
+    }
+
+    /// Evaluates S and E at z̄.
+    pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, [q, p]: [&[V::Scalar]; 2]) {
+        let Self { entries, by_q, linear, .. } = self;
+        entries.clear();
+        by_q.clear();
+        system.curvature(q, p, |block, i, j, x| match block {
+            Block::Hqq | Block::Hqp | Block::Hpp => entries.push((block, i, j, x)),
+            Block::Dq if *linear => by_q.push((i, j, x)),
+            Block::Dq | Block::Dp => {}
+        });
+    }
+
+    /// Finds R and D̄ = D(z̄, 0) + R v at z̄; `rest` becomes D(z̄, 0).
+    pub(super) fn resist<S: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        [q, p]: [&[V::Scalar]; 2],
+        v: &[V::Scalar],
+        [rest, d, probe, found]: [&mut [V::Scalar]; 4],
+    ) {
+        probe.fill(V::Scalar::zero());
+        system.dissipation(q, p, probe, rest);
+        let ask = |probe: &[V::Scalar], found: &mut [V::Scalar]| {
+            system.dissipation(q, p, probe, found);
+            found.iter_mut().zip(&*rest).for_each(|(found, &rest)| *found -= rest);
+        };
+        if !self.damping.coupled {
+            self.kind = Kind::Diagonal;
+            // Linear in p is linear in v; else the secant, where there is one.
+            let one = V::Scalar::one();
+            for (probe, &v) in probe.iter_mut().zip(v) {
+                *probe = if self.damping.linear || v == V::Scalar::zero() { one } else { v };
+            }
+            ask(probe, found);
+            self.secants(probe, found, |_| true);
+        } else {
+            self.probe(v, [probe, found], &ask);
+            ask(v, found);
+            if !self.is_linear(v, found) {
+                self.bend_to(v, [probe, found], &ask);
+            }
+        }
+        d.copy_from_slice(rest);
+        self.rub(v, d);
+    }
+
+    /// R_jj of the degrees of freedom meant, by what D - D(z̄, 0) is found to be at a velocity.
+    fn secants(&mut self, at: &[V::Scalar], found: &[V::Scalar], meant: impl Fn(usize) -> bool) {
+        let pairs = found.iter().zip(at).enumerate();
+        for ((j, (&found, &at)), r) in pairs.zip(self.diagonal.as_mut_slice()) {
+            if meant(j) {
+                *r = found / at;
+            }
+        }
+    }
+
+    /// The columns of R, as many at a time as do not meet in a row.
+    fn probe(
+        &mut self,
+        v: &[V::Scalar],
+        [probe, found]: [&mut [V::Scalar]; 2],
+        ask: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
+    ) {
+        self.kind = Kind::Matrix;
+        let (n, reach) = (v.len(), self.reach);
+        let width = (2 * reach + 1).min(n);
+        for colour in 0..width {
+            probe.fill(V::Scalar::zero());
+            probe.iter_mut().skip(colour).step_by(width).for_each(|x| *x = V::Scalar::one());
+            ask(probe, found);
+            for k in (colour..n).step_by(width) {
+                let rows = rows(n, reach, k);
+                self.columns[k * width..][..rows.len()].copy_from_slice(&found[rows]);
+            }
+        }
+    }
+
+    /// Is D - D(z̄, 0) R v to rounding?
+    fn is_linear(&self, v: &[V::Scalar], found: &[V::Scalar]) -> bool {
+        let (n, reach) = (v.len(), self.reach);
+        let width = (2 * reach + 1).min(n);
+        (0..n).all(|i| {
+            let (mut sum, mut size) = (V::Scalar::zero(), found[i].abs());
+            for k in rows(n, reach, i) {
+                let term = self.columns[k * width + i - rows(n, reach, k).start] * v[k];
+                sum += term;
+                size += term.abs();
+            }
+            (found[i] - sum).abs().to_f64() <= ROUNDINGS * V::Scalar::EPSILON * size.to_f64()
+        })
+    }
+
+    /// R where D is not linear in v, with D - D(z̄, 0) at v in `found`.
+    fn bend_to(
+        &mut self,
+        v: &[V::Scalar],
+        [probe, found]: [&mut [V::Scalar]; 2],
+        ask: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
+    ) {
+        let (zero, one) = (V::Scalar::zero(), V::Scalar::one());
+        let largest = v.iter().fold(0.0, |most: f64, v| most.max(v.to_f64().abs()));
+        if self.damping.passive == Passive::Each {
+            self.kind = Kind::Diagonal;
+            let small = V::Scalar::EPSILON.sqrt() * largest;
+            let least = if small > 0.0 { V::Scalar::from_f64(small) } else { one };
+            let moves = |j: usize| v[j].abs().to_f64() > small;
+            self.secants(v, found, moves);
+            for (j, probe) in probe.iter_mut().enumerate() {
+                *probe = if moves(j) { v[j] } else { least };
+            }
+            ask(probe, found);
+            self.secants(probe, found, |j| !moves(j));
+            return;
+        }
+        self.kind = Kind::Turning;
+        let [turn, unit] = &mut self.turn;
+        let (turn, unit) = (turn.as_mut_slice(), unit.as_mut_slice());
+        self.rate = zero;
+        turn.fill(zero);
+        unit.fill(zero);
+        if largest == 0.0 || !largest.is_finite() {
+            return;
+        }
+        let scale = V::Scalar::from_f64(largest);
+        let square = v.iter().fold(zero, |sum, &v| (v / scale).mul_add(v / scale, sum));
+        let length = scale * square.sqrt();
+        unit.iter_mut().zip(v).for_each(|(unit, &v)| *unit = v / length);
+        let along = found.iter().zip(&*unit).fold(zero, |sum, (&d, &unit)| d.mul_add(unit, sum)) / length;
+        let owed = self.damping.passive == Passive::InSum && along.to_f64() < 0.0;
+        self.rate = if owed { zero } else { along };
+        for ((turn, &d), &unit) in turn.iter_mut().zip(&*found).zip(&*unit) {
+            *turn = d / length - along * unit;
+        }
+    }
+
+    /// S x
+    pub(super) fn bend(&self, [q, p]: [&[V::Scalar]; 2], [sq, sp]: [&mut [V::Scalar]; 2]) {
+        sq.fill(V::Scalar::zero());
+        sp.fill(V::Scalar::zero());
+        for &(block, i, j, x) in &self.entries {
+            match block {
+                Block::Hqq => sq[i] = x.mul_add(q[j], sq[i]),
+                Block::Hpp => sp[i] = x.mul_add(p[j], sp[i]),
+                Block::Hqp => {
+                    sq[i] = x.mul_add(p[j], sq[i]);
+                    sp[j] = x.mul_add(q[i], sp[j]);
+                }
+                Block::Dq | Block::Dp => {}
+            }
+        }
+    }
+
+    /// Adds R v to `to`.
+    pub(super) fn rub(&self, v: &[V::Scalar], to: &mut [V::Scalar]) {
+        let zero = V::Scalar::zero();
+        match self.kind {
+            Kind::Diagonal => {
+                let pairs = to.iter_mut().zip(self.diagonal.as_slice());
+                pairs.zip(v).for_each(|((to, &r), &v)| *to = r.mul_add(v, *to));
+            }
+            Kind::Matrix => {
+                let (n, reach) = (v.len(), self.reach);
+                let width = (2 * reach + 1).min(n);
+                for (k, &v) in v.iter().enumerate() {
+                    let rows = rows(n, reach, k);
+                    let column = &self.columns[k * width..][..rows.len()];
+                    to[rows].iter_mut().zip(column).for_each(|(to, &r)| *to = r.mul_add(v, *to));
+                }
+            }
+            Kind::Turning => {
+                let [turn, unit] = [self.turn[0].as_slice(), self.turn[1].as_slice()];
+                let along = |x: &[V::Scalar]| x.iter().zip(v).fold(zero, |sum, (&x, &v)| x.mul_add(v, sum));
+                let [by_turn, by_unit] = [along(turn), along(unit)];
+                for (j, to) in to.iter_mut().enumerate() {
+                    *to += self.rate * v[j] + (turn[j] * by_unit - unit[j] * by_turn);
+                }
+            }
+        }
+    }
+
+    /// Adds E x to `to`.
+    pub(super) fn tilt(&self, x: &[V::Scalar], to: &mut [V::Scalar]) {
+        for &(i, j, entry) in &self.by_q {
+            to[i] = entry.mul_add(x[j], to[i]);
+        }
+    }
+
+    /// A x = (s_p, -s_q - R s_p - E x_q) with s = S x, of which `s` is the place.
+    pub(super) fn multiply(
+        &self,
+        x: [&[V::Scalar]; 2],
+        [a, b]: [&mut [V::Scalar]; 2],
+        [sq, sp]: [&mut [V::Scalar]; 2],
+    ) {
+        self.bend(x, [&mut *sq, &mut *sp]);
+        self.rub(sp, sq);
+        self.tilt(x[0], sq);
+        a.copy_from_slice(sp);
+        b.iter_mut().zip(&*sq).for_each(|(b, &s)| *b = -s);
+    }
+}
+
+/// The rows that column `k` of R may have entries in.
+fn rows(n: usize, reach: usize, k: usize) -> std::ops::Range<usize> {
+    k.saturating_sub(reach)..(k + reach + 1).min(n)
+}
