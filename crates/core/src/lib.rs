@@ -46,7 +46,7 @@ pub use observer::{Every, Observer};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
 pub use phase_plane::{Mean, PhasePlane, Resistance, Slopes};
 pub use qd::Quad;
-pub use scalar::{Mask, Scalar, Series};
+pub use scalar::{Corrected, Lanewise, Mask, Scalar, Series};
 pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
 pub use tolerance::Tolerance;

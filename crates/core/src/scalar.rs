@@ -5,12 +5,14 @@
 //! Comparisons give a [`Mask`] and branches on values are a [`Scalar::select`], so a scalar may hold several
 //! numbers side by side.
 
+mod corrected;
 #[cfg(feature = "num-dual")]
 mod dual;
 mod lanes;
 mod quad;
 mod series;
 
+pub use corrected::{Corrected, Lanewise};
 pub use series::Series;
 
 use std::fmt::Debug;
