@@ -8,7 +8,7 @@ use afterbay_analysis::study::{
     Problem,
     long_run::{self, LongRun, Setup},
 };
-use afterbay_core::{Grid, Method, Quad, State, integrate};
+use afterbay_core::{Corrected, Grid, Method, State, integrate};
 use afterbay_methods::{Composition, Increment, registry};
 use afterbay_systems::FputChain;
 use std::f64::consts::PI;
@@ -76,7 +76,7 @@ fn cost(rounds: u32) {
     for c in [0.0, 0.1] {
         let system = FputChain::new(q.len(), 1.0, c).expect("the parameters are in range");
         let plain = Increment::new(Composition::pair());
-        let compensated = plain.clone().compensated(system.map(Quad::from));
+        let compensated = plain.clone().compensated(system.map(Corrected::from));
         let mut best = [f64::INFINITY; 2];
         for _ in 0..rounds {
             let times = [time(&plain, &system, &q, steps), time(&compensated, &system, &q, steps)];

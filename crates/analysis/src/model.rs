@@ -1,7 +1,7 @@
 //! A system by name, with its parameters.
 
 use crate::Subject;
-use afterbay_core::{InputError, Quad, Scalar, System, f64x8};
+use afterbay_core::{Corrected, InputError, Lanewise, Scalar, System, f64x8};
 use afterbay_methods::registry::{self, AdaptiveRow, Row, Run, Within};
 use afterbay_systems::{
     Custom, CustomError, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol,
@@ -286,16 +286,17 @@ impl Model {
         }
     }
 
-    /// Increments bound to the system in `f64`, their roundings kept from adding up ([`registry::compensated`]).
+    /// Increments bound to the system in `f64` or lanes of it, their roundings kept from adding up
+    /// ([`registry::compensated`]).
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
-    pub fn bind_compensated(&self, row: &Row) -> Result<Run<f64>, InputError> {
+    pub fn bind_compensated<T: Lanewise>(&self, row: &Row) -> Result<Run<T>, InputError> {
         with_system!(
             self,
-            |_: &str, x| x,
+            |_: &str, x| T::from_f64(x),
             separable system => {
-                let exact = system.map(Quad::from);
+                let exact = system.map(Corrected::exact);
                 registry::compensated(row, system, exact)
             },
             general _system => Err(InputError::Unsupported { method: row.name, why: "H is not separable" })

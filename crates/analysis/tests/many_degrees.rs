@@ -172,7 +172,7 @@ fn a_drift_of_k_is_told_from_its_roundings() {
 
 #[test]
 fn only_increments_of_separable_systems_are_compensated() {
-    let bind = |problem: Problem, name| problem.model.bind_compensated(find(name).unwrap()).map(drop);
+    let bind = |problem: Problem, name| problem.model.bind_compensated::<f64>(find(name).unwrap()).map(drop);
     for model in [
         Model::DampedOscillator { k: 1.0, b: 0.1 },
         Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.1 },
@@ -183,7 +183,7 @@ fn only_increments_of_separable_systems_are_compensated() {
     ] {
         let (q, p) = (vec![0.5; model.dof()], vec![0.1; model.dof()]);
         let problem = Problem { model: model.clone(), q, p, end: 1.0 };
-        let method = model.bind_compensated(find("increment-4").unwrap()).unwrap();
+        let method = model.bind_compensated::<f64>(find("increment-4").unwrap()).unwrap();
         let [mut state, mut plain] = [0; 2].map(|_| problem.start::<f64>().unwrap());
         method.step(0.1, &mut state).unwrap();
         model.bind(find("increment-4").unwrap()).unwrap().step(0.1, &mut plain).unwrap();

@@ -47,7 +47,7 @@ pub use observer::{Every, Observer};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
 pub use phase_plane::{Mean, PhasePlane, Resistance, Slopes};
 pub use qd::Quad;
-pub use scalar::{Certainty, Ends, Interval, Mask, Scalar, Series, Slope};
+pub use scalar::{Certainty, Corrected, Ends, Interval, Lanewise, Mask, Scalar, Series, Slope};
 pub use state::State;
 pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
 pub use tolerance::Tolerance;

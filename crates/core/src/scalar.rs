@@ -6,6 +6,7 @@
 //! Comparisons give a [`Mask`] and branches on values are a [`Scalar::select`], so a scalar may hold several
 //! numbers side by side.
 
+mod corrected;
 #[cfg(feature = "num-dual")]
 mod dual;
 mod interval;
@@ -14,6 +15,7 @@ mod quad;
 mod series;
 mod slope;
 
+pub use corrected::{Corrected, Lanewise};
 pub use interval::{Certainty, Interval};
 pub use series::Series;
 pub use slope::{Ends, Slope};

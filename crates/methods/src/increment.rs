@@ -12,9 +12,9 @@
 //! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
 //! is, as long as no part of the step runs backwards, which beyond order 2 some do.
 //!
-//! Where D = C(q) p couples the momenta it acts between the sweeps, one momentum after the other: see [`friction`], and there
-//! why that keeps K, the orders and passivity (in sum, for D = R(q) ∂H/∂p with R symmetric). What is coupled and not linear is
-//! refused, and so is what is passive with an R that is not symmetric, as far as R(0) tells.
+//! Where D = C(q) p couples the momenta it acts between the sweeps: see [`friction`], and there why that keeps K, the orders and
+//! passivity in sum, for D = R(q) ∂H/∂p with R symmetric or not. What is coupled and not linear is refused, and so is an R that is
+//! not symmetric beyond 512 degrees of freedom.
 
 mod before;
 mod compensated;
@@ -35,6 +35,7 @@ use afterbay_core::{
     Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, check,
 };
 use before::Before;
+use friction::Friction;
 
 /// The coordinate-increment discrete gradient, composed of sweeps to and fro.
 #[derive(Clone, Debug)]
@@ -54,8 +55,8 @@ impl Increment {
         Self { order: Some(order), ..self }
     }
 
-    /// The same without the roundings that add up over long runs, in `f64`. `exact` is the system in extended precision, for
-    /// instance `system.map(Quad::from)`.
+    /// The same without the roundings that add up over long runs. `exact` is the system in [`afterbay_core::Corrected`]
+    /// numbers, for instance `system.map(Corrected::from)`.
     pub fn compensated<P>(self, exact: P) -> Compensated<P> {
         Compensated::new(self, exact)
     }
@@ -63,11 +64,11 @@ impl Increment {
 
 /// The state before the step, the order of the coordinates, and what friction between the sweeps needs.
 #[derive(Clone, Debug)]
-pub struct Workspace<V> {
+pub struct Workspace<V: Vector> {
     before: Before<V>,
     order: Vec<usize>,
-    /// Twice the mean momenta, where friction couples them.
-    means: Option<V>,
+    /// Where friction couples the momenta.
+    friction: Option<Friction<V>>,
 }
 
 impl<V, S> Method<V, S> for Increment
@@ -81,9 +82,7 @@ where
         check::masses(system)?;
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
-        friction::check::<V, S>(system)?;
-        let means = system.damping().coupled.then(|| V::zeros(n));
-        Ok(Workspace { before: Before::new(n), order, means })
+        Ok(Workspace { before: Before::new(n), order, friction: Friction::new(system)? })
     }
 
     #[inline(always)]
@@ -99,18 +98,18 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { before, order, means } = workspace;
+        let Workspace { before, order, friction } = workspace;
         before.attempt(state, |state| {
             let overall = overall(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
-                effort += match (means.as_mut(), i % 2) {
+                effort += match (friction.as_mut(), i % 2) {
                     (None, 0) => sweep(system, h, overall, state, there)?,
                     (None, _) => sweep(system, h, overall, state, back)?,
-                    (Some(means), 0) => rubbed(system, [h, overall], state, means, there, back)?,
-                    (Some(means), _) => rubbed(system, [h, overall], state, means, back, there)?,
+                    (Some(friction), 0) => rubbed(system, [h, overall], state, friction, there, back)?,
+                    (Some(friction), _) => rubbed(system, [h, overall], state, friction, back, there)?,
                 };
             }
             Ok(effort.shared_by(order.len()))
@@ -135,7 +134,7 @@ fn rubbed<V, S>(
     system: &S,
     [h, overall]: [V::Scalar; 2],
     state: &mut State<V>,
-    means: &mut V,
+    friction: &mut Friction<V>,
     there: impl Iterator<Item = usize> + Clone,
     back: impl Iterator<Item = usize>,
 ) -> Result<Effort, StepFailure>
@@ -143,9 +142,9 @@ where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
-    friction::pass(system, h.half(), state, means, there.clone())?;
+    friction.pass(system, h.half(), state, there.clone())?;
     let effort = sweep(system, h, overall, state, there)?;
-    friction::pass(system, h.half(), state, means, back)?;
+    friction.pass(system, h.half(), state, back)?;
     Ok(effort)
 }
 
@@ -244,7 +243,7 @@ where
     T: Scalar,
     S: Separable<T> + ?Sized,
 {
-    let rate = h / system.mass(j);
+    let rate = if system.unit_mass() { h } else { h / system.mass(j) };
     let reach = beside(&system.coupling(), overall, q, j);
     Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative }
 }

@@ -13,8 +13,8 @@ use crate::{
 };
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
-    Curvature, InputError, Linear, Misprinted, OrderRaising, PhasePlane, Quad, Scalar, Separable, Uniform,
-    Vector, f64x8,
+    Corrected, Curvature, InputError, Lanewise, Linear, Misprinted, OrderRaising, PhasePlane, Scalar,
+    Separable, Uniform, Vector, f64x8,
 };
 use run::bind;
 
@@ -264,20 +264,21 @@ where
 }
 
 /// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour by colour, to a system in
-/// `f64` and the same in extended precision. A row knows no scalar, so these are no rows of their own.
+/// `f64` or lanes of it and the same in [`Corrected`] numbers. A row knows no scalar, so these are no rows of their own.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where it is another method or needs more, [`InputError::Length`] where `exact` is another system.
-pub fn compensated<S, P>(row: &Row, system: S, exact: P) -> Result<Run<f64>, InputError>
+pub fn compensated<T, S, P>(row: &Row, system: S, exact: P) -> Result<Run<T>, InputError>
 where
-    S: Separable<f64> + 'static,
-    P: Separable<Quad> + 'static,
+    T: Lanewise,
+    S: Separable<T> + 'static,
+    P: Separable<Corrected<T>> + 'static,
 {
     let Kind::Increment(composition) = row.kind else {
         return Err(InputError::Unsupported { method: row.name, why: "only increments are compensated" });
     };
     let order = system.coupling().coloured(system.dof());
-    bind::<Vec<f64>, _, _>(Increment::new(composition()).in_order(order).compensated(exact), system)
+    bind::<Vec<T>, _, _>(Increment::new(composition()).in_order(order).compensated(exact), system)
 }
 
 /// Binds a method to a separable system, with states stored in `V`.

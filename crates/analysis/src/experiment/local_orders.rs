@@ -22,9 +22,10 @@ pub(super) fn sheet(
     sheet.data("local_orders", &orders)?;
     sheet.text(format!(
         "From every point of the exact solution at the multiples of {} one step of each size is taken; T is the exact increment \
-         less the numerical one, divided by h. The order is the slope of log |T| against log h, with its 95 % interval, points at the \
-         rounding floor left out. The maximum is made by one point, the median by all of them.",
-        study.base_step
+         less the numerical one, divided by h. The order is the slope of log |T| against log h, with its 95 % interval. The maximum is \
+         made by one point, the median by all of them. {}",
+        study.base_step,
+        left_out(&orders, study.steps.len())
     ));
     let of = |method: &str, variable: &str, statistic: &str| {
         orders
@@ -32,9 +33,8 @@ pub(super) fn sheet(
             .find(|row| row.method == method && row.variable == variable && row.statistic == statistic)
     };
     let says = |name: &&'static str| {
-        let order = |variable| decimal(of(name, variable, "median").and_then(|row| row.order));
-        let [q, p, w] = VARIABLES.map(order);
-        format!("{name} {}", [q, p, w].map(|x| if x.is_empty() { "–".into() } else { x }).join(" / "))
+        let order = |variable| of(name, variable, "median").map_or(String::new(), order_of);
+        format!("{name} {}", VARIABLES.map(order).join(" / "))
     };
     let all = names(&plan.methods);
     sheet.find(
@@ -47,9 +47,9 @@ pub(super) fn sheet(
             row.method.into(),
             row.variable.into(),
             row.statistic.into(),
-            decimal(row.order),
+            order_of(row),
             row.ci_low.zip(row.ci_high).map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
-            row.points.to_string(),
+            format!("{} of {}", row.points, study.steps.len()),
             row.worst_t.to_string(),
             scientific(row.pole_distance),
             row.failed.to_string(),
@@ -61,7 +61,7 @@ pub(super) fn sheet(
         "statistic",
         "order",
         "95 % interval",
-        "steps",
+        "steps used",
         "t of the worst point",
         "its distance to a pole",
         "steps that failed",
@@ -90,4 +90,26 @@ pub(super) fn sheet(
     sheet.show_pair(q, p);
     sheet.section.blocks.push(crate::report::Block::Figure(w));
     Ok(sheet)
+}
+
+/// An order, or why there is none.
+fn order_of(row: &OrderRow) -> String {
+    if row.order.is_some() { decimal(row.order) } else { "none: below rounding".into() }
+}
+
+/// Which statistics have fewer than all steps, and why.
+fn left_out(orders: &[OrderRow], steps: usize) -> String {
+    let fewer = orders.iter().filter(|row| row.points < steps);
+    let of = |row: &OrderRow| {
+        format!("{} {} {} ({} of {steps})", row.method, row.variable, row.statistic, row.points)
+    };
+    let all: Vec<_> = fewer.map(of).collect();
+    if all.is_empty() {
+        return "Every step stands ten times above its rounding, and all are used.".into();
+    }
+    format!(
+        "Steps whose |T| is less than ten times the rounding in it are left out; that rounding is the step in f64 less the same step in \
+         106 bits, and that of the states compared, divided by h. The steps used where some are left out: {}.",
+        all.join(", ")
+    )
 }

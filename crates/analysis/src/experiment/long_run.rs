@@ -29,7 +29,7 @@ pub(super) fn sheet(
     let mut setups: Vec<Setup> =
         methods.iter().map(|&row| Setup { row, h: *h, compensated: false }).collect();
     if *compensated {
-        let able = methods.iter().filter(|row| scene.problem.model.bind_compensated(row).is_ok());
+        let able = methods.iter().filter(|row| scene.problem.model.bind_compensated::<f64>(row).is_ok());
         setups.extend(able.map(|&row| Setup { row, h: *h, compensated: true }));
     }
     progress.begin("K in a long run", setups.len() * starts.len());

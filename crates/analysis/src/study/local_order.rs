@@ -3,13 +3,17 @@
 //! From every point `t_i = i h0` of the exact solution one step of size h is taken, and
 //! `T_i = [x(t_i + h) - x_1]/h`, the exact increment less the numerical one. The order is the slope of
 //! log statistic(T) against log h, the statistic taken over the grid.
+//!
+//! Only steps whose statistic is at least ten times that of the roundings in T are used: the step in `f64`
+//! less the same step in [`Quad`] from the same state, and the rounding of the two states compared, both
+//! divided by h, from a sample of the grid and the points with the largest T.
 
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
 use crate::progress::{Progress, Silent};
 use crate::statistics::{Fit, fit, median};
-use afterbay_core::{Grid, InputError, IntegrateError, Scalar};
-use afterbay_methods::registry::Row;
+use afterbay_core::{Grid, InputError, IntegrateError, Quad, Scalar, State, View};
+use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -57,7 +61,26 @@ pub struct Summary {
     worst: usize,
 }
 
+/// A statistic is used where it is so many times that of its roundings.
+const ABOVE: f64 = 10.0;
+/// Grid points the roundings are estimated from, beside those with the largest T.
+const SAMPLES: usize = 48;
+
 impl Summary {
+    /// The statistics of sizes at grid points.
+    fn of(points: impl Iterator<Item = (usize, f64)>) -> Self {
+        let (mut sizes, mut worst, mut max, mut squares) = (Vec::new(), 0, 0.0, 0.0);
+        for (i, size) in points {
+            if size > max {
+                (worst, max) = (i, size);
+            }
+            squares += size * size;
+            sizes.push(size);
+        }
+        let rms = (squares / sizes.len().max(1) as f64).sqrt();
+        Self { max, median: median(&mut sizes), rms, worst }
+    }
+
     /// One of the three statistics.
     pub fn get(&self, statistic: Statistic) -> f64 {
         match statistic {
@@ -79,8 +102,8 @@ pub struct LocalErrors {
     pub variables: [Summary; 3],
     /// Grid points no step could be taken from.
     pub failed: usize,
-    /// T below this is rounding.
-    pub floor: f64,
+    /// The roundings in T of q, p and w.
+    pub floors: [Summary; 3],
     /// Time and distance to the pole of δ of the worst grid point of each variable.
     pub worst: [(f64, Option<f64>); 3],
 }
@@ -94,13 +117,13 @@ pub struct OrderRow {
     pub variable: &'static str,
     /// max, median or rms.
     pub statistic: &'static str,
-    /// The slope; none if fewer than two steps stand above rounding.
+    /// The slope; none if fewer than two steps stand ten times above rounding.
     pub order: Option<f64>,
     /// Lower end of its 95 % confidence interval.
     pub ci_low: Option<f64>,
     /// Upper end.
     pub ci_high: Option<f64>,
-    /// Steps above the rounding floor.
+    /// Steps that stand ten times above rounding: the ones used.
     pub points: usize,
     /// What the paper prints.
     pub printed: Option<f64>,
@@ -110,6 +133,14 @@ pub struct OrderRow {
     pub pole_distance: Option<f64>,
     /// Grid points that failed, over all steps.
     pub failed: usize,
+}
+
+impl LocalErrors {
+    /// Does a statistic stand ten times above its roundings?
+    pub fn is_seen(&self, variable: usize, statistic: Statistic) -> bool {
+        let [size, floor] = [&self.variables, &self.floors].map(|of| of[variable].get(statistic));
+        size > 0.0 && size >= ABOVE * floor
+    }
 }
 
 /// Local errors with |T| per grid point; `None` where the step failed.
@@ -199,23 +230,11 @@ impl LocalOrder {
         trace: &Trace,
     ) -> Result<LocalErrors, IntegrateError> {
         let subject = problem.model.subject::<T>()?;
-        let numbers = solution.states().flat_map(|state| [state.q, state.p, state.w]).flatten();
-        let largest = numbers.fold(0.0, |max: f64, x| max.max(x.abs().to_f64()));
-        let variables = std::array::from_fn(|variable| {
-            let mut sizes = Vec::with_capacity(trace.len());
-            let (mut worst, mut max, mut squares) = (0, 0.0, 0.0);
-            for (i, errors) in trace.iter().enumerate() {
-                let Some(errors) = errors else { continue };
-                let size = errors[variable];
-                if size > max {
-                    (worst, max) = (i, size);
-                }
-                squares += size * size;
-                sizes.push(size);
-            }
-            let rms = (squares / sizes.len().max(1) as f64).sqrt();
-            Summary { max, median: median(&mut sizes), rms, worst }
+        let variables: [Summary; 3] = std::array::from_fn(|variable| {
+            let sizes = trace.iter().enumerate();
+            Summary::of(sizes.filter_map(|(i, errors)| Some((i, errors.as_ref()?[variable]))))
         });
+        let floors = self.floors(problem, solution, row, h, variables.map(|of| of.worst))?;
         let worst = variables.map(|summary: Summary| {
             let state = solution.at(summary.worst);
             let distance = |equation| Some(subject.denominator(equation, state.q, state.p)?.abs().to_f64());
@@ -223,21 +242,68 @@ impl LocalOrder {
             (summary.worst as f64 * self.base_step, nearest)
         });
         let failed = trace.iter().filter(|errors| errors.is_none()).count();
-        // A few roundings of the largest number, divided by h as T is.
-        let floor = 8.0 * T::EPSILON * largest / h;
-        Ok(LocalErrors { method: row, h, variables, failed, floor, worst })
+        Ok(LocalErrors { method: row, h, variables, failed, floors, worst })
+    }
+
+    /// The statistics of the roundings in T, at a sample of the grid and at the points given.
+    fn floors<T: Scalar>(
+        &self,
+        problem: &Problem,
+        solution: &Solution<T>,
+        row: &Row,
+        h: f64,
+        worst: [usize; 3],
+    ) -> Result<[Summary; 3], IntegrateError> {
+        let multiple = self.multiple(h)?;
+        let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
+        let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
+        let exact = problem.model.subject::<Quad>()?.bind(row)?;
+        let method = problem.model.subject::<T>()?.bind(row)?;
+        let mut seen: [Vec<(usize, f64)>; 3] = Default::default();
+        let sample = (0..points).step_by(points.div_ceil(SAMPLES)).chain(worst);
+        for i in sample {
+            let ends = [solution.at(i), solution.at(i + multiple)];
+            let sizes = |of: fn(View<'_, T>) -> &[T]| {
+                ends.iter().flat_map(|&end| of(end)).fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
+            };
+            // Two states are compared, each of them rounded.
+            let mut rounding = [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)]
+                .map(|size| 2.0 * T::EPSILON * size);
+            // There is nothing finer to compare a step in `Quad` with: a few roundings stand for it.
+            if T::EPSILON < 1e-20 {
+                rounding = rounding.map(|rounding| 4.0 * rounding);
+            } else if let Some(lost) = lost(&method, &exact, h, ends[0]) {
+                rounding = [0, 1, 2].map(|variable| rounding[variable] + lost[variable]);
+            }
+            seen.iter_mut().zip(rounding).for_each(|(seen, size)| seen.push((i, size / h.to_f64())));
+        }
+        Ok(seen.map(|seen| Summary::of(seen.into_iter())))
     }
 }
 
-/// The slope of log statistic against log h for one method and variable, points at the rounding floor left out.
+/// What rounding makes of a step: how far it is from the same step in `Quad`. None where either fails.
+fn lost<T: Scalar>(
+    method: &Run<T>,
+    exact: &Run<Quad>,
+    h: T,
+    from: View<'_, T>,
+) -> Option<[f64; 3]> {
+    let same = |part: &[T]| part.to_vec();
+    let lift = |part: &[T]| part.iter().map(|x| Quad::from_f64(x.to_f64())).collect::<Vec<_>>();
+    let mut rounded = State { q: same(from.q), p: same(from.p), w: same(from.w), t: from.t };
+    let t = Quad::from_f64(from.t.to_f64());
+    let mut state = State { q: lift(from.q), p: lift(from.p), w: lift(from.w), t };
+    method.step(h, &mut rounded).ok()?;
+    exact.step(Quad::from_f64(h.to_f64()), &mut state).ok()?;
+    let found = State { q: lift(&rounded.q), p: lift(&rounded.p), w: lift(&rounded.w), t };
+    Some(distance(found.view(), state.view()).map(Scalar::to_f64))
+}
+
+/// The slope of log statistic against log h for one method and variable, of the steps that stand ten times above rounding.
 pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> Option<Fit> {
-    let points: Vec<_> = errors
-        .iter()
-        .map(|errors| (errors.h, errors.variables[variable].get(statistic), errors.floor))
-        .filter(|&(_, size, floor)| size > floor)
-        .map(|(h, size, _)| (h.ln(), size.ln()))
-        .collect();
-    fit(&points)
+    let seen = errors.iter().filter(|errors| errors.is_seen(variable, statistic));
+    let point = |errors: &&LocalErrors| (errors.h.ln(), errors.variables[variable].get(statistic).ln());
+    fit(&seen.map(point).collect::<Vec<_>>())
 }
 
 /// The rows of the table, methods in the order they were run. `printed` knows what the paper prints.
@@ -259,7 +325,7 @@ pub fn rows(errors: &[LocalErrors], printed: impl Fn(&str, &str, Statistic) -> O
                     order: slope,
                     ci_low: slope.zip(margin).map(|(slope, margin)| slope - margin),
                     ci_high: slope.zip(margin).map(|(slope, margin)| slope + margin),
-                    points: fit.map_or(0, |fit| fit.points),
+                    points: group.iter().filter(|errors| errors.is_seen(variable, statistic)).count(),
                     printed: printed(widest.method.name, name, statistic),
                     worst_t,
                     pole_distance,

@@ -9,8 +9,8 @@ use super::outcome::{COMPLETED, Ending};
 use crate::Subject;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
-use afterbay_core::{Grid, IntegrateError, Quad, Scalar, State, View};
-use afterbay_methods::registry::Row;
+use afterbay_core::{Grid, IntegrateError, Quad, Scalar, State, View, f64x8};
+use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -112,8 +112,9 @@ impl Window {
     }
 }
 
-/// Runs each setup from each start for so many steps; the ends of the problems are not looked at. K is
+/// Runs each setup from each start, all of one system, for so many steps; the ends of the problems are not looked at. K is
 /// computed in 106 bits, and at the samples alone: what is seen is the error of the states, not of the look at them.
+/// Compensated runs of up to eight starts go side by side, each as it would alone.
 ///
 /// # Errors
 /// Those of the input. A run that fails is in its row.
@@ -123,61 +124,153 @@ pub fn run(
     steps: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<LongRun>, IntegrateError> {
-    let tasks: Vec<_> =
-        setups.iter().flat_map(|setup| starts.iter().map(move |start| (setup, start))).collect();
+    let beside = |setup: &Setup| if setup.compensated { WIDTH } else { 1 };
+    let mut tasks: Vec<(usize, &Setup, &[Problem])> = setups
+        .iter()
+        .enumerate()
+        .flat_map(|(i, setup)| starts.chunks(beside(setup)).map(move |starts| (i, setup, starts)))
+        .collect();
+    // The longest first, so that none is left for one thread at the end.
+    tasks.sort_by_key(|(_, setup, starts)| (!setup.compensated, std::cmp::Reverse(starts.len())));
     let ends = ends(steps);
     let followed = tasks
         .par_iter()
         .with_max_len(1)
-        .map(|&(setup, problem)| {
-            let followed = follow(problem, setup, &ends, progress);
-            progress.advance();
-            followed
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let of_run = followed.chunks(starts.len().max(1));
-    Ok(setups.iter().zip(of_run).map(|(&setup, of)| gathered(setup, &ends, of)).collect())
+        .map(|&(i, setup, starts)| Ok((i, follow(starts, setup, &ends, progress)?)))
+        .collect::<Result<Vec<_>, IntegrateError>>()?;
+    let of_setup = |i: usize| {
+        let of: Vec<_> = followed.iter().filter(|part| part.0 == i).flat_map(|part| part.1.clone()).collect();
+        gathered(setups[i], &ends, &of)
+    };
+    Ok((0..setups.len()).map(of_setup).collect())
 }
 
 /// The windows a run came to the end of, and how it ended.
 type Followed = (Vec<Window>, Ending);
 
+/// Runs that go side by side.
+const WIDTH: usize = f64x8::LANES;
+
+/// Follows some starts, side by side where there are several and none fails.
 fn follow(
+    starts: &[Problem],
+    setup: &Setup,
+    ends: &[u64],
+    progress: &dyn Progress,
+) -> Result<Vec<Followed>, IntegrateError> {
+    let together = if starts.len() > 1 { beside(starts, setup, ends, progress)? } else { None };
+    let followed = match together {
+        Some(followed) => followed,
+        None => starts
+            .iter()
+            .map(|problem| alone(problem, setup, ends, progress))
+            .collect::<Result<Vec<_>, _>>()?,
+    };
+    starts.iter().for_each(|_| progress.advance());
+    Ok(followed)
+}
+
+fn alone(
     problem: &Problem,
     setup: &Setup,
     ends: &[u64],
     progress: &dyn Progress,
 ) -> Result<Followed, IntegrateError> {
     let Setup { row, h, compensated } = *setup;
-    let exact = problem.model.subject::<Quad>()?;
-    let method = if compensated { problem.model.bind_compensated(row)? } else { problem.model.bind(row)? };
-    let mut state = problem.start::<f64>()?;
-    let initial = total(&*exact, state.view());
-    let (mut windows, mut done) = (Vec::with_capacity(ends.len()), 0);
+    let model = &problem.model;
+    let exact = model.subject::<Quad>()?;
+    let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
+    let state = problem.start::<f64>()?;
+    let initial = total(&*exact, state.view(), |x| x);
+    let off = |state: View<'_, f64>, _| deviation(total(&*exact, state, |x| x), initial);
+    let mut seen = windows(&method, h, state, 1, ends, progress, off)?;
+    let ending = seen.ending(progress);
+    Ok((seen.windows.swap_remove(0), ending))
+}
+
+/// Compensated runs of some starts in lanes; none where a step fails, which does not tell of whom.
+fn beside(
+    starts: &[Problem],
+    setup: &Setup,
+    ends: &[u64],
+    progress: &dyn Progress,
+) -> Result<Option<Vec<Followed>>, IntegrateError> {
+    let model = &starts[0].model;
+    let (exact, method) = (model.subject::<Quad>()?, model.bind_compensated::<f64x8>(setup.row)?);
+    // Lanes without a start repeat the last one.
+    let states = starts.iter().map(Problem::start::<f64>).collect::<Result<Vec<_>, _>>()?;
+    let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<f64x8> {
+        let lanes = |j: usize| {
+            f64x8::new(std::array::from_fn(|k| of(&states[k.min(states.len() - 1)])[j]))
+        };
+        (0..states[0].dof()).map(lanes).collect()
+    };
+    let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
+    let initial: Vec<Quad> = states.iter().map(|state| total(&*exact, state.view(), |x| x)).collect();
+    let off = |state: View<'_, f64x8>, k: usize| {
+        deviation(total(&*exact, state, |x: f64x8| x.to_array()[k]), initial[k])
+    };
+    let seen = windows(&method, setup.h, state, states.len(), ends, progress, off)?;
+    if seen.result.is_err() {
+        return Ok(None);
+    }
+    let ending = seen.ending(progress);
+    Ok(Some(seen.windows.into_iter().map(|windows| (windows, ending.clone())).collect()))
+}
+
+/// Windows that are complete, of each run, and how the runs ended.
+struct Seen {
+    windows: Vec<Vec<Window>>,
+    result: Result<(), IntegrateError>,
+}
+
+impl Seen {
+    fn ending(&self, progress: &dyn Progress) -> Ending {
+        Ending::of(&self.result, 1, u64::from(!progress.stopped()))
+    }
+}
+
+/// Takes `count` runs in one state through the windows; `off` is the deviation of one of them.
+fn windows<T: Scalar>(
+    method: &Run<T>,
+    h: f64,
+    mut state: State<Vec<T>>,
+    count: usize,
+    ends: &[u64],
+    progress: &dyn Progress,
+    off: impl Fn(View<'_, T>, usize) -> f64,
+) -> Result<Seen, IntegrateError> {
+    let (mut all, mut done) = (vec![Vec::with_capacity(ends.len()); count], 0);
     for &end in ends {
-        let mut window = Window::default();
+        let mut seen = vec![Window::default(); count];
         let stride = (end - done).div_ceil(SAMPLES);
-        let result = method.run(Grid::of(h, end - done)?, &mut state, stride, &mut |step, state| {
+        let grid = Grid::of(h, end - done)?;
+        let result = method.run(grid, &mut state, stride, &mut |step, state| {
             // What a window begins with is the end of the one before.
             if step > 0 {
-                window.see(((total(&*exact, state) - initial) / initial.abs()).to_f64());
+                seen.iter_mut().enumerate().for_each(|(k, window)| window.see(off(state, k)));
             }
             if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        let ending = Ending::of(&result, 1, u64::from(!progress.stopped()));
-        if !ending.is_completed() {
-            return Ok((windows, ending));
+        if result.is_err() || progress.stopped() {
+            return Ok(Seen { windows: all, result: result.map(drop) });
         }
-        windows.push(window);
+        all.iter_mut().zip(seen).for_each(|(all, seen)| all.push(seen));
         done = end;
     }
-    Ok((windows, Ending { outcome: COMPLETED, failure: None }))
+    Ok(Seen { windows: all, result: Ok(()) })
 }
 
-/// K of a state, in 106 bits.
-fn total(system: &dyn Subject<Quad>, state: View<'_, f64>) -> Quad {
-    let lift = |part: &[f64]| part.iter().map(|&x| Quad::from_f64(x)).collect::<Vec<_>>();
-    State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t: Quad::from_f64(state.t) }.total(system)
+/// (K - K0)/|K0|
+fn deviation(total: Quad, initial: Quad) -> f64 {
+    ((total - initial) / initial.abs()).to_f64()
+}
+
+/// K of one of the runs in a state, in 106 bits.
+fn total<T: Scalar>(system: &dyn Subject<Quad>, state: View<'_, T>, of: impl Fn(T) -> f64) -> Quad {
+    let lift = |part: &[T]| part.iter().map(|&x| Quad::from_f64(of(x))).collect::<Vec<_>>();
+    let t = Quad::from_f64(of(state.t));
+    State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
 }
 
 /// One row a window, over all starts, in their order.

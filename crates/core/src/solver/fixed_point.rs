@@ -1,5 +1,6 @@
 //! Simple iteration, as in the paper.
 
+use super::newton::{Grain, Point, grain};
 use super::{Equation, Root, Solver};
 use crate::{Mask, Quantity, Scalar, StepFailure};
 
@@ -20,7 +21,8 @@ impl Solver for FixedPoint {
         start: T,
         mut equation: impl Equation<T>,
     ) -> Result<Root<T>, StepFailure> {
-        let mut x = start;
+        let one = T::one();
+        let (mut x, mut seen) = (start, None);
         let mut smallest = T::from_f64(f64::MAX);
         let (mut before, mut ratio, mut waited) = (smallest, f64::INFINITY, 0);
         for evaluations in 1..=LIMIT {
@@ -34,6 +36,9 @@ impl Solver for FixedPoint {
             }
             let last = x;
             x = start - f.value;
+            let at = Point { x: last, slope: one + f.slope, residual: x - last };
+            let edge = [seen.unwrap_or(at), at];
+            seen = Some(at);
             let update = (x - last).abs();
             if update.le(T::zero()).all() {
                 return Ok(Root { x, evaluations });
@@ -41,13 +46,14 @@ impl Solver for FixedPoint {
             ratio = (update / before).to_f64();
             waited = if update.lt(smallest).all() { 0 } else { waited + 1 };
             // Noise hides the shrinking of a slow contraction: at the rate |F'| it takes 1/(1 - |F'|) iterations to show.
-            let gap = T::one() - f.slope.abs();
+            let gap = one - f.slope.abs();
             if waited >= PATIENCE && gap.le(T::zero()).any() {
                 return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
             }
             if T::from_f64(f64::from(PATIENCE)).le(T::from_f64(f64::from(waited)) * gap).all() {
                 // What a contraction stops shrinking at is the noise of F, unless it never got close.
                 let small = T::from_f64(64.0 * T::EPSILON) * (start.abs() + x.abs() + f.blur);
+                let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);
                 // Where F rises, iterates alternate around the solution, by many roundings if F' is near 1.
                 let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
                 return if smallest.le(small).all() {
@@ -60,6 +66,23 @@ impl Solver for FixedPoint {
             before = update;
         }
         Err(StepFailure::NotContracting { dof, iterations: LIMIT, ratio })
+    }
+}
+
+impl FixedPoint {
+    /// Twice the rounding of F that is seen on an edge, in the lanes in which it is not known to be small.
+    #[cold]
+    fn rounding<T: Scalar>(
+        start: T,
+        edge: [Point<T>; 2],
+        known: T::Mask,
+        equation: &mut impl Equation<T>,
+    ) -> T {
+        if known.all() {
+            return T::zero();
+        }
+        let Grain { size, rounding, .. } = grain(T::one(), start, edge, known.not(), equation);
+        T::select(rounding, size + size, T::zero())
     }
 }
 

@@ -5,13 +5,14 @@
 //!
 //! ```text
 //! v = p0 - F(v)                solved in f64, at the state in f64
-//! ρ = p0 - v - F(v)            in extended precision, at the state carried
+//! ρ = p0 - v - F(v)            with what its roundings lose, at the state carried
 //! v + ρ/(1 + F')               goes into q1, p1 and w1, all carried as sums of two f64
 //! ```
 //!
-//! One correction squares what is left of the equation, so K is kept to the rounding of extended precision in what is carried;
-//! what a caller sees are the high parts, and K is off by their rounding, once. The low parts belong to the state the last step
-//! produced, bit for bit: given any other, in any entry, they are 0 again.
+//! One correction squares what is left of the equation, and ρ is good to 105 bits ([`Corrected`]), so K is kept to that in
+//! what is carried; what a caller sees is carried rounded, and K is off by that rounding, once. What is carried beyond the state
+//! belongs to the state the last step produced, number by number: given any other, in any entry, it is 0 again. Several numbers
+//! side by side are each moved as they would be alone.
 //!
 //! Sources: the carried state as in E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving Brouwer's law with implicit
 //! Runge-Kutta methods*, BIT 48 (2008), for whom the compensated sum was enough: here the equation itself has to
@@ -20,14 +21,15 @@
 //!
 //! It fails where [`Increment`] does, and where a correction is no small one: `exact` is then not the same system.
 
-use super::{Before, Increment, coordinate, friction, ordering, overall};
+use super::{Before, Friction, Increment, coordinate, ordering, overall};
 use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root, Solver};
 use afterbay_core::{
-    Effort, InputError, Method, Quad, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
+    Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State,
+    StepFailure, Vector, check,
 };
 
-/// [`Increment`] in `f64`, refined in extended precision.
+/// [`Increment`], its equations refined in [`Corrected`] arithmetic.
 #[derive(Clone, Debug)]
 pub struct Compensated<P> {
     increment: Increment,
@@ -35,7 +37,7 @@ pub struct Compensated<P> {
 }
 
 impl<P> Compensated<P> {
-    /// The method given, and the system it is for in extended precision.
+    /// The method given, and the system it is for in [`Corrected`] numbers.
     pub(super) fn new(increment: Increment, exact: P) -> Self {
         Self { increment, exact }
     }
@@ -43,12 +45,15 @@ impl<P> Compensated<P> {
 
 /// The state carried, the one before the step, and what the increments need.
 #[derive(Clone)]
-pub struct Workspace<V: Vector> {
-    carried: State<V::Of<Quad>>,
-    before: Before<V::Of<Quad>>,
+pub struct Workspace<V: Vector>
+where
+    V::Scalar: Lanewise,
+{
+    carried: State<V::Of<Corrected<V::Scalar>>>,
+    before: Before<V::Of<Corrected<V::Scalar>>>,
     order: Vec<usize>,
-    /// Twice the mean momenta, where friction couples them.
-    means: Option<V::Of<Quad>>,
+    /// Where friction couples the momenta.
+    friction: Option<Friction<V::Of<Corrected<V::Scalar>>>>,
 }
 
 /// The largest correction beside what enters the equation. What [`Newton`] leaves is much smaller.
@@ -56,9 +61,10 @@ const CORRECTION: f64 = 1e-8;
 
 impl<V, S, P> Method<V, S> for Compensated<P>
 where
-    V: Vector<Scalar = f64>,
-    S: Separable<f64> + ?Sized,
-    P: Separable<Quad>,
+    V: Vector,
+    V::Scalar: Lanewise,
+    S: Separable<V::Scalar> + ?Sized,
+    P: Separable<Corrected<V::Scalar>>,
 {
     type Workspace = Workspace<V>;
 
@@ -69,38 +75,37 @@ where
             return Err(InputError::Length { quantity, expected: n, found });
         }
         if self.exact.damping() != system.damping() {
-            let why = "the system in extended precision has another damping";
+            let why = "the system in corrected numbers has another damping";
             return Err(InputError::Unsupported { method: "increment", why });
         }
         check::masses(system)?;
         check::masses(&self.exact)?;
-        friction::check::<V, S>(system)?;
         let order = ordering("increment", self.increment.order.as_ref(), n)?;
-        let zeros = || V::Of::<Quad>::zeros(n);
-        let carried = State { q: zeros(), p: zeros(), w: zeros(), t: Quad::ZERO };
-        let means = system.damping().coupled.then(zeros);
-        Ok(Workspace { carried, before: Before::new(n), order, means })
+        let zeros = || V::Of::<Corrected<V::Scalar>>::zeros(n);
+        let carried = State { q: zeros(), p: zeros(), w: zeros(), t: Corrected::zero() };
+        Ok(Workspace { carried, before: Before::new(n), order, friction: Friction::new(&self.exact)? })
     }
 
     fn step(
         &self,
         system: &S,
-        h: f64,
+        h: V::Scalar,
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { carried, before, order, means } = workspace;
+        let Workspace { carried, before, order, friction } = workspace;
         take_up(carried, state);
         let outcome = before.attempt(carried, |carried| {
             let overall = overall(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
-            for (i, fraction) in self.increment.composition.fractions::<Quad>().enumerate() {
-                let h = fraction * Quad::from_f64(h);
+            let fractions = self.increment.composition.fractions::<Corrected<V::Scalar>>();
+            for (i, fraction) in fractions.enumerate() {
+                let h = fraction * Corrected::exact(h);
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
                 let states = (&mut *state, &mut *carried);
                 effort += match i % 2 {
-                    0 => self.travel(system, h, overall, states, means.as_mut(), (there, back))?,
-                    _ => self.travel(system, h, overall, states, means.as_mut(), (back, there))?,
+                    0 => self.travel(system, h, overall, states, friction.as_mut(), (there, back))?,
+                    _ => self.travel(system, h, overall, states, friction.as_mut(), (back, there))?,
                 };
             }
             Ok(effort.shared_by(order.len()))
@@ -113,28 +118,32 @@ where
     }
 }
 
-impl<P: Separable<Quad>> Compensated<P> {
+impl<P> Compensated<P> {
     /// A sweep there; where friction couples the momenta, half of it before and half after, on the way back.
     fn travel<V, S>(
         &self,
         system: &S,
-        h: Quad,
-        overall: f64,
-        (state, carried): (&mut State<V>, &mut State<V::Of<Quad>>),
-        mut means: Option<&mut V::Of<Quad>>,
+        h: Corrected<V::Scalar>,
+        overall: V::Scalar,
+        (state, carried): (&mut State<V>, &mut State<V::Of<Corrected<V::Scalar>>>),
+        mut friction: Option<&mut Friction<V::Of<Corrected<V::Scalar>>>>,
         (there, back): (impl Iterator<Item = usize> + Clone, impl Iterator<Item = usize>),
     ) -> Result<Effort, StepFailure>
     where
-        V: Vector<Scalar = f64>,
-        S: Separable<f64> + ?Sized,
+        V: Vector,
+        V::Scalar: Lanewise,
+        S: Separable<V::Scalar> + ?Sized,
+        P: Separable<Corrected<V::Scalar>>,
     {
-        if let Some(means) = &mut means {
-            friction::pass(&self.exact, h.half(), carried, means, there.clone())?;
+        if let Some(friction) = &mut friction {
+            friction.pass(&self.exact, h.half(), carried, there.clone())?;
+            normalise(carried);
             show(&carried.p, &mut state.p);
         }
         let effort = self.sweep(system, h, overall, (state, carried), there)?;
-        if let Some(means) = means {
-            friction::pass(&self.exact, h.half(), carried, means, back)?;
+        if let Some(friction) = friction {
+            friction.pass(&self.exact, h.half(), carried, back)?;
+            normalise(carried);
         }
         Ok(effort)
     }
@@ -143,14 +152,16 @@ impl<P: Separable<Quad>> Compensated<P> {
     fn sweep<V, S>(
         &self,
         system: &S,
-        h: Quad,
-        overall: f64,
-        (state, carried): (&mut State<V>, &mut State<V::Of<Quad>>),
+        h: Corrected<V::Scalar>,
+        overall: V::Scalar,
+        (state, carried): (&mut State<V>, &mut State<V::Of<Corrected<V::Scalar>>>),
         order: impl Iterator<Item = usize>,
     ) -> Result<Effort, StepFailure>
     where
-        V: Vector<Scalar = f64>,
-        S: Separable<f64> + ?Sized,
+        V: Vector,
+        V::Scalar: Lanewise,
+        S: Separable<V::Scalar> + ?Sized,
+        P: Separable<Corrected<V::Scalar>>,
     {
         let damping = system.damping();
         let dissipative = !damping.zero && !damping.coupled;
@@ -159,19 +170,19 @@ impl<P: Separable<Quad>> Compensated<P> {
         let (exact_q, exact_p, w) = (exact_q.as_mut_slice(), exact_p.as_mut_slice(), w.as_mut_slice());
         let mut evaluations = 0;
         for j in order {
-            let rough = coordinate(system, [h.to_f64(), overall], [j, j], [q, p], dissipative);
+            let rough = coordinate(system, [h.nearest(), overall], [j, j], [q, p], dissipative);
             let mut along = Along { system, j, q: &mut *q, p: &mut *p };
             let pull = Pull { coordinate: &rough, along: &mut along };
             let root = Newton.solve(j, rough.p, pull)?;
-            let steps = [h, Quad::from_f64(overall)];
+            let steps = [h, Corrected::exact(overall)];
             let exact = coordinate(&self.exact, steps, [j, j], [exact_q, exact_p], dissipative);
             let mut along = Along { system: &self.exact, j, q: &mut *exact_q, p: &mut *exact_p };
             let root = refined(Pull { coordinate: &exact, along: &mut along }, root)?;
             let moved = exact.moved(root, along);
-            (exact_q[j], exact_p[j]) = (moved.q, moved.p);
-            (q[j], p[j]) = (moved.q.to_f64(), moved.p.to_f64());
+            (exact_q[j], exact_p[j]) = (moved.q.normalised(), moved.p.normalised());
+            (q[j], p[j]) = (exact_q[j].nearest(), exact_p[j].nearest());
             if dissipative {
-                w[j] += moved.dw;
+                w[j] = (w[j] + moved.dw).normalised();
             }
             evaluations += moved.evaluations;
         }
@@ -179,41 +190,56 @@ impl<P: Separable<Quad>> Compensated<P> {
     }
 }
 
-/// The solution of the equation in extended precision next to the one in `f64`.
+/// The solution of the equation in corrected numbers next to the rounded one.
 #[inline(always)]
-fn refined<P: Separable<Quad>>(
-    mut equation: Pull<'_, '_, Quad, P>,
-    root: Root<f64>,
-) -> Result<Root<Quad>, StepFailure> {
-    let v = Quad::from_f64(root.x);
-    let (coordinate, pull) = (equation.coordinate, equation.at(Quad::ONE, v));
-    let residual = coordinate.p - v - pull.value;
-    let inverse = (1.0 + pull.slope.to_f64()).recip();
-    let correction = residual.to_f64() * inverse;
-    let enters = (coordinate.p.to_f64().abs() + pull.blur.to_f64()) * inverse.abs() + root.x.abs();
+fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
+    mut equation: Pull<'_, '_, Corrected<T>, P>,
+    root: Root<T>,
+) -> Result<Root<Corrected<T>>, StepFailure> {
+    let v = Corrected::exact(root.x);
+    let (coordinate, pull) = (equation.coordinate, equation.at(Corrected::one(), v));
+    let residual = (coordinate.p - v - pull.value).nearest();
+    let inverse = (T::one() + pull.slope.rounded()).recip();
+    let correction = residual * inverse;
+    let sizes = coordinate.p.nearest().abs() + pull.blur.rounded();
+    let enters = sizes.mul_add(inverse.abs(), root.x.abs());
     let evaluations = root.evaluations + 1;
-    if correction.abs() <= CORRECTION * enters {
-        return Ok(Root { x: v + Quad::from_f64(correction), evaluations });
+    if correction.abs().le(T::from_f64(CORRECTION) * enters).all() {
+        return Ok(Root { x: v + Corrected::exact(correction), evaluations });
     }
-    Err(StepFailure::NewtonStalled { dof: coordinate.dof, iterations: evaluations, update: correction })
+    let update = correction.to_f64();
+    Err(StepFailure::NewtonStalled { dof: coordinate.dof, iterations: evaluations, update })
 }
 
-/// The state given with the low parts carried, if it is the one they belong to, else without.
-fn take_up<V: Vector<Scalar = f64>>(carried: &mut State<V::Of<Quad>>, state: &State<V>) {
+/// The state given with what is carried beyond it, if it is the one that belongs to, else without.
+fn take_up<V: Vector>(carried: &mut State<V::Of<Corrected<V::Scalar>>>, state: &State<V>)
+where
+    V::Scalar: Lanewise,
+{
     let parts = [(&mut carried.q, &state.q), (&mut carried.p, &state.p), (&mut carried.w, &state.w)]
         .map(|(carried, given)| (carried.as_mut_slice(), given.as_slice()));
-    let same = |carried: &[Quad], given: &[f64]| {
-        carried.iter().zip(given).all(|(carried, given)| carried.0.to_bits() == given.to_bits())
+    let same = |carried: &[Corrected<V::Scalar>], given: &[V::Scalar]| {
+        carried.iter().zip(given).all(|(carried, given)| carried.nearest() == *given)
     };
     if !parts.iter().all(|(carried, given)| same(carried, given)) {
         for (carried, given) in parts {
-            carried.iter_mut().zip(given).for_each(|(carried, &given)| *carried = Quad::from_f64(given));
+            carried.iter_mut().zip(given).for_each(|(carried, &given)| *carried = Corrected::exact(given));
         }
     }
 }
 
-/// The high parts.
-fn show<V: Vector<Scalar = f64>>(carried: &V::Of<Quad>, state: &mut V) {
+/// Brings p and w to their normal form.
+fn normalise<V: Vector<Scalar = Corrected<T>>, T: Lanewise>(carried: &mut State<V>) {
+    for part in [&mut carried.p, &mut carried.w] {
+        part.as_mut_slice().iter_mut().for_each(|x| *x = x.normalised());
+    }
+}
+
+/// What is carried, rounded.
+fn show<V: Vector>(carried: &V::Of<Corrected<V::Scalar>>, state: &mut V)
+where
+    V::Scalar: Lanewise,
+{
     let pairs = state.as_mut_slice().iter_mut().zip(carried.as_slice());
-    pairs.for_each(|(state, carried)| *state = carried.to_f64());
+    pairs.for_each(|(state, carried)| *state = carried.nearest());
 }

@@ -14,40 +14,107 @@
 //! the implicit midpoint rule for what it sees, hence its own adjoint. A sweep with half a step of one before and half a step
 //! of the other after it is consistent, and its adjoint is the same with every order reversed: what holds of sweeps alone, and
 //! of every composition of them, holds of these.
+//!
+//! Where R has a skew part S, the difference of its triangles is symmetric and does exert power, 2 Σ_{k<j} S_jk v̄_j v̄_k, which
+//! S itself does not: the momenta would grow like e^(h|S|), with K exact. There all momenta move at once, by the implicit midpoint
+//! rule for C itself,
+//!
+//! ```text
+//! p1 - p0 = -h D̄        w1_j - w0_j = h D̄_j p̄_j/m_j        D̄ = C(q) p̄
+//! ```
+//!
+//! which keeps K, is its own adjoint, and gives the reservoirs v̄ᵀ R v̄, whatever R is. It takes an elimination of N unknowns.
 
-use afterbay_core::{Coupling, InputError, Mask, Passive, Scalar, Separable, State, StepFailure, Vector};
+use afterbay_core::{Coupling, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
 
-/// Is friction that couples the momenta linear in them, and where Δw ≥ 0 is owed, its R symmetric?
-///
-/// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. R is looked at where q = 0 only: that it is symmetric elsewhere
-/// too is left to the system. What is active owes nothing, and may have any C.
-pub(super) fn check<V, S>(system: &S) -> Result<(), InputError>
-where
-    V: Vector,
-    S: Separable<V::Scalar> + ?Sized,
-{
-    let damping = system.damping();
-    let refuse = |why| Err(InputError::Unsupported { method: "increment", why });
-    if !damping.coupled {
-        return Ok(());
-    }
-    if !damping.linear {
-        return refuse("D depends on the momenta of others and is not linear in them: take gonzalez");
-    }
-    if damping.passive != Passive::No && !symmetric::<V, S>(system) {
-        return refuse("D = R ∂H/∂p with R not symmetric would drain the reservoirs in sum: take gonzalez");
-    }
-    Ok(())
+/// The most momenta that are moved at once.
+const MOST: usize = 512;
+/// Sizes of the coordinates at which R is looked at.
+const SIZES: [f64; 6] = [0.0, 1e-3, 0.1, 1.0, 10.0, 1e3];
+
+/// Friction that couples the momenta, and what its passes need.
+#[derive(Clone, Debug)]
+pub(super) struct Friction<V: Vector> {
+    /// P, or p̄.
+    means: V,
+    /// Room for 1 + h/2 C, row by row, and for what is left of the equations, where R is not symmetric.
+    at_once: Option<(Vec<V::Scalar>, V)>,
 }
 
-/// Is R symmetric at q = 0? To rounding, beside the diagonal: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
+impl<V: Vector> Friction<V> {
+    /// None where friction does not couple the momenta.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] where D is not linear in the momenta, and where R is not symmetric with more than 512 of them.
+    pub(super) fn new<S>(system: &S) -> Result<Option<Self>, InputError>
+    where
+        S: Separable<V::Scalar> + ?Sized,
+    {
+        let (damping, n) = (system.damping(), system.dof());
+        let refuse = |why| Err(InputError::Unsupported { method: "increment", why });
+        if !damping.coupled {
+            return Ok(None);
+        }
+        if !damping.linear {
+            return refuse("D depends on the momenta of others and is not linear in them: take gonzalez");
+        }
+        let symmetric = symmetric::<V, S>(system);
+        if !symmetric && n > MOST {
+            return refuse("D = R ∂H/∂p with R not symmetric couples more than 512 momenta: take gonzalez");
+        }
+        let at_once = (!symmetric).then(|| (vec![V::Scalar::zero(); n * n], V::zeros(n)));
+        Ok(Some(Self { means: V::zeros(n), at_once }))
+    }
+
+    /// Friction alone for a time `h`; momenta that move one after the other do so in the order given.
+    pub(super) fn pass<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        order: impl Iterator<Item = usize>,
+    ) -> Result<(), StepFailure>
+    where
+        S: Separable<V::Scalar> + ?Sized,
+    {
+        match &mut self.at_once {
+            None => one_by_one(system, h, state, &mut self.means, order),
+            Some((matrix, left)) => at_once(system, h, state, self.means.as_mut_slice(), matrix, left),
+        }
+    }
+}
+
+/// Is R symmetric? It is looked at at q = 0 and at two more points of each of some sizes, made by a generator: an R(q) of
+/// analytic functions that is symmetric at points without a pattern is so everywhere. Where it is not finite it is not looked at.
+///
+/// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. To rounding, beside the diagonal too: |R_ij|² ≤ R_ii R_jj where
+/// R is positive semidefinite.
 fn symmetric<V, S>(system: &S) -> bool
 where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
+    let n = system.dof();
+    let mut seed = 1_u64;
+    let mut number = |size: f64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        V::Scalar::from_f64(size * (2.0 * (seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0))
+    };
+    let mut q = V::zeros(n);
+    SIZES.iter().chain(&SIZES[1..]).all(|&size| {
+        q.as_mut_slice().iter_mut().for_each(|q| *q = number(size));
+        symmetric_at::<V, S>(system, &q)
+    })
+}
+
+/// Is R symmetric at q?
+fn symmetric_at<V, S>(system: &S, q: &V) -> bool
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
     let (n, coupling) = (system.dof(), system.coupling());
-    let (q, mut p) = (V::zeros(n), V::zeros(n));
+    let mut p = V::zeros(n);
     let mut entry = |i: usize, j: usize| {
         p.as_mut_slice()[j] = system.mass(j);
         let drag = system.drag(q.as_slice(), p.as_slice(), i).value;
@@ -64,14 +131,79 @@ where
     };
     (0..n).all(|i| {
         (first(i)..i).filter(|&j| coupling.joins(n, i, j)).all(|j| {
-            let slack = rounding * (diagonal[i].abs() * diagonal[j].abs()).sqrt();
-            (entry(i, j) - entry(j, i)).abs() <= slack
+            let [above, below] = [entry(j, i), entry(i, j)];
+            let size = (diagonal[i].abs() * diagonal[j].abs()).sqrt().max(above.abs().min(below.abs()));
+            let off = (above - below).abs();
+            off <= rounding * size || !off.is_finite()
         })
     })
 }
 
-/// Friction alone for a time `h`, in the order given. `means` holds P.
-pub(super) fn pass<V, S>(
+/// All momenta at once: (1 + h/2 C) p̄ = p0 by elimination, improved until what is left of it is rounding.
+///
+/// Where C has a positive semidefinite symmetric part no pivot of 1 + h/2 C is below 1, in any order.
+fn at_once<V, S>(
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    means: &mut [V::Scalar],
+    matrix: &mut [V::Scalar],
+    left: &mut V,
+) -> Result<(), StepFailure>
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    let (zero, one, half) = (V::Scalar::zero(), V::Scalar::one(), h.half());
+    let (q, p, w) = (state.q.as_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+    let (n, left) = (p.len(), left.as_mut_slice());
+    means.fill(zero);
+    for k in 0..n {
+        means[k] = one;
+        for i in 0..n {
+            let entry = half * system.drag(q, means, i).value;
+            matrix[i * n + k] = if i == k { one + entry } else { entry };
+        }
+        means[k] = zero;
+    }
+    for k in 0..n {
+        let pivot = matrix[k * n + k];
+        if !zero.lt(pivot).all() {
+            return Err(StepFailure::Singular { dof: k, slope: pivot.to_f64() });
+        }
+        let inverse = pivot.recip();
+        let (done, rows) = matrix.split_at_mut((k + 1) * n);
+        let pivots = &done[k * n + k + 1..];
+        for row in rows.chunks_exact_mut(n) {
+            let factor = row[k] * inverse;
+            row[k] = factor;
+            row[k + 1..].iter_mut().zip(pivots).for_each(|(x, &y)| *x = (-factor).mul_add(y, *x));
+        }
+    }
+    for _ in 0..3 {
+        for j in 0..n {
+            left[j] = p[j] - means[j] - half * system.drag(q, means, j).value;
+        }
+        for j in 1..n {
+            left[j] = (0..j).fold(left[j], |x, k| (-matrix[j * n + k]).mul_add(left[k], x));
+        }
+        for j in (0..n).rev() {
+            let rest = (j + 1..n).fold(left[j], |x, k| (-matrix[j * n + k]).mul_add(left[k], x));
+            left[j] = rest / matrix[j * n + j];
+        }
+        means.iter_mut().zip(&*left).for_each(|(mean, &update)| *mean += update);
+    }
+    let two = one + one;
+    for j in 0..n {
+        let force = system.drag(q, means, j).value;
+        w[j] = (h / system.mass(j) * force).mul_add(means[j], w[j]);
+        p[j] = two.mul_add(means[j], -p[j]);
+    }
+    Ok(())
+}
+
+/// One momentum after the other, in the order given. `means` holds P.
+fn one_by_one<V, S>(
     system: &S,
     h: V::Scalar,
     state: &mut State<V>,

@@ -2,8 +2,8 @@
 
 use crate::rubbed;
 use afterbay_core::{
-    Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable, State,
-    StepFailure, System, Vector, integrate,
+    Corrected, Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable, State,
+    StepFailure, System, Vector, f64x8, integrate,
 };
 use afterbay_methods::{Compensated, Composition, Increment};
 use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
@@ -82,7 +82,7 @@ fn k_does_not_drift_from_a_rounding() {
     for c in [0.0, 1e-5] {
         let (system, exact) = (chain(c), chain(c).map(Quad::from));
         let [plain, _] = deviation(&pair(), &system, &exact, &sine(), grid());
-        let [most, end] = deviation(&pair().compensated(exact), &system, &exact, &sine(), grid());
+        let [most, end] = deviation(&pair().compensated(chain(c).map(Corrected::from)), &system, &exact, &sine(), grid());
         println!("c = {c}: {most:.2} roundings, {end:.1e} of K at the end; without {plain:.0} roundings");
         assert!(most <= 1.0, "{c}: {most} roundings");
         assert!(plain > 20.0, "{c}: {plain} roundings");
@@ -96,7 +96,7 @@ fn k_does_not_drift_on_a_limit_cycle() {
     let start = State::new([2.0], [0.0]).unwrap();
     let grid = || Grid::of(0.1, 100_000).unwrap();
     let [plain, _] = deviation(&pair(), &system, &exact, &start, grid());
-    let [most, _] = deviation(&pair().compensated(exact), &system, &exact, &start, grid());
+    let [most, _] = deviation(&pair().compensated(system.map(Corrected::from)), &system, &exact, &start, grid());
     println!("{most:.2} roundings, without {plain:.0}");
     assert!(most <= 1.0 && plain > 20.0, "{most} and {plain} roundings");
 }
@@ -126,10 +126,11 @@ fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> 
 }
 
 /// The run in `Quad`, rounded; the one without compensation is 1e-13 of it at most and further off than that.
-fn check_against_quad<S, P>(system: &S, exact: &P, start: &State<Vec<f64>>, label: &str)
+fn check_against_quad<S, P, C>(system: &S, exact: &P, corrected: C, start: &State<Vec<f64>>, label: &str)
 where
     S: Separable<f64>,
-    P: Separable<Quad> + Copy,
+    P: Separable<Quad>,
+    C: Separable<Corrected<f64>> + Copy,
 {
     let n = system.dof();
     for composition in
@@ -143,7 +144,7 @@ where
                 integrate(&method, exact, Grid { h: exact_h, steps }, &mut reference, &mut ()).unwrap();
                 integrate(&method, system, Grid { h, steps }, &mut plain, &mut ()).unwrap();
             }
-            let compensated = method.compensated(*exact);
+            let compensated = method.compensated(corrected);
             let mut workspace = compensated.workspace(system).unwrap();
             // What is carried outlasts a change of the step.
             for h in [0.1; 100].into_iter().chain([0.07; 50]) {
@@ -162,19 +163,21 @@ fn a_run_is_that_in_quad_rounded() {
     let wave: Vec<f64> = (0..N).map(|j| (0.7 * j as f64).sin()).collect();
     let start = State::new(wave.clone(), wave.iter().rev().copied().collect()).unwrap();
     for c in [0.0, 0.3] {
-        check_against_quad(&chain(c), &chain(c).map(Quad::from), &start, "chain");
+        let corrected = chain(c).map(Corrected::from);
+        check_against_quad(&chain(c), &chain(c).map(Quad::from), corrected, &start, "chain");
     }
     let ring = VanDerPolRing::new(N, 0.8, 0.6).unwrap();
-    check_against_quad(&ring, &ring.map(Quad::from), &start, "ring");
+    check_against_quad(&ring, &ring.map(Quad::from), ring.map(Corrected::from), &start, "ring");
     let three = State::new(vec![0.8, -0.3, 0.5], vec![0.2, 0.9, -0.7]).unwrap();
-    check_against_quad(&Rubbed { c: 0.3 }, &Rubbed { c: 0.3 }, &three, "rubbed");
+    let rubbed = Rubbed { c: 0.3 };
+    check_against_quad(&rubbed, &rubbed, rubbed, &three, "rubbed");
 }
 
 fn bits<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<u64> {
     [&state.q, &state.p, &state.w].iter().flat_map(|part| part.as_slice()).map(|x| x.to_bits()).collect()
 }
 
-type OfChain = Compensated<FputChain<Quad>>;
+type OfChain = Compensated<FputChain<Corrected<f64>>>;
 type Scratch = <OfChain as Method<[f64; N], FputChain<f64>>>::Workspace;
 
 /// A chain without a force on one of its masses that is a number.
@@ -211,7 +214,7 @@ impl Separable<f64> for Torn {
 }
 
 fn of_chain() -> OfChain {
-    pair().compensated(chain(0.1).map(Quad::from))
+    pair().compensated(chain(0.1).map(Corrected::from))
 }
 
 /// The state and what is carried after a while.
@@ -273,7 +276,7 @@ fn carried_by<V, S, P>(system: &S, exact: P, q: V, p: V) -> Vec<u64>
 where
     V: Vector<Scalar = f64>,
     S: Separable<f64>,
-    P: Separable<Quad>,
+    P: Separable<Corrected<f64>>,
 {
     let mut state = State::new(q, p).unwrap();
     let method = Increment::new(Composition::suzuki4()).compensated(exact);
@@ -281,9 +284,31 @@ where
     bits(&state)
 }
 
+/// Eight chains side by side, each of which moves as alone, to the bit.
+#[test]
+fn lanes_change_no_bit() {
+    let amplitude = |k: usize| 1.0 + k as f64 / 16.0;
+    let start = |k: usize, j: usize| amplitude(k) * sine().q[j];
+    let lanes = chain(0.1).map(f64x8::from);
+    let q: [f64x8; N] =
+        std::array::from_fn(|j| f64x8::new(std::array::from_fn(|k| start(k, j))));
+    let mut together = State::new(q, [f64x8::splat(0.0); N]).unwrap();
+    let method = pair().compensated(lanes.map(Corrected::exact));
+    let grid = Grid { h: f64x8::splat(0.2), steps: 2000 };
+    integrate(&method, &lanes, grid, &mut together, &mut ()).unwrap();
+    for k in 0..8 {
+        let mut alone = State::new(std::array::from_fn(|j| start(k, j)), [0.0; N]).unwrap();
+        let method = pair().compensated(chain(0.1).map(Corrected::from));
+        integrate(&method, &chain(0.1), Grid::of(0.2, 2000).unwrap(), &mut alone, &mut ()).unwrap();
+        let lane = |part: &[f64x8; N]| part.map(|x| x.to_array()[k].to_bits());
+        let found = [lane(&together.q), lane(&together.p), lane(&together.w)].concat();
+        assert_eq!(found, bits(&alone), "lane {k}");
+    }
+}
+
 #[test]
 fn storage_changes_no_bit() {
-    fn check<S: Separable<f64>, P: Separable<Quad> + Copy>(system: &S, exact: P) {
+    fn check<S: Separable<f64>, P: Separable<Corrected<f64>> + Copy>(system: &S, exact: P) {
         let (q, p) = ([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]);
         let array = carried_by(system, exact, q, p);
         assert_eq!(array, carried_by(system, exact, SVector::from(q), SVector::from(p)));
@@ -292,13 +317,13 @@ fn storage_changes_no_bit() {
         assert_eq!(array, carried_by(system, exact, vector(q), vector(p)));
     }
     let system = FputChain::new(3, 1.0, 0.1).unwrap();
-    check(&system, system.map(Quad::from));
+    check(&system, system.map(Corrected::from));
     check(&Rubbed { c: 0.3 }, Rubbed { c: 0.3 });
 }
 
 #[test]
 fn a_step_allocates_nothing() {
-    fn check<S: Separable<f64>, P: Separable<Quad>>(system: &S, exact: P) {
+    fn check<S: Separable<f64>, P: Separable<Corrected<f64>>>(system: &S, exact: P) {
         let n = system.dof();
         let mut state = State::new(vec![0.3; n], vec![0.1; n]).unwrap();
         let method = Increment::new(Composition::kahan_li8()).compensated(exact);
@@ -311,14 +336,14 @@ fn a_step_allocates_nothing() {
         assert_eq!(steps.count_total, 0);
     }
     let system = FputChain::new(40, 1.0, 0.1).unwrap();
-    check(&system, system.map(Quad::from));
+    check(&system, system.map(Corrected::from));
     check(&Rubbed { c: 0.3 }, Rubbed { c: 0.3 });
 }
 
 #[test]
 fn another_system_is_refused() {
     let try_with = |exact: FputChain<f64>| {
-        let method = pair().compensated(exact.map(Quad::from));
+        let method = pair().compensated(exact.map(Corrected::from));
         let mut state = sine();
         let outcome = integrate(&method, &chain(0.1), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
         assert!(outcome.is_ok() || bits(&state) == bits(&sine()));
@@ -338,7 +363,7 @@ fn another_system_is_refused() {
         assert!(matches!(error.failure, StepFailure::NewtonStalled { .. }) && error.step <= 2, "{error}");
     }
     let double =
-        Increment::new(Composition::pair()).in_order(vec![0; N]).compensated(chain(0.1).map(Quad::from));
+        Increment::new(Composition::pair()).in_order(vec![0; N]).compensated(chain(0.1).map(Corrected::from));
     assert!(Method::<[f64; N], _>::workspace(&double, &chain(0.1)).is_err());
 }
 
@@ -359,7 +384,7 @@ proptest! {
         let exact = system.map(Quad::from);
         let mut state = State::new(q, p).unwrap();
         let before = lift(&state).total(&exact);
-        let method = Increment::new(Composition::pair()).compensated(exact);
+        let method = Increment::new(Composition::pair()).compensated(system.map(Corrected::from));
         let mut workspace = method.workspace(&system).unwrap();
         for _ in 0..5 {
             let last = state.clone();

@@ -1,0 +1,54 @@
+//! Two points between which x + F passes `start`.
+
+use crate::{Mask, Scalar};
+
+/// Points with residuals of opposite signs, in each lane; as far away as can be where none is seen yet.
+pub(super) struct Bracket<T> {
+    low: T,
+    high: T,
+}
+
+impl<T: Scalar> Bracket<T> {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        let far = T::from_f64(f64::MAX);
+        Self { low: -far, high: far }
+    }
+
+    /// Takes in a point. A bracket it contradicts is opened on the other side.
+    #[inline(always)]
+    pub(super) fn take(&mut self, x: T, residual: T) {
+        let (zero, none) = (T::zero(), Self::none());
+        let (below, above) = (zero.le(residual), residual.le(zero));
+        self.low = T::select(below, x, self.low);
+        self.high = T::select(above, x, self.high);
+        let crossed = self.high.lt(self.low);
+        self.high = T::select(crossed.and(below), none.high, self.high);
+        self.low = T::select(crossed.and(above), none.low, self.low);
+    }
+
+    /// Lanes in which both ends are seen.
+    #[inline(always)]
+    fn is_closed(&self) -> T::Mask {
+        let none = Self::none();
+        none.low.lt(self.low).and(self.high.lt(none.high))
+    }
+
+    /// Lanes in which the ends are no farther apart than `scale`.
+    #[inline(always)]
+    pub(super) fn within(&self, scale: T) -> T::Mask {
+        self.is_closed().and((self.high - self.low).le(scale))
+    }
+
+    /// Lanes in which `x` is not between the ends.
+    #[inline(always)]
+    pub(super) fn leaves(&self, x: T) -> T::Mask {
+        self.is_closed().and(self.low.lt(x).and(x.lt(self.high)).not())
+    }
+
+    /// The middle, and the lanes that have one.
+    #[inline(always)]
+    pub(super) fn middle(&self) -> (T, T::Mask) {
+        (self.low.half() + self.high.half(), self.is_closed())
+    }
+}
