@@ -4,6 +4,7 @@ mod energy;
 mod global_orders;
 mod local_orders;
 mod long_run;
+mod pick;
 mod stability;
 mod trajectories;
 mod work;
@@ -13,6 +14,7 @@ use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::sheet::{Finding, ReportError, Sheet};
+use crate::study::pick::Pick;
 use crate::study::outcome::INTERRUPTED;
 use crate::{Model, SYSTEMS};
 use afterbay_core::{InputError, IntegrateError, Passive, State};
@@ -78,6 +80,15 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
         }
     }
     finish("study", scene, sheets)
+}
+
+/// The report on what was picked for a scene, with the charts it was decided from.
+///
+/// # Errors
+/// [`ReportError`] where a table cannot be made.
+pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
+    let sheets = vec![about(scene)?, pick::sheet(scene, found)?];
+    finish("pick", scene, sheets)
 }
 
 fn is_of_reference(error: &IntegrateError) -> bool {
@@ -182,7 +193,11 @@ fn finish(command: &'static str, scene: &Scene, sheets: Vec<Sheet>) -> Result<Re
         title: format!(
             "{}: {}",
             scene.problem.model.name(),
-            if command == "run" { "trajectories" } else { "studies" }
+            match command {
+                "run" => "trajectories",
+                "pick" => "the cheapest method and step",
+                _ => "studies",
+            }
         ),
         subtitle: format!(
             "afterbay {} on {} ({} threads). All quantities are in the units of the scene.",

@@ -3,7 +3,6 @@
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent, oscillator};
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::study::pick::{self, Wanted};
 use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, View};
@@ -239,21 +238,6 @@ fn a_reference_without_series_says_what_it_is_worth() {
         assert!(doubt > 1e-14 && doubt < 1e-4, "{potential}: {:e}", doubt);
         assert!(off < 2.0 * doubt, "{potential}: {off:e} {:e}", doubt);
     }
-}
-
-#[test]
-fn a_pick_with_a_kink_is_honest() {
-    let model = custom("9.81*(1 - cos(q1))", "0.1*abs(p1)*p1");
-    let problem = Problem { model, q: vec![3.0], p: vec![0.0], end: 20.0 };
-    let found =
-        pick::run(&problem, Wanted { error: 1e-6, keep_k: true, passive: true }, &Silent).expect("a pick");
-    assert_eq!(found.reference_doubt, 0.0);
-    let winner = found.qualified.first().expect("some qualify");
-    let [qp, w] = found.check.expect("a finer run");
-    // What the finer run says of the errors is what the reference says.
-    let said = [winner.run.error_qp, winner.run.error_w].map(|error| error.expect("it ended"));
-    println!("{}: {said:?}, finer {:?}", winner.run.method, [qp, w]);
-    assert!((qp - said[0]).abs() < 1e-6 && (w - said[1]).abs() < 1e-6, "{said:?} {qp:e} {w:e}");
 }
 
 #[test]

@@ -54,6 +54,58 @@ fn is_shown(printed: &str, shown: &str) -> bool {
     rest.is_empty() || shown.ends_with('…')
 }
 
+/// The number, or the bound `≤ error + doubt`, that stands between two phrases.
+fn error_between(text: &str, before: &str, after: &str) -> f64 {
+    let from = text.split_once(before).unwrap_or_else(|| panic!("no {before:?} in {text}")).1;
+    let said = from.split_once(after).unwrap_or_else(|| panic!("no {after:?} in {from}")).0;
+    let numbers = said.trim_start_matches('≤').split('+');
+    numbers.map(|x| x.trim().parse::<f64>().unwrap_or_else(|_| panic!("{x:?} in {text}"))).sum()
+}
+
+/// What `pick` prints is what its JSON says, and holds: methods exist, errors are within the bound.
+fn picks(folder: &Path, command: &str, printed: &[String]) {
+    let bound: f64 = command
+        .split_whitespace()
+        .skip_while(|word| *word != "--error")
+        .nth(1)
+        .and_then(|bound| bound.parse().ok())
+        .expect("an error");
+    let methods = shell(folder, "afterbay list methods").0.join("\n");
+    let known = |name: &str| methods.split_whitespace().any(|word| word == name);
+    let said = |start: &str| printed.iter().find(|line| line.contains(start)).expect(start).as_str();
+    let line = said("is the cheapest within");
+    let (winner, setting) = line.split_once(" with ").expect("a method");
+    assert!(known(winner), "{winner} is no method");
+    let (by, value) = setting.split_once(" is the").expect("a setting").0.split_once(" = ").expect("a value");
+    assert!(by == "step" || by == "tolerance", "{setting}");
+    assert!(value.parse::<f64>().is_ok_and(|value| value > 0.0 && value < 20.0), "{setting}");
+    for error in [
+        error_between(line, ", error ", " in (q, p)"),
+        error_between(line, "in (q, p) and ", " in w on the way"),
+        error_between(line, "), ", " and "),
+        error_between(said("Checked"), "err by ", " at most"),
+    ] {
+        assert!(error > 0.0 && error <= bound, "{error} in {line}");
+    }
+    for error in [
+        error_between(said("Checked"), "differs by ", " in (q, p)"),
+        error_between(said("Checked"), "in (q, p) and ", " in w"),
+    ] {
+        assert!(error <= 2.0 * bound, "{error}");
+    }
+    let (text, code) = shell(folder, &format!("{command} --format json"));
+    assert_eq!(code, 0, "{}", text.join("\n"));
+    let found: serde_json::Value = serde_json::from_str(&text.join("\n")).expect("JSON");
+    let all = found["qualified"].as_array().expect("a list");
+    assert!(all.len() > 1);
+    for one in all {
+        assert!(known(one["method"].as_str().expect("a name")) && one["why_not"].is_null(), "{one}");
+        for error in ["error_qp", "error_w", "end_qp", "end_w"] {
+            assert!(one[error].as_f64().is_some_and(|error| error <= bound), "{error} of {one}");
+        }
+    }
+}
+
 /// Runs the commands of a block. The lines under a command must be among what it prints, in their order.
 fn follow(folder: &Path, block: &Block) {
     let (mut printed, mut code) = (Vec::<String>::new().into_iter(), 0);
@@ -62,6 +114,9 @@ fn follow(folder: &Path, block: &Block) {
             Some("echo $?") => printed = vec![code.to_string()].into_iter(),
             Some(command) => {
                 let (lines, ended) = shell(folder, command);
+                if command.starts_with("afterbay pick") {
+                    picks(folder, command, &lines);
+                }
                 (printed, code) = (lines.into_iter(), ended);
             }
             None => {

@@ -113,10 +113,10 @@ pub fn run(
     for (row, task) in rows.iter_mut().zip(tasks) {
         if row.outcome == COMPLETED && !progress.stopped() {
             let time = match task {
-                Task::Step(method, h) => time(problem, method, h)?,
-                Task::Tolerance(method, tolerance) => time_within(problem, method, tolerance)?,
+                Task::Step(method, h) => time(problem, method, h, progress)?,
+                Task::Tolerance(method, tolerance) => time_within(problem, method, tolerance, progress)?,
             };
-            row.seconds = Some(time.as_secs_f64());
+            row.seconds = (!progress.stopped()).then_some(time.as_secs_f64());
         }
         progress.advance();
     }
@@ -220,12 +220,19 @@ const LONG_ENOUGH: Duration = Duration::from_millis(3);
 /// ... and at least this often.
 const REPEATS: u32 = 3;
 
-/// The fastest of several runs.
-pub(super) fn time(problem: &Problem, row: &Row, h: f64) -> Result<Duration, IntegrateError> {
+/// Times at which a run that is timed hears that it is to stop.
+const PAUSES: u64 = 256;
+
+/// The fastest of several runs, or of those that were done when it is to stop.
+pub(super) fn time(
+    problem: &Problem,
+    row: &Row,
+    h: f64,
+    progress: &dyn Progress,
+) -> Result<Duration, IntegrateError> {
     let (method, grid) = (problem.model.bind(row)?, Grid::new(h, problem.end)?);
-    fastest(problem, |state| {
-        method.run(grid, state, u64::MAX, &mut |_, _| ControlFlow::Continue(())).map(drop)
-    })
+    let every = (grid.steps / PAUSES).max(1);
+    fastest(problem, progress, |state, look| method.run(grid, state, every, look).map(drop))
 }
 
 /// The same of a method that chooses its steps.
@@ -233,23 +240,30 @@ pub(super) fn time_within(
     problem: &Problem,
     row: &AdaptiveRow,
     tolerance: f64,
+    progress: &dyn Progress,
 ) -> Result<Duration, IntegrateError> {
     let (method, tolerance) = (problem.model.bind_adaptive(row)?, Tolerance::all(tolerance));
-    fastest(problem, |state| {
-        method.run(&tolerance, problem.end, state, &mut |_, _| ControlFlow::Continue(())).map(drop)
+    fastest(problem, progress, |state, look| {
+        method.run(&tolerance, problem.end, state, look).map(drop)
     })
 }
 
+type Look<'a> = &'a mut dyn FnMut(u64, View<'_, f64>) -> ControlFlow<()>;
+
 fn fastest(
     problem: &Problem,
-    run: impl Fn(&mut State<Vec<f64>>) -> Result<(), IntegrateError>,
+    progress: &dyn Progress,
+    run: impl Fn(&mut State<Vec<f64>>, Look<'_>) -> Result<(), IntegrateError>,
 ) -> Result<Duration, IntegrateError> {
     let start = problem.start()?;
     let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);
-    while repeats < REPEATS || all < LONG_ENOUGH {
+    let mut look = |_: u64, _: View<'_, f64>| {
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    while (repeats < REPEATS || all < LONG_ENOUGH) && !progress.stopped() {
         let mut state = start.clone();
         let clock = Instant::now();
-        run(&mut state)?;
+        run(&mut state, &mut look)?;
         let elapsed = clock.elapsed();
         best = best.min(elapsed);
         all += elapsed;

@@ -57,3 +57,32 @@ fn interrupted_by(signal: &str, code: i32) {
     assert!(runs.len() == 2 && runs.iter().all(|run| run["outcome"] == "interrupted"), "{runs:?}");
     assert!(out.join("report.html").exists());
 }
+
+#[test]
+fn ctrl_c_ends_a_pick_within_a_second_and_it_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, out) = (folder.path().join("chain.toml"), folder.path().join("out"));
+    std::fs::write(&scene, chain(60)).expect("a scene");
+    let mut command = afterbay(&["pick", "--error", "1e-9", "--out"]);
+    let child = command.arg(&out).arg(&scene).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = child.spawn().expect("it starts");
+    let patience = Instant::now();
+    while !out.exists() && patience.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_millis(1000));
+    let clock = Instant::now();
+    let (code, ..) = done(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]));
+    assert_eq!(code, Some(0), "the signal is sent");
+    let output = child.wait_with_output().expect("it ends");
+    let took = clock.elapsed();
+    let [stdout, stderr] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    // A second of its own; the rest is for a machine that is busy with other tests.
+    assert!(took < Duration::from_secs(3), "{took:?}");
+    assert!(stdout.contains("The search was interrupted"), "{stdout}");
+    assert!(!stdout.contains("No method was found within"), "{stdout}");
+    let report = std::fs::read_to_string(out.join("report.html")).expect("a report");
+    assert!(report.contains("the search was interrupted"));
+}

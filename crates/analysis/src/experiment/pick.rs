@@ -1,0 +1,176 @@
+//! What `pick` found, and the charts it decided from.
+
+use crate::chart::{Axis, LineChart};
+use crate::report::Verdict as Holds;
+use crate::scene::Scene;
+use crate::sheet::{ReportError, Sheet, line, marked, scientific};
+use crate::study::outcome::INTERRUPTED;
+use crate::study::pick::{Candidate, Pick, SAMPLES, Trial};
+use crate::record::RunOutcome;
+use serde::Serialize;
+
+/// The tables the charts are made of.
+const TRIED: &str = "pick_tried";
+const FOUND: &str = "pick";
+
+/// A row of `pick.csv`.
+#[derive(Serialize)]
+struct Row<'a> {
+    method: &'a str,
+    h: f64,
+    tolerance: Option<f64>,
+    error_qp: Option<f64>,
+    error_w: Option<f64>,
+    end_qp: Option<f64>,
+    end_w: Option<f64>,
+    doubt_qp: f64,
+    doubt_w: f64,
+    k_drift: f64,
+    passivity_violations: Option<u64>,
+    seconds: Option<f64>,
+    steps: u64,
+    evaluations: Option<u64>,
+    why_not: Option<&'a str>,
+}
+
+fn row(candidate: &Candidate) -> Row<'_> {
+    let run = &candidate.run;
+    Row {
+        method: run.method,
+        h: run.h,
+        tolerance: run.tolerance,
+        error_qp: run.error_qp,
+        error_w: run.error_w,
+        end_qp: run.end_qp,
+        end_w: run.end_w,
+        doubt_qp: run.doubt_qp,
+        doubt_w: run.doubt_w,
+        k_drift: run.k_drift,
+        passivity_violations: run.passivity_violations,
+        seconds: run.seconds,
+        steps: run.steps,
+        evaluations: run.evaluations,
+        why_not: candidate.why_not.as_deref(),
+    }
+}
+
+/// The error a trial is judged by.
+fn judged(found: &Pick, run: &Trial) -> Option<f64> {
+    let [qp, w] = if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
+    Some(qp?.max(w?))
+}
+
+pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("The cheapest method and step");
+    let (wanted, end) = (found.wanted, scene.problem.end);
+    let all: Vec<Row<'_>> = found.qualified.iter().chain(&found.others).map(row).collect();
+    sheet.data(FOUND, &all)?;
+    sheet.data(TRIED, &found.tried)?;
+    let asked = format!("within {:e} {}", wanted.error, wanted.place(end));
+    sheet.text(format!(
+        "An error is the largest of every q_j, p_j and w_j, after every step of a run, or at {SAMPLES} \
+         times where there are more. A step qualifies where it, every step tried within 5 % of it and \
+         half of it are {asked}; a tolerance where it, those up to twice and down to half as large and \
+         a quarter of it are. {} runs were tried beside a reference known to {:.0e}.",
+        found.tried.len(),
+        found.doubt.most()
+    ));
+    let verdict = match (found.qualified.first(), found.too_sensitive) {
+        _ if found.interrupted => "the search was interrupted; what follows was found until then".into(),
+        (Some(winner), _) => {
+            format!("{} with {} is the cheapest {asked}", winner.run.method, winner.run.setting())
+        }
+        (None, Some(why)) => format!("the scene is too sensitive: {why}"),
+        (None, None) => format!("no method was found {asked}"),
+    };
+    sheet.find("Pick", Holds::Note, format!("{verdict}."));
+    if found.interrupted {
+        sheet.runs.push(RunOutcome {
+            study: "pick",
+            system: scene.problem.model.name(),
+            method: "all",
+            h: scene.step,
+            outcome: INTERRUPTED.into(),
+            failure: None,
+        });
+    }
+    charts(&mut sheet, found, end);
+    let header = [
+        "method", "step or tolerance", "error of (q, p)", "error of w", "at the end", "w at the end",
+        "seconds", "why not",
+    ];
+    let cells = |candidate: &Candidate| {
+        let run = &candidate.run;
+        vec![
+            run.method.into(),
+            run.setting(),
+            scientific(run.error_qp),
+            scientific(run.error_w),
+            scientific(run.end_qp),
+            scientific(run.end_w),
+            scientific(run.seconds),
+            candidate.why_not.clone().unwrap_or_default(),
+        ]
+    };
+    sheet.table(&header, found.qualified.iter().chain(&found.others).map(cells).collect());
+    Ok(sheet)
+}
+
+/// Every run that was tried against its evaluations, and what qualifies against its time, with the
+/// bound as a line.
+fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
+    let bound = found.wanted.error;
+    let place = found.wanted.place(end);
+    let mut chart = |name: &str, title: &str, cost: &str, data: &str, caption: &str, curves: Vec<_>| {
+        let points = |curve: &crate::chart::Curve| curve.points.iter().map(|at| at.0).collect::<Vec<_>>();
+        let xs: Vec<f64> = curves.iter().flat_map(points).collect();
+        let (low, high) = xs.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), &x| (l.min(x), h.max(x)));
+        let mut curves = curves;
+        if low <= high {
+            curves.push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
+        }
+        let chart = LineChart {
+            title: title.into(),
+            x: Axis::log(cost),
+            y: Axis::log(format!("largest error {place}")),
+            curves,
+            guides: Vec::new(),
+        };
+        sheet.show(name, &chart, caption, data);
+    };
+    let at = |run: &Trial| Some((run.evaluations? as f64, judged(found, run)?));
+    let mut methods: Vec<&str> = found.tried.iter().map(|run| run.method).collect();
+    methods.dedup();
+    let mut curves: Vec<_> = methods
+        .iter()
+        .map(|method| {
+            let mut points: Vec<_> =
+                found.tried.iter().filter(|run| run.method == *method).filter_map(at).collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            marked(method, points)
+        })
+        .filter(|curve| !curve.points.is_empty())
+        .collect();
+    let chosen = found.qualified.first().map(|winner| &winner.run);
+    if let Some(point) = chosen.and_then(at) {
+        curves.push(marked("chosen", vec![point]));
+    }
+    if curves.is_empty() {
+        return;
+    }
+    let evaluations = "evaluations of the force";
+    let caption = "Every run that was tried. A curve that does not fall, or jumps, is that of a method \
+                   that is right by chance.";
+    chart("pick-tried", "Runs that were tried", evaluations, TRIED, caption, curves);
+    let timed = |run: &Trial| Some((run.seconds?, judged(found, run)?));
+    let mut curves: Vec<_> = found
+        .qualified
+        .iter()
+        .filter_map(|one| Some(marked(one.run.method, vec![timed(&one.run)?])))
+        .collect();
+    if let Some(point) = chosen.and_then(timed) {
+        curves.push(marked("chosen", vec![point]));
+        let caption = "What qualifies, by the time of a run; the leftmost is chosen.";
+        chart("pick-qualified", "What qualifies", "seconds", FOUND, caption, curves);
+    }
+}

@@ -1,0 +1,169 @@
+//! The reference at any time: Hermite interpolation of degree 7 between its states.
+
+use crate::measured::Doubt;
+use crate::progress::Progress;
+use crate::study::Problem;
+use crate::{Solution, Subject};
+use afterbay_core::{InputError, IntegrateError, View};
+
+/// States, equally spaced, with the slopes of q, p and w there.
+pub(super) struct Dense {
+    exact: Solution<f64>,
+    spacing: f64,
+    slopes: Vec<f64>,
+    /// The error of the interpolation in each cell between two states.
+    cells: Vec<Doubt>,
+}
+
+/// States to begin with, and numbers of the most.
+const FEWEST: usize = 256;
+const MOST_NUMBERS: usize = 1 << 22;
+/// The error of interpolation that is aimed at, as a share of the wanted error.
+const SHARE: f64 = 0.01;
+/// The share of cells that may miss it: those beside a kink do, however many there are.
+const MISSES: f64 = 0.1;
+/// By how much more states there are at once, at the most.
+const LEAP: f64 = 16.0;
+
+impl Dense {
+    /// As many states as an error of `bound` asks for.
+    ///
+    /// # Errors
+    /// Those of the reference.
+    pub(super) fn new(
+        problem: &Problem,
+        bound: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self, IntegrateError> {
+        let subject = problem.model.subject::<f64>()?;
+        let most = (MOST_NUMBERS / (6 * problem.model.dof())).max(FEWEST);
+        let mut count = FEWEST;
+        loop {
+            let exact = problem.solution(problem.end / count as f64, count, progress)?;
+            let dense = Self::of(&*subject, exact, problem.end / count as f64);
+            let mut misses: Vec<f64> = dense.cells.iter().map(|doubt| doubt.most()).collect();
+            misses.sort_by(f64::total_cmp);
+            let miss = misses[((1.0 - MISSES) * (misses.len() - 1) as f64) as usize] / (SHARE * bound);
+            // Eight times more states err by 8⁸ less.
+            let factor = (1.2 * miss.powf(0.125)).clamp(1.5, LEAP);
+            let next = 2 * (0.5 * count as f64 * factor).ceil() as usize;
+            if miss <= 1.0 || next > most {
+                return Ok(dense);
+            }
+            count = next;
+        }
+    }
+
+    /// Of an even number of cells, eight at least.
+    fn of(subject: &dyn Subject<f64>, exact: Solution<f64>, spacing: f64) -> Self {
+        let n = subject.dof();
+        let mut slopes = vec![0.0; 3 * n * exact.len()];
+        let mut force = vec![0.0; n];
+        for (state, slopes) in exact.states().zip(slopes.chunks_mut(3 * n)) {
+            let (dq, rest) = slopes.split_at_mut(n);
+            let (dp, dw) = rest.split_at_mut(n);
+            subject.gradient(state.q, state.p, &mut force, dq);
+            subject.dissipation(state.q, state.p, dq, dw);
+            for (((dp, dw), dq), force) in dp.iter_mut().zip(dw).zip(dq).zip(&force) {
+                *dp = -(force + *dw);
+                *dw *= *dq;
+            }
+        }
+        let cells = vec![Doubt::default(); exact.len() - 1];
+        let mut dense = Self { exact, spacing, slopes, cells };
+        let mut z = vec![0.0; 3 * n];
+        // What every second state tells of those between them bounds what all of them tell.
+        for i in 0..dense.cells.len() / 2 {
+            dense.between(i as f64 + 0.5, 2, &mut z);
+            let exact = dense.exact.at(2 * i + 1);
+            let off = |found: &[f64], exact: &[f64]| {
+                found.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
+            let qp = off(&z[..n], exact.q).max(off(&z[n..2 * n], exact.p));
+            let doubt = Doubt { qp, w: off(&z[2 * n..], exact.w) };
+            dense.cells[2 * i..2 * i + 2].fill(doubt);
+        }
+        dense
+    }
+
+    /// Writes q, p and w at a time, in units of `stride` spacings, from every `stride`-th state.
+    fn between(&self, at: f64, stride: usize, z: &mut [f64]) {
+        let last = self.cells.len() / stride;
+        let first = (at.floor() as usize).saturating_sub(1).min(last.saturating_sub(3));
+        let s = at - first as f64;
+        z.fill(0.0);
+        for (k, slope_of_basis) in [-11.0 / 6.0, -0.5, 0.5, 11.0 / 6.0].into_iter().enumerate() {
+            let x = k as f64;
+            let basis: f64 =
+                (0..4).filter(|&m| m != k).map(|m| (s - m as f64) / (x - m as f64)).product();
+            let square = basis * basis;
+            let of_value = (1.0 - 2.0 * (s - x) * slope_of_basis) * square;
+            let of_slope = (s - x) * square * self.spacing * stride as f64;
+            let node = (first + k) * stride;
+            let state = self.exact.at(node);
+            let values = state.q.iter().chain(state.p).chain(state.w);
+            let slopes = &self.slopes[node * z.len()..(node + 1) * z.len()];
+            for ((z, value), slope) in z.iter_mut().zip(values).zip(slopes) {
+                *z += of_value * value + of_slope * slope;
+            }
+        }
+    }
+
+    /// Writes q, p and w at a time; gives the doubt of the reference there, and that of the
+    /// interpolation.
+    pub(super) fn at(&self, t: f64, z: &mut [f64]) -> [Doubt; 2] {
+        let at = (t / self.spacing).clamp(0.0, self.cells.len() as f64);
+        let cell = (at as usize).min(self.cells.len() - 1);
+        self.between(at, 1, z);
+        [self.exact.doubt_at(cell).larger(self.exact.doubt_at(cell + 1)), self.cells[cell]]
+    }
+
+    /// The state at the end.
+    pub(super) fn end(&self) -> View<'_, f64> {
+        self.exact.at(self.cells.len())
+    }
+
+    /// The doubt at the end.
+    pub(super) fn doubt_at_end(&self) -> Doubt {
+        self.exact.doubt_at(self.cells.len())
+    }
+
+    /// The largest doubt of the reference.
+    pub(super) fn doubt(&self) -> Doubt {
+        self.exact.doubt()
+    }
+
+    /// The largest of what K is made of along the solution.
+    pub(super) fn scale(&self, problem: &Problem) -> Result<f64, InputError> {
+        let subject = problem.model.subject::<f64>()?;
+        let of = |state: View<'_, f64>| {
+            let kinetic: f64 = state.p.iter().map(|p| p * p).sum();
+            state.energy(&*subject).abs() + state.w.iter().map(|w| w.abs()).sum::<f64>() + kinetic
+        };
+        Ok(self.exact.states().map(of).fold(f64::MIN_POSITIVE, f64::max))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Model;
+    use crate::progress::Silent;
+
+    #[test]
+    fn the_reference_between_its_states_is_within_its_doubt() {
+        let model = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.3 };
+        let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 20.0 };
+        for bound in [1e-4, 1e-8, 1e-11] {
+            let dense = Dense::new(&problem, bound, &Silent).expect("a reference");
+            let other = problem.solution(20.0 / 777.0, 777, &Silent).expect("a reference");
+            let mut z = [0.0; 3];
+            for exact in other.states() {
+                let [_, between] = dense.at(exact.t, &mut z);
+                let off = (z[0] - exact.q[0]).abs().max((z[1] - exact.p[0]).abs());
+                assert!(off <= between.qp + 1e-14 && (z[2] - exact.w[0]).abs() <= between.w + 1e-14);
+                assert!(off < 0.01 * bound + 1e-14, "{bound:e}: {off:e} at t = {}", exact.t);
+            }
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! The search for the setting of one method, and its confirmation at the settings beside it.
+
+use super::setting::{Setting, TIGHTEST};
+use super::trial::{Bench, Trial};
+use super::{Candidate, Wanted};
+use afterbay_core::IntegrateError;
+use afterbay_methods::registry::{AdaptiveRow, EXACT, Row};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// A run that takes so many times as long as one that qualifies is not worth looking at, if it
+/// takes this long at least.
+const SLOWER: u32 = 10;
+const SHORT: Duration = Duration::from_millis(20);
+/// No method is given more than this for the search that comes before the confirmation.
+const PATIENCE: Duration = Duration::from_secs(8);
+/// The most steps of a run.
+const MOST: u64 = 1 << 31;
+/// Tolerances are tried this far apart, so often, and none is looser than this.
+const NEXT: f64 = 2.0;
+const TRIES: u32 = 24;
+const LOOSEST: f64 = 0.1;
+/// An error that is not halved as often as this, one search after the other, stays where it is:
+/// where the field has kinks errors do not fall evenly.
+const IDLE: u32 = 3;
+/// The number of steps is found to this share.
+const CLOSE: f64 = 1.05;
+/// Settings that are tried for one that holds with its neighbours: 1.06⁴⁸ = 16 times the steps.
+const ROUNDS: u32 = 48;
+
+/// The search for the setting of one method.
+pub(super) struct Search<'a> {
+    bench: &'a Bench<'a>,
+    /// The shortest time of a run that qualifies, of any method, in nanoseconds.
+    shortest: &'a AtomicU64,
+    started: Instant,
+    /// What was tried, by its key.
+    tried: HashMap<u64, Trial>,
+    order: Vec<u64>,
+}
+
+/// What a search leaves.
+pub(super) struct Found {
+    pub(super) candidate: Option<(Candidate, Setting)>,
+    /// Every run, in the order of the search.
+    pub(super) tried: Vec<Trial>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(bench: &'a Bench<'a>, shortest: &'a AtomicU64) -> Self {
+        Self { bench, shortest, started: Instant::now(), tried: HashMap::new(), order: Vec::new() }
+    }
+
+    fn wanted(&self) -> Wanted {
+        self.bench.wanted
+    }
+
+    fn holds(&self, trial: &Trial) -> bool {
+        trial.decisive <= self.wanted().error
+    }
+
+    fn run(&mut self, setting: Setting) -> Result<Trial, IntegrateError> {
+        if let Some(trial) = self.tried.get(&setting.key()) {
+            return Ok(trial.clone());
+        }
+        let trial = self.bench.run(setting)?;
+        if !self.bench.progress.stopped() {
+            self.order.push(setting.key());
+            self.tried.insert(setting.key(), trial.clone());
+        }
+        Ok(trial)
+    }
+
+    /// A run of a fixed step, and why none with more steps is worth it.
+    fn at(&mut self, row: &'static Row, steps: u64) -> Result<(Trial, Option<&'static str>), IntegrateError> {
+        let clock = Instant::now();
+        let trial = self.run(Setting::Steps(row, steps))?;
+        let took = clock.elapsed();
+        let nanoseconds = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+        let shortest = self.shortest.load(Ordering::Relaxed);
+        let enough = if took > SHORT && nanoseconds / u64::from(SLOWER) > shortest {
+            Some("it takes far longer than others that qualify")
+        } else if self.started.elapsed() > PATIENCE || steps > MOST / 4 {
+            Some("more steps were not tried")
+        } else {
+            None
+        };
+        Ok((trial, enough))
+    }
+
+    /// The fewest steps within the bound, with all steps beside them.
+    pub(super) fn steps(mut self, row: &'static Row) -> Result<Found, IntegrateError> {
+        let candidate = match self.fewest(row)? {
+            Reached::Within(steps) => {
+                let lacks = lack(row.keeps_k, row.passive, self.wanted());
+                self.confirmed(Setting::Steps(row, steps), lacks)?
+            }
+            Reached::Not(trial, why) => trial.map(|trial| {
+                let setting = Setting::Steps(row, trial.steps.max(1));
+                (Candidate { run: trial, why_not: Some(why), checked: None }, setting)
+            }),
+        };
+        Ok(self.leave(candidate))
+    }
+
+    /// The loosest tolerance within the bound, with all tolerances beside it.
+    pub(super) fn tolerance(mut self, row: &'static AdaptiveRow) -> Result<Found, IntegrateError> {
+        let bound = self.wanted().error;
+        let (mut tolerance, mut good, mut nearest) = (bound.clamp(TIGHTEST, LOOSEST), None, None::<Trial>);
+        for _ in 0..TRIES {
+            let trial = self.run(Setting::Tolerance(row, tolerance))?;
+            if self.bench.progress.stopped() {
+                break;
+            }
+            if self.holds(&trial) {
+                good = Some(tolerance);
+                if tolerance >= LOOSEST || nearest.is_some() {
+                    break;
+                }
+                tolerance = (tolerance * NEXT).min(LOOSEST);
+            } else if good.is_some() {
+                break;
+            } else {
+                if nearest.as_ref().is_none_or(|nearest| trial.decisive < nearest.decisive) {
+                    nearest = Some(trial);
+                }
+                if tolerance <= TIGHTEST || self.started.elapsed() > PATIENCE {
+                    break;
+                }
+                tolerance = (tolerance / NEXT).max(TIGHTEST);
+            }
+        }
+        let candidate = match (good, nearest) {
+            (Some(tolerance), _) => {
+                let lacks = lack(true, row.passive, self.wanted());
+                self.confirmed(Setting::Tolerance(row, tolerance), lacks)?
+            }
+            (None, Some(run)) => {
+                let why = format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", run.decisive);
+                Some((Candidate { run, why_not: Some(why), checked: None }, Setting::Tolerance(row, tolerance)))
+            }
+            (None, None) => None,
+        };
+        Ok(self.leave(candidate))
+    }
+
+    fn leave(self, candidate: Option<(Candidate, Setting)>) -> Found {
+        let Self { tried, order, .. } = self;
+        Found { candidate, tried: order.iter().filter_map(|key| tried.get(key).cloned()).collect() }
+    }
+
+    /// The fewest steps within the bound, where twice as many are within it too: an error may be
+    /// small by chance.
+    fn fewest(&mut self, row: &'static Row) -> Result<Reached, IntegrateError> {
+        let bound = self.wanted().error;
+        let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
+        let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
+        let mut good = loop {
+            let (found, enough) = self.at(row, steps)?;
+            let now = found.decisive;
+            if self.holds(&found) {
+                let twice = self.at(row, 2 * steps)?.0;
+                if self.holds(&twice) {
+                    break steps;
+                }
+            }
+            if self.bench.progress.stopped() {
+                return Ok(Reached::Not(nearest, INTERRUPTED.into()));
+            }
+            too_few = steps;
+            let before = nearest.as_ref().map_or(f64::INFINITY, |trial| trial.decisive);
+            let best = now.min(before);
+            idle = if now > bound && now > 0.5 * before && now < 1e-3 { idle + 1 } else { 0 };
+            let why = match enough {
+                _ if idle == IDLE => Some(format!("its error stays at {best:.1e} however small the step")),
+                Some(enough) => Some(format!("at {steps} steps its error is still {best:.1e}: {enough}")),
+                None => None,
+            };
+            if nearest.is_none() || now < before {
+                nearest = Some(found);
+            }
+            if let Some(why) = why {
+                return Ok(Reached::Not(nearest, why));
+            }
+            // Once errors fall as they should, the order tells where to look.
+            let share = now / bound;
+            let falls = now < 0.1 && idle == 0;
+            let leap = if falls { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
+            steps = (steps as f64 * leap).ceil() as u64;
+        };
+        while too_few > 0 && good as f64 > CLOSE * too_few as f64 {
+            let middle = (too_few as f64 * good as f64).sqrt().round() as u64;
+            if middle <= too_few || middle >= good {
+                break;
+            }
+            let (found, enough) = self.at(row, middle)?;
+            if self.bench.progress.stopped() {
+                return Ok(Reached::Not(nearest, INTERRUPTED.into()));
+            }
+            if self.holds(&found) {
+                good = middle;
+            } else {
+                too_few = middle;
+            }
+            if enough.is_some() {
+                break;
+            }
+        }
+        Ok(Reached::Within(good))
+    }
+
+    /// The setting, or the next safer one that is within the bound with all its neighbours and
+    /// with the finer run.
+    fn confirmed(
+        &mut self,
+        from: Setting,
+        lacks: Option<&'static str>,
+    ) -> Result<Option<(Candidate, Setting)>, IntegrateError> {
+        let first = self.run(from)?;
+        let refused = |run: Trial, why: String| {
+            Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)))
+        };
+        if let Some(lacks) = lacks {
+            return refused(first, lacks.into());
+        }
+        let (mut setting, mut worst) = (from, None::<Trial>);
+        for _ in 0..ROUNDS {
+            let trial = self.run(setting)?;
+            let finer = setting.finer();
+            let mut beside = setting.neighbours();
+            beside.extend(finer);
+            let mut failed = (!self.holds(&trial)).then(|| trial.clone());
+            let mut most: f64 = trial.decisive;
+            for &neighbour in &beside {
+                if failed.is_some() || self.bench.progress.stopped() {
+                    break;
+                }
+                let other = self.run(neighbour)?;
+                most = most.max(other.decisive);
+                failed = (!self.holds(&other)).then_some(other);
+            }
+            if self.bench.progress.stopped() {
+                return refused(first, INTERRUPTED.into());
+            }
+            let Some(other) = failed else {
+                let why_not = self.flaw(&trial)?;
+                if why_not.is_none() {
+                    self.qualifies(setting)?;
+                }
+                let checked = Some(Checked { settings: beside.len() as u64, most });
+                return Ok(Some((Candidate { run: trial, why_not, checked }, setting)));
+            };
+            worst = Some(other);
+            match setting.safer() {
+                Some(safer) => setting = safer,
+                None => break,
+            }
+        }
+        let said = worst.map_or(String::new(), |trial| {
+            format!(", as with {}, where the error is {:.1e}", trial.setting(), trial.decisive)
+        });
+        refused(first, format!("no setting beside it holds with all its neighbours{said}"))
+    }
+
+    /// Notes the time of a run that qualifies.
+    fn qualifies(&self, setting: Setting) -> Result<(), IntegrateError> {
+        let clock = Instant::now();
+        self.bench.run(setting)?;
+        let nanoseconds = u64::try_from(clock.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.shortest.fetch_min(nanoseconds, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// What a run within the bound lacks.
+    fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
+        let Bench { wanted, dense, problem, .. } = self.bench;
+        if wanted.keep_k && trial.k_drift > ROUNDING * dense.scale(problem)? {
+            return Ok(Some(format!("K drifts by {:.1e}", trial.k_drift)));
+        }
+        let taken = trial.passivity_violations.filter(|&count| wanted.passive && count > 0);
+        Ok(taken.map(|count| format!("{count} of its steps violate passivity")))
+    }
+}
+
+/// How far a search came.
+enum Reached {
+    /// So many steps are within the bound.
+    Within(u64),
+    /// The nearest run, and why there is no nearer one.
+    Not(Option<Trial>, String),
+}
+
+/// What was tried beside a setting.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Checked {
+    /// Settings: neighbours, and the finer one.
+    pub settings: u64,
+    /// The largest error of the setting and of those beside it.
+    pub most: f64,
+}
+
+pub(super) const INTERRUPTED: &str = "interrupted before it was found or checked";
+/// K moves by no more than this beside the largest of its terms where it is kept to rounding.
+const ROUNDING: f64 = 1e-11;
+
+/// What is wanted of a method that it does not promise.
+fn lack(keeps_k: bool, passive: bool, wanted: Wanted) -> Option<&'static str> {
+    match (wanted.keep_k && !keeps_k, wanted.passive && !passive) {
+        (true, _) => Some("it does not keep K"),
+        (_, true) => Some("it may take energy back from the reservoir"),
+        _ => None,
+    }
+}

@@ -1,0 +1,261 @@
+//! One run, beside the reference all along.
+
+use super::Wanted;
+use super::dense::Dense;
+use super::setting::Setting;
+use crate::measured::{Doubt, Measured};
+use crate::progress::Progress;
+use crate::study::Problem;
+use crate::study::outcome::Ending;
+use crate::study::passivity::Passivity;
+use crate::Subject;
+use afterbay_core::{Effort, Grid, IntegrateError, State, Tolerance, View};
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// States of a run that are compared with the reference, at the most. With fewer steps the state
+/// after each of them is.
+pub const SAMPLES: u64 = 2048;
+
+/// The errors of a run. Those of (q, p) are max(|Δq_j|, |Δp_j|) over the degrees of freedom, those
+/// of w max |Δw_j|.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trial {
+    /// Name of the method.
+    pub method: &'static str,
+    /// The step, the mean one where it follows from a tolerance.
+    pub h: f64,
+    /// The relative and absolute tolerance of q, p and w, where the steps follow from it.
+    pub tolerance: Option<f64>,
+    /// How the run ended.
+    pub outcome: &'static str,
+    /// The largest error of (q, p) on the way and at the end; none if the run did not reach it.
+    pub error_qp: Option<f64>,
+    /// The same of w.
+    pub error_w: Option<f64>,
+    /// When the largest of both occurs.
+    pub worst_t: f64,
+    /// The error of (q, p) at the end.
+    pub end_qp: Option<f64>,
+    /// The error of w at the end.
+    pub end_w: Option<f64>,
+    /// The largest doubt of the q and p the run was compared with.
+    pub doubt_qp: f64,
+    /// The same of w.
+    pub doubt_w: f64,
+    /// States that were compared.
+    pub samples: u64,
+    /// max |K - K0| over all steps done.
+    pub k_drift: f64,
+    /// Steps that violate passivity; none where the system is not known to be passive.
+    pub passivity_violations: Option<u64>,
+    /// Wall-clock time of a run that no one looks at.
+    pub seconds: Option<f64>,
+    /// Steps done.
+    pub steps: u64,
+    /// Evaluations of the force.
+    pub evaluations: Option<u64>,
+    /// Iterations of a nonlinear solver.
+    pub iterations: Option<u64>,
+    /// What went wrong, in words.
+    pub failure: Option<String>,
+    /// What decides: the larger of both errors with its doubt, on the way or at the end, infinite
+    /// where the run did not reach its end.
+    #[serde(skip)]
+    pub decisive: f64,
+}
+
+impl Trial {
+    /// The largest error of (q, p) on the way, with its doubt.
+    pub fn qp(&self) -> Option<Measured> {
+        self.error_qp.map(|error| Measured { error, doubt: self.doubt_qp })
+    }
+
+    /// The largest error of w on the way, with its doubt.
+    pub fn w(&self) -> Option<Measured> {
+        self.error_w.map(|error| Measured { error, doubt: self.doubt_w })
+    }
+
+    /// The step or the tolerance, in words.
+    pub fn setting(&self) -> String {
+        match self.tolerance {
+            Some(tolerance) => format!("tolerance = {tolerance:e}"),
+            None => format!("step = {:?}", self.h),
+        }
+    }
+}
+
+/// What runs are compared with.
+pub(super) struct Bench<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) wanted: Wanted,
+    pub(super) dense: &'a Dense,
+    pub(super) progress: &'a dyn Progress,
+    subject: Box<dyn Subject<f64>>,
+    total: f64,
+}
+
+/// What is seen of a run on its way.
+struct Watch<'a> {
+    bench: &'a Bench<'a>,
+    drift: f64,
+    passivity: Passivity,
+    steps: u64,
+    /// When the next state is compared.
+    next: f64,
+    samples: u64,
+    qp: Measured,
+    w: Measured,
+    worst: (f64, f64),
+    z: Vec<f64>,
+}
+
+/// The error of q and p, and that of w.
+fn off(found: View<'_, f64>, z: &[f64]) -> [f64; 2] {
+    let (q, rest) = z.split_at(found.q.len());
+    let (p, w) = rest.split_at(found.p.len());
+    let [q, p, w] = [(found.q, q), (found.p, p), (found.w, w)].map(|(found, exact)| {
+        let differences = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, |most, x| if x <= most { most } else { x })
+    });
+    [if p <= q { q } else { p }, w]
+}
+
+impl Watch<'_> {
+    fn see(&mut self, step: u64, state: View<'_, f64>) -> ControlFlow<()> {
+        let Bench { problem, wanted, dense, progress, subject, total } = self.bench;
+        self.drift = self.drift.max((state.total(&**subject) - total).abs());
+        if step > self.steps {
+            self.passivity.see(state.w);
+        }
+        self.steps = step;
+        if state.t >= self.next && state.t < problem.end {
+            self.next = state.t + problem.end / SAMPLES as f64;
+            let [known, between] = dense.at(state.t, &mut self.z);
+            // Beside a kink the reference is known at its own times only.
+            if between.most() <= BETWEEN * wanted.error {
+                let errors = off(state, &self.z);
+                let doubt = Doubt { qp: known.qp + between.qp, w: known.w + between.w };
+                self.take(state.t, errors, doubt);
+            }
+        }
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn take(&mut self, t: f64, [qp, w]: [f64; 2], doubt: Doubt) {
+        self.samples += 1;
+        self.qp = self.qp.larger(Measured { error: qp, doubt: doubt.qp });
+        self.w = self.w.larger(Measured { error: w, doubt: doubt.w });
+        if qp.max(w) > self.worst.0 {
+            self.worst = (qp.max(w), t);
+        }
+    }
+}
+
+/// States are compared where the interpolation of the reference errs by no more than this share of
+/// the wanted error.
+const BETWEEN: f64 = 0.1;
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(
+        problem: &'a Problem,
+        wanted: Wanted,
+        dense: &'a Dense,
+        progress: &'a dyn Progress,
+    ) -> Result<Self, IntegrateError> {
+        let subject = problem.model.subject::<f64>()?;
+        let total = problem.start::<f64>()?.total(&*subject);
+        Ok(Self { problem, wanted, dense, progress, subject, total })
+    }
+
+    /// Runs once. What goes wrong is in the trial.
+    ///
+    /// # Errors
+    /// Those of the input.
+    pub(super) fn run(&self, setting: Setting) -> Result<Trial, IntegrateError> {
+        let (problem, mut state) = (self.problem, self.problem.start::<f64>()?);
+        let mut watch = Watch {
+            bench: self,
+            drift: 0.0,
+            passivity: Passivity::new(self.subject.damping().passive, &state.w),
+            steps: 0,
+            next: 0.0,
+            samples: 0,
+            qp: Measured::default(),
+            w: Measured::default(),
+            worst: (0.0, 0.0),
+            z: vec![0.0; 3 * state.dof()],
+        };
+        let (ending, effort, h, tolerance) = match setting {
+            Setting::Steps(row, steps) => {
+                let h = problem.end / steps as f64;
+                let grid = Grid::of(h, steps)?;
+                let look = &mut |step: u64, state: View<'_, f64>| watch.see(step, state);
+                let result = problem.model.bind(row)?.run(grid, &mut state, 1, look);
+                let ending = Ending::of(&result, steps, watch.steps);
+                (ending, result.ok(), h, None)
+            }
+            Setting::Tolerance(row, tolerance) => {
+                let method = problem.model.bind_adaptive(row)?;
+                let look = &mut |step: u64, state: View<'_, f64>| watch.see(step, state);
+                let result = method.run(&Tolerance::all(tolerance), problem.end, &mut state, look);
+                if let Err(IntegrateError::Input(error)) = result {
+                    return Err(error.into());
+                }
+                let ending = Ending::of(&result, 1, u64::from(state.t == problem.end));
+                let mean = if watch.steps > 0 { state.t / watch.steps as f64 } else { problem.end };
+                (ending, result.ok().map(|statistics| statistics.effort), mean, Some(tolerance))
+            }
+        };
+        Ok(self.judged(watch, setting.method(), (h, tolerance), (ending, effort), &state))
+    }
+
+    fn judged(
+        &self,
+        mut watch: Watch<'_>,
+        method: &'static str,
+        (h, tolerance): (f64, Option<f64>),
+        (ending, effort): (Ending, Option<Effort>),
+        state: &State<Vec<f64>>,
+    ) -> Trial {
+        let effort = effort.filter(|_| ending.is_completed());
+        let at_end = effort.map(|_| {
+            let exact = self.dense.end();
+            let errors = off(state.view(), &[exact.q, exact.p, exact.w].concat());
+            watch.take(self.problem.end, errors, self.dense.doubt_at_end());
+            errors
+        });
+        let Ending { outcome, failure } = ending;
+        let Watch { qp, w, worst, samples, drift, passivity, steps, .. } = watch;
+        let decisive = match at_end {
+            Some([end_qp, end_w]) if self.wanted.at_end => {
+                let Doubt { qp, w } = self.dense.doubt_at_end();
+                (end_qp + qp).max(end_w + w)
+            }
+            Some(_) => qp.bound().max(w.bound()),
+            None => f64::INFINITY,
+        };
+        Trial {
+            method,
+            h,
+            tolerance,
+            outcome,
+            error_qp: at_end.map(|_| qp.error),
+            error_w: at_end.map(|_| w.error),
+            worst_t: worst.1,
+            end_qp: at_end.map(|end| end[0]),
+            end_w: at_end.map(|end| end[1]),
+            doubt_qp: qp.doubt,
+            doubt_w: w.doubt,
+            samples,
+            k_drift: drift,
+            passivity_violations: passivity.violations(),
+            seconds: None,
+            steps,
+            evaluations: effort.map(|effort| effort.evaluations),
+            iterations: effort.map(|effort| effort.iterations),
+            failure,
+            decisive: if decisive.is_nan() { f64::INFINITY } else { decisive },
+        }
+    }
+}
