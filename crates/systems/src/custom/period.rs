@@ -109,6 +109,11 @@ impl Custom<f64> {
                     (_, course) => course,
                 },
                 Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => Course::Still,
+                // Slopes along an edge: V and D_j have none.
+                term @ (Term::Divided(..) | Term::Bend(..)) => {
+                    let still = term.operands().all(|x| at(x) == Course::Still);
+                    if still { Course::Still } else { Course::Other }
+                }
             };
             courses.insert(node, course);
         }

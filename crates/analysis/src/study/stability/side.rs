@@ -4,9 +4,7 @@ use afterbay_core::{Scalar, State, f64x8};
 
 /// A number, or eight of them, each of which can be looked at alone.
 pub(super) trait Side: Scalar {
-    /// The number in a lane.
-    fn lane(self, k: usize) -> f64;
-    /// The same with another number in a lane.
+    /// This with another number in a lane.
     fn with(self, k: usize, x: f64) -> Self;
     /// Made of a number for each lane.
     fn gather(each: impl Fn(usize) -> f64) -> Self {
@@ -15,18 +13,12 @@ pub(super) trait Side: Scalar {
 }
 
 impl Side for f64 {
-    fn lane(self, _k: usize) -> f64 {
-        self
-    }
     fn with(self, _k: usize, x: f64) -> f64 {
         x
     }
 }
 
 impl Side for f64x8 {
-    fn lane(self, k: usize) -> f64 {
-        self.to_array()[k]
-    }
     fn with(self, k: usize, x: f64) -> Self {
         let mut lanes = self.to_array();
         lanes[k] = x;
