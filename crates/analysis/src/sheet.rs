@@ -1,6 +1,7 @@
 //! A part of a report while it is being written.
 
 use crate::chart::{Axis, Curve, LineChart, Style};
+use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
 use crate::study::stability::MapError;
@@ -64,6 +65,14 @@ impl Sheet {
         self.findings.push(Finding { topic: topic.into(), verdict, statement });
     }
 
+    /// Says of some errors that are not resolved what the reference is known to: in the report and in
+    /// the summary.
+    pub(crate) fn doubt(&mut self, topic: &str, errors: impl Iterator<Item = Measured>) {
+        if let Some(sentence) = sentence_on_doubt(errors) {
+            self.find(&format!("{topic}, reference"), Verdict::Note, sentence);
+        }
+    }
+
     pub(crate) fn table(&mut self, header: &[&str], rows: Vec<Vec<String>>) {
         self.section.blocks.push(table(header, rows));
     }
@@ -114,6 +123,25 @@ impl Sheet {
     }
 }
 
+/// What is to be said where errors are not resolved, by their number and the largest doubt; nothing
+/// where all are, or lie within the rounding of `f64`.
+fn sentence_on_doubt(errors: impl Iterator<Item = Measured>) -> Option<String> {
+    let (mut all, mut open, mut doubt) = (0, 0, 0.0_f64);
+    for error in errors {
+        all += 1;
+        if !error.is_resolved() {
+            open += 1;
+            doubt = if error.doubt <= doubt { doubt } else { error.doubt };
+        }
+    }
+    (open > 0).then(|| {
+        format!(
+            "The reference is known to {doubt:.1e} only: {open} of {all} errors are below {RESOLVED} times \
+             its doubt. They are upper bounds, and count for no order."
+        )
+    })
+}
+
 /// A table of the report.
 pub(crate) fn table(header: &[&str], rows: Vec<Vec<String>>) -> Block {
     Block::Table(Table { header: header.iter().map(|&name| name.into()).collect(), rows })
@@ -126,12 +154,28 @@ pub(crate) fn over_time(title: &str, y: Axis, curves: Vec<Curve>) -> LineChart {
 
 /// A curve without markers.
 pub(crate) fn line(label: &str, points: Vec<(f64, f64)>) -> Curve {
-    Curve { label: label.into(), points, style: Style::Line }
+    Curve { label: label.into(), points, bounds: Vec::new(), style: Style::Line }
 }
 
 /// A curve with a marker at every point.
 pub(crate) fn marked(label: &str, points: Vec<(f64, f64)>) -> Curve {
-    Curve { label: label.into(), points, style: Style::LineMarkers }
+    Curve { label: label.into(), points, bounds: Vec::new(), style: Style::LineMarkers }
+}
+
+/// A curve of errors, those that are not resolved as upper bounds.
+pub(crate) fn of_errors(label: &str, style: Style, errors: impl Iterator<Item = (f64, Measured)>) -> Curve {
+    let (resolved, open): (Vec<_>, Vec<_>) = errors.partition(|(_, error)| error.is_resolved());
+    Curve {
+        label: label.into(),
+        points: resolved.into_iter().map(|(x, error)| (x, error.error)).collect(),
+        bounds: open.into_iter().map(|(x, error)| (x, error.bound())).collect(),
+        style,
+    }
+}
+
+/// A measured error in a table, or nothing.
+pub(crate) fn measured(error: Option<Measured>) -> String {
+    error.map_or(String::new(), |error| error.to_string())
 }
 
 /// A number in a table: three decimals, or nothing.

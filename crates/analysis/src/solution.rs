@@ -85,6 +85,12 @@ impl<T: Scalar> Solution<T> {
         Solution { dof: self.dof, numbers, doubts }
     }
 
+    /// The same states, their doubt forgotten.
+    pub(crate) fn without_doubt(&self) -> Self {
+        let doubts = vec![Doubt::default(); self.doubts.len()];
+        Self { doubts, ..self.clone() }
+    }
+
     /// Raises the doubt of the state i.
     pub fn raise_doubt(&mut self, i: usize, doubt: Doubt) {
         self.doubts[i] = self.doubts[i].larger(doubt);

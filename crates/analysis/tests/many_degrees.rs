@@ -74,7 +74,7 @@ fn trajectories_hold_the_states_asked_for() {
 }
 
 #[test]
-fn a_long_chain_is_compared_with_increment_8() {
+fn a_long_chain_is_followed_in_f64() {
     let problem = chain(LARGEST_BY_SERIES + 1, 0.1, 2.0);
     let found = problem.solution(0.5, 4, &Silent).unwrap();
     let subject = problem.model.subject::<Quad>().unwrap();
@@ -82,7 +82,7 @@ fn a_long_chain_is_compared_with_increment_8() {
     let (off, size) = found.distance(&exact);
     let doubt = found.doubt().most();
     assert!(doubt > 0.0 && doubt < 1e-12 * size, "{doubt:e}");
-    assert!(off < 2.0 * doubt, "{off:e} {doubt:e}");
+    assert!(off < doubt, "{off:e} {doubt:e}");
 }
 
 #[test]

@@ -52,9 +52,9 @@ fn tables_follow_their_contract() {
     let (output, _) = paper::run(Extent::Quick, &Silent).expect("the paper runs");
     for (name, columns) in [
         ("data/local_orders.csv", "method,variable,statistic,order,ci_low,ci_high,points,printed"),
-        ("data/global_orders.csv", "method,variable,h,error,order"),
-        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,w1\n"),
-        ("data/fput-chain/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,w1,w2,w3\n"),
+        ("data/global_orders.csv", "method,variable,h,error,order,doubt"),
+        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1\n"),
+        ("data/fput-chain/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1,w2,w3\n"),
         ("data/trajectory.csv", "method,step,t,q1,p1,w1,H,K\n"),
         ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
         (

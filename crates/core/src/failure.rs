@@ -110,8 +110,9 @@ pub enum InputError {
         /// The least there may be.
         least: f64,
     },
-    /// A study that needs the exact solution beyond its end: the solution leaves the numbers, or lies on a kink from there on.
-    #[error("the exact solution cannot be followed beyond t = {t:?}: end before")]
+    /// A study that needs the solution beyond its end: it leaves the numbers, or lies on a kink from there
+    /// on.
+    #[error("the solution cannot be followed beyond t = {t:?}: end before")]
     SolutionEnds {
         /// The time it was followed to.
         t: f64,

@@ -33,6 +33,8 @@ pub struct Curve {
     pub label: String,
     /// The points in the order in which the line runs through them.
     pub points: Vec<(f64, f64)>,
+    /// Points of which only an upper bound is known: hollow, with an arrow down, and on no line.
+    pub bounds: Vec<(f64, f64)>,
     /// With or without markers.
     pub style: Style,
 }
@@ -64,14 +66,17 @@ impl LineChart {
         let place = |&(x, y): &(f64, f64)| Some((self.x.place(x)?, self.y.place(y)?));
         let placed: Vec<Vec<_>> =
             self.curves.iter().map(|curve| curve.points.iter().filter_map(place).collect()).collect();
+        let bounds: Vec<Vec<_>> =
+            self.curves.iter().map(|curve| curve.bounds.iter().filter_map(place).collect()).collect();
         let missing = self.curves.iter().map(|c| c.points.len()).sum::<usize>()
             - placed.iter().map(Vec::len).sum::<usize>();
-        let x_span = self.x.span(placed.iter().flatten().map(|p| p.0));
-        let y_span = self.y.span(placed.iter().flatten().map(|p| p.1));
+        let x_span = self.x.span(placed.iter().chain(&bounds).flatten().map(|p| p.0));
+        let y_span = self.y.span(placed.iter().chain(&bounds).flatten().map(|p| p.1));
         let guides = self.guide_lines(&placed, &y_span);
 
         let legend = Legend::of(&self.curves);
-        let note = if missing > 0 { ROW } else { 0.0 };
+        let bounded = bounds.iter().map(Vec::len).sum::<usize>();
+        let note = f64::from(u8::from(missing > 0) + u8::from(bounded > 0)) * ROW;
         let size = (CANVAS.0 - legend.right, CANVAS.1);
         let room = (legend.right + legend.overhang, legend.below + note);
         let mut frame = Frame::new(&self.title, (&self.x, x_span), (&self.y, y_span), size, room);
@@ -84,11 +89,16 @@ impl LineChart {
             let pixels: Vec<_> = thin(points, most).into_iter().map(|p| frame.pixel(p)).collect();
             draw_curve(&mut frame, Look::nth(nth), curve.style, &pixels);
         }
+        for (nth, bounds) in bounds.iter().enumerate().filter(|(_, bounds)| !bounds.is_empty()) {
+            let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
+            frame.add(Look::nth(nth).upper_bounds(&pixels, 4.0));
+        }
         // Guide labels last, with a white rim, so that no curve runs through them.
         for (slope, from, to) in &guides {
             label_guide(&mut frame, *slope, *from, *to);
         }
         legend.draw(&mut frame, &self.curves);
+        let mut notes = Vec::new();
         if missing > 0 {
             let all: usize = self.curves.iter().map(|c| c.points.len()).sum();
             let why = if [self.x.scale, self.y.scale].contains(&Scale::Log) {
@@ -96,8 +106,13 @@ impl LineChart {
             } else {
                 "not finite"
             };
-            let note = format!("{missing} of {all} points are not shown: {why}");
-            let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + 0.4 * ROW);
+            notes.push(format!("{missing} of {all} points are not shown: {why}"));
+        }
+        if bounded > 0 {
+            notes.push("hollow with an arrow: at most so much, the reference is not known better".into());
+        }
+        for (row, note) in notes.into_iter().enumerate() {
+            let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + (0.4 + row as f64) * ROW);
             frame.group(&format!(r#"fill="{GREY}""#), [text(note, at, TextAnchor::End)]);
         }
         frame.svg()
@@ -225,7 +240,12 @@ mod tests {
     use super::*;
 
     fn chart(points: Vec<(f64, f64)>) -> LineChart {
-        let curve = |label: &str| Curve { label: label.into(), points: points.clone(), style: Style::Line };
+        let curve = |label: &str| Curve {
+            label: label.into(),
+            points: points.clone(),
+            bounds: Vec::new(),
+            style: Style::Line,
+        };
         LineChart {
             title: "energy".into(),
             x: Axis::linear("t [s]"),
@@ -252,6 +272,16 @@ mod tests {
     #[test]
     fn an_empty_chart_still_has_axes() {
         assert!(chart(vec![]).svg().contains("t [s]"));
+    }
+
+    #[test]
+    fn upper_bounds_are_drawn_apart() {
+        let mut chart = chart(vec![(0.0, 1e-3), (1.0, 1e-4)]);
+        let without = chart.svg();
+        chart.curves[0].bounds = vec![(2.0, 1e-9)];
+        let with = chart.svg();
+        assert!(!without.contains("hollow with an arrow") && with.contains("hollow with an arrow"));
+        assert!(with.matches("<path").count() > without.matches("<path").count());
     }
 
     #[test]

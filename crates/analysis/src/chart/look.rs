@@ -47,6 +47,20 @@ impl Look {
         path(d, Some(fill), self.colour(), 1.5, None)
     }
 
+    /// Hollow squares with an arrow down: the value is at most that of the point.
+    pub(super) fn upper_bounds(self, points: &[(f64, f64)], r: f64) -> Primitive {
+        let sign = |&(x, y): &(f64, f64)| {
+            let (side, end, tip) = (2.0 * r, 3.5 * r, 0.7 * r);
+            format!(
+                "M{:.1} {:.1}h{side}v{side}h-{side}ZM{x:.1} {:.1}v{end}m-{tip} -{tip}l{tip} {tip}l{tip} -{tip}",
+                x - r,
+                y - r,
+                y + r,
+            )
+        };
+        path(points.iter().map(sign).collect(), None, self.colour(), 1.2, None)
+    }
+
     /// The outline of one marker, as SVG path data.
     fn outline(self, (x, y): (f64, f64), r: f64) -> String {
         let corners = |radii: &[f64], turn: f64| {

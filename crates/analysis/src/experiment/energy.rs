@@ -1,10 +1,11 @@
 //! The energy books: what H loses, what the reservoir holds, and what K is off by.
 
-use crate::chart::{Axis, Curve};
+use crate::Measured;
+use crate::chart::{Axis, Curve, Style};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{EnergyPlan, Scene};
-use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
+use crate::sheet::{ReportError, Sheet, line, measured, of_errors, over_time, scientific};
 use crate::study::energy::{self, Books, EnergyRow};
 
 /// The table the charts are made of.
@@ -20,16 +21,17 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
     let record = |books: &Books| books.ending.record("energy", problem.model.name(), books.method, plan.step);
     sheet.runs.extend(found.iter().map(record));
     sheet.text(format!(
-        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all steps, the error of w against the exact \
-         solution at the states kept, and the steps that took energy back from a reservoir that is owed to fill only.",
+        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all steps, the error of w against the \
+         reference at the states kept, and the steps that took energy back from a reservoir that is owed to fill only.",
         plan.step
     ));
-    let worst = |books: &Books, value: fn(&EnergyRow) -> Option<f64>| {
-        books.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
+    sheet.doubt("Energy books", found.iter().flat_map(|books| &books.rows).map(EnergyRow::measured_w));
+    let worst = |books: &Books, value: fn(&EnergyRow) -> Option<Measured>| {
+        books.rows.iter().filter_map(value).fold(Measured::default(), Measured::larger)
     };
     let says = |books: &Books| {
-        let w = worst(books, |row| Some(row.w_error));
-        format!("{}: K off by {:.0e}, w by {w:.0e}", books.method, books.drift)
+        let w = worst(books, |row| Some(row.measured_w()));
+        format!("{}: K off by {:.0e}, w by {w}", books.method, books.drift)
     };
     let done = found.iter().all(|books| books.ending.is_completed());
     sheet.find(
@@ -42,8 +44,8 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
             books.method.into(),
             books.ending.describe(),
             scientific(Some(books.drift)),
-            scientific(Some(worst(books, |row| Some(row.w_error)))),
-            scientific(Some(worst(books, |row| row.ratio_error))),
+            measured(Some(worst(books, |row| Some(row.measured_w())))),
+            measured(Some(worst(books, EnergyRow::measured_ratio))),
             books.violations.map_or("none owed".into(), |count| count.to_string()),
         ]
     };
@@ -55,6 +57,11 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
         let of = |books: &Books| books.rows.iter().map(|row| (row.t, value(row))).collect();
         found.iter().map(|books| line(books.method, of(books))).collect()
     };
+    let w_errors = found.iter().map(|books| {
+        let errors = books.rows.iter().map(|row| (row.t, row.measured_w()));
+        of_errors(books.method, Style::Line, errors)
+    });
+    let w_errors = w_errors.collect();
     let charts = [
         ("books-energy", "H over time.", over_time("Energy", Axis::linear("H"), curves(&|row| row.energy))),
         (
@@ -69,8 +76,8 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
         ),
         (
             "books-error-of-w",
-            "Error of w against the exact solution, the largest over the degrees of freedom.",
-            over_time("Error of w", Axis::log("|w - w(t)|"), curves(&|row| row.w_error.abs())),
+            "Error of w against the reference, the largest over the degrees of freedom.",
+            over_time("Error of w", Axis::log("|w - w(t)|"), w_errors),
         ),
     ];
     let [a, b, c, d] = charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));

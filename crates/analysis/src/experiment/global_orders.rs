@@ -1,12 +1,13 @@
 //! Global errors and the orders they show.
 
 use super::names;
-use crate::chart::{Axis, LineChart};
+use crate::Measured;
+use crate::chart::{Axis, LineChart, Style};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::Verdict;
 use crate::scene::{Scene, StepsPlan};
-use crate::sheet::{ReportError, Sheet, decimal, marked, scientific, table};
+use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors, table};
 use crate::study::VARIABLES;
 use crate::study::global_order::{self, GlobalRow};
 
@@ -33,9 +34,10 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
     }));
     sheet.text(format!(
         "The largest error of each variable over [0, {}] and over the degrees of freedom. The order is that between the two finest \
-         steps whose errors are above {ABOVE_ROUNDING:e}.",
+         steps whose errors are above {ABOVE_ROUNDING:e} and at least ten times the doubt of the reference.",
         problem.end
     ));
+    sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));
     let of = |method: &str, variable: &str| -> Vec<&GlobalRow> {
         found.iter().filter(|row| row.method == method && row.variable == variable).collect()
     };
@@ -43,15 +45,16 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
         let above = |row: &&&GlobalRow| row.error.is_some_and(|error| error > ABOVE_ROUNDING);
         of(method, variable).iter().filter(above).filter_map(|row| row.order).next_back()
     };
-    let finest =
-        |method: &str, variable: &str| of(method, variable).iter().filter_map(|row| row.error).next_back();
+    let finest = |method: &str, variable: &str| -> Option<Measured> {
+        of(method, variable).into_iter().filter_map(GlobalRow::measured).next_back()
+    };
     let cells = |row: &&'static afterbay_methods::registry::Row| {
         let claimed = row.order();
         let claimed =
             if claimed == afterbay_methods::registry::EXACT { "exact".into() } else { claimed.to_string() };
         let mut cells = vec![row.name.into(), claimed];
         cells.extend(VARIABLES.map(|variable| decimal(order(row.name, variable))));
-        cells.extend(VARIABLES.map(|variable| scientific(finest(row.name, variable))));
+        cells.extend(VARIABLES.map(|variable| measured(finest(row.name, variable))));
         cells
     };
     let says = |name: &&'static str| {
@@ -73,8 +76,9 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
         curves: all
             .iter()
             .map(|method| {
-                let points = of(method, variable).into_iter().filter_map(|row| Some((row.h, row.error?)));
-                marked(method, points.collect())
+                let of = of(method, variable).into_iter();
+                let errors = of.filter_map(|row| Some((row.h, row.measured()?)));
+                of_errors(method, Style::LineMarkers, errors)
             })
             .collect(),
         guides: Vec::new(),

@@ -1,12 +1,13 @@
 //! What accuracy costs.
 
 use super::names;
-use crate::chart::{Axis, LineChart};
+use crate::Measured;
+use crate::chart::{Axis, LineChart, Style};
 use crate::paper::work::{HEADER, cells, cheapest};
 use crate::progress::Progress;
 use crate::report::Block;
 use crate::scene::{Scene, WorkPrecisionPlan};
-use crate::sheet::{ReportError, Sheet, marked, table};
+use crate::sheet::{ReportError, Sheet, of_errors, table};
 use crate::study::work_precision::{self, WorkRow};
 use afterbay_methods::registry::ADAPTIVE;
 
@@ -33,43 +34,42 @@ pub(super) fn sheet(
          The error of (q, p) and the error of w are charted apart; the drift of K stands in the table and says nothing of either.",
         problem.end
     ));
+    sheet.doubt("Accuracy", found.iter().flat_map(|row| [row.qp(), row.w()]).flatten());
     cheapest(&mut sheet, problem.model.name(), &found);
-    let chart =
-        |title: &str, cost: &str, x: fn(&WorkRow) -> Option<f64>, y: fn(&WorkRow) -> Option<f64>| LineChart {
-            title: title.into(),
-            x: Axis::log(cost),
-            y: Axis::log(format!("{title} at t = {}", problem.end)),
-            curves: all
-                .iter()
-                .map(|method| {
-                    let of = found.iter().filter(|row| row.method == *method);
-                    marked(method, of.filter_map(|row| Some((x(row)?, y(row)?))).collect())
-                })
-                .collect(),
-            guides: Vec::new(),
-        };
+    let chart = |title: &str,
+                 cost: &str,
+                 x: fn(&WorkRow) -> Option<f64>,
+                 y: fn(&WorkRow) -> Option<Measured>| LineChart {
+        title: title.into(),
+        x: Axis::log(cost),
+        y: Axis::log(format!("{title} at t = {}", problem.end)),
+        curves: all
+            .iter()
+            .map(|method| {
+                let of = found.iter().filter(|row| row.method == *method);
+                of_errors(method, Style::LineMarkers, of.filter_map(|row| Some((x(row)?, y(row)?))))
+            })
+            .collect(),
+        guides: Vec::new(),
+    };
     let (seconds, evaluations) = ("seconds", "evaluations of the force");
     let count = |row: &WorkRow| row.evaluations.map(|count| count as f64);
     let charts = [
         (
             "work-qp",
             "Error of (q, p) against time.",
-            chart("Error of (q, p)", seconds, |row| row.seconds, |row| row.error_qp),
+            chart("Error of (q, p)", seconds, |row| row.seconds, WorkRow::qp),
         ),
-        (
-            "work-w",
-            "Error of w against time.",
-            chart("Error of w", seconds, |row| row.seconds, |row| row.error_w),
-        ),
+        ("work-w", "Error of w against time.", chart("Error of w", seconds, |row| row.seconds, WorkRow::w)),
         (
             "evaluations-qp",
             "Error of (q, p) against evaluations.",
-            chart("Error of (q, p)", evaluations, count, |row| row.error_qp),
+            chart("Error of (q, p)", evaluations, count, WorkRow::qp),
         ),
         (
             "evaluations-w",
             "Error of w against evaluations.",
-            chart("Error of w", evaluations, count, |row| row.error_w),
+            chart("Error of w", evaluations, count, WorkRow::w),
         ),
     ];
     let [qp, w, by_qp, by_w] =

@@ -5,7 +5,7 @@ use super::{Extent, methods, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::progress::Progress;
 use crate::report::{Block, Verdict};
-use crate::sheet::{ReportError, Sheet, marked, scientific};
+use crate::sheet::{ReportError, Sheet, marked, measured, scientific};
 use crate::study::work_precision::{self, WorkRow};
 use afterbay_methods::registry::ADAPTIVE;
 
@@ -103,7 +103,7 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     const WANTED: f64 = 1e-4;
     let best = |keeps: bool| {
         let good = rows.iter().filter(|row| {
-            let accurate = row.error_qp.zip(row.error_w).is_some_and(|(qp, w)| qp <= WANTED && w <= WANTED);
+            let accurate = row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED);
             let exact = row.tolerance.is_some() || methods(&[row.method]).iter().any(|method| method.keeps_k);
             accurate && (exact || !keeps)
         });
@@ -130,8 +130,8 @@ pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
         row.method.into(),
         row.tolerance.map_or(row.h.to_string(), |tolerance| format!("tolerance {tolerance:e}")),
         row.failure.clone().unwrap_or_else(|| row.outcome.into()),
-        scientific(row.error_qp),
-        scientific(row.error_w),
+        measured(row.qp()),
+        measured(row.w()),
         scientific(Some(row.k_drift)),
         row.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
         scientific(row.seconds),

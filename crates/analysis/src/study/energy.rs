@@ -3,8 +3,8 @@
 use super::outcome::Ending;
 use super::passivity::Passivity;
 use super::{Problem, numbered};
-use crate::Solution;
 use crate::progress::Progress;
+use crate::{Measured, Solution, Subject};
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -26,19 +26,34 @@ pub struct EnergyRow {
     pub drift: f64,
     /// R = H/H one step before.
     pub ratio: Option<f64>,
-    /// R less that of the exact solution.
+    /// R less that of the reference.
     pub ratio_error: Option<f64>,
-    /// w less the exact one, in the degree of freedom where that is largest.
+    /// w less that of the reference, in the degree of freedom where that is largest.
     pub w_error: f64,
     /// The doubt of w of the reference.
     pub doubt_w: f64,
+    /// The doubt of R of the reference.
+    pub doubt_ratio: Option<f64>,
     /// The reservoir.
     pub w: Vec<f64>,
 }
 
-/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,w1..wN`.
+impl EnergyRow {
+    /// |w_error| with its doubt.
+    pub fn measured_w(&self) -> Measured {
+        Measured { error: self.w_error.abs(), doubt: self.doubt_w }
+    }
+
+    /// |d_R| with its doubt.
+    pub fn measured_ratio(&self) -> Option<Measured> {
+        let (error, doubt) = self.ratio_error.zip(self.doubt_ratio)?;
+        Some(Measured { error: error.abs(), doubt })
+    }
+}
+
+/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1..wN`.
 pub fn columns(dof: usize) -> Vec<String> {
-    let names = ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w"];
+    let names = ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w", "doubt_d_R"];
     names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
 }
 
@@ -92,7 +107,7 @@ fn follow(
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
     let total = state.total(&*subject);
-    let exact_energy = |step: usize| solution.at(step).energy(&*subject);
+    let exact_energy = |step: usize| energy_of(&*subject, solution, step);
     let finite = |x: f64| x.is_finite().then_some(x);
 
     let mut rows = Vec::new();
@@ -108,7 +123,13 @@ fn follow(
         if step % every == 0 {
             let i = step as usize;
             let ratio = energy_before.and_then(|before| finite(energy / before));
-            let exact = i.checked_sub(1).and_then(|before| finite(exact_energy(i) / exact_energy(before)));
+            let of_reference = i.checked_sub(1).map(|before| [exact_energy(before), exact_energy(i)]);
+            let exact = of_reference.and_then(|[before, now]| finite(now.error / before.error));
+            // The relative doubts of the two energies add up.
+            let doubt_ratio = of_reference.and_then(|energies| {
+                let relative = energies.map(|energy| energy.doubt / energy.error.abs());
+                finite((exact? * (relative[0] + relative[1])).abs())
+            });
             rows.push(EnergyRow {
                 method: row.name,
                 h,
@@ -119,6 +140,7 @@ fn follow(
                 ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
                 w_error: largest_difference(state.w, solution.at(i).w),
                 doubt_w: solution.doubt_at(i).w,
+                doubt_ratio,
                 w: state.w.to_vec(),
             });
         }
@@ -128,6 +150,15 @@ fn follow(
     let violations = passivity.violations();
     let ending = Ending::of(&result, grid.steps, done);
     Ok(Books { method: row.name, rows, drift, violations, ending })
+}
+
+/// H of the reference, and what its doubt makes of it: |∇H| times that of q and p.
+fn energy_of(subject: &dyn Subject<f64>, solution: &Solution<f64>, i: usize) -> Measured {
+    let state = solution.at(i);
+    let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
+    subject.gradient(state.q, state.p, &mut hq, &mut hp);
+    let slope: f64 = hq.iter().chain(&hp).map(|x: &f64| x.abs()).sum();
+    Measured { error: state.energy(subject), doubt: slope * solution.doubt_at(i).qp }
 }
 
 /// The difference of the largest size, with its sign.

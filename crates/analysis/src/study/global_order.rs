@@ -32,6 +32,13 @@ pub struct GlobalRow {
     pub failure: Option<String>,
 }
 
+impl GlobalRow {
+    /// The error with its doubt.
+    pub fn measured(&self) -> Option<Measured> {
+        self.error.map(|error| Measured { error, doubt: self.doubt })
+    }
+}
+
 /// Global errors of each method at each of the `steps`, in the order given.
 ///
 /// # Errors

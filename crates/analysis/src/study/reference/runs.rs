@@ -1,0 +1,179 @@
+//! References from runs: increment-8 at steps halved again and again, and methods of two other families
+//! at tight tolerances. The two that agree best are the reference and its check.
+
+use super::super::Problem;
+use crate::Solution;
+use crate::measured::Doubt;
+use crate::progress::Progress;
+use afterbay_core::{Grid, InputError, IntegrateError, State, Tolerance, View};
+use afterbay_methods::registry;
+use std::ops::ControlFlow;
+
+/// Runs that differ by no more than this, beside the largest number in them, agree.
+const AGREEMENT: f64 = 1e-12;
+/// Below this share of the largest number differences that no longer fall are those of roundings. Above
+/// it errors may not have begun to fall as they will, and the search goes on.
+const ROUNDINGS: f64 = 1e-9;
+/// So many differences, one after the other, that do not fall are the last.
+const IDLE: u32 = 2;
+/// The longest step tried.
+const COARSEST: f64 = 0.1;
+/// Steps of a run, times the number of degrees of freedom.
+const MOST_WORK: u64 = 4_000_000;
+/// Tolerances of the methods that choose their steps.
+const TOLERANCES: [f64; 2] = [1e-10, 1e-12];
+/// Methods of other families: explicit, and for stiff systems.
+const FAMILIES: [&str; 2] = ["adaptive-dop853", "adaptive-collocation"];
+/// An implicit run solves dense equations: no more degrees of freedom than this.
+const LARGEST_DENSE: usize = 64;
+
+/// The reference at the times `i h`, i = 0..=count.
+pub(super) fn by_runs(
+    problem: &Problem,
+    h: f64,
+    count: usize,
+    progress: &dyn Progress,
+) -> Result<Solution<f64>, IntegrateError> {
+    let halved = halved(problem, h, count, progress);
+    if matches!(&halved, Err(IntegrateError::Interrupted | IntegrateError::Input(_))) {
+        return halved.map(|(found, _)| found);
+    }
+    if let Ok((found, true)) = halved {
+        return Ok(found);
+    }
+    let mut others: Vec<Solution<f64>> = Vec::new();
+    for name in FAMILIES {
+        if name == FAMILIES[1] && problem.model.dof() > LARGEST_DENSE {
+            continue;
+        }
+        for tolerance in TOLERANCES {
+            match within(problem, name, tolerance, (h, count), progress) {
+                Ok(found) => others.push(found),
+                Err(IntegrateError::Interrupted) => return Err(IntegrateError::Interrupted),
+                // A run that fails is no reference; the others may be.
+                Err(_) => {}
+            }
+        }
+    }
+    let mut best = halved.as_ref().ok().map(|(found, _)| found.clone());
+    let all: Vec<&Solution<f64>> = halved.iter().map(|(found, _)| found).chain(&others).collect();
+    for (i, first) in all.iter().enumerate().rev() {
+        for second in &all[..i] {
+            let found = checked(first, second, 2.0);
+            if best.as_ref().is_none_or(|best| found.doubt().most() < best.doubt().most()) {
+                best = Some(found);
+            }
+        }
+    }
+    match (best, halved) {
+        (Some(found), _) => Ok(found),
+        (None, Err(error)) => Err(error),
+        (None, Ok((found, _))) => Ok(found),
+    }
+}
+
+/// A run whose doubt is its distance from another, so far along it, times a factor.
+fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solution<f64> {
+    let (mut checked, mut most) = (found.without_doubt(), Doubt::default());
+    for i in 0..found.len() {
+        let [q, p, w] = other.errors(i, found.at(i)).map(|off| factor * off.error);
+        most = most.larger(Doubt { qp: q, w }).larger(Doubt { qp: p, w });
+        checked.raise_doubt(i, most);
+    }
+    checked
+}
+
+/// A run of increment-8 with a step halved until it no longer matters, and whether it came to that. The
+/// doubt is the difference of the last two runs: halving the step of a method of order 8 makes the error
+/// 256 times smaller. Where a kink comes first errors do not fall evenly, and the larger of the last two
+/// differences counts.
+fn halved(
+    problem: &Problem,
+    h: f64,
+    count: usize,
+    progress: &dyn Progress,
+) -> Result<(Solution<f64>, bool), IntegrateError> {
+    let row = registry::find("increment-8");
+    let row = row.ok_or(InputError::Unsupported { method: "increment-8", why: "it is not registered" })?;
+    let (method, dof) = (problem.model.bind(row)?, problem.model.dof());
+    let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
+        let mut solution = Solution::with_room(dof, count + 1);
+        let grid = Grid::of(h / parts as f64, count as u64 * parts)?;
+        method.run(grid, &mut problem.start()?, 1, &mut |step, state| {
+            if step % parts == 0 {
+                solution.push(state);
+            }
+            heard(progress)
+        })?;
+        if progress.stopped() { Err(IntegrateError::Interrupted) } else { Ok(solution) }
+    };
+    // An odd number of parts to begin with: no run whose step is h halved is compared with itself.
+    let mut parts = (h / COARSEST).ceil().max(3.0) as u64 | 1;
+    let mut before = follow(parts);
+    let (mut last, mut idle) = (f64::INFINITY, 0);
+    let mut best: Option<Solution<f64>> = None;
+    loop {
+        if matches!(before, Err(IntegrateError::Interrupted | IntegrateError::Input(_))) {
+            return before.map(|found| (found, false));
+        }
+        parts *= 2;
+        if (parts * count as u64).saturating_mul(dof as u64) > MOST_WORK {
+            return best.map_or_else(|| before, Ok).map(|found| (found, false));
+        }
+        let found = follow(parts);
+        if let (Ok(before), Ok(found)) = (&before, &found) {
+            let (doubt, size) = found.distance(before);
+            idle = if doubt > last / 2.0 && doubt < ROUNDINGS * size { idle + 1 } else { 0 };
+            let uneven = if doubt > last / 2.0 { (last / doubt).max(1.0) } else { 1.0 };
+            let candidate = checked(found, before, if uneven.is_finite() { uneven } else { 1.0 });
+            let settled = doubt <= AGREEMENT * size || idle == IDLE;
+            let better = |best: &Solution<f64>| candidate.doubt().most() < best.doubt().most();
+            if settled || best.as_ref().is_none_or(better) {
+                best = Some(candidate);
+            }
+            if let Some(best) = best.take_if(|_| settled) {
+                return Ok((best, true));
+            }
+            last = doubt;
+        }
+        before = found;
+    }
+}
+
+/// A run of a method that chooses its steps, from each of the times to the next.
+fn within(
+    problem: &Problem,
+    name: &'static str,
+    tolerance: f64,
+    (h, count): (f64, usize),
+    progress: &dyn Progress,
+) -> Result<Solution<f64>, IntegrateError> {
+    let row = registry::find_adaptive(name);
+    let row = row.ok_or(InputError::Unsupported { method: name, why: "it is not registered" })?;
+    let (method, dof) = (problem.model.bind_adaptive(row)?, problem.model.dof());
+    let most = MOST_WORK / dof as u64;
+    let mut state: State<Vec<f64>> = problem.start()?;
+    let mut solution = Solution::with_room(dof, count + 1);
+    solution.push(state.view());
+    let mut steps = 0;
+    for i in 1..=count {
+        let end = h * i as f64;
+        let mut see = |_: u64, _: View<'_, f64>| {
+            steps += 1;
+            if steps > most { ControlFlow::Break(()) } else { heard(progress) }
+        };
+        method.run(&Tolerance::all(tolerance), end, &mut state, &mut see)?;
+        if progress.stopped() {
+            return Err(IntegrateError::Interrupted);
+        }
+        if steps > most {
+            return Err(InputError::Budget { steps: steps as f64, limit: most as f64 }.into());
+        }
+        solution.push(state.view());
+    }
+    Ok(solution)
+}
+
+fn heard(progress: &dyn Progress) -> ControlFlow<()> {
+    if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}

@@ -1,0 +1,291 @@
+//! References are within their doubt of an independent computation, whatever the scene.
+
+use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::study::{Problem, global_order};
+use afterbay_analysis::{Doubt, Model, Solution};
+use afterbay_core::taylor::{Pace, Sampled, follow};
+use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System};
+use afterbay_methods::registry::{find, find_adaptive};
+use afterbay_systems::{Custom, Description, Friction};
+use proptest::prelude::*;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+fn described(potential: &str, friction: Friction) -> Custom<f64> {
+    let parts = (Vec::new(), Vec::new());
+    let potential = potential.to_owned();
+    let description = Description { potential, friction, masses: parts.0, parameters: parts.1 };
+    Custom::new(&description).expect("a system")
+}
+
+fn custom(potential: &str, dissipation: &[&str]) -> Custom<f64> {
+    let forces = dissipation.iter().map(ToString::to_string).collect();
+    let friction = if dissipation.is_empty() { Friction::None } else { Friction::Forces(forces) };
+    described(potential, friction)
+}
+
+fn problem(model: Model, q: &[f64], p: &[f64], end: f64) -> Problem {
+    Problem { model, q: q.to_vec(), p: p.to_vec(), end }
+}
+
+fn of(system: Custom<f64>, q: &[f64], p: &[f64], end: f64) -> Problem {
+    problem(Model::Custom(system), q, p, end)
+}
+
+fn known(problem: &Problem, count: usize) -> Solution<f64> {
+    problem.solution(problem.end / count as f64, count, &Silent).expect("a reference")
+}
+
+/// The state at the end by another order, other strides and samples of the defect, in 106 bits.
+fn otherwise<S>(system: &S, problem: &Problem) -> State<Vec<Quad>>
+where
+    S: System<Series<Quad, 16>>,
+{
+    let start: State<Vec<Quad>> = problem.start().expect("a state");
+    let (mut last, pace) = (start.clone(), Pace { share: 0.6, ..Pace::FULL });
+    let (defect, run) = (Sampled(system), (Quad::from_f64(problem.end), 1));
+    follow((system, &defect), &start, run, pace, &|| false, &mut |_, state| last = state).expect("a run");
+    last
+}
+
+fn lifted(system: &Custom<f64>) -> Custom<Series<Quad, 16>> {
+    system.map(|x| Series::constant(Quad::from_f64(x)))
+}
+
+/// How far a reference ends from a state, of (q, p) and of w.
+fn off(found: &Solution<f64>, exact: &State<Vec<Quad>>) -> Doubt {
+    let at = found.at(found.len() - 1);
+    let apart = |a: &[f64], b: &[Quad]| {
+        let differences = a.iter().zip(b).map(|(&a, &b)| (Quad::from_f64(a) - b).abs().to_f64());
+        differences.fold(0.0, f64::max)
+    };
+    let [q, p, w] = [(at.q, &exact.q), (at.p, &exact.p), (at.w, &exact.w)].map(|(a, b)| apart(a, b));
+    Doubt { qp: q.max(p), w }
+}
+
+fn is_within(off: Doubt, doubt: Doubt) -> bool {
+    off.qp <= doubt.qp && off.w <= doubt.w
+}
+
+/// The state at the end by RK4 with very many steps.
+fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
+    let mut state = problem.start().expect("a state");
+    let grid = Grid::of(problem.end / steps as f64, steps).expect("a grid");
+    let rk4 = problem.model.bind(find("rk4").expect("a method")).expect("it applies");
+    rk4.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(())).expect("a run");
+    state
+}
+
+/// The largest of what two states are apart by.
+fn apart(found: &Solution<f64>, other: &State<Vec<f64>>) -> f64 {
+    found.errors(found.len() - 1, other.view()).map(|x| x.error).into_iter().fold(0.0, f64::max)
+}
+
+#[test]
+fn powers_that_are_left_out_are_no_end() {
+    let quartic = Model::Duffing { alpha: 0.0, beta: 1.0, c: 0.0 };
+    let scene = problem(quartic, &[0.0], &[1.0], 2.0);
+    let rk4 = [find("rk4").expect("a method")];
+    let rows = global_order::run(&scene, &rk4, &[0.1, 0.05, 0.025], &Silent).expect("orders");
+    for row in &rows {
+        assert!(row.error.is_some_and(|error| error < 1e-4 && error >= 0.0), "{row:?}");
+        if row.variable != "w" && row.h < 0.04 {
+            assert!(row.order.is_some_and(|order| (order - 4.0).abs() < 0.2), "{row:?}");
+        }
+    }
+    for potential in ["(q1^2+q2^2)^2/4", "(q1^2+q2^2)^4", "(q1-q2)^10 + q2^10", "q1^20 + q2^26"] {
+        let system = custom(potential, &[]);
+        let scene = of(system.clone(), &[0.0, 0.0], &[1.0, 0.5], 2.0);
+        let found = known(&scene, 1);
+        let (off, doubt) = (off(&found, &otherwise(&lifted(&system), &scene)), found.doubt_at(1));
+        assert!(is_within(off, doubt) && doubt.qp < 1e-15, "{potential}: {off:?} {doubt:?}");
+        let steps = by_steps(&scene, 20_000);
+        assert!(apart(&found, &steps) < 1e-10, "{potential}: {}", apart(&found, &steps));
+    }
+}
+
+#[test]
+fn features_narrower_than_a_stride_are_met() {
+    let scenes = [
+        ("q1^2/2", "0.2*tanh(p1/0.001)", 2.0, 0.0),
+        ("q1^2/2 + 0.5*exp(-(q1/0.01)^2)", "0", 1.3, 0.2),
+        ("q1^2/2 + 0.02*log(1 + exp((q1-0.4)/0.005))", "0.1*p1", 1.3, 0.2),
+        ("q1^2/2 + 0.1*tanh(exp(40*(q1-1)))", "0.05*p1*(1+atan(p1/0.01))", 1.3, 0.2),
+    ];
+    for (potential, dissipation, q, p) in scenes {
+        let scene = of(custom(potential, &[dissipation]), &[q], &[p], 4.0);
+        let found = known(&scene, 1);
+        let off = apart(&found, &by_steps(&scene, 400_000));
+        println!("{potential} {dissipation}: {off:e}, doubt {:?}", found.doubt_at(1));
+        assert!(off < 1e-7 && found.doubt_at(1).most() < 1e-14, "{potential} {dissipation}: {off:e}");
+    }
+}
+
+#[test]
+fn chaos_gives_a_doubt_that_grows_like_it() {
+    let system = custom("q1^2/2 + q2^2/2 + q1^2*q2 - q2^3/3", &[]);
+    let scene = of(system.clone(), &[0.0, -0.25], &[0.42, 0.0], 600.0);
+    let found = known(&scene, 12);
+    let other = otherwise(&lifted(&system), &scene);
+    let (off, doubt) = (off(&found, &other), found.doubt_at(12));
+    let early = found.doubt_at(1);
+    println!("off by {off:?}, doubt {doubt:?}, early {early:?}");
+    assert!(is_within(off, Doubt { qp: 2.0 * doubt.qp, w: 2.0 * doubt.w }), "{off:?} {doubt:?}");
+    assert!(early.qp < 2e-16 && doubt.qp > 1e3 * early.qp, "{early:?} {doubt:?}");
+}
+
+#[test]
+fn near_a_saddle_the_doubt_grows_and_at_it_nothing_moves() {
+    let well = |c| Model::Duffing { alpha: -1.0, beta: 1.0, c };
+    let rest = known(&problem(well(0.3), &[0.0], &[0.0], 100.0), 4);
+    assert_eq!(rest.doubt(), Doubt::default());
+    assert_eq!((rest.at(4).q, rest.at(4).p), (&[0.0][..], &[0.0][..]));
+    // Down to the saddle on its stable manifold, nearly, and away from it.
+    let system = custom("-q1^2/2 + q1^4/4", &[]);
+    for slip in [0.0, 1e-9, 1e-14] {
+        let scene = of(system.clone(), &[0.5], &[-(0.25_f64 - 0.031_25).sqrt() + slip], 40.0);
+        let found = known(&scene, 1);
+        let (off, doubt) = (off(&found, &otherwise(&lifted(&system), &scene)), found.doubt_at(1));
+        println!("{slip:e}: off by {off:?}, doubt {doubt:?}");
+        assert!(is_within(off, doubt), "{slip:e}: {off:?} {doubt:?}");
+    }
+}
+
+#[test]
+fn a_stiff_chain_has_a_reference_worth_the_name() {
+    let n = 20;
+    let model = Model::FputChain { n, beta: 1e4, c: 0.0 };
+    let q: Vec<f64> = (0..n).map(|j| 0.3 * (j as f64 * 0.7).sin()).collect();
+    let scene = problem(model, &q, &vec![0.0; n], 0.5);
+    let found = known(&scene, 1);
+    let system = scene.model.subject::<f64>().expect("a system");
+    let energy = [0, 1].map(|i| found.at(i).energy(&*system));
+    assert!((energy[1] / energy[0] - 1.0).abs() < 1e-12, "{energy:?}");
+    let doubt = found.doubt_at(1).qp;
+    let dop853 = scene.model.bind_adaptive(find_adaptive("adaptive-dop853").expect("a method"));
+    let mut state = scene.start::<f64>().expect("a state");
+    let tolerance = afterbay_core::Tolerance::all(1e-12);
+    let see = &mut |_: u64, _: afterbay_core::View<'_, f64>| ControlFlow::Continue(());
+    dop853.expect("it applies").run(&tolerance, scene.end, &mut state, see).expect("a run");
+    println!("doubt {doubt:e}, apart {:e}", apart(&found, &state));
+    assert!(doubt < 1e-6 && apart(&found, &state) < 1e-5, "{doubt:e} {:e}", apart(&found, &state));
+}
+
+/// Stops the n-th time it is asked.
+struct After(AtomicU64, u64);
+
+impl Progress for After {
+    fn begin(&self, _stage: &str, _total: usize) {}
+    fn advance(&self) {}
+    fn stopped(&self) -> bool {
+        self.0.fetch_add(1, Ordering::Relaxed) >= self.1
+    }
+}
+
+#[test]
+fn references_end_where_they_are_asked_to() {
+    let chain = |n| Model::FputChain { n, beta: 100.0, c: 0.01 };
+    let kink = Model::Custom(custom("sqrt(4*q1^2)", &[]));
+    let scenes = [
+        problem(chain(8), &[1.0; 8], &[0.0; 8], 1000.0),
+        problem(chain(300), &[0.5; 300], &[0.1; 300], 1000.0),
+        problem(Model::VanDerPol { mu: 1e6 }, &[2.0], &[0.0], 1000.0),
+        problem(kink, &[1.0], &[0.0], 1000.0),
+        problem(Model::DampedOscillator { k: 1.0, b: 0.1 }, &[1.0], &[0.0], 1000.0),
+    ];
+    for scene in scenes {
+        for asked in [0, 3, 40] {
+            let clock = Instant::now();
+            let found = scene.solution(scene.end / 100.0, 100, &After(AtomicU64::new(0), asked));
+            assert_eq!(found.map(|_| ()), Err(IntegrateError::Interrupted), "{scene:?}");
+            assert!(clock.elapsed() < Duration::from_secs(5), "{scene:?} {:?}", clock.elapsed());
+        }
+    }
+}
+
+#[test]
+fn what_is_not_resolved_shows_no_order() {
+    let lengths = Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81, c1: 0.0, c2: 0.0 };
+    let scene = problem(lengths, &[2.5, 2.0], &[0.0, 0.0], 60.0);
+    let rk4 = [find("rk4").expect("a method")];
+    let rows = global_order::run(&scene, &rk4, &[0.02, 0.01], &Silent).expect("orders");
+    let q = rows.iter().filter(|row| row.variable == "q");
+    for row in q {
+        let measured = row.measured().expect("it ended");
+        println!("{measured}, order {:?}", row.order);
+        assert_eq!(measured.to_string().starts_with('≤'), !measured.is_resolved());
+        assert!(measured.is_resolved() || row.order.is_none(), "{row:?}");
+        assert!(row.doubt > 1e-12, "{row:?}");
+    }
+}
+
+/// A potential in sums of even powers, with the friction of each degree of freedom.
+fn polynomial() -> impl Strategy<Value = (String, Vec<String>, Vec<f64>, Vec<f64>)> {
+    let term = (prop::collection::vec(-2_i32..=2, 6), 1_u32..=6, 1_u32..=20);
+    let state = prop_oneof![2 => Just(0.0), 3 => -1.5..1.5_f64];
+    let rub = prop_oneof![Just(0), Just(1), Just(2)];
+    (1_usize..=6).prop_flat_map(move |n| {
+        let terms = prop::collection::vec(term.clone(), 1..=3);
+        let rubs = prop::collection::vec((rub.clone(), 1_u32..=9), n);
+        let states = prop::collection::vec(state.clone(), 2 * n);
+        (terms, rubs, states, any::<bool>()).prop_map(move |(terms, rubs, states, square)| {
+            let form = |weights: &[i32]| {
+                let parts = weights.iter().take(n).enumerate().map(|(j, a)| format!("({a})*q{}", j + 1));
+                parts.collect::<Vec<_>>().join(" + ")
+            };
+            let mut parts: Vec<String> = terms
+                .iter()
+                .map(|(weights, half, c)| format!("{c}/10*({})^{}", form(weights), 2 * half))
+                .collect();
+            parts.push(format!("0*q{n}"));
+            if square {
+                parts.extend((1..=n).map(|j| format!("q{j}^2/2")));
+            }
+            let rub = |(j, &(kind, c)): (usize, &(i32, u32))| match kind {
+                0 => "0".to_owned(),
+                1 => format!("{c}/10*p{}", j + 1),
+                _ => format!("{c}/20*(1 + q{}^2)*p{}", j + 1, j + 1),
+            };
+            let rubs = rubs.iter().enumerate().map(rub).collect();
+            (parts.join(" + "), rubs, states[..n].to_vec(), states[n..].to_vec())
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn polynomials_are_known_to_their_doubt((potential, rubs, q, p) in polynomial(), end in 0.2..1.5_f64) {
+        let system = described(&potential, Friction::Forces(rubs));
+        let scene = of(system.clone(), &q, &p, end);
+        let found = known(&scene, 1);
+        let (off, doubt) = (off(&found, &otherwise(&lifted(&system), &scene)), found.doubt_at(1));
+        let size = found.at(1).q.iter().chain(found.at(1).p).fold(1.0, |most: f64, x| most.max(x.abs()));
+        prop_assert!(is_within(off, doubt), "{off:?} {doubt:?}");
+        prop_assert!(doubt.qp < 1e-15 * size, "{doubt:?}");
+        let exact = scene.model.subject::<Quad>().expect("a system");
+        let start = scene.start().expect("a state");
+        let sharp = exact.solution(&start, Quad::from_f64(end), 1, &Silent).expect("a reference");
+        prop_assert!(sharp.doubt_at(1).qp < 1e-24 * size, "{:?}", sharp.doubt_at(1));
+    }
+
+    #[test]
+    fn features_of_any_width_are_met(
+        width in -3.0..-0.5_f64, place in -1.5..1.5_f64, kind in 0..4_u32, q in -2.0..2.0_f64
+    ) {
+        let w = 10_f64.powf(width);
+        let (potential, rub) = match kind {
+            0 => (format!("q1^2/2 + {w}*tanh((q1-({place}))/{w})"), "0.1*p1".to_owned()),
+            1 => (format!("q1^2/2 + 0.2*exp(-((q1-({place}))/{w})^2)"), "0".to_owned()),
+            2 => ("q1^2/2".to_owned(), format!("0.3*tanh((p1-({place}))/{w})")),
+            _ => ("q1^2/2".to_owned(), format!("0.1*p1*(1 + 4/(1 + ((p1-({place}))/{w})^2))")),
+        };
+        let scene = of(custom(&potential, &[&rub]), &[q], &[0.4], 3.0);
+        let found = known(&scene, 1);
+        let off = apart(&found, &by_steps(&scene, 100_000));
+        prop_assert!(off < 3e-6, "{off:e} {potential} {rub}");
+        prop_assert!(found.doubt_at(1).most() < 1e-12, "{:?}", found.doubt_at(1));
+    }
+}
