@@ -40,6 +40,10 @@ impl Separable<f64> for Conservative {
         self.0.edge(q, j, to)
     }
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+    #[inline(always)]
     fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
         Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }

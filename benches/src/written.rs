@@ -89,6 +89,10 @@ impl Separable<f64> for Pendulum {
         Line { value: self.g * sin * sinc, slope: self.g * (cos * sinc + sin * bend) / 2.0 }
     }
     #[inline]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+    #[inline]
     fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
         Drag { value: self.c * p[0], by_q: 0.0, by_p: self.c }
     }
@@ -120,6 +124,10 @@ impl Separable<f64> for Morse {
         }
     }
     #[inline]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+    #[inline]
     fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
         Drag { value: self.c * p[0], by_q: 0.0, by_p: self.c }
     }
@@ -141,6 +149,10 @@ impl Separable<f64> for HenonHeiles {
             let value = (from + to) / 2.0 + q[0] * q[0] - cubes / 3.0;
             Line { value, slope: 0.5 - (from + 2.0 * to) / 3.0 }
         }
+    }
+    #[inline]
+    fn has_exact_edges(&self) -> bool {
+        true
     }
     #[inline]
     fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {

@@ -310,6 +310,45 @@ pub enum StepFailure {
         /// How far K would move, in roundings of what it is made of.
         roundings: f64,
     },
+    /// V is singular between the ends of the edge along which a coordinate would move. A mean of ∂V/∂q along it exists, and would
+    /// keep K across the pole.
+    #[error(
+        "V is singular between q{} = {from:?} and {to:?}, where the step would lead: no step crosses a singularity, take a smaller \
+         one, or end before the motion itself meets it",
+        dof + 1
+    )]
+    AcrossSingularity {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Where the edge starts.
+        from: f64,
+        /// Where it would end.
+        to: f64,
+    },
+    /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on it.
+    #[error(
+        "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a smaller step, or give the edge in \
+         closed form",
+        dof + 1
+    )]
+    EdgeUnresolved {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Where the edge starts.
+        from: f64,
+        /// Where it ends.
+        to: f64,
+    },
+    /// The means along the edges of a step do not add up to what H changes by.
+    #[error(
+        "the means along the edges of the step do not add up to the increment of H (K would move by {roundings:.0} roundings): \
+         H changes between the points they are taken from, or is another function; take a smaller step, or give the edges in \
+         closed form"
+    )]
+    BalanceLost {
+        /// How far K would move, in roundings of what it is made of.
+        roundings: f64,
+    },
     /// The step is too long for the flow of the linearised system to be followed.
     #[error(
         "h times the rates of the linearised system is more than {limit:e}, or about that: take a smaller step"

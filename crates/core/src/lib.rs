@@ -7,7 +7,8 @@
 //! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some know besides ([`Separable`],
 //! [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`], [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`]
 //! and a failure are, and which numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], eight lanes [`f64x8`]). It holds the
-//! time loops ([`integrate`], and [`integrate_within`] a [`Tolerance`]), the divided differences without cancellation ([`edge`]), the solvers of scalar equations
+//! time loops ([`integrate`], and [`integrate_within`] a [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`],
+//! [`edge`]), systems from their formulas alone ([`Formulas`]), the solvers of scalar equations
 //! ([`solver`]), solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]). It knows no
 //! method and no system by name.
 
@@ -19,6 +20,7 @@ pub mod divided;
 pub mod edge;
 mod exact;
 mod failure;
+mod formulas;
 mod grid;
 mod integrate;
 mod method;
@@ -40,6 +42,7 @@ pub use coupling::Coupling;
 pub use curvature::{Block, Curvature};
 pub use exact::ExactFlow;
 pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
+pub use formulas::{Formulas, FromFormulas};
 pub use grid::Grid;
 pub use integrate::{integrate, integrate_in};
 pub use method::{Effort, Method};

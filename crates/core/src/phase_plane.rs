@@ -13,9 +13,9 @@ pub trait PhasePlane<T: Scalar>: System<T> {
 
     /// The mean of ∂H/∂q_j as q_j goes from one end to the other at a fixed `p_j`: ΔH/Δq_j without its cancellation.
     ///
-    /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature ([`edge::mean`]), exact for H a
-    /// polynomial of degree 16 in q_j and accurate to rounding while the edge is short against the length on which H
-    /// changes. Beyond that K is kept as well as the mean is. Give the closed form where there is one.
+    /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature ([`edge::mean`]), on parts of
+    /// the edge where it must, and is NaN where these do not resolve it. Give the closed form where
+    /// there is one, and say so in [`PhasePlane::has_exact_means`].
     #[inline]
     fn along_q(&self, q: &[T], p: &[T], j: usize, [from, to]: [T; 2], p_j: T) -> Mean<T> {
         let [value, by_end, by_other] = edge::mean(from, to, |at, share| {
@@ -34,6 +34,13 @@ pub trait PhasePlane<T: Scalar>: System<T> {
             [hp, share * hpp, hqp]
         });
         Mean { value, by_end, by_other }
+    }
+
+    /// Are the means exact to roundings on every edge? Where they are not, as by default, K is compared
+    /// before and after each step.
+    #[inline(always)]
+    fn has_exact_means(&self) -> bool {
+        false
     }
 
     /// D_j at `at`, given the velocity `v` of j. The derivatives steer Newton's iteration and need not be exact.

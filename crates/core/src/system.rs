@@ -125,9 +125,10 @@ pub trait Separable<T: Scalar>: System<T> {
     /// The mean of ∂V/∂q_j along the edge from q to the point with coordinate j moved to `to`,
     /// `[V(.., to, ..) - V(q)] / (to - q_j)` without its cancellation, and its derivative by `to`.
     ///
-    /// The default integrates [`Separable::partial`] by Gauss-Legendre quadrature ([`edge::by_quadrature`]), exact
-    /// for polynomial V and accurate to rounding while the edge is short against the length on which V changes.
-    /// Give the closed form where there is one.
+    /// The default integrates [`Separable::partial`] by Gauss-Legendre quadrature ([`edge::by_quadrature`]), on
+    /// parts of the edge where it must, and is NaN where these do not resolve it. Where V is written for
+    /// every scalar, [`edge::of_potential`] is exact and faster, and [`crate::FromFormulas`] uses it
+    /// unasked. Give that or a closed form where there is one, and say so in [`Separable::has_exact_edges`].
     #[inline]
     fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
         edge::by_quadrature(q[j], to, |at| self.partial(q, j, at))

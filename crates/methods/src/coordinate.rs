@@ -6,7 +6,7 @@
 //! ```
 
 use afterbay_core::solver::{Equation, Root, Sample, Solver};
-use afterbay_core::{Drag, Scalar, Separable, StepFailure};
+use afterbay_core::{Drag, Mask, Scalar, Separable, StepFailure};
 
 /// A coordinate before its step.
 pub(crate) struct Coordinate<T> {
@@ -81,6 +81,22 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
     }
 }
 
+/// The same equation, on this side of all singularities: beyond them its slope is such that no solver
+/// takes a step.
+struct Guarded<'a, 'b, T, S: ?Sized>(Pull<'a, 'b, T, S>);
+
+impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> {
+    fn at(&mut self, share: T, v: T) -> Sample<T> {
+        let Coordinate { q: q0, steps: [rate, ..], .. } = *self.0.coordinate;
+        let Along { system, j, ref q, .. } = *self.0.along;
+        if system.is_singular_along(q, j, (share * rate).mul_add(v, q0)) {
+            let slope = T::from_f64(f64::NEG_INFINITY);
+            return Sample { value: T::zero(), slope, rough: T::zero(), blur: T::zero() };
+        }
+        self.0.at(share, v)
+    }
+}
+
 impl<T: Scalar> Coordinate<T> {
     /// Moves it along its edge.
     #[inline(always)]
@@ -89,8 +105,59 @@ impl<T: Scalar> Coordinate<T> {
         solver: &impl Solver,
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        let root = solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
-        Ok(self.moved(root, along))
+        match solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along }) {
+            Ok(root) if !self.is_singular(&along, root.x) => Ok(self.moved(root, along)),
+            outcome => self.around(solver, along, outcome),
+        }
+    }
+
+    /// Is V singular on the edge this mean momentum leads along?
+    #[inline(always)]
+    fn is_singular<S: Separable<T> + ?Sized>(&self, along: &Along<'_, T, S>, v: T) -> bool {
+        along.system.is_singular_along(along.q, along.j, self.end(v))
+    }
+
+    #[inline(always)]
+    fn end(&self, v: T) -> T {
+        self.steps[0].mul_add(v, self.q)
+    }
+
+    /// Where the equation was not solved, or the solution lies beyond a singularity: the solution on this
+    /// side of it, or the failure that says what is in the way.
+    #[cold]
+    #[inline(never)]
+    fn around<S: Separable<T> + ?Sized>(
+        &self,
+        solver: &impl Solver,
+        mut along: Along<'_, T, S>,
+        outcome: Result<Root<T>, StepFailure>,
+    ) -> Result<Moved<T>, StepFailure> {
+        // A root beyond, or the end of free flight, where the iteration starts.
+        let (v, failure) = match outcome {
+            Ok(root) => (root.x, None),
+            Err(failure) => (self.p, Some(failure)),
+        };
+        let (j, to) = (along.j, self.end(v));
+        let (dof, from, end) = (self.dof, self.q.to_f64(), to.to_f64());
+        if self.is_singular(&along, v) {
+            let guarded = Guarded(Pull { coordinate: self, along: &mut along });
+            if let Ok(root) = solver.solve(self.dof, self.p, guarded)
+                && !self.is_singular(&along, root.x)
+            {
+                return Ok(self.moved(root, along));
+            }
+            return Err(StepFailure::AcrossSingularity { dof, from, to: end });
+        }
+        let Along { system, ref q, .. } = along;
+        let finite = |x: T| x.is_finite().all();
+        let ends = finite(system.partial(q, j, self.q)) && finite(system.partial(q, j, to));
+        match failure {
+            Some(_) if ends && !finite(system.edge(q, j, to).value) => {
+                Err(StepFailure::EdgeUnresolved { dof, from, to: end })
+            }
+            Some(failure) => Err(failure),
+            None => Err(StepFailure::AcrossSingularity { dof, from, to: end }),
+        }
     }
 
     /// Where the mean momentum leads.

@@ -29,6 +29,7 @@ pub use composition::Composition;
 pub use general::GeneralIncrement;
 pub use tiled::Tiled;
 
+use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Moved};
 use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
@@ -99,7 +100,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let Workspace { before, order, friction } = workspace;
-        before.attempt(state, |state| {
+        let sweeps = |state: &mut State<V>| {
             let overall = overall(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
@@ -113,8 +114,36 @@ where
                 };
             }
             Ok(effort.shared_by(order.len()))
-        })
+        };
+        before.attempt_and(state, sweeps, |before, after| balanced(system, before, after))
     }
+}
+
+/// Has K stayed where it was, where the edges of the system are not exact?
+#[inline(always)]
+fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
+    system: &S,
+    before: [&[T]; 3],
+    after: [&[T]; 3],
+) -> Result<(), StepFailure> {
+    if system.has_exact_edges() {
+        return Ok(());
+    }
+    let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);
+    let account = |[q, p, _]: [&[T]; 3]| {
+        let energy = system.energy(q, p);
+        let kinetic = sum(&mut p.iter().enumerate().map(|(j, &p)| p * p / system.mass(j)));
+        Account { energy, size: kinetic + energy.abs() }
+    };
+    let gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
+    let losses = sum(&mut before[2].iter().zip(after[2]).map(|(a, b)| a.abs() + b.abs()));
+    let bends = || {
+        let at = |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
+        at(before[0]) + at(after[0])
+    };
+    let (before, after) = (account(before), account(after));
+    let size = before.size + losses;
+    balance::check(Account { size, ..before }, after, sum(&mut gains.into_iter()), bends)
 }
 
 /// The order given, or the natural one.

@@ -7,6 +7,7 @@
 
 mod adaptive;
 mod adaptive_dop853;
+mod balance;
 mod bend;
 mod collocation;
 mod coordinate;

@@ -92,6 +92,11 @@ impl<T: Scalar> Separable<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
         Drag { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
     }

@@ -94,6 +94,11 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
     }
 
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
         Drag { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
     }

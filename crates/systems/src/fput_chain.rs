@@ -146,6 +146,11 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
     }
 
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
         Drag { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
     }

@@ -84,6 +84,11 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
         self.force.drag(q, p, j)
     }

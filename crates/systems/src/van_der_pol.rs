@@ -88,6 +88,11 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
         let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
         Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }

@@ -117,6 +117,11 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
         self.single.drag(&q[j..], &p[j..], 0)
     }

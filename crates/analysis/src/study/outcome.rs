@@ -67,7 +67,10 @@ pub fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::SeveralSolutions { .. } => "several-solutions",
         StepFailure::Singular { .. } => "singular",
         StepFailure::Pole { .. } => "pole",
-        StepFailure::Unresolved { .. } => "unresolved",
+        StepFailure::Unresolved { .. }
+        | StepFailure::EdgeUnresolved { .. }
+        | StepFailure::BalanceLost { .. } => "unresolved",
+        StepFailure::AcrossSingularity { .. } => "singularity",
         StepFailure::TooLong { .. } => "too-long",
         StepFailure::NoRelaxationRoot { .. } => "no-relaxation-root",
         StepFailure::ProjectionFailed { .. } => "projection-failed",

@@ -1,5 +1,6 @@
 """Prints the tables of src/edge.rs: nodes 1/2 +- x and weights w of the Gauss-Legendre rule on [0, 1],
-each as two doubles that sum to it. Needs mpmath."""
+each as two doubles that sum to it; then what the values at the nodes are summed with for the Legendre
+coefficients of odd and even order n - 1 and n - 2. Needs mpmath."""
 
 from mpmath import cos, findroot, legendre, mp, mpf, pi
 
@@ -19,4 +20,5 @@ for n in (8, 16):
         x = findroot(lambda t: legendre(n, t), (low, high), solver="anderson", tol=1e-100)
         slope = n * (x * legendre(n, x) - legendre(n - 1, x)) / (x * x - 1)
         weight = 2 / ((1 - x * x) * slope * slope)
-        print("    [%r, %r, %r, %r]," % (*split(x / 2), *split(weight / 2)))
+        tail = [float((2 * k + 1) * weight / 2 * legendre(k, x)) for k in (n - 1, n - 2)]
+        print("    [%r, %r, %r, %r, %r, %r]," % (*split(x / 2), *split(weight / 2), *tail))

@@ -22,11 +22,27 @@ impl<V: Vector> Before<V> {
         state: &mut State<V>,
         sweeps: impl FnOnce(&mut State<V>) -> Result<Effort, StepFailure>,
     ) -> Result<Effort, StepFailure> {
+        self.attempt_and(state, sweeps, |_, _| Ok(()))
+    }
+
+    /// Takes the state through `sweeps`, and back where `check` of (q, p, w) before and after fails.
+    #[inline(always)]
+    pub(super) fn attempt_and(
+        &mut self,
+        state: &mut State<V>,
+        sweeps: impl FnOnce(&mut State<V>) -> Result<Effort, StepFailure>,
+        check: impl FnOnce([&[V::Scalar]; 3], [&[V::Scalar]; 3]) -> Result<(), StepFailure>,
+    ) -> Result<Effort, StepFailure> {
         let Self { q, p, w } = self;
         q.as_mut_slice().copy_from_slice(state.q.as_slice());
         p.as_mut_slice().copy_from_slice(state.p.as_slice());
         w.as_mut_slice().copy_from_slice(state.w.as_slice());
-        let outcome = sweeps(state).and_then(|effort| finite(state).map(|()| effort));
+        let outcome = sweeps(state).and_then(|effort| {
+            finite(state)?;
+            let after = [&state.q, &state.p, &state.w].map(V::as_slice);
+            check([q.as_slice(), p.as_slice(), w.as_slice()], after)?;
+            Ok(effort)
+        });
         if outcome.is_err() {
             std::mem::swap(&mut state.q, q);
             std::mem::swap(&mut state.p, p);

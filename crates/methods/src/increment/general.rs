@@ -22,7 +22,8 @@ mod plane;
 
 use super::before::Before;
 use super::{Composition, ordering};
-use afterbay_core::{Effort, InputError, Method, PhasePlane, Scalar, State, StepFailure, Vector};
+use crate::balance::{self, Account};
+use afterbay_core::{Effort, InputError, Method, PhasePlane, Scalar, Slopes, State, StepFailure, Vector};
 use plane::{First, Plane};
 
 /// The coordinate-increment discrete gradient for any H, composed of sweeps to and fro.
@@ -77,7 +78,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let Workspace { before, order } = workspace;
-        before.attempt(state, |state| {
+        let sweeps = |state: &mut State<V>| {
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
@@ -91,8 +92,38 @@ where
                 };
             }
             Ok(effort.shared_by(order.len()))
-        })
+        };
+        before.attempt_and(state, sweeps, |before, after| balanced(system, before, after))
     }
+}
+
+/// Has K stayed where it was, where the means of the system are not exact?
+fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
+    system: &S,
+    before: [&[T]; 3],
+    after: [&[T]; 3],
+) -> Result<(), StepFailure> {
+    if system.has_exact_means() {
+        return Ok(());
+    }
+    let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);
+    let account = |[q, p, w]: [&[T]; 3]| {
+        let energy = system.energy(q, p);
+        Account { energy, size: energy.abs() + sum(&mut w.iter().map(|w| w.abs())) }
+    };
+    let mut gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
+    let gained = sum(&mut gains);
+    // Kinetic energy and potential may cancel in H.
+    let bends = || {
+        let at = |[q, p, _]: [&[T]; 3]| {
+            sum(&mut (0..q.len()).map(|j| {
+                let Slopes { hq, hp, .. } = system.slopes(q, p, j, [q[j], p[j]]);
+                (hq * q[j]).abs() + (hp * p[j]).abs()
+            }))
+        };
+        at(before) + at(after)
+    };
+    balance::check(account(before), account(after), gained, bends)
 }
 
 /// Moves every degree of freedom once, in the order given.

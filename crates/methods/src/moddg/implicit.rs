@@ -1,6 +1,7 @@
 //! The scheme's solution for any system.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
+use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate};
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
@@ -43,9 +44,25 @@ where
             reach: Scalar::abs(q),
             dissipative,
         };
-        let (q, p) = (&mut [q], &mut [p]);
-        let moved = coordinate.advance(&self.solver, Along { system, j: 0, q, p })?;
+        let moved = coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
+        if !system.has_exact_edges() {
+            balanced(system, q, moved.q)?;
+        }
         commit(state, moved.q, moved.p, dissipative.then(|| w + moved.dw))?;
         Ok(Effort { evaluations: moved.evaluations, iterations: moved.evaluations })
     }
+}
+
+/// Does the mean of ∂V/∂q from q0 to q1 give the increment of V?
+fn balanced<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q0: T, q1: T) -> Result<(), StepFailure> {
+    let rise = system.edge(&[q0], 0, q1).value * (q1 - q0);
+    let account = |q: T| {
+        let energy = system.energy(&[q], &[T::zero()]);
+        Account { energy, size: energy.abs() }
+    };
+    let bends = || {
+        let at = |q: T| (q * system.partial(&[q], 0, q)).abs();
+        at(q0) + at(q1)
+    };
+    balance::check(account(q0), account(q1), -rise, bends)
 }

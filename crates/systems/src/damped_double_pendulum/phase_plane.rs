@@ -107,6 +107,11 @@ impl<T: Scalar> PhasePlane<T> for DampedDoublePendulum<T> {
     }
 
     #[inline(always)]
+    fn has_exact_means(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn resistance(&self, _q: &[T], _p: &[T], j: usize, _at: [T; 2], v: T) -> Resistance<T> {
         let c = self.c[j];
         Resistance { value: c * v, by_q: T::zero(), by_p: T::zero(), by_v: c }

@@ -101,6 +101,9 @@ impl Verdict {
             StepFailure::NotContracting { .. }
             | StepFailure::NewtonStalled { .. }
             | StepFailure::Unresolved { .. }
+            | StepFailure::AcrossSingularity { .. }
+            | StepFailure::EdgeUnresolved { .. }
+            | StepFailure::BalanceLost { .. }
             | StepFailure::TooLong { .. }
             | StepFailure::NoRelaxationRoot { .. }
             | StepFailure::ProjectionFailed { .. }

@@ -1,0 +1,40 @@
+//! Does K stay where it was? Asked where the means along edges come from quadrature, which does not
+//! see what H does between its nodes.
+
+use afterbay_core::{Mask, Scalar, StepFailure};
+
+/// K may move by so many roundings of what it is made of: those of the equations of a step, and of the
+/// terms of H, of which no more is known than their sum.
+const ROUNDINGS: f64 = 1e4;
+
+/// What K has been made of before a step, or is after it.
+#[derive(Clone, Copy)]
+pub(crate) struct Account<T> {
+    /// H
+    pub(crate) energy: T,
+    /// The sum of the sizes of what H is made of, as far as they are known.
+    pub(crate) size: T,
+}
+
+/// Looks whether H and the reservoirs, which gain `gained`, add up. `bends` gives what H changes by where
+/// the state is rounded, times 1/ε; it is asked where the rest is not enough.
+#[inline]
+pub(crate) fn check<T: Scalar>(
+    before: Account<T>,
+    after: Account<T>,
+    gained: T,
+    bends: impl FnOnce() -> T,
+) -> Result<(), StepFailure> {
+    let off = (after.energy - before.energy + gained).abs();
+    let size = before.size + after.size + gained.abs();
+    let unit = T::from_f64(T::EPSILON);
+    let within = |size: T| off.le(T::from_f64(ROUNDINGS) * unit * size).all();
+    if within(size) {
+        return Ok(());
+    }
+    let size = size + bends();
+    if within(size) {
+        return Ok(());
+    }
+    Err(StepFailure::BalanceLost { roundings: (off / (unit * size)).to_f64() })
+}
