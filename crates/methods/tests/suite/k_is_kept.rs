@@ -38,6 +38,9 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
             !closed && row.name != "moddg-fixed-point"
         }
         StepFailure::Unresolved { .. }
+        | StepFailure::AcrossSingularity { .. }
+        | StepFailure::EdgeUnresolved { .. }
+        | StepFailure::BalanceLost { .. }
         | StepFailure::Vanishes { .. }
         | StepFailure::ProjectionFailed { .. }
         | StepFailure::TooLarge { .. } => false,
