@@ -1,9 +1,10 @@
-//! Systems written as expressions beside the same systems built in, through the same methods: what a scene of one's own costs.
+//! Systems written as expressions beside the same systems built in or written in Rust, through the same methods: what a scene of one's own costs.
 //!
 //! The two are run in turn. A figure is the least over the turns, as a busy machine makes a run slower and never faster, and what else
 //! runs on the core may slow the one more than the other: all are gone through a few times, far apart. A ratio is that of the least.
 //! They end in the same state.
 
+use afterbay_benches::written::{HenonHeiles, Morse, Pendulum};
 use afterbay_core::{Curvature, Grid, Method, Separable, State, Vector, integrate};
 use afterbay_methods::{Collocation, Composition, Gonzalez, Increment, Leapfrog, ModDg, Relaxed, Rk4};
 use afterbay_systems::{
@@ -61,11 +62,28 @@ fn main() {
     let own_ring = custom(&potential, dissipation, &[("mu", 1.0), ("kappa", 0.3)]);
     let ring = VanDerPolRing::new(n, 1.0, 0.3).expect("parameters in range");
 
+    let pendulum = Pendulum { g: 1.5, c: 0.1 };
+    let own_pendulum = custom("g*(1 - cos(q1))", texts(&["c*p1"]), &[("g", 1.5), ("c", 0.1)]);
+    let morse = Morse { d: 2.0, a: 0.7, r: 1.0, c: 0.1 };
+    let own_morse = custom(
+        "d*(1 - exp(-a*(q1 - r)))^2",
+        texts(&["c*p1"]),
+        &[("d", 2.0), ("a", 0.7), ("r", 1.0), ("c", 0.1)],
+    );
+    let henon_heiles = HenonHeiles { c: 0.05 };
+    let own_henon_heiles =
+        custom("q1^2/2 + q2^2/2 + q1^2*q2 - q2^3/3", texts(&["c*p1", "c*p2"]), &[("c", 0.05)]);
+    let inside = State::new([0.3, -0.1], [-0.2, 0.1]).expect("a finite state");
+
     let mut table = Table { turns, rows: Vec::new() };
     for _ in 0..rounds {
         table.with_one("damped oscillator", &own_oscillator, &oscillator);
         table.with_one("Duffing", &own_duffing, &duffing);
         table.with_one("Van der Pol", &own_van_der_pol, &van_der_pol);
+        table.with_edges("pendulum", &own_pendulum, &pendulum);
+        table.with_edges("Morse bond", &own_morse, &morse);
+        let pair = Increment::new(Composition::pair());
+        table.compare("increment-2, Hénon-Heiles", &inside, &pair, &own_henon_heiles, &henon_heiles);
         table.with_many("chain of 64", &start, &own_chain, &chain);
         table.with_many("ring of 64", &start, &own_ring, &ring);
     }
@@ -88,6 +106,14 @@ impl Table {
         let start = State::new([1.3], [-0.4]).expect("a finite state");
         self.compare(&format!("moddg, {name}"), &start, &ModDg::newton(), own, built_in);
         self.with_any(name, &start, own, built_in);
+    }
+
+    /// The methods that rest on edges, beside a system written in Rust.
+    fn with_edges<B: Separable<f64>>(&mut self, name: &str, own: &Custom<f64>, written: &B) {
+        let start = State::new([1.3], [-0.4]).expect("a finite state");
+        self.compare(&format!("moddg, {name}"), &start, &ModDg::newton(), own, written);
+        let pair = Increment::new(Composition::pair());
+        self.compare(&format!("increment-2, {name}"), &start, &pair, own, written);
     }
 
     fn with_many<B>(&mut self, name: &str, start: &State<Vec<f64>>, own: &Custom<f64>, built_in: &B)
@@ -138,7 +164,7 @@ impl Table {
     fn print(&self) {
         println!(
             "{:40} {:>10} {:>10} {:>7}",
-            "ns a degree of freedom and step", "custom", "built in", "ratio"
+            "ns a degree of freedom and step", "custom", "in Rust", "ratio"
         );
         for (name, [custom, built_in]) in &self.rows {
             println!("{name:40} {custom:10.2} {built_in:10.2} {:7.2}", custom / built_in);

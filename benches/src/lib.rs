@@ -7,5 +7,6 @@ mod by_hand;
 pub mod chain;
 mod conservative;
 mod pairs;
+pub mod written;
 
 pub use pairs::{Pair, Run, STEPS, Subject, pairs};

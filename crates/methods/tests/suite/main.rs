@@ -15,6 +15,7 @@ mod compensated;
 mod cost_flags;
 mod coupled_friction;
 mod custom;
+mod exact_edges;
 mod failures;
 mod fresh;
 mod gonzalez;

@@ -59,8 +59,12 @@ impl Polynomial {
         };
         let mut c = *constant;
         for (mixed, &factor) in self.mixed.iter().zip(factors) {
-            let product = mixed.others.iter().fold(factor, |product, &i| product * q[i as usize]);
-            c[mixed.place] += product;
+            let product = match *mixed.others {
+                [i] => factor * q[i as usize],
+                [i, k] => factor * q[i as usize] * q[k as usize],
+                ref others => others.iter().fold(factor, |product, &i| product * q[i as usize]),
+            };
+            c[mixed.place % COUNT] += product;
         }
         // The quotient is h0 + h1 x + h2 x² + c4 x³ at the end.
         let (from, [c1, c2, c3, c4]) = (q[j], c);

@@ -103,6 +103,8 @@ class Edge:
     def power(self, n):
         if n == 0:
             return Edge(ONE, ONE, ZERO)
+        if n < 0 and self.a * self.b <= 0:
+            raise Undefined
         result = self
         for _ in range(abs(n) - 1):
             result = result.mul(self)

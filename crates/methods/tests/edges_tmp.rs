@@ -1,0 +1,2 @@
+#[path = "suite/exact_edges.rs"]
+mod exact_edges;

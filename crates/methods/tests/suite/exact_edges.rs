@@ -1,0 +1,381 @@
+//! K at any step: exact edges, edges that quadrature resolves, and what is refused by name.
+
+use afterbay_core::{
+    Drag, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State, StepFailure, System,
+    integrate,
+};
+use afterbay_methods::{Composition, Increment, ModDg};
+use afterbay_systems::{Custom, Description, Friction};
+use proptest::prelude::*;
+
+/// The pendulum of the README (g = 1) and of the guide (g = 9.81), known by its force alone.
+struct Pendulum {
+    g: f64,
+    c: f64,
+}
+
+impl System<f64> for Pendulum {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0 + self.g * (1.0 - q[0].cos())
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (self.g * q[0].sin(), p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        d[0] = self.c * v[0].abs() * v[0];
+    }
+}
+
+impl Separable<f64> for Pendulum {
+    fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
+        self.g * at.sin()
+    }
+    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
+        let by_p = 2.0 * self.c * p[0].abs();
+        Drag { value: self.c * p[0].abs() * p[0], by_q: 0.0, by_p }
+    }
+}
+
+/// The ring of the README.
+struct Ring;
+
+impl System<f64> for Ring {
+    fn dof(&self) -> usize {
+        12
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        (0..12).map(|j| p[j] * p[j] / 2.0 - q[j].cos() + (q[(j + 1) % 12] - q[j]).powi(2) / 2.0).sum()
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (0..12).for_each(|j| (hq[j], hp[j]) = (self.partial(q, j, q[j]), p[j]));
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        (0..12).for_each(|j| d[j] = 0.1 * v[j]);
+    }
+}
+
+impl Separable<f64> for Ring {
+    fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
+        at.sin() + 2.0 * at - q[(j + 1) % 12] - q[(j + 11) % 12]
+    }
+    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+        Drag { value: 0.1 * p[j], by_q: 0.0, by_p: 0.1 }
+    }
+}
+
+/// A pendulum from its formulas.
+struct Written {
+    g: f64,
+    c: f64,
+}
+
+impl Formulas for Written {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        T::from_f64(self.g) * (T::one() - q[0].sin_cos().1)
+    }
+    fn friction<T: Scalar>(&self, _q: &[T], v: &[T], _j: usize) -> T {
+        T::from_f64(self.c) * v[0].abs() * v[0]
+    }
+}
+
+/// How far K moves in some steps, at most, beside what it is made of.
+fn drift<M, S>(method: &M, system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> Result<f64, StepFailure>
+where
+    M: Method<Vec<f64>, S>,
+    S: Separable<f64>,
+{
+    let mut state = State::new(q, p).unwrap();
+    let (before, mut worst) = (state.total(system), 0.0_f64);
+    let mut workspace = method.workspace(system).unwrap();
+    for _ in 0..50 {
+        method.step(system, h, &mut state, &mut workspace)?;
+        worst = worst.max((state.total(system) - before).abs() / before.abs().max(1.0));
+    }
+    Ok(worst)
+}
+
+#[test]
+fn a_rotating_pendulum_keeps_k_at_any_step() {
+    for (g, k) in [(1.0, 200.0_f64), (9.81, 200.0)] {
+        for h in [0.01, 0.3, 1.0, 2.0, 7.0] {
+            for c in [0.0, 0.01] {
+                let (q, p) = (vec![0.3], vec![(2.0 * k).sqrt()]);
+                let (by_force, written) = (Pendulum { g, c }, FromFormulas(Written { g, c }));
+                let four = Increment::new(Composition::suzuki4());
+                let found = [
+                    drift(&ModDg::newton(), &by_force, h, q.clone(), p.clone()),
+                    drift(&four, &by_force, h, q.clone(), p.clone()),
+                    drift(&ModDg::newton(), &written, h, q.clone(), p.clone()),
+                    drift(&four, &written, h, q, p),
+                ];
+                for (i, drift) in found.into_iter().enumerate() {
+                    // Long steps may have no solution that continues from h = 0.
+                    if let Ok(drift) = drift {
+                        assert!(drift < 2e-13, "{i}: g = {g}, h = {h}, c = {c}: {drift:e}");
+                    } else {
+                        assert!(h > 0.9, "{i}: g = {g}, h = {h}, c = {c}: {drift:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ring_of_the_readme_keeps_k_on_long_steps() {
+    for h in [0.05, 0.5, 2.0] {
+        let q = (0..12).map(|j| (0.3 * f64::from(j)).sin()).collect();
+        let found = drift(&Increment::new(Composition::pair()), &Ring, h, q, vec![6.0; 12]).unwrap();
+        assert!(found < 1e-12, "{h}: {found:e}");
+    }
+}
+
+#[test]
+fn formulas_make_the_system() {
+    let (by_force, written) = (Pendulum { g: 9.81, c: 0.1 }, FromFormulas(Written { g: 9.81, c: 0.1 }));
+    for (q, p) in [(0.3, -0.7), (-2.0, 1.4), (0.0, 0.0)] {
+        let [mut hq, mut hp, mut d] = [[0.0]; 3];
+        written.gradient(&[q], &[p], &mut hq, &mut hp);
+        written.dissipation(&[q], &[p], &hp, &mut d);
+        let drag = |s: &dyn Separable<f64>| s.drag(&[q], &[p], 0);
+        let (found, exact) = (drag(&written), drag(&by_force));
+        assert!((written.energy(&[q], &[p]) - by_force.energy(&[q], &[p])).abs() < 1e-14);
+        assert!((hq[0] - 9.81 * q.sin()).abs() < 1e-14 && hp[0] == p && d[0] == found.value);
+        for (a, b) in [(found.value, exact.value), (found.by_q, exact.by_q), (found.by_p, exact.by_p)] {
+            assert!((a - b).abs() < 1e-15, "{found:?} {exact:?}");
+        }
+    }
+    // In 106 bits, where quadrature would show.
+    let start = State::new([Quad::from(0.3)], [Quad::from(20.0)]).unwrap();
+    let mut end = start.clone();
+    integrate(&ModDg::newton(), &written, Grid::of(0.7, 20).unwrap(), &mut end, &mut ()).unwrap();
+    assert!((end.total(&written) - start.total(&written)).abs().0 < 1e-27);
+}
+
+/// V = q²/2 with something at q = 1: a bump no node sees, or a pole.
+struct Narrow {
+    pole: bool,
+}
+
+impl System<f64> for Narrow {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        let x = q[0] - 1.0;
+        let rest = if self.pole { 0.1 / (x * x) } else { (x / 1e-4).tanh() };
+        p[0] * p[0] / 2.0 + q[0] * q[0] / 2.0 + rest
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (self.partial(q, 0, q[0]), p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d[0] = 0.0;
+    }
+}
+
+impl Separable<f64> for Narrow {
+    fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
+        let x = at - 1.0;
+        at + if self.pole { -0.2 / (x * x * x) } else { (x / 1e-4).cosh().powi(-2) * 1e4 }
+    }
+    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
+        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    }
+}
+
+#[test]
+fn what_quadrature_does_not_see_is_refused() {
+    let (moddg, pair) = (ModDg::newton(), Increment::new(Composition::pair()));
+    let bump = Narrow { pole: false };
+    let lost = |found: Result<f64, StepFailure>| matches!(found, Err(StepFailure::BalanceLost { .. }));
+    assert!(lost(drift(&moddg, &bump, 0.5, vec![0.0], vec![3.0])));
+    assert!(lost(drift(&pair, &bump, 0.5, vec![0.0], vec![3.0])));
+    let pole = Narrow { pole: true };
+    for found in
+        [drift(&moddg, &pole, 0.5, vec![0.0], vec![30.0]), drift(&pair, &pole, 0.5, vec![0.0], vec![30.0])]
+    {
+        let Err(StepFailure::EdgeUnresolved { dof: 0, from, to }) = found else { panic!("{found:?}") };
+        assert!(from < 1.0 && to > 1.0, "{from} {to}");
+    }
+}
+
+/// [`Pendulum`] with the wrong edge.
+struct Wrong(Pendulum);
+
+impl System<f64> for Wrong {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        self.0.energy(q, p)
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        self.0.gradient(q, p, hq, hp);
+    }
+    fn dissipation(&self, q: &[f64], p: &[f64], v: &[f64], d: &mut [f64]) {
+        self.0.dissipation(q, p, v, d);
+    }
+}
+
+impl Separable<f64> for Wrong {
+    fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
+        self.0.partial(q, j, at)
+    }
+    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+        let middle = (q[0] + to) / 2.0;
+        Line { value: self.0.g * middle.sin(), slope: self.0.g * middle.cos() / 2.0 }
+    }
+    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+        self.0.drag(q, p, j)
+    }
+}
+
+#[test]
+fn an_edge_that_is_no_mean_is_refused() {
+    let wrong = Wrong(Pendulum { g: 1.0, c: 0.1 });
+    let found = drift(&ModDg::newton(), &wrong, 0.3, vec![0.3], vec![1.0]);
+    assert!(matches!(found, Err(StepFailure::BalanceLost { .. })), "{found:?}");
+}
+
+fn custom(potential: &str, n: usize, c: f64) -> Custom<f64> {
+    let friction = Friction::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
+    let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
+    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+}
+
+#[test]
+fn a_step_across_a_singularity_is_refused_by_name() {
+    let cases = [
+        ("1/q1", 1.0, -9.0),
+        ("1/q1^2", 1.0, -9.0),
+        ("-1/q1^2", -1.0, 9.0),
+        ("-1/abs(q1)", 1.0, -5.0),
+        ("log(q1)", 1.0, -9.0),
+        ("-log(abs(q1))", 1.0, -9.0),
+        ("tan(q1)^2", 0.0, 30.0),
+        ("q1^2/2 + 1/((q1 - 1)^2)", 0.0, 30.0),
+        ("q1^2/2 - 0.1/((q1 - 1)^2)", 0.0, 30.0),
+        ("q1^(-3)", 1.0, -50.0),
+    ];
+    let (mut refused, mut turned) = (0, 0);
+    for (potential, q, p) in cases {
+        let system = custom(potential, 1, 0.1);
+        for h in [0.3, 1.0, 4.0] {
+            let mut state = State::new(vec![q], vec![p]).unwrap();
+            let before = state.clone();
+            for outcome in [ModDg::newton().step(&system, h, &mut state.clone(), &mut ()), {
+                let pair = Increment::new(Composition::pair());
+                let mut workspace = pair.workspace(&system).unwrap();
+                pair.step(&system, h, &mut state, &mut workspace)
+            }] {
+                match outcome {
+                    Err(StepFailure::AcrossSingularity { dof, from, to }) => {
+                        assert_eq!(dof, 0);
+                        let seen = system.is_singular_along(&[from], 0, to);
+                        assert!(seen, "{potential} from {from} to {to}");
+                        refused += 1;
+                    }
+                    // A solution on this side: it has been turned back.
+                    Ok(_) => turned += 1,
+                    Err(other) => panic!("{potential}, h = {h}: {other}"),
+                }
+            }
+            let crossed = system.is_singular_along(&before.q, 0, state.q[0]);
+            assert!(!crossed, "{potential}, h = {h}: from {q} to {}", state.q[0]);
+        }
+    }
+    println!("{refused} refused, {turned} turned back");
+    assert!(refused > 10 && turned > 5, "{refused} refused, {turned} turned back");
+}
+
+/// Terms of a random potential: any mixture of them has poles nowhere.
+const TERMS: [&str; 14] = [
+    "cos(q1 - q2)",
+    "exp(-q1^2)",
+    "tanh(2*q1)*q2",
+    "log(1 + q1^2 + q2^2)",
+    "sqrt(1 + (q1 - q2)^2)",
+    "atan(q1 + 3*q2)",
+    "cosh(q1/3)",
+    "abs(q1)^3",
+    "q1^2*q2^2/4",
+    "(q1^2 - 1)^2",
+    "1/(2 + sin(q1)*cos(q2))",
+    "asin(sin(q1)/2)",
+    "sin(exp(sin(q2)))",
+    "(1 + q1^2)^1.3",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// In 106 bits nothing is hidden by roundings: a mean that is off in its 16th digit moves K there.
+    #[test]
+    fn k_is_kept_on_random_systems_at_any_step(
+        picks in prop::collection::vec((0..TERMS.len(), 0.1..2.0_f64), 1..4),
+        exponent in -3.0..2.0_f64, c in 0.0..1.0_f64, alone: bool,
+        q in prop::array::uniform2(-2.0..2.0_f64), p in prop::array::uniform2(-4.0..4.0_f64),
+    ) {
+        let n = if alone { 1 } else { 2 };
+        let mut potential = (1..=n).map(|j| format!("q{j}^2/20")).collect::<Vec<_>>().join(" + ");
+        for (term, scale) in picks {
+            potential += &format!(" + {scale:?}*{}", TERMS[term]);
+        }
+        let potential = if alone { potential.replace("q2", "0.3") } else { potential };
+        let (system, h) = (custom(&potential, n, c), 10f64.powf(exponent));
+        let quad = system.map(Quad::from);
+        let state = State::new(q[..n].to_vec(), p[..n].to_vec()).unwrap();
+        let lift = |x: &[f64]| x.iter().map(|&x| Quad::from(x)).collect::<Vec<_>>();
+        let exact = State::new(lift(&state.q), lift(&state.p)).unwrap();
+        let methods = [Composition::sweep(), Composition::pair(), Composition::suzuki4()];
+        for method in methods.map(Increment::new) {
+            let (mut plain, mut fine) = (state.clone(), exact.clone());
+            let mut workspace = method.workspace(&system).unwrap();
+            if method.step(&system, h, &mut plain, &mut workspace).is_ok() {
+                kept(&system, &state, &plain, 3e-13, &potential)?;
+            }
+            let mut workspace = method.workspace(&quad).unwrap();
+            if method.step(&quad, Quad::from(h), &mut fine, &mut workspace).is_ok() {
+                kept(&quad, &exact, &fine, 1e-26, &potential)?;
+            }
+        }
+        if alone {
+            let (mut plain, mut fine) = (state.clone(), exact.clone());
+            if ModDg::newton().step(&system, h, &mut plain, &mut ()).is_ok() {
+                kept(&system, &state, &plain, 1e-13, &potential)?;
+            }
+            if ModDg::newton().step(&quad, Quad::from(h), &mut fine, &mut ()).is_ok() {
+                kept(&quad, &exact, &fine, 1e-26, &potential)?;
+            }
+        }
+    }
+}
+
+/// K has not moved, beside the size of what it is made of and of what a rounded coordinate changes it by.
+fn kept<T: Scalar>(
+    system: &Custom<T>,
+    before: &State<Vec<T>>,
+    after: &State<Vec<T>>,
+    bound: f64,
+    potential: &str,
+) -> Result<(), TestCaseError> {
+    let size = |state: &State<Vec<T>>| {
+        let rest = vec![T::zero(); state.dof()];
+        let squares: f64 = state.p.iter().map(|p| p.to_f64().powi(2)).sum();
+        let bends = |j: usize| (system.partial(&state.q, j, state.q[j]) * state.q[j]).to_f64().abs();
+        let bends: f64 = (0..state.dof()).map(bends).sum();
+        let gains: f64 = state.w.iter().map(|w| w.to_f64().abs()).sum();
+        1.0 + squares + bends + gains + system.energy(&state.q, &rest).to_f64().abs()
+    };
+    let drift = (after.total(system) - before.total(system)).to_f64().abs();
+    let size = size(before) + size(after);
+    prop_assert!(drift <= bound * size, "{potential}: K moves by {drift:e} of {size:e}");
+    Ok(())
+}
