@@ -9,7 +9,7 @@ use afterbay_systems::{Custom, Description};
 const TABLE: &str = include_str!("data/slopes.csv");
 
 /// Roundings of the sum of the magnitudes.
-const ROUNDINGS: f64 = 4.0;
+const ROUNDINGS: f64 = 1.0;
 
 fn custom(potential: &str) -> Custom<f64> {
     let masses = vec!["1".to_owned(); 2];

@@ -114,10 +114,12 @@ fn a_rotating_pendulum_keeps_k_at_any_step() {
                     drift(&ModDg::newton(), &written, h, q.clone(), p.clone()),
                     drift(&four, &written, h, q, p),
                 ];
+                // The angle grows to 1000 h, whose roundings V feels at each of 500 substeps.
+                let bound = 2e-13 + 5e-15 * g * 1e3 * h / k;
                 for (i, drift) in found.into_iter().enumerate() {
                     // Long steps may have no solution that continues from h = 0.
                     if let Ok(drift) = drift {
-                        assert!(drift < 2e-13, "{i}: g = {g}, h = {h}, c = {c}: {drift:e}");
+                        assert!(drift < bound, "{i}: g = {g}, h = {h}, c = {c}: {drift:e}");
                     } else {
                         assert!(h > 0.9, "{i}: g = {g}, h = {h}, c = {c}: {drift:?}");
                     }

@@ -1,2 +1,0 @@
-#[path = "suite/exact_edges.rs"]
-mod exact_edges;
