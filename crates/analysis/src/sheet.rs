@@ -23,6 +23,13 @@ pub enum ReportError {
     Storage(#[from] StorageError),
 }
 
+impl ReportError {
+    /// Was it stopped, and did not fail?
+    pub fn is_interrupted(&self) -> bool {
+        matches!(self, Self::Study(IntegrateError::Interrupted))
+    }
+}
+
 impl From<InputError> for ReportError {
     fn from(error: InputError) -> Self {
         Self::Study(error.into())

@@ -206,7 +206,8 @@ fn references_end_where_they_are_asked_to() {
 
 #[test]
 fn what_is_not_resolved_shows_no_order() {
-    let lengths = Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81, c1: 0.0, c2: 0.0 };
+    let lengths =
+        Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81, c1: 0.0, c2: 0.0 };
     let scene = problem(lengths, &[2.5, 2.0], &[0.0, 0.0], 60.0);
     let rk4 = [find("rk4").expect("a method")];
     let rows = global_order::run(&scene, &rk4, &[0.02, 0.01], &Silent).expect("orders");

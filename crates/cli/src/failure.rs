@@ -49,6 +49,8 @@ pub(crate) enum Trouble {
     #[error("the threads could not be started")]
     #[diagnostic(help("ask for fewer with --threads N"))]
     Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error("interrupted before there was a result")]
+    Interrupted,
     #[error("the study could not be run")]
     Study(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
@@ -100,6 +102,11 @@ impl Failure {
         Self::new(Trouble::Study(Box::new(error)), FAILED)
     }
 
+    pub(crate) fn interrupted() -> Self {
+        // The command's exit code is that of the signal.
+        Self::new(Trouble::Interrupted, FAILED)
+    }
+
     pub(crate) fn threads(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::new(Trouble::Threads(Box::new(error)), USAGE)
     }
@@ -126,6 +133,7 @@ fn around<'a>(text: &'a str, span: &Range<usize>) -> &'a str {
 impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         match error {
+            error if error.is_interrupted() => Self::interrupted(),
             ReportError::Storage(error) => Self::storage(error),
             ReportError::Study(error) => Self::study(error),
             ReportError::Map(error) => Self::study(error),

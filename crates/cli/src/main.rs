@@ -38,7 +38,7 @@ fn main() -> ExitCode {
         Ok(code) => code,
         Err(failure) => {
             eprintln!("{:?}", miette::Report::new(*failure.diagnostic));
-            ExitCode::from(failure.code)
+            interrupt::exit_code().unwrap_or_else(|| ExitCode::from(failure.code))
         }
     }
 }

@@ -9,11 +9,15 @@ mod runs;
 use super::Problem;
 use crate::Solution;
 use crate::progress::Progress;
+use crate::series;
 use afterbay_core::{InputError, IntegrateError, Quad, Scalar};
 
 /// With no more degrees of freedom than this a reference comes from Taylor series in 106 bits, whose cost
 /// grows with N; with more, from series in `f64`.
 pub const LARGEST_BY_SERIES: usize = 16;
+
+/// Series that may take no more strides than this are not begun.
+const FEWEST: usize = 64;
 
 /// The reference at the times `i h`, i = 0..=count.
 pub(super) fn reference(
@@ -28,9 +32,11 @@ pub(super) fn reference(
             return Ok(found.rounded());
         }
     }
-    let found = by_series::<f64>(problem, h, count, progress);
-    if let Some(found) = last_word(problem, found)? {
-        return Ok(found);
+    if series::most_strides::<f64>(problem.model.dof()) >= FEWEST {
+        let found = by_series::<f64>(problem, h, count, progress);
+        if let Some(found) = last_word(problem, found)? {
+            return Ok(found);
+        }
     }
     runs::by_runs(problem, h, count, progress)
 }

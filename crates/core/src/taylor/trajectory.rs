@@ -9,7 +9,8 @@ use crate::{InputError, Scalar, Series, State, System, Vector};
 pub struct Pace {
     /// The longest stride, as a share of the reach of its expansion.
     pub share: f64,
-    /// Each stride ends this many roundings off, by chance up or down, in all that moves.
+    /// What is found is moved, by chance up or down, by so many roundings of the largest of q, of p and of
+    /// w, in every entry that is not at rest: at the end of each stride, and where it is shown.
     pub off: f64,
     /// The most strides there may be.
     pub strides: usize,
@@ -105,7 +106,7 @@ where
                 return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
             if pace.off > 0.0 {
-                dice.disturb(&mut state, &expansion, pace.off);
+                dice.disturb(&mut state, &expansion, stride, pace.off);
             }
             state.settle();
             origin += V::Scalar::from_f64(stride);
@@ -115,7 +116,11 @@ where
             expansion = Expansion::about(system, &state);
             clear = trusted(&expansion, origin);
         }
-        see(i, State { t: start.t + t, ..expansion.at(t - origin) });
+        let mut state = expansion.at(t - origin);
+        if pace.off > 0.0 && i > 0 {
+            dice.disturb(&mut state, &expansion, (t - origin).to_f64(), pace.off);
+        }
+        see(i, State { t: start.t + t, ..state });
     }
     Ok(route)
 }
@@ -147,19 +152,21 @@ impl Dice {
         if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// Moves what the expansion moves by so many roundings.
+    /// Moves what the expansion moves, by so many roundings of the largest at τ.
     fn disturb<V: Vector, const M: usize>(
         &mut self,
         state: &mut State<V>,
         expansion: &Expansion<V, M>,
+        tau: f64,
         off: f64,
     ) {
         let Expansion { series, .. } = expansion;
+        let scales = expansion.scales(tau.abs());
         let parts = [(&mut state.q, &series.q), (&mut state.p, &series.p), (&mut state.w, &series.w)];
-        for (part, series) in parts {
+        for ((part, series), scale) in parts.into_iter().zip(scales) {
             for (x, series) in part.as_mut_slice().iter_mut().zip(series.as_slice()) {
                 if series.0[1..].iter().any(|&c| c != V::Scalar::zero()) {
-                    *x += *x * V::Scalar::from_f64(self.sign() * off * V::Scalar::EPSILON);
+                    *x += V::Scalar::from_f64(self.sign() * off * V::Scalar::EPSILON * scale);
                 }
             }
         }
