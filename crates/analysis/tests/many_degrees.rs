@@ -170,6 +170,35 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     assert!((one.rows[0].mean - mean).abs() < 1e-14, "{} {mean}", one.rows[0].mean);
 }
 
+/// Starts that go side by side show what each shows alone.
+#[test]
+fn starts_side_by_side_are_those_alone() {
+    let starts = [at_rest(0), at_rest(1), at_rest(2)];
+    let rows = rows(&["increment-2", "rk4", "gonzalez"]);
+    let setup = |row, compensated| Setup { row, h: 0.1, compensated };
+    let setups = [
+        setup(rows[0], false),
+        setup(rows[0], true),
+        setup(rows[1], false),
+        setup(rows[2], false),
+    ];
+    let together = long_run::run(&starts, &setups, 3000, &Silent).unwrap();
+    let alone: Vec<_> = starts
+        .iter()
+        .map(|start| long_run::run(std::slice::from_ref(start), &setups, 3000, &Silent).unwrap())
+        .collect();
+    for (i, run) in together.iter().enumerate() {
+        assert!(run.ending.is_completed());
+        for (k, row) in run.rows.iter().enumerate() {
+            let means: f64 = alone.iter().map(|runs| runs[i].rows[k].mean).sum();
+            let squares: f64 = alone.iter().map(|runs| runs[i].rows[k].rms.powi(2)).sum();
+            let (mean, rms) = (means / 3.0, (squares / 3.0).sqrt());
+            assert!((row.mean - mean).abs() <= 1e-12 * rms, "{} {k}: {} {mean}", run.setup.label(), row.mean);
+            assert!((row.rms - rms).abs() <= 1e-12 * rms, "{} {k}: {} {rms}", run.setup.label(), row.rms);
+        }
+    }
+}
+
 #[test]
 fn only_increments_of_separable_systems_are_compensated() {
     let bind = |problem: Problem, name| problem.model.bind_compensated::<f64>(find(name).unwrap()).map(drop);

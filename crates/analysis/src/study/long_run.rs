@@ -114,7 +114,7 @@ impl Window {
 
 /// Runs each setup from each start, all of one system, for so many steps; the ends of the problems are not looked at. K is
 /// computed in 106 bits, and at the samples alone: what is seen is the error of the states, not of the look at them.
-/// Compensated runs of up to eight starts go side by side, each as it would alone.
+/// Up to eight starts go side by side where the method has such a form, each as it would alone.
 ///
 /// # Errors
 /// Those of the input. A run that fails is in its row.
@@ -124,12 +124,12 @@ pub fn run(
     steps: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<LongRun>, IntegrateError> {
-    let beside = |setup: &Setup| if setup.compensated { WIDTH } else { 1 };
-    let mut tasks: Vec<(usize, &Setup, &[Problem])> = setups
-        .iter()
-        .enumerate()
-        .flat_map(|(i, setup)| starts.chunks(beside(setup)).map(move |starts| (i, setup, starts)))
-        .collect();
+    let mut tasks: Vec<(usize, &Setup, &[Problem])> = Vec::new();
+    for (i, setup) in setups.iter().enumerate() {
+        let able = starts.len() > 1 && lanes(&starts[0], setup)?.is_some();
+        let width = if able { WIDTH } else { 1 };
+        tasks.extend(starts.chunks(width).map(|starts| (i, setup, starts)));
+    }
     // The longest first, so that none is left for one thread at the end.
     tasks.sort_by_key(|(_, setup, starts)| (!setup.compensated, std::cmp::Reverse(starts.len())));
     let ends = ends(steps);
@@ -188,15 +188,26 @@ fn alone(
     Ok((seen.windows.swap_remove(0), ending))
 }
 
-/// Compensated runs of some starts in lanes; none where a step fails, which does not tell of whom.
+/// The method in lanes; none where it has no such form.
+fn lanes(problem: &Problem, setup: &Setup) -> Result<Option<Run<f64x8>>, IntegrateError> {
+    let Setup { row, compensated, .. } = *setup;
+    if compensated {
+        return Ok(Some(problem.model.bind_compensated(row)?));
+    }
+    // Every parameter is that of all lanes.
+    let lanes = problem.model.bind_lanes(row, "", [0.0; WIDTH])?;
+    Ok(lanes.map(|lanes| lanes.run))
+}
+
+/// Runs of some starts in lanes; none where a step fails, which does not tell of whom.
 fn beside(
     starts: &[Problem],
     setup: &Setup,
     ends: &[u64],
     progress: &dyn Progress,
 ) -> Result<Option<Vec<Followed>>, IntegrateError> {
-    let model = &starts[0].model;
-    let (exact, method) = (model.subject::<Quad>()?, model.bind_compensated::<f64x8>(setup.row)?);
+    let Some(method) = lanes(&starts[0], setup)? else { return Ok(None) };
+    let exact = starts[0].model.subject::<Quad>()?;
     // Lanes without a start repeat the last one.
     let states = starts.iter().map(Problem::start::<f64>).collect::<Result<Vec<_>, _>>()?;
     let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<f64x8> {

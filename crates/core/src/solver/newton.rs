@@ -56,6 +56,28 @@ impl Newton {
         twice.done.all().then_some(twice.root())
     }
 
+    /// The solution for a caller that corrects it: two evaluations where the next update is below so many roundings of what it
+    /// moves, as [`Newton`] gives it elsewhere, in each lane.
+    ///
+    /// # Errors
+    /// A [`StepFailure`] of degree of freedom `dof`.
+    #[inline(always)]
+    pub fn nearly<T: Scalar>(
+        dof: usize,
+        start: T,
+        mut equation: impl Equation<T>,
+        roundings: f64,
+    ) -> Result<Root<T>, StepFailure> {
+        let first = equation.at(T::one(), start);
+        let twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
+        let near = twice.gentle.and(twice.correction.lost(T::from_f64(roundings) * twice.scale));
+        if near.all() {
+            return Ok(twice.root());
+        }
+        let Root { x, evaluations } = Newton.solve(dof, start, equation)?;
+        Ok(Root { x: T::select(near, twice.end, x), evaluations: evaluations + 2 })
+    }
+
     /// The direct iteration alone, without the continuation: none where it does not lead, in every lane, to a solution to
     /// which the slope stays positive, as far as it is seen.
     #[inline(always)]

@@ -23,7 +23,7 @@
 
 use super::{Before, Friction, Increment, coordinate, ordering, overall};
 use crate::coordinate::{Along, Pull};
-use afterbay_core::solver::{Equation, Newton, Root, Solver};
+use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
     Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State,
     StepFailure, Vector, check,
@@ -58,6 +58,8 @@ where
 
 /// The largest correction beside what enters the equation. What [`Newton`] leaves is much smaller.
 const CORRECTION: f64 = 1e-8;
+/// Roundings that are left to the correction, which squares them: 1e-12 becomes 1e-24 times what F bends.
+const NEARLY: f64 = 8192.0;
 
 impl<V, S, P> Method<V, S> for Compensated<P>
 where
@@ -173,7 +175,7 @@ impl<P> Compensated<P> {
             let rough = coordinate(system, [h.nearest(), overall], [j, j], [q, p], dissipative);
             let mut along = Along { system, j, q: &mut *q, p: &mut *p };
             let pull = Pull { coordinate: &rough, along: &mut along };
-            let root = Newton.solve(j, rough.p, pull)?;
+            let root = Newton::nearly(j, rough.p, pull, NEARLY)?;
             let steps = [h, Corrected::exact(overall)];
             let exact = coordinate(&self.exact, steps, [j, j], [exact_q, exact_p], dissipative);
             let mut along = Along { system: &self.exact, j, q: &mut *exact_q, p: &mut *exact_p };

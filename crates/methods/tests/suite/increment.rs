@@ -354,6 +354,21 @@ proptest! {
         }
     }
 
+    /// Where a failure says to take a smaller step, a smaller step is taken.
+    #[test]
+    fn the_advice_of_a_failure_holds((net, start, h, order) in nets(-1.0..1.0)) {
+        let method = Increment::new(Composition::pair()).in_order(order.clone());
+        let attempt = |h: f64| {
+            let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, &net).unwrap();
+            method.step(&net, h, &mut start.clone(), &mut workspace)
+        };
+        if let Err(failure) = attempt(h) {
+            prop_assert!(failure.to_string().contains("take a smaller step"), "{failure}");
+            let taken = (1..=10).find(|&k| attempt(h / 2_f64.powi(k)).is_ok());
+            prop_assert!(taken.is_some(), "h = {h}, and down to h/1024: {failure}");
+        }
+    }
+
     #[test]
     fn every_reservoir_only_fills_where_the_system_is_passive((net, start, h, order) in nets(0.0..1.0)) {
         for composition in [Composition::sweep(), Composition::pair()] {
