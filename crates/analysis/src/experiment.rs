@@ -9,11 +9,12 @@ mod stability;
 mod trajectories;
 mod work;
 
+use crate::claim::Finding;
 use crate::progress::Progress;
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::Report;
 use crate::scene::Scene;
-use crate::sheet::{Finding, ReportError, Sheet};
+use crate::sheet::{ReportError, Sheet};
 use crate::study::pick::Pick;
 use crate::study::outcome::INTERRUPTED;
 use crate::{Model, SYSTEMS};

@@ -4,6 +4,7 @@
 //! [`paper`] puts studies together into the paper's experiment, and [`record`] writes it all down.
 
 pub mod chart;
+pub mod claim;
 pub mod experiment;
 pub mod measured;
 mod model;
@@ -19,8 +20,9 @@ pub mod statistics;
 pub mod study;
 mod subject;
 
+pub use claim::Finding;
 pub use measured::{Doubt, Measured};
 pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
-pub use sheet::{Finding, ReportError};
+pub use sheet::ReportError;
 pub use solution::Solution;
 pub use subject::Subject;

@@ -1,7 +1,7 @@
 //! The paper's experiment, what its figures show when they are made again, and what it announces but does not show.
 //!
-//! One module a part of the report. The paper gives no horizon for its figures; [0, 20] stands for it wherever nothing
-//! else is said.
+//! One module a part of the report, and each part a list of findings (`claim.rs`). The rule they are judged by is in
+//! `rule.rs`. The paper gives no horizon for its figures; [0, 20] stands for it wherever nothing else is said.
 
 mod books;
 mod errata;
@@ -9,16 +9,21 @@ pub(crate) mod many_degrees;
 mod orders;
 mod other_systems;
 mod overdamped;
+pub(crate) mod rule;
 mod stability;
 pub(crate) mod work;
 
 use crate::Model;
+use crate::claim::Finding;
 use crate::progress::Progress;
-use crate::record::{Manifest, Output, processor};
+use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report, Section};
-use crate::sheet::{Finding, ReportError};
+use crate::scene::suggestion;
+use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
-use afterbay_methods::registry::{self, Row};
+use crate::study::outcome::INTERRUPTED;
+use afterbay_core::IntegrateError;
+use afterbay_methods::registry::{METHODS, Row};
 use serde::Serialize;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
@@ -52,21 +57,81 @@ impl Extent {
     }
 }
 
+/// What is run: how much of it, by which methods, and who is told how far it is.
+#[derive(Clone, Copy)]
+struct Paper<'a> {
+    extent: Extent,
+    registry: &'static [Row],
+    progress: &'a dyn Progress,
+}
+
+impl Paper<'_> {
+    /// The rows of methods by name.
+    fn methods(&self, names: &[&str]) -> Result<Vec<&'static Row>, ReportError> {
+        names.iter().map(|name| self.method(name)).collect()
+    }
+
+    fn method(&self, name: &str) -> Result<&'static Row, ReportError> {
+        self.registry.iter().find(|row| row.name == name).ok_or_else(|| {
+            let known: Vec<String> = self.registry.iter().map(|row| row.name.into()).collect();
+            ReportError::Method { name: name.into(), advice: suggestion(name, &known, "there are") }
+        })
+    }
+}
+
+/// A part of the report: the methods it names, and what makes it.
+struct Part {
+    heading: &'static str,
+    methods: &'static [&'static [&'static str]],
+    sheet: fn(&Paper<'_>, Sheet) -> Result<Sheet, ReportError>,
+}
+
+const PARTS: [Part; 8] = [
+    orders::PART,
+    errata::PART,
+    books::PART,
+    other_systems::PART,
+    work::PART,
+    stability::PART,
+    overdamped::PART,
+    many_degrees::PART,
+];
+
 /// Runs the paper. Gives all there is to write down, and the findings in brief.
 ///
 /// # Errors
 /// [`ReportError`] if a study is refused; a run that fails is a row in its table.
 pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Finding>), ReportError> {
-    let sheets = [
-        orders::sheet(progress)?,
-        errata::sheet()?,
-        books::sheet(progress)?,
-        other_systems::sheet(extent, progress)?,
-        work::sheet(extent, progress)?,
-        stability::sheet(extent, progress)?,
-        overdamped::sheet()?,
-        many_degrees::sheet(extent, progress)?,
-    ];
+    run_with(METHODS, extent, progress)
+}
+
+/// Runs the paper with the methods of another registry. Every name the paper needs is looked up in it before anything
+/// is computed.
+///
+/// # Errors
+/// As for [`run`], and [`ReportError::Method`] where a name is missing.
+pub fn run_with(
+    registry: &'static [Row],
+    extent: Extent,
+    progress: &dyn Progress,
+) -> Result<(Output, Vec<Finding>), ReportError> {
+    let paper = Paper { extent, registry, progress };
+    for part in &PARTS {
+        part.methods.iter().try_for_each(|names| paper.methods(names).map(drop))?;
+    }
+    let mut sheets = Vec::new();
+    for part in &PARTS {
+        if progress.stopped() {
+            sheets.push(interrupted(part));
+            continue;
+        }
+        let made = match (part.sheet)(&paper, Sheet::new(part.heading)) {
+            Err(ReportError::Study(IntegrateError::Interrupted)) => None,
+            made => Some(made?),
+        };
+        // What was stopped on its way has numbers of runs that did not reach their end: nothing is said of them.
+        sheets.push(made.filter(|_| !progress.stopped()).unwrap_or_else(|| interrupted(part)));
+    }
     let scene = serde_json::json!({
         "problem": oscillator(),
         "others": other_systems::problems(),
@@ -98,21 +163,54 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
     Ok((Output { report, artifacts, manifest }, findings))
 }
 
-/// The rows of methods by name.
-fn methods(names: &[&str]) -> Vec<&'static Row> {
-    names.iter().filter_map(|name| registry::find(name)).collect()
+/// The section of a part that was not finished.
+fn interrupted(part: &Part) -> Sheet {
+    let mut sheet = Sheet::new(part.heading);
+    sheet.text("Interrupted: this part was not finished, and nothing is said of it.");
+    let (study, system, method) = (part.heading, "all", "all");
+    let outcome = INTERRUPTED.into();
+    sheet.runs.push(RunOutcome { study, system, method, h: 0.0, outcome, failure: None });
+    sheet
 }
 
 /// The first section: every finding in brief.
 fn summary(findings: &[Finding]) -> Section {
-    let mut blocks = vec![Block::Text(
-        "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures stand side by side \
-         throughout and are never mixed: the error of (q, p), the error of w against the exact solution, and the drift \
-         of K; and where a system is passive, the number of steps that took energy back from the reservoir. The sections below give the figures behind each \
-         line. The paper \
-         gives no horizon for its figures: it is [0, 20] here unless another is named."
-            .into(),
-    )];
-    blocks.extend(findings.iter().map(|finding| Block::Verdict(finding.verdict, finding.topic.clone())));
+    let mut blocks = vec![
+        Block::Text(
+            "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures stand side by side \
+             throughout and are never mixed: the error of (q, p), the error of w against the exact solution, and the \
+             drift of K; and where a system is passive, the number of steps that took energy back from the reservoir."
+                .into(),
+        ),
+        Block::Text(rule::text()),
+    ];
+    blocks.extend(
+        findings.iter().map(|finding| {
+            Block::Verdict(finding.verdict, format!("{}: {}", finding.topic, finding.statement))
+        }),
+    );
     Section { heading: "What holds".into(), blocks }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn a_name_no_method_has_is_refused_before_anything_runs() {
+        struct Nothing;
+        impl Progress for Nothing {
+            fn begin(&self, stage: &str, _total: usize) {
+                panic!("{stage} begins");
+            }
+            fn advance(&self) {}
+        }
+        let without: Vec<Row> = METHODS.iter().filter(|row| row.name != "gonzalez").copied().collect();
+        let refused = run_with(without.leak(), Extent::Quick, &Nothing).unwrap_err();
+        assert!(matches!(&refused, ReportError::Method { name, .. } if name == "gonzalez"), "{refused}");
+        let paper = Paper { extent: Extent::Quick, registry: METHODS, progress: &Silent };
+        let misspelt = paper.methods(&["moddg", "mdodg"]).unwrap_err().to_string();
+        assert_eq!(misspelt, "there is no method mdodg; did you mean moddg?");
+    }
 }

@@ -142,6 +142,31 @@ pub struct Output {
     pub manifest: Manifest,
 }
 
+/// Makes the folder of the results, and sees that they can be written there: before anything is computed.
+///
+/// # Errors
+/// [`StorageError::File`] with the folder or file that cannot be written.
+pub fn prepare(folder: &Path) -> Result<(), StorageError> {
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| StorageError::File { path, source }
+    };
+    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    for below in ["", "data", "figures"] {
+        let path = folder.join(below);
+        if below.is_empty() || path.symlink_metadata().is_ok() {
+            tempfile::NamedTempFile::new_in(&path).map(drop).map_err(failed(&path))?;
+        }
+    }
+    for name in ["run.json", "report.html"] {
+        let path = folder.join(name);
+        if path.is_dir() {
+            return Err(failed(&path)(std::io::ErrorKind::IsADirectory.into()));
+        }
+    }
+    Ok(())
+}
+
 impl Output {
     /// Writes it all below `folder`. Each file gets its name only when it is whole, the report last.
     ///
@@ -199,4 +224,40 @@ pub enum StorageError {
         /// Why.
         source: serde_json::Error,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(folder: &Path) -> PathBuf {
+        match prepare(folder) {
+            Err(StorageError::File { path, .. }) => path,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_found_beforehand() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("deep/er");
+        prepare(&folder).unwrap();
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "nothing is left behind");
+        let file = |name: &str| {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, "a file").unwrap();
+            path
+        };
+        assert_eq!(refused(&file("occupied")), root.path().join("occupied"));
+        for name in ["data", "figures"] {
+            let path = file(&format!("with-{name}/{name}"));
+            assert_eq!(refused(path.parent().unwrap()), path);
+        }
+        for name in ["run.json", "report.html"] {
+            let path = root.path().join(format!("with-{name}")).join(name);
+            std::fs::create_dir_all(&path).unwrap();
+            assert_eq!(refused(path.parent().unwrap()), path);
+        }
+    }
 }

@@ -15,6 +15,7 @@ pub use document::{Document, Spacing};
 pub use plan::{
     EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies, WorkPrecisionPlan,
 };
+pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
 
 use crate::study::Problem;

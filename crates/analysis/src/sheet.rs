@@ -1,9 +1,10 @@
 //! A part of a report while it is being written.
 
 use crate::chart::{Axis, Curve, LineChart, Style};
+use crate::claim::{Finding, Readings, Said, sci};
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
-use crate::report::{Block, Figure, Section, Table, Verdict};
+use crate::report::{Block, Figure, Section, Table};
 use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;
@@ -12,6 +13,14 @@ use thiserror::Error;
 /// Why there is no report.
 #[derive(Debug, Error)]
 pub enum ReportError {
+    /// A name no method has.
+    #[error("there is no method {name}; {advice}")]
+    Method {
+        /// The name.
+        name: String,
+        /// The nearest name, or all there are.
+        advice: String,
+    },
     /// A study could not be run.
     #[error(transparent)]
     Study(#[from] IntegrateError),
@@ -36,17 +45,6 @@ impl From<InputError> for ReportError {
     }
 }
 
-/// A statement that was put to the test.
-#[derive(Clone, Debug, Serialize)]
-pub struct Finding {
-    /// What it is about: a figure or a claim of the paper, or a question of ours.
-    pub topic: String,
-    /// Does it hold?
-    pub verdict: Verdict,
-    /// What was found, with figures.
-    pub statement: String,
-}
-
 /// A section with all that belongs to it.
 pub(crate) struct Sheet {
     pub(crate) section: Section,
@@ -65,18 +63,31 @@ impl Sheet {
         self.section.blocks.push(Block::Text(text.into()));
     }
 
-    /// States a finding, here and in the summary.
-    pub(crate) fn find(&mut self, topic: &str, verdict: Verdict, statement: impl Into<String>) {
-        let statement = statement.into();
-        self.section.blocks.push(Block::Verdict(verdict, format!("{topic}: {statement}")));
-        self.findings.push(Finding { topic: topic.into(), verdict, statement });
+    /// States what follows from readings, here and in the summary.
+    pub(crate) fn find(&mut self, topic: &str, readings: Readings, say: fn(&Readings) -> Said) {
+        let finding = Finding::new(topic, readings, say);
+        let text = format!("{topic}: {}", finding.statement);
+        self.section.blocks.push(Block::Verdict(finding.verdict, text));
+        self.findings.push(finding);
     }
 
     /// Says of some errors that are not resolved what the reference is known to: in the report and in
     /// the summary.
     pub(crate) fn doubt(&mut self, topic: &str, errors: impl Iterator<Item = Measured>) {
-        if let Some(sentence) = sentence_on_doubt(errors) {
-            self.find(&format!("{topic}, reference"), Verdict::Note, sentence);
+        let (mut all, mut open, mut doubt) = (0_u64, 0_u64, 0.0_f64);
+        for error in errors {
+            all += 1;
+            if !error.is_resolved() {
+                open += 1;
+                doubt = if error.doubt <= doubt { doubt } else { error.doubt };
+            }
+        }
+        if open > 0 {
+            let readings = Readings::default()
+                .and("the reference", "doubt", doubt)
+                .and("errors", "below ten doubts", open)
+                .and("errors", "all", all);
+            self.find(&format!("{topic}, reference"), readings, on_doubt);
         }
     }
 
@@ -130,23 +141,17 @@ impl Sheet {
     }
 }
 
-/// What is to be said where errors are not resolved, by their number and the largest doubt; nothing
-/// where all are, or lie within the rounding of `f64`.
-fn sentence_on_doubt(errors: impl Iterator<Item = Measured>) -> Option<String> {
-    let (mut all, mut open, mut doubt) = (0, 0, 0.0_f64);
-    for error in errors {
-        all += 1;
-        if !error.is_resolved() {
-            open += 1;
-            doubt = if error.doubt <= doubt { doubt } else { error.doubt };
-        }
-    }
-    (open > 0).then(|| {
-        format!(
-            "The reference is known to {doubt:.1e} only: {open} of {all} errors are below {RESOLVED} times \
-             its doubt. They are upper bounds, and count for no order."
-        )
-    })
+/// What is known of errors that are not resolved.
+fn on_doubt(r: &Readings) -> Said {
+    let count = |what: &str| r.number("errors", what);
+    let statement = format!(
+        "The reference is known to {} only: {} of {} errors are below {RESOLVED} times its doubt. They are \
+         upper bounds, and count for no order.",
+        sci(r.number("the reference", "doubt")),
+        count("below ten doubts"),
+        count("all"),
+    );
+    (Verdict::Note, statement)
 }
 
 /// A table of the report.

@@ -5,7 +5,7 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{interrupt, scene, table};
 use afterbay_analysis::experiment::Results;
-use afterbay_analysis::record::{Manifest, RunOutcome};
+use afterbay_analysis::record::{self, Manifest, RunOutcome};
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::{Scene, SceneError, SceneProblem};
 use afterbay_analysis::study::outcome::COMPLETED;
@@ -66,7 +66,7 @@ pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failu
             return Err(Failure::taken(out, &other));
         }
     }
-    std::fs::create_dir_all(out).map_err(|error| Failure::no_folder(out, error))
+    record::prepare(out).map_err(Failure::storage)
 }
 
 /// Has the scene what is asked for?

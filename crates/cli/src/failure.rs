@@ -2,7 +2,6 @@
 
 use crate::experiment::FAILED;
 use afterbay_analysis::ReportError;
-use afterbay_analysis::record::StorageError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::ops::Range;
@@ -62,10 +61,6 @@ impl Failure {
 
     pub(crate) fn storage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::new(Trouble::Storage(Box::new(error)), STORAGE)
-    }
-
-    pub(crate) fn no_folder(folder: &Path, error: std::io::Error) -> Self {
-        Self::storage(StorageError::File { path: folder.into(), source: error })
     }
 
     pub(crate) fn taken(folder: &Path, hash: &str) -> Self {
@@ -135,6 +130,7 @@ impl From<ReportError> for Failure {
         match error {
             error if error.is_interrupted() => Self::interrupted(),
             ReportError::Storage(error) => Self::storage(error),
+            method @ ReportError::Method { .. } => Self::study(method),
             ReportError::Study(error) => Self::study(error),
             ReportError::Map(error) => Self::study(error),
         }

@@ -5,11 +5,14 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{interrupt, table};
 use afterbay_analysis::paper::{self, Extent};
+use afterbay_analysis::record;
 use afterbay_analysis::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
 
 pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, Failure> {
+    // Better now than when everything is computed.
+    record::prepare(out).map_err(Failure::storage)?;
     let bars = Bars::new();
     let extent = if quick { Extent::Quick } else { Extent::Full };
     let (output, findings) = paper::run(extent, &bars)?;
@@ -30,6 +33,12 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
             table::line(&format!("Report: {}", out.join("report.html").display()))?;
         }
     }
+    if let Some(code) = interrupt::exit_code() {
+        if format == Format::Table {
+            table::line("Interrupted: the report says which parts were not finished.")?;
+        }
+        return Ok(code);
+    }
     // A run that fails in here is what the study set out to show: it is in its table, and no failure of the command.
-    Ok(interrupt::exit_code().unwrap_or(ExitCode::SUCCESS))
+    Ok(ExitCode::SUCCESS)
 }

@@ -4,6 +4,7 @@ use assert_cmd::Command;
 use predicates::prelude::{PredicateBooleanExt, predicate};
 use predicates::str::contains;
 use std::path::Path;
+use std::time::Duration;
 
 fn afterbay(arguments: &[&str]) -> Command {
     let mut command = Command::cargo_bin("afterbay").expect("the binary is built");
@@ -138,9 +139,16 @@ fn results_that_cannot_be_written_are_a_failure_of_storage() {
     let folder = tempfile::tempdir().expect("a folder");
     let occupied = folder.path().join("occupied");
     std::fs::write(&occupied, "a file, not a folder").expect("a file");
-    afterbay(&["paper", "--quick", "--out"])
-        .arg(&occupied)
-        .assert()
-        .code(5)
-        .stderr(contains("could not be written").and(contains("--out")));
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/damped-oscillator.toml");
+    // All of the paper takes more than a minute: it is not begun.
+    for command in [&["paper"][..], &["run", scene], &["study", scene]] {
+        afterbay(command)
+            .arg("--out")
+            .arg(&occupied)
+            .timeout(Duration::from_secs(30))
+            .assert()
+            .code(5)
+            .stdout(predicate::str::is_empty())
+            .stderr(contains("could not be written").and(contains("--out")));
+    }
 }

@@ -3,7 +3,10 @@
 use crate::{Coupling, Mask, Scalar, edge};
 
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
-/// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`. Autonomous: with D depending on t, K would not be kept.
+/// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`.
+///
+/// The interface has no t. K = H + Σ w_j would be constant for D(q,p,t) as well, but not for H(q,p,t),
+/// where K' = ∂H/∂t.
 ///
 /// All slices have length N, the number of degrees of freedom.
 pub trait System<T: Scalar>: Send + Sync {

@@ -2,11 +2,13 @@
 
 use crate::Measured;
 use crate::chart::{Axis, Curve, Style};
+use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{EnergyPlan, Scene};
 use crate::sheet::{ReportError, Sheet, line, measured, of_errors, over_time, scientific};
 use crate::study::energy::{self, Books, EnergyRow};
+use crate::study::outcome::COMPLETED;
 
 /// The table the charts are made of.
 const DATA: &str = "energy";
@@ -29,16 +31,14 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
     let worst = |books: &Books, value: fn(&EnergyRow) -> Option<Measured>| {
         books.rows.iter().filter_map(value).fold(Measured::default(), Measured::larger)
     };
-    let says = |books: &Books| {
+    let readings = found.iter().fold(Readings::default(), |r, books| {
         let w = worst(books, |row| Some(row.measured_w()));
-        format!("{}: K off by {:.0e}, w by {w}", books.method, books.drift)
-    };
-    let done = found.iter().all(|books| books.ending.is_completed());
-    sheet.find(
-        "Energy books",
-        if done { Verdict::Note } else { Verdict::Fails },
-        format!("{}.", found.iter().map(says).collect::<Vec<_>>().join("; ")),
-    );
+        r.and(books.method, "drift", books.drift)
+            .and(books.method, "error of w", w.error)
+            .and(books.method, "doubt of w", w.doubt)
+            .and(books.method, "run", books.ending.outcome)
+    });
+    sheet.find("Energy books", readings, k_and_w);
     let cells = |books: &Books| {
         vec![
             books.method.into(),
@@ -84,4 +84,18 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
     sheet.show_pair(a, b);
     sheet.show_pair(c, d);
     Ok(sheet)
+}
+
+/// How far K and w are off, side by side.
+fn k_and_w(r: &Readings) -> Said {
+    let one = |(name, drift): (&str, f64)| {
+        let [error, doubt] = ["error of w", "doubt of w"].map(|what| r.number(name, what));
+        let (w, run) = (Measured { error, doubt }, r.word(name, "run"));
+        let end = if run == COMPLETED { String::new() } else { format!(" ({run})") };
+        format!("{name}: K off by {drift:.0e}, w by {w}{end}")
+    };
+    let all = r.numbers("drift");
+    let done = all.iter().all(|(name, _)| r.word(name, "run") == COMPLETED);
+    let all: Vec<_> = all.into_iter().map(one).collect();
+    (if done { Verdict::Note } else { Verdict::Fails }, format!("{}.", all.join("; ")))
 }

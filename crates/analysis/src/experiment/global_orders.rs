@@ -1,8 +1,10 @@
 //! Global errors and the orders they show.
 
+use super::local_orders::orders_of_three;
 use super::names;
 use crate::Measured;
 use crate::chart::{Axis, LineChart, Style};
+use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::Verdict;
@@ -57,16 +59,10 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
         cells.extend(VARIABLES.map(|variable| measured(finest(row.name, variable))));
         cells
     };
-    let says = |name: &&'static str| {
-        let [q, p, w] = VARIABLES.map(|variable| order(name, variable));
-        let say = |order: Option<f64>| order.map_or("–".into(), |order| format!("{order:.2}"));
-        format!("{name} {} / {} / {}", say(q), say(p), say(w))
-    };
-    sheet.find(
-        "Global orders of q / p / w",
-        Verdict::Note,
-        format!("{}.", all.iter().map(says).collect::<Vec<_>>().join("; ")),
-    );
+    let readings = all.iter().fold(Readings::default(), |r, name| {
+        VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, order(name, variable)))
+    });
+    sheet.find("Global orders of q / p / w", readings, global);
     let header = ["method", "order", "found in q", "p", "w", "error of q at the finest step", "of p", "of w"];
     sheet.section.blocks.push(table(&header, plan.methods.iter().map(cells).collect()));
     let chart = |variable: &str| LineChart {
@@ -90,4 +86,8 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
     sheet.show_pair(q, p);
     sheet.section.blocks.push(crate::report::Block::Figure(w));
     Ok(sheet)
+}
+
+fn global(r: &Readings) -> Said {
+    (Verdict::Note, orders_of_three(r, 2))
 }

@@ -2,6 +2,7 @@
 
 use super::names;
 use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, fixed};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{LocalOrderPlan, Scene};
@@ -32,16 +33,13 @@ pub(super) fn sheet(
             .iter()
             .find(|row| row.method == method && row.variable == variable && row.statistic == statistic)
     };
-    let says = |name: &&'static str| {
-        let order = |variable| of(name, variable, "median").map_or(String::new(), order_of);
-        format!("{name} {}", VARIABLES.map(order).join(" / "))
-    };
     let all = names(&plan.methods);
-    sheet.find(
-        "Local orders of q / p / w (median)",
-        Verdict::Note,
-        format!("{}.", all.iter().map(says).collect::<Vec<_>>().join("; ")),
-    );
+    let readings = all.iter().fold(Readings::default(), |r, name| {
+        VARIABLES.iter().fold(r, |r, variable| {
+            r.and(name, variable, of(name, variable, "median").and_then(|row| row.order))
+        })
+    });
+    sheet.find("Local orders of q / p / w (median)", readings, local);
     let cells = |row: &OrderRow| {
         vec![
             row.method.into(),
@@ -112,4 +110,20 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
          106 bits, and that of the states compared, divided by h. The steps used where some are left out: {}.",
         all.join(", ")
     )
+}
+
+fn local(r: &Readings) -> Said {
+    (Verdict::Note, orders_of_three(r, 3))
+}
+
+/// The orders of q, p and w of every method, a dash where there is none.
+pub(super) fn orders_of_three(r: &Readings, decimals: usize) -> String {
+    let one = |name: &str| {
+        let order = |variable: &str| match r.number(name, variable) {
+            order if order.is_nan() => "–".into(),
+            order => fixed(order, decimals),
+        };
+        format!("{name} {}", VARIABLES.map(order).join(" / "))
+    };
+    format!("{}.", r.of_all(VARIABLES[0]).into_iter().map(one).collect::<Vec<_>>().join("; "))
 }

@@ -1,13 +1,15 @@
 //! How roundings add up in K over very many steps.
 
 use crate::chart::{Axis, LineChart};
-use crate::paper::many_degrees::long_run::{cells, chart_of, grows};
+use crate::claim::{Readings, Said};
+use crate::paper::many_degrees::long_run::{cells, chart_of, growth, readings};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{LongRunPlan, Scene};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
-use crate::study::long_run::{self, LongRun, Setup};
+use crate::study::long_run::{self, Setup};
+use crate::study::outcome::COMPLETED;
 
 /// Starts beside the one of the scene, each with its amplitudes a little larger: one path of a random walk says little of its
 /// exponent.
@@ -45,18 +47,7 @@ pub(super) fn sheet(
          some hundred samples in each of four windows a decade. Roundings that are independent grow like √t, those that lean to one side \
          like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % interval of that line."
     ));
-    let says = |run: &LongRun| {
-        let end = run.rows.last().map_or(f64::NAN, |row| row.rms);
-        let growth =
-            run.growth().map_or("not known".into(), |fit| format!("{} ({:.2})", grows(&fit), fit.slope));
-        format!("{}: {end:.0e} of K, growing {growth}", run.setup.label())
-    };
-    let done = found.iter().all(|run| run.ending.is_completed());
-    sheet.find(
-        "K in a long run",
-        if done { Verdict::Note } else { Verdict::Fails },
-        format!("{}.", found.iter().map(says).collect::<Vec<_>>().join("; ")),
-    );
+    sheet.find("K in a long run", readings(&found, *count), how_k_grows);
     let header =
         ["method and step", "exponent of t", "interval", "grows", "rms at the end", "mean at the end", "run"];
     sheet.table(&header, found.iter().map(cells).collect());
@@ -74,4 +65,17 @@ pub(super) fn sheet(
         "long_run",
     );
     Ok(sheet)
+}
+
+fn how_k_grows(r: &Readings) -> Said {
+    let one = |(label, rms): (&str, f64)| {
+        let run = r.word(label, "run");
+        let end = if run == COMPLETED { String::new() } else { format!(" ({run})") };
+        format!("{label}: {rms:.0e} of K, growing {}{end}", growth(r, label))
+    };
+    let all = r.numbers("rms");
+    let done = all.iter().all(|(label, _)| r.word(label, "run") == COMPLETED);
+    let all: Vec<_> = all.into_iter().map(one).collect();
+    let statement = format!("after {} steps: {}.", r.number("run", "steps"), all.join("; "));
+    (if done { Verdict::Note } else { Verdict::Fails }, statement)
 }

@@ -1,6 +1,7 @@
 //! What `pick` found, and the charts it decided from.
 
 use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, sci};
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, line, marked, scientific};
@@ -75,15 +76,15 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
         found.tried.len(),
         found.doubt.most()
     ));
-    let verdict = match (found.qualified.first(), found.too_sensitive) {
-        _ if found.interrupted => "the search was interrupted; what follows was found until then".into(),
-        (Some(winner), _) => {
-            format!("{} with {} is the cheapest {asked}", winner.run.method, winner.run.setting())
-        }
-        (None, Some(why)) => format!("the scene is too sensitive: {why}"),
-        (None, None) => format!("no method was found {asked}"),
-    };
-    sheet.find("Pick", Holds::Note, format!("{verdict}."));
+    let mut readings = Readings::default()
+        .and("the search", "asked", asked.as_str())
+        .and("the search", "interrupted", if found.interrupted { "yes" } else { "no" })
+        .and("the scene", "too sensitive", found.too_sensitive.map_or(String::new(), |why| why.to_string()));
+    for run in found.qualified.iter().map(|one| &one.run) {
+        readings.add(run.method, "setting", run.setting());
+        readings.add(run.method, "seconds", run.seconds);
+    }
+    sheet.find("Pick", readings, the_cheapest);
     if found.interrupted {
         sheet.runs.push(RunOutcome {
             study: "pick",
@@ -114,6 +115,26 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     };
     sheet.table(&header, found.qualified.iter().chain(&found.others).map(cells).collect());
     Ok(sheet)
+}
+
+/// The cheapest of what qualifies, or why there is none.
+fn the_cheapest(r: &Readings) -> Said {
+    let (asked, why) = (r.word("the search", "asked"), r.word("the scene", "too sensitive"));
+    let all = r.numbers("seconds");
+    let timed = all.iter().filter(|(_, seconds)| !seconds.is_nan());
+    let cheapest = timed.min_by(|a, b| a.1.total_cmp(&b.1)).or(all.first());
+    let says = match cheapest {
+        _ if r.word("the search", "interrupted") == "yes" => {
+            "the search was interrupted; what follows was found until then".to_owned()
+        }
+        Some((name, seconds)) => {
+            let setting = r.word(name, "setting");
+            format!("{name} with {setting} is the cheapest {asked} ({} s)", sci(*seconds))
+        }
+        None if why.is_empty() => format!("no method was found {asked}"),
+        None => format!("the scene is too sensitive: {why}"),
+    };
+    (Holds::Note, format!("{says}."))
 }
 
 /// Every run that was tried against its evaluations, and what qualifies against its time, with the

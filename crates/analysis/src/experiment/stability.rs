@@ -2,6 +2,7 @@
 
 use super::names;
 use crate::chart::{Axis, Cells, HeatMap};
+use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::{Block, Verdict as Holds};
@@ -60,15 +61,11 @@ pub(super) fn sheet(
         return Ok(sheet);
     }
     let rows = atlas(&found);
-    let says = |row: &AtlasRow| match row.h.zip(row.verdict) {
-        Some((h, verdict)) => format!("{}: {} from h = {h:.3}", row.method, verdict.describe()),
-        None => format!("{}: nothing fails", row.method),
-    };
-    sheet.find(
-        "What breaks first as h grows",
-        Holds::Note,
-        format!("{}.", rows.iter().map(says).collect::<Vec<_>>().join("; ")),
-    );
+    let readings = rows.iter().fold(Readings::default(), |r, row| {
+        let first = row.verdict.map_or("", Verdict::describe);
+        r.and(row.method, "first failure", first).and(row.method, "h", row.h)
+    });
+    sheet.find("What breaks first as h grows", readings, what_breaks_first);
     let mut figures = Vec::new();
     for method in names(&plan.methods) {
         let cells: Vec<_> = found.iter().filter(|row| row.method == method).collect();
@@ -98,6 +95,15 @@ pub(super) fn sheet(
     let header = ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
     sheet.table(&header, rows.iter().map(cells_of).collect());
     Ok(sheet)
+}
+
+fn what_breaks_first(r: &Readings) -> Said {
+    let one = |method: &str| match r.word(method, "first failure") {
+        "" => format!("{method}: nothing fails"),
+        verdict => format!("{method}: {verdict} from h = {:.3}", r.number(method, "h")),
+    };
+    let all: Vec<_> = r.of_all("first failure").into_iter().map(one).collect();
+    (Holds::Note, format!("{}.", all.join("; ")))
 }
 
 fn cells_of(row: &AtlasRow) -> Vec<String> {

@@ -2,10 +2,12 @@
 
 use super::names;
 use crate::chart::{Axis, Curve, LineChart};
+use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{RunPlan, Scene};
 use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
+use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Trajectory, TrajectoryRow};
 
 /// Degrees of freedom shown.
@@ -102,17 +104,21 @@ fn drift(run: &Trajectory) -> f64 {
 }
 
 fn say(sheet: &mut Sheet, found: &[Trajectory]) {
-    let done = found.iter().filter(|run| run.ending.is_completed()).count();
-    let worst = found.iter().map(|run| format!("{} {:.0e}", run.method, drift(run)));
-    let verdict = if done == found.len() { Verdict::Note } else { Verdict::Fails };
-    sheet.find(
-        "Trajectories",
-        verdict,
-        format!(
-            "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, p) and of w, which `afterbay \
-             study` measures.",
-            found.len(),
-            worst.collect::<Vec<_>>().join(", "),
-        ),
+    let readings = found.iter().fold(Readings::default(), |r, run| {
+        r.and(run.method, "run", run.ending.outcome).and(run.method, "drift", drift(run))
+    });
+    sheet.find("Trajectories", readings, where_they_went);
+}
+
+fn where_they_went(r: &Readings) -> Said {
+    let all = r.of_all("run");
+    let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
+    let off = r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {drift:.0e}"));
+    let statement = format!(
+        "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, p) and of w, which \
+         `afterbay study` measures.",
+        all.len(),
+        off.collect::<Vec<_>>().join(", "),
     );
+    (if done == all.len() { Verdict::Note } else { Verdict::Fails }, statement)
 }

@@ -1,9 +1,10 @@
 //! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global orders behind them.
 
-use super::{BASE_STEP, FIGURE_STEP, methods, oscillator};
+mod claims;
+
+use super::{BASE_STEP, FIGURE_STEP, Paper, Part, oscillator};
 use crate::chart::{Axis, LineChart};
-use crate::progress::Progress;
-use crate::report::Verdict;
+use crate::claim::{Readings, Said};
 use crate::sheet::{ReportError, Sheet, decimal, line, marked, over_time, scientific};
 use crate::statistics::median;
 use crate::study::energy::{self, Books, EnergyRow};
@@ -12,9 +13,20 @@ use crate::study::local_order::{LocalOrder, Trace};
 use afterbay_core::Quad;
 use serde::Serialize;
 
-/// The methods whose books are kept.
+pub(super) const PART: Part = Part {
+    heading: "Errors and energies over time: figures 4.1 to 4.4",
+    methods: &[&KEPT, &COMPARED, &RAISED, &OF_GLOBAL_ERRORS],
+    sheet,
+};
+
+/// The methods whose energies are followed.
 const KEPT: [&str; 7] =
     ["moddg", "rk4", "leapfrog", "moddg-q3-shared", "moddg-q4-shared", "moddg-p3-shared", "moddg-p4-shared"];
+/// The three the paper compares.
+const COMPARED: [&str; 3] = ["moddg", "leapfrog", "rk4"];
+/// Three terms of δ, and four.
+const RAISED: [&str; 2] = ["moddg-q3-shared", "moddg-q4-shared"];
+const OF_GLOBAL_ERRORS: [&str; 5] = ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4"];
 
 /// A row of `local_errors.csv`.
 #[derive(Serialize)]
@@ -27,117 +39,115 @@ struct LocalErrorRow {
     error_w: f64,
 }
 
-pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Errors and books over time: figures 4.1 to 4.4");
+fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
         "The paper does not say at which step its figures over time were made; h = {FIGURE_STEP} is taken here, from \
-         q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20].",
+         q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = {BASE_STEP} beside it.",
     ));
-    let traces = local_errors(&mut sheet, progress)?;
-    let books = energy_books(&mut sheet, progress)?;
-    order_raised(&mut sheet, &traces);
-    drift_of_k(&mut sheet, &books);
+    let traces = local_errors(paper, &mut sheet)?;
+    let books = energy_books(paper, &mut sheet)?;
+    let fine = energy::run(&oscillator(), &paper.methods(&COMPARED)?, BASE_STEP, u64::MAX, paper.progress)?;
+    order_raised(&mut sheet, &traces, &books);
+    drift_of_k(&mut sheet, &books, &fine);
     compared(&mut sheet, &traces);
     energy_ratio(&mut sheet, &books);
     sheet.text(
-        "The books of each run: three figures that are not to be mixed, and the steps that took energy back.",
+        "The energies of each run: three figures that are not to be mixed, and the steps that took energy back.",
     );
     sheet.table(
         &["method", "max |K - K₀|", "max |w - w(t)|", "max |d_R|", "steps with Δw < 0"],
         books.iter().map(summary).collect(),
     );
-    global_orders(&mut sheet, progress)?;
+    global_orders(paper, &mut sheet)?;
     Ok(sheet)
 }
 
-/// Local errors along the solution, by method.
-struct Traces(Vec<(&'static str, Trace)>);
+/// Local errors along the solution, by method and step.
+struct Traces(Vec<(&'static str, f64, Trace)>);
 
 impl Traces {
     /// (t, |T|) of one variable.
-    fn points(&self, name: &str, column: usize) -> Vec<(f64, f64)> {
-        let trace = self.0.iter().find(|(method, _)| *method == name).map_or(&[][..], |(_, trace)| trace);
+    fn points(&self, name: &str, h: f64, column: usize) -> Vec<(f64, f64)> {
+        let mut of = self.0.iter().filter(|(method, step, _)| *method == name && *step == h);
+        let trace = of.next().map_or(&[][..], |(_, _, trace)| trace);
         let point =
             |(i, errors): (usize, &Option<[f64; 3]>)| Some((i as f64 * BASE_STEP, (*errors)?[column]));
         trace.iter().enumerate().filter_map(point).collect()
     }
 
-    fn median(&self, name: &str, column: usize) -> f64 {
-        median(&mut self.points(name, column).into_iter().map(|(_, error)| error).collect::<Vec<_>>())
+    /// Median and maximum of |T| of q.
+    fn of_q(&self, name: &str, h: f64) -> [Option<f64>; 2] {
+        let mut sizes: Vec<f64> = self.points(name, h, 0).into_iter().map(|(_, error)| error).collect();
+        let maximum = sizes.iter().copied().reduce(f64::max);
+        [maximum.is_some().then(|| median(&mut sizes)), maximum]
     }
 }
 
-fn local_errors(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Traces, ReportError> {
-    let study = LocalOrder { base_step: BASE_STEP, steps: vec![FIGURE_STEP] };
-    let shown = methods(&["moddg-q3-shared", "moddg-q4-shared", "moddg", "leapfrog", "rk4"]);
-    progress.begin("local errors over time", shown.len());
+fn local_errors(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Traces, ReportError> {
+    let raised = paper.methods(&RAISED)?.into_iter().map(|row| (row, FIGURE_STEP));
+    let compared = paper.methods(&COMPARED)?;
+    let compared = compared.into_iter().flat_map(|row| [(row, FIGURE_STEP), (row, BASE_STEP)]);
+    let shown: Vec<_> = raised.chain(compared).collect();
+    paper.progress.begin("local errors over time", shown.len());
     let mut traces = Vec::new();
-    for row in shown {
-        traces.push((row.name, study.trace::<Quad>(&oscillator(), row, FIGURE_STEP)?));
-        progress.advance();
+    for (row, h) in shown {
+        let study = LocalOrder { base_step: BASE_STEP, steps: vec![h] };
+        traces.push((row.name, h, study.trace::<Quad>(&oscillator(), row, h)?));
+        paper.progress.advance();
     }
     let mut rows = Vec::new();
-    for (method, trace) in &traces {
+    for (method, h, trace) in &traces {
         for (i, errors) in trace.iter().enumerate().step_by(10) {
             let Some([error_q, error_p, error_w]) = *errors else { continue };
-            rows.push(LocalErrorRow {
-                method,
-                h: FIGURE_STEP,
-                t: i as f64 * BASE_STEP,
-                error_q,
-                error_p,
-                error_w,
-            });
+            let t = i as f64 * BASE_STEP;
+            rows.push(LocalErrorRow { method, h: *h, t, error_q, error_p, error_w });
         }
     }
     sheet.data("local_errors", &rows)?;
     Ok(Traces(traces))
 }
 
-fn order_raised(sheet: &mut Sheet, traces: &Traces) {
-    let ratio = traces.median("moddg-q4-shared", 0) / traces.median("moddg-q3-shared", 0);
-    // Of one magnitude: nearer to 1 than to 10 or a tenth.
-    let verdict = if ratio.log10().abs() < 0.5 { Verdict::Holds } else { Verdict::Fails };
-    sheet.find("figure 4.1", verdict, format!(
-        "\"errors remain of constant magnitude\" from δ₃ to δ₄: the median local error of q with δ₄(q) is {ratio:.2} times \
-         that with δ₃(q). With one δ in all equations the error of p, of order 2, is what is left in q at order 3.",
-    ));
+fn order_raised(sheet: &mut Sheet, traces: &Traces, books: &[Books]) {
+    let readings = RAISED.into_iter().fold(Readings::default(), |r, name| {
+        let [median, maximum] = traces.of_q(name, FIGURE_STEP);
+        r.and(name, "median", median).and(name, "maximum", maximum).and(name, "drift", drift(books, name))
+    });
+    sheet.find("figure 4.1, \"errors remain of constant magnitude\"", readings, claims::order_raised);
     let chart = over_time(
         "Figure 4.1: local error of q, δ₃(q) and δ₄(q)",
         Axis::log("local error |T| of q"),
-        ["moddg-q3-shared", "moddg-q4-shared"].map(|name| line(name, traces.points(name, 0))).into(),
+        RAISED.map(|name| line(name, traces.points(name, FIGURE_STEP, 0))).into(),
     );
     sheet.show(
         "figure-4-1",
         &chart,
-        "Local error of q along the solution with three and with four terms of δ(q), shared by all three equations. The \
-         peaks are the poles p = 0.",
+        "Local error of q along the solution with three and with four terms of δ(q), shared by all three equations. \
+         δ(q) has its poles where p = 0.",
         "local_errors",
     );
 }
 
 fn compared(sheet: &mut Sheet, traces: &Traces) {
-    let shown = ["moddg", "leapfrog", "rk4"];
-    let medians = shown.map(|name| FIGURE_STEP * traces.median(name, 0));
-    let comparable = medians[0] / medians[1];
-    let magnitude = |x: f64| (1e-8..1e-6).contains(&x);
-    let holds = (0.1..10.0).contains(&comparable) && magnitude(medians[0]) && magnitude(medians[1]);
-    sheet.find("figure 4.3", if holds { Verdict::Holds } else { Verdict::Fails }, format!(
-        "\"for q our scheme and SV are both committing errors of order 1e-7\": the error of one step, h |T|, has the median \
-         {:.1e} with moddg, {:.1e} with leapfrog and {:.1e} with rk4. (The local error of section 2 is 1/h = {} times that.)",
-        medians[0], medians[1], medians[2], 1.0 / FIGURE_STEP
-    ));
+    let at = |h: f64| {
+        COMPARED.into_iter().fold(Readings::default().and("step", "h", h), |r, name| {
+            let [median, maximum] = traces.of_q(name, h);
+            r.and(name, "median", median).and(name, "maximum", maximum)
+        })
+    };
+    let topic = "figure 4.3, \"committing errors of order magnitude 10⁻⁷\"";
+    sheet.find(topic, at(FIGURE_STEP), claims::errors_of_one_magnitude);
+    sheet.find(&format!("{topic}, at the base step"), at(BASE_STEP), claims::errors_of_one_magnitude);
     let chart = over_time(
         "Figure 4.3: local error of p",
         Axis::log("local error |T| of p"),
-        shown.map(|name| line(name, traces.points(name, 1))).into(),
+        COMPARED.map(|name| line(name, traces.points(name, FIGURE_STEP, 1))).into(),
     );
     sheet.show("figure-4-3", &chart, "Local error of p along the solution.", "local_errors");
 }
 
-fn energy_books(sheet: &mut Sheet, progress: &dyn Progress) -> Result<Vec<Books>, ReportError> {
-    progress.begin("energy books", KEPT.len());
-    let all = energy::run(&oscillator(), &methods(&KEPT), FIGURE_STEP, 1, progress)?;
+fn energy_books(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<Books>, ReportError> {
+    paper.progress.begin("energies", KEPT.len() + COMPARED.len());
+    let all = energy::run(&oscillator(), &paper.methods(&KEPT)?, FIGURE_STEP, 1, paper.progress)?;
     sheet
         .runs
         .extend(all.iter().map(|books| {
@@ -166,30 +176,34 @@ fn of<'a>(books: &'a [Books], name: &str) -> Option<&'a Books> {
     books.iter().find(|books| books.method == name)
 }
 
-fn drift_of_k(sheet: &mut Sheet, books: &[Books]) {
-    let drift = |name: &str| of(books, name).map_or(f64::NAN, |books| books.drift);
-    let (moddg, rk4, leapfrog) = (drift("moddg"), drift("rk4"), drift("leapfrog"));
-    let holds = leapfrog > 1e3 * moddg && leapfrog > 1e3 * rk4;
+/// max |K - K₀| of a run that reached its end, beside the energy at the start.
+fn drift(books: &[Books], name: &str) -> Option<f64> {
+    let books = of(books, name).filter(|books| books.ending.is_completed())?;
+    Some(books.drift / books.rows.first()?.energy)
+}
+
+fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
+    let at = |h: f64, books: &[Books]| {
+        COMPARED
+            .into_iter()
+            .fold(Readings::default().and("step", "h", h), |r, name| r.and(name, "drift", drift(books, name)))
+    };
+    let (as_shown, base) = (at(FIGURE_STEP, books), at(BASE_STEP, fine));
+    for (quotation, say) in [
+        ("SV scheme underperforms", claims::underperforms as fn(&Readings) -> Said),
+        ("modDG goes head to head with eRK4", claims::head_to_head),
+    ] {
+        let topic = format!("figure 4.2, \"{quotation}\"");
+        sheet.find(&topic, as_shown.clone(), say);
+        sheet.find(&format!("{topic}, at the base step"), base.clone(), say);
+    }
+    let simpler = books.iter().filter(|books| books.method.ends_with("-shared"));
+    let simpler =
+        simpler.fold(Readings::default(), |r, one| r.and(one.method, "drift", drift(books, one.method)));
     sheet.find(
-        "figure 4.2, \"SV underperforms\"",
-        if holds { Verdict::Holds } else { Verdict::Fails },
-        format!(
-            "max |K - K₀| is {moddg:.1e} with moddg, {rk4:.1e} with rk4 and {leapfrog:.1e} with leapfrog."
-        ),
-    );
-    let level = rk4 <= 10.0 * moddg;
-    sheet.find("figure 4.2, \"modDG goes head to head with eRK4\"", if level { Verdict::Holds } else { Verdict::Fails }, format!(
-        "on the scale of the leap-frog's drift the two look alike, but rk4 drifts {:.0} times as far as moddg at \
-         h = {FIGURE_STEP}: moddg is at rounding at every step, rk4 only as its order 4 allows.",
-        rk4 / moddg
-    ));
-    let shared: Vec<_> = books.iter().filter(|books| books.method.ends_with("-shared")).collect();
-    let simple = shared.iter().map(|books| books.drift).fold(0.0, f64::max);
-    let all = shared.iter().all(|books| books.ending.is_completed());
-    sheet.find(
-        "figure 4.2, \"even with a simpler δ\"",
-        if all && simple < 1e-12 { Verdict::Holds } else { Verdict::Fails },
-        format!("with a shared δ, whichever, K stays at rounding: {simple:.1e} at most."),
+        "figure 4.2, \"even when we substitute simpler expression for the δ function\"",
+        simpler,
+        claims::simpler_delta,
     );
     let curve = |name: &str| {
         let rows = of(books, name).map_or(&[][..], |books| &books.rows);
@@ -213,13 +227,12 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
         let rows = of(books, name).map_or(&[][..], |books| &books.rows);
         line(name, rows.iter().filter_map(|row| Some((row.t, row.ratio_error?.abs()))).collect())
     };
-    let worst = |name: &str| of(books, name).map_or(f64::NAN, |books| largest(books, |row| row.ratio_error));
-    let (rk4, fourth, plain, leapfrog) =
-        (worst("rk4"), worst("moddg-p4-shared"), worst("moddg"), worst("leapfrog"));
-    sheet.find("figure 4.4", Verdict::Note, format!(
-        "max |d_R| is {rk4:.1e} with rk4, {fourth:.1e} with moddg-p4-shared, {leapfrog:.1e} with leapfrog and {plain:.1e} \
-         with plain moddg: keeping K exactly does not by itself make the energy ratio accurate.",
-    ));
+    let readings =
+        ["rk4", "moddg-p4-shared", "leapfrog", "moddg"].into_iter().fold(Readings::default(), |r, name| {
+            let worst = of(books, name).map(|books| largest(books, |row| row.ratio_error));
+            r.and(name, "d_R", worst).and(name, "drift", drift(books, name))
+        });
+    sheet.find("figure 4.4", readings, claims::energy_ratio);
     let chart = over_time(
         "Figure 4.4: error of the energy ratio R",
         Axis::log("|d_R| = |R - R(exact)|"),
@@ -233,8 +246,8 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
     );
 }
 
-fn global_orders(sheet: &mut Sheet, progress: &dyn Progress) -> Result<(), ReportError> {
-    let rows = methods(&["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4"]);
+fn global_orders(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
+    let (rows, progress) = (paper.methods(&OF_GLOBAL_ERRORS)?, paper.progress);
     let steps = [0.2, 0.1, 0.05, 0.025, 0.0125, 0.00625];
     progress.begin("global errors", rows.len() * steps.len());
     let found = global_order::run(&oscillator(), &rows, &steps, progress)?;

@@ -1,10 +1,13 @@
 //! The paper's δ, coefficient by coefficient: from the exact flow, in closed form, and as printed.
 
-use crate::report::Verdict;
+use super::{Paper, Part};
+use crate::claim::{Readings, Said, sci, verdict};
 use crate::sheet::{ReportError, Sheet};
 use afterbay_core::{Correction, InputError, Misprinted, OrderRaising, Quad, Scalar, Series, taylor};
 use afterbay_systems::DampedOscillator;
 use serde::Serialize;
+
+pub(super) const PART: Part = Part { heading: "Errata of the printed coefficients", methods: &[], sheet };
 
 /// A row of `errata.csv`.
 #[derive(Clone, Debug, Serialize)]
@@ -21,38 +24,32 @@ struct Erratum {
 
 const POINTS: [[f64; 3]; 3] = [[0.1, 2.3, -3.1], [0.1, 1.0, 0.5], [0.0, 2.3, -3.1]];
 
-pub(super) fn sheet() -> Result<Sheet, ReportError> {
+/// A coefficient is right where it is off by no more than this share of 1 and itself.
+const RIGHT: f64 = 1e-12;
+
+fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let mut rows = Vec::new();
     for [b, q, p] in POINTS {
         rows.extend(errata(b, q, p)?);
     }
-    let mut sheet = Sheet::new("Errata of the printed coefficients");
     sheet.data("errata", &rows)?;
     sheet.text(
         "δ₃ and δ₄ follow from the exact flow: δ(q) = Δq/p̄ and δ(p) = Δp/(ΔV/Δq + D̄)·(-1), expanded in h. Here they are \
-         computed that way, in 106 bits and without any algebra, beside the closed forms and the printed ones.",
+         computed that way, in 106 bits and without any algebra, beside closed forms and the printed ones. The closed \
+         forms are the printed ones with these changes: δ₄(q) has the term -p'''/(24 p), which is missing in print; δ₃(p) \
+         has 2bp for \"22bp\"; δ₄(p) = -b (p² + q² + b p q)/(24 (q + b p)²).",
     );
-    for (name, reason) in [
-        ("δ3(q)", "as printed"),
-        ("δ4(q)", "the printed form drops the term -p'''/(24 p)"),
-        ("δ3(p)", "\"22bp\" is a misprint of 2bp"),
-        ("δ4(p)", "as printed; it simplifies to -b (p² + q² + b p q)/(24 (q + b p)²)"),
-    ] {
-        let of = || rows.iter().filter(|row| row.coefficient == name);
-        let off =
-            |row: &Erratum, value: f64| (value - row.from_the_flow).abs() / (1.0 + row.from_the_flow.abs());
-        let ours = of().map(|row| off(row, row.closed_form)).fold(0.0, f64::max);
-        let theirs = of().map(|row| off(row, row.as_printed)).fold(0.0, f64::max);
-        let verdict = if theirs < 1e-12 { Verdict::Holds } else { Verdict::Fails };
-        sheet.find(
-            &format!("coefficient {name}"),
-            verdict,
-            format!(
-                "{reason}. Beside the flow the printed form is off by {}, the closed form by {}.",
-                share(theirs),
-                share(ours)
-            ),
-        );
+    for coefficient in ["δ3(q)", "δ4(q)", "δ3(p)", "δ4(p)"] {
+        let off = |value: fn(&Erratum) -> f64| {
+            let of = rows.iter().filter(|row| row.coefficient == coefficient);
+            let share =
+                |row: &Erratum| (value(row) - row.from_the_flow).abs() / (1.0 + row.from_the_flow.abs());
+            of.map(share).reduce(f64::max)
+        };
+        let readings = Readings::default()
+            .and("the printed form", "off the flow by", off(|row| row.as_printed))
+            .and("the closed form", "off the flow by", off(|row| row.closed_form));
+        sheet.find(&format!("coefficient {coefficient}"), readings, as_printed);
     }
     let cells = |row: &Erratum| {
         // Adding 0 turns the -0 of a coefficient that vanishes into 0.
@@ -69,9 +66,27 @@ pub(super) fn sheet() -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
+/// A coefficient holds where the printed form is that of the flow.
+fn as_printed(r: &Readings) -> Said {
+    let of = |form: &str| r.number(form, "off the flow by");
+    let (theirs, ours) = (of("the printed form"), of("the closed form"));
+    let says = match (theirs <= RIGHT, ours <= RIGHT) {
+        (true, true) => "right as printed, and the closed form with it",
+        (true, false) => "right as printed, and the closed form is not",
+        (false, true) => "not right as printed; the closed form is",
+        (false, false) => "not right as printed, nor is the closed form",
+    };
+    let statement = format!(
+        "{says}. Beside the flow the printed form is off by {}, the closed form by {}.",
+        share(theirs),
+        share(ours)
+    );
+    (verdict(theirs <= RIGHT), statement)
+}
+
 /// A relative error in words.
 fn share(error: f64) -> String {
-    if error < 1e-15 { "no more than rounding".into() } else { format!("up to {error:.1e}") }
+    if error < 1e-15 { "no more than rounding".into() } else { format!("up to {}", sci(error)) }
 }
 
 fn errata(b: f64, q: f64, p: f64) -> Result<Vec<Erratum>, InputError> {

@@ -6,15 +6,26 @@ mod orders;
 mod size;
 mod work;
 
-use super::Extent;
+use super::{Extent, Paper, Part};
 use crate::Model;
-use crate::progress::Progress;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::{LARGEST_BY_SERIES, Problem};
 use std::f64::consts::PI;
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Beyond the paper: N degrees of freedom");
+pub(super) const PART: Part = Part {
+    heading: "Beyond the paper: N degrees of freedom",
+    methods: &[
+        &orders::SEPARABLE,
+        &orders::ANY,
+        &books::KEPT,
+        &books::OF_ONE_DEGREE,
+        &size::COMPARED,
+        &size::TIMED,
+    ],
+    sheet,
+};
+
+fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
         "The paper leaves N > 1 open. Here each degree of freedom has a reservoir w_j of its own, and K = H + Σ w_j. Three \
          systems: a damped FPUT-β chain (β = 1, c = 0.01) that starts from rest as a sine with the strain 1 at its ends; a \
@@ -23,11 +34,11 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
          taken against Taylor series in 106 bits up to {LARGEST_BY_SERIES} degrees of freedom, and beyond against a run of \
          increment-8 whose step was halved until two runs agree; how far these two are apart is given with each such figure.",
     ));
-    orders::add(&mut sheet, extent, progress)?;
-    books::add(&mut sheet, extent, progress)?;
-    long_run::add(&mut sheet, extent, progress)?;
-    work::add(&mut sheet, extent, progress)?;
-    size::add(&mut sheet, extent, progress)?;
+    orders::add(paper, &mut sheet)?;
+    books::add(paper, &mut sheet)?;
+    long_run::add(paper, &mut sheet)?;
+    work::add(paper, &mut sheet)?;
+    size::add(paper, &mut sheet)?;
     Ok(sheet)
 }
 

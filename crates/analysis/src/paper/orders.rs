@@ -1,19 +1,26 @@
 //! Figures 3.1 to 3.4: the empirical orders of the δ variants.
 
-use super::{BASE_STEP, STEPS, methods, oscillator};
-use crate::chart::{Axis, LineChart};
-use crate::progress::Progress;
-use crate::report::{Block, Verdict};
-use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
-use crate::study::Problem;
-use crate::study::VARIABLES;
-use crate::study::local_order::{LocalErrors, LocalOrder, OrderRow, Statistic, rows};
-use afterbay_core::Quad;
-use afterbay_methods::registry::{METHODS, Row};
+mod claims;
 
-/// The methods of the paper and the variants of its δ.
-fn of_the_paper() -> impl Iterator<Item = &'static Row> {
-    METHODS.iter().filter(|row| row.name.starts_with("moddg") || ["leapfrog", "rk4"].contains(&row.name))
+use super::{BASE_STEP, FIGURE_STEP, Paper, Part, STEPS, oscillator};
+use crate::chart::{Axis, LineChart};
+use crate::claim::Readings;
+use crate::report::Block;
+use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
+use crate::study::local_order::{LocalErrors, LocalOrder, OrderRow, Statistic, rows};
+use crate::study::{Problem, VARIABLES, energy};
+use afterbay_core::Quad;
+use afterbay_methods::registry::Row;
+
+pub(super) const PART: Part = Part {
+    heading: "Orders: figures 3.1 to 3.4",
+    methods: &[&WITH_Q3, &WITH_P4, &[RAISED_EACH], &ON_HORIZONS],
+    sheet,
+};
+
+/// Is it a method of the paper, or a variant of its δ?
+fn is_of_the_paper(row: &Row) -> bool {
+    row.name.starts_with("moddg") || ["leapfrog", "rk4"].contains(&row.name)
 }
 
 /// What the paper prints for the orders of q, p and w, read from the maxima, with δ₃(q) ...
@@ -21,14 +28,15 @@ const PRINTED_Q3: [f64; 3] = [2.99811, 2.98861, 2.0];
 /// ... and with δ₄(p). (The order of p is printed as "2.3.89048".)
 const PRINTED_P4: [f64; 3] = [7.83681, 3.89048, 7.7702];
 
-/// The variants the paper may have meant by its δ₃(q).
+/// The variants the paper may have meant by its δ₃(q); the first has one δ in all three equations.
 const WITH_Q3: [&str; 3] = ["moddg-q3-shared", "moddg-q3-single", "moddg-qp3"];
-/// The variants it may have meant by its δ₄(p).
-const WITH_P4: [&str; 4] =
-    ["moddg-p4-shared", "moddg-p4-single", "moddg-p4-shared-printed", "moddg-p4-single-printed"];
-
-/// An order agrees with a printed one within this.
-const AGREEMENT: f64 = 0.05;
+/// The variants it may have meant by its δ₄(p); the first has one δ in all three equations.
+const WITH_P4: [&str; 5] =
+    ["moddg-p4-shared", "moddg-p4-single", "moddg-p4-shared-printed", "moddg-p4-single-printed", "moddg-qp4"];
+/// A δ of its own, with h⁴, in each of the equations of q and p.
+const RAISED_EACH: &str = "moddg-qp4";
+/// Those whose orders are taken on other horizons too.
+const ON_HORIZONS: [&str; 3] = ["moddg-q3-shared", "moddg-p4-shared", "moddg-p4-single"];
 
 fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
     let column = VARIABLES.iter().position(|&name| name == variable)?;
@@ -42,31 +50,60 @@ fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
     (statistic == Statistic::Max).then_some(values[column])
 }
 
-pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, ReportError> {
-    let study = LocalOrder { base_step: BASE_STEP, steps: STEPS.to_vec() };
-    let all: Vec<_> = of_the_paper().collect();
-    progress.begin("local errors of every method", all.len() * STEPS.len());
-    let errors = study.run::<Quad>(&oscillator(), &all, progress)?;
-    let orders = rows(&errors, printed);
+/// The orders of every variant, and how far K moves with it beside the energy at the start.
+struct Found {
+    orders: Vec<OrderRow>,
+    drifts: Vec<(&'static str, f64)>,
+}
 
-    let mut sheet = Sheet::new("Orders: figures 3.1 to 3.4");
-    sheet.data("local_orders", &orders)?;
+impl Found {
+    fn row(&self, method: &str, column: usize, statistic: Statistic) -> Option<&OrderRow> {
+        find(&self.orders, method, column, statistic)
+    }
+
+    fn order(&self, method: &str, column: usize, statistic: Statistic) -> Option<f64> {
+        self.row(method, column, statistic)?.order
+    }
+
+    fn drift(&self, method: &str) -> Option<f64> {
+        self.drifts.iter().find(|(name, _)| *name == method).map(|(_, drift)| *drift)
+    }
+}
+
+fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
+    let study = LocalOrder { base_step: BASE_STEP, steps: STEPS.to_vec() };
+    let all: Vec<_> = paper.registry.iter().filter(|row| is_of_the_paper(row)).collect();
+    paper.progress.begin("local errors of every method", all.len() * (STEPS.len() + 1));
+    let errors = study.run::<Quad>(&oscillator(), &all, paper.progress)?;
+    let found = Found { orders: rows(&errors, printed), drifts: drifts(paper, &all)? };
+    sheet.data("local_orders", &found.orders)?;
     sheet.text(
         "From each of the 20 001 points of the base grid (spacing 0.001, on [0, 20], q₀ = 2.3, p₀ = -3.1, b = 0.1) one \
          step is taken with each of the paper's six h; the order is the slope of log statistic(T) against log h. All \
          of it is computed with 106 bits, so that the paper's tolerance of 1e-18 is literal and no error drowns in \
-         rounding. The paper reads its orders from the maximum over the grid. The median beside it does not depend on \
-         the one grid point that happens to lie nearest to a pole of δ.",
+         rounding. The paper reads its orders from the maximum over the grid. The maximum is made by one grid point, \
+         the median by all of them. K is followed over a whole run in f64.",
     );
     let topics = ["figure 3.1", "figure 3.2", "section 4, order of w with δ₃(q)"];
-    compare(&mut sheet, &orders, topics, &WITH_Q3, PRINTED_Q3);
+    compare(&mut sheet, &found, topics, &WITH_Q3, PRINTED_Q3);
     let topics = ["figure 3.3", "figure 3.4", "section 4, order of w with δ₄(p)"];
-    compare(&mut sheet, &orders, topics, &WITH_P4, PRINTED_P4);
+    compare(&mut sheet, &found, topics, &WITH_P4, PRINTED_P4);
     sheet.text(
         "Figure 3.4 is captioned δ₄(q) and prints \"2.3.89048\"; both are read as misprints, of δ₄(p) as in the text above \
          it and of 3.89048.",
     );
-    claim_of_fourth_order(&mut sheet, &orders);
+    sheet.find(
+        "section 4, \"order of the method is p_e = p_t = 4\"",
+        of_all(&found, &all),
+        claims::fourth_order,
+    );
+    sheet.find("a δ of its own in each equation", of_each(&found), claims::raised_each);
+    let on_horizons = horizons(paper, &study)?;
+    sheet.find(
+        "orders from the maximum, on other horizons",
+        spreads(&on_horizons),
+        claims::hang_on_the_horizon,
+    );
     for (figure, title, variants, column, guides) in [
         (
             "figure-3-1",
@@ -104,14 +141,22 @@ pub(super) fn sheet(progress: &dyn Progress) -> Result<Sheet, ReportError> {
         sheet.show(figure, &order_chart(title, &errors, variants, column, guides), caption, "local_orders");
     }
     sheet.text("The orders of every variant, from the maximum and from the median:");
-    sheet.table(&ORDER_HEADER, order_rows(&orders));
-    let blocks = vec![Block::Text(
-        "The same regression on other horizons. The medians stay; the maxima follow the grid point that comes nearest \
-         to a pole, and with it any number can come out."
-            .into(),
-    ), horizons(&study)?];
-    sheet.fold("How the maxima depend on the horizon", blocks);
+    sheet.table(&ORDER_HEADER, all.iter().map(|row| cells(&found, row.name)).collect());
+    let text = Block::Text("The same regression on other horizons.".into());
+    let table = crate::sheet::table(&HORIZON_HEADER, horizon_rows(&on_horizons));
+    sheet.fold("How the orders depend on the horizon", vec![text, table]);
     Ok(sheet)
+}
+
+/// max |K - K₀| of each method over the paper's run, beside the energy at the start.
+fn drifts(paper: &Paper<'_>, all: &[&'static Row]) -> Result<Vec<(&'static str, f64)>, ReportError> {
+    let books = energy::run(&oscillator(), all, FIGURE_STEP, u64::MAX, paper.progress)?;
+    let drift = |books: &energy::Books| {
+        let done = books.ending.is_completed().then_some(books.drift);
+        let start = books.rows.first().map_or(f64::NAN, |row| row.energy);
+        (books.method, done.unwrap_or(f64::NAN) / start)
+    };
+    Ok(books.iter().map(drift).collect())
 }
 
 fn find<'a>(
@@ -125,75 +170,47 @@ fn find<'a>(
     })
 }
 
-fn slope(orders: &[OrderRow], method: &str, column: usize, statistic: Statistic) -> Option<f64> {
-    find(orders, method, column, statistic)?.order
-}
-
-/// The printed orders of q, p and w beside ours. The paper does not say which variant it ran: the one is taken that comes
-/// nearest to all three, and each figure is judged by that.
-fn compare(sheet: &mut Sheet, orders: &[OrderRow], topics: [&str; 3], variants: &[&str], printed: [f64; 3]) {
-    let of = |name: &str, column, statistic| slope(orders, name, column, statistic);
-    let off = |name: &str, column: usize, statistic| {
-        of(name, column, statistic).map_or(f64::MAX, |order| (order - printed[column]).abs())
-    };
-    let farthest = |name: &&&str| (0..3).map(|column| off(name, column, Statistic::Max)).fold(0.0, f64::max);
-    let Some(meant) = variants.iter().min_by(|a, b| farthest(a).total_cmp(&farthest(b))) else { return };
-    let keeps =
-        if METHODS.iter().any(|row| row.name == *meant && row.keeps_k) { "keeps" } else { "does not keep" };
+/// The printed orders of q, p and w beside those of the scheme with one δ, and beside whatever variant fits them.
+fn compare(sheet: &mut Sheet, found: &Found, topics: [&str; 3], variants: &[&str], printed: [f64; 3]) {
     for (column, topic) in topics.into_iter().enumerate() {
-        let both = |name: &&str| {
-            let [max, median] =
-                [Statistic::Max, Statistic::Median].map(|statistic| decimal(of(name, column, statistic)));
-            format!("{name} {max} / {median}")
+        let of = |names: &[&str]| {
+            let paper = Readings::default().and(VARIABLES[column], "printed", printed[column]);
+            names.iter().fold(paper, |r, name| {
+                r.and(name, "maximum", found.order(name, column, Statistic::Max))
+                    .and(name, "median", found.order(name, column, Statistic::Median))
+                    .and(name, "drift", found.drift(name))
+            })
         };
-        let row = find(orders, meant, column, Statistic::Max);
-        let pole = row.map_or(String::new(), |row| {
-            let distance = scientific(row.pole_distance);
-            format!("Its largest error is made at t = {:.3}, {distance} from a pole of δ.", row.worst_t)
-        });
-        let agrees = off(meant, column, Statistic::Max) <= AGREEMENT;
-        let verdict = if agrees && off(meant, column, Statistic::Median) <= AGREEMENT {
-            Verdict::Holds
-        } else {
-            Verdict::Fails
-        };
-        let all: Vec<_> = variants.iter().map(both).collect();
-        let statement = format!(
-            "order of {} printed {}; ours from the maximum / the median: {}. Of these {meant}, which {keeps} K, comes \
-             nearest to all that is printed. {pole}",
-            VARIABLES[column],
-            printed[column],
-            all.join(", "),
+        let scheme = variants[0];
+        let row = found.row(scheme, column, Statistic::Max);
+        let readings = of(&[scheme]).and(scheme, "worst t", row.map(|row| row.worst_t)).and(
+            scheme,
+            "distance to the pole",
+            row.and_then(|row| row.pole_distance),
         );
-        sheet.find(topic, verdict, statement);
+        sheet.find(&format!("{topic}, the scheme with one δ"), readings, claims::the_scheme);
+        sheet.find(&format!("{topic}, what fits"), of(variants), claims::what_fits);
     }
 }
 
-/// "so order of the method is p_e = p_t = 4".
-fn claim_of_fourth_order(sheet: &mut Sheet, orders: &[OrderRow]) {
-    let best = of_the_paper()
-        .filter(|row| row.keeps_k)
-        .filter_map(|row| {
-            let least = (0..3)
-                .map(|column| slope(orders, row.name, column, Statistic::Median))
-                .try_fold(f64::MAX, |least, order| Some(least.min(order?)))?;
-            Some((row.name, least))
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((name, least)) = best else { return };
-    let verdict = if least > 4.0 - AGREEMENT { Verdict::Holds } else { Verdict::Fails };
-    sheet.find(
-        "section 4, \"order of the method is 4\"",
-        verdict,
-        format!(
-            "of the variants that keep K none has a median order above {least:.2} in all of q, p and w ({name} is best). \
-             One δ shared by all three equations can make one of them more accurate, not all; with a δ of its own in \
-             each equation q and p do reach order 4 (moddg-qp4), but K is lost and w stays at 2."
-        ),
-    );
+fn of_all(found: &Found, all: &[&'static Row]) -> Readings {
+    all.iter().filter(|row| row.name.starts_with("moddg")).fold(Readings::default(), |r, row| {
+        let orders = (0..3).map(|column| found.order(row.name, column, Statistic::Median));
+        let least = orders.reduce(|a, b| Some(a?.min(b?))).flatten();
+        r.and(row.name, "least order", least).and(row.name, "drift", found.drift(row.name))
+    })
 }
 
-const ORDER_HEADER: [&str; 9] = [
+fn of_each(found: &Found) -> Readings {
+    (0..3)
+        .fold(Readings::default(), |r, column| {
+            let median = found.order(RAISED_EACH, column, Statistic::Median);
+            r.and(VARIABLES[column], "median", median)
+        })
+        .and(RAISED_EACH, "drift", found.drift(RAISED_EACH))
+}
+
+const ORDER_HEADER: [&str; 10] = [
     "method",
     "max q",
     "max p",
@@ -203,23 +220,20 @@ const ORDER_HEADER: [&str; 9] = [
     "median w",
     "printed q, p, w",
     "worst q: |pole|",
+    "K off by",
 ];
 
-fn order_rows(orders: &[OrderRow]) -> Vec<Vec<String>> {
-    of_the_paper()
-        .map(|method| {
-            let mut cells = vec![method.name.to_string()];
-            for statistic in [Statistic::Max, Statistic::Median] {
-                cells.extend((0..3).map(|column| decimal(slope(orders, method.name, column, statistic))));
-            }
-            let shown = |column: usize| printed(method.name, VARIABLES[column], Statistic::Max);
-            let shown: Vec<_> = (0..3).filter_map(shown).map(|order| order.to_string()).collect();
-            cells.push(shown.join(", "));
-            let worst = find(orders, method.name, 0, Statistic::Max).and_then(|row| row.pole_distance);
-            cells.push(scientific(worst));
-            cells
-        })
-        .collect()
+fn cells(found: &Found, method: &str) -> Vec<String> {
+    let mut cells = vec![method.to_string()];
+    for statistic in [Statistic::Max, Statistic::Median] {
+        cells.extend((0..3).map(|column| decimal(found.order(method, column, statistic))));
+    }
+    let shown = |column: usize| printed(method, VARIABLES[column], Statistic::Max);
+    let shown: Vec<_> = (0..3).filter_map(shown).map(|order| order.to_string()).collect();
+    cells.push(shown.join(", "));
+    cells.push(scientific(found.row(method, 0, Statistic::Max).and_then(|row| row.pole_distance)));
+    cells.push(scientific(found.drift(method).filter(|drift| !drift.is_nan())));
+    cells
 }
 
 fn order_chart(
@@ -250,25 +264,55 @@ fn order_chart(
     }
 }
 
-/// Orders from the maximum on several horizons.
-fn horizons(study: &LocalOrder) -> Result<Block, ReportError> {
-    let variants = methods(&["moddg-q3-shared", "moddg-p4-shared", "moddg-p4-single"]);
-    let mut table = Vec::new();
-    for end in [2.0, 5.0, 10.0, 20.0, 40.0] {
+/// Orders on several horizons, by method.
+fn horizons(paper: &Paper<'_>, study: &LocalOrder) -> Result<Vec<(f64, Vec<OrderRow>)>, ReportError> {
+    let variants = paper.methods(&ON_HORIZONS)?;
+    let ends = [2.0, 5.0, 10.0, 20.0, 40.0];
+    paper.progress.begin("orders on other horizons", ends.len() * variants.len() * STEPS.len());
+    let on = |end: f64| {
         let problem = Problem { end, ..oscillator() };
-        let errors = study.run::<Quad>(&problem, &variants, &crate::progress::Silent)?;
-        let orders = rows(&errors, |_, _, _| None);
-        for method in &variants {
-            let mut cells = vec![method.name.to_string(), end.to_string()];
+        let errors = study.run::<Quad>(&problem, &variants, paper.progress)?;
+        Ok((end, rows(&errors, |_, _, _| None)))
+    };
+    ends.into_iter().map(on).collect()
+}
+
+const HORIZON_HEADER: [&str; 8] =
+    ["method", "horizon", "max q", "max p", "max w", "median q", "median p", "median w"];
+
+fn horizon_rows(on_horizons: &[(f64, Vec<OrderRow>)]) -> Vec<Vec<String>> {
+    let mut table = Vec::new();
+    for method in ON_HORIZONS {
+        for (end, orders) in on_horizons {
+            let mut cells = vec![method.to_string(), end.to_string()];
             for statistic in [Statistic::Max, Statistic::Median] {
-                cells.extend((0..3).map(|column| decimal(slope(&orders, method.name, column, statistic))));
+                let order = |column| find(orders, method, column, statistic).and_then(|row| row.order);
+                cells.extend((0..3).map(|column| decimal(order(column))));
             }
             table.push(cells);
         }
     }
-    table.sort_by(|a, b| a[0].cmp(&b[0]));
-    Ok(crate::sheet::table(
-        &["method", "horizon", "max q", "max p", "max w", "median q", "median p", "median w"],
-        table,
-    ))
+    table
+}
+
+/// How far the orders of a variable are apart on the horizons, the most over methods and variables.
+fn spreads(on_horizons: &[(f64, Vec<OrderRow>)]) -> Readings {
+    let spread = |statistic: Statistic| {
+        let one = |method: &str, column: usize| {
+            let orders = on_horizons
+                .iter()
+                .map(|(_, orders)| find(orders, method, column, statistic).and_then(|row| row.order));
+            let apart = orders.map(|order| order.map(|order| (order, order)));
+            let apart = apart.reduce(|a, b| Some((a?.0.min(b?.0), a?.1.max(b?.1)))).flatten();
+            apart.map(|(least, most)| most - least)
+        };
+        let all = ON_HORIZONS.iter().flat_map(|method| (0..3).map(move |column| one(method, column)));
+        all.reduce(|a, b| Some(a?.max(b?))).flatten()
+    };
+    let ends = on_horizons.iter().map(|(end, _)| *end);
+    Readings::default()
+        .and("maxima", "spread", spread(Statistic::Max))
+        .and("medians", "spread", spread(Statistic::Median))
+        .and("horizon", "least", ends.clone().reduce(f64::min))
+        .and("horizon", "largest", ends.reduce(f64::max))
 }

@@ -1,9 +1,9 @@
 //! Where methods fail: maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
 
-use super::{Extent, methods, oscillator};
+use super::{Paper, Part, oscillator};
 use crate::Model;
 use crate::chart::{Axis, Cells, HeatMap};
-use crate::progress::Progress;
+use crate::claim::{Readings, Said};
 use crate::report::Verdict as Holds;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
@@ -11,8 +11,10 @@ use crate::study::stability::{GROWTH, MOST_LOOKS, Map, SHARE, StabilityRow, TOLE
 
 const MAPPED: [&str; 5] = ["leapfrog", "rk4", "moddg", "moddg-fixed-point", "moddg-q3-shared"];
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Stability where methods fail");
+pub(super) const PART: Part = Part { heading: "Stability where methods fail", methods: &[&MAPPED], sheet };
+
+fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
+    let Paper { extent, progress, .. } = *paper;
     sheet.text(format!(
         "Each cell is a run over [0, 20] (50 steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
          T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run: never \
@@ -25,7 +27,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
     let count = extent.pick(60, 16);
     let steps = spread(count, 0.01, 10.0, true);
     let values = spread(count, 0.0, 10.0, false);
-    let rows = methods(&MAPPED);
+    let rows = paper.methods(&MAPPED)?;
 
     let map = Map {
         problem: oscillator(),
@@ -66,7 +68,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
 
     let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map { problem, parameter: "mu", ..map };
-    let rows = methods(&MAPPED[..4]);
+    let rows = paper.methods(&MAPPED[..4])?;
     progress.begin("stability of Van der Pol", map.pieces(rows.len()));
     let cells = map.run(&rows, progress)?;
     sheet.data("van-der-pol/stability", &cells)?;
@@ -118,45 +120,66 @@ fn bounded(row: &StabilityRow) -> bool {
     matches!(row.verdict, Verdict::Right | Verdict::Late | Verdict::Wrong)
 }
 
+/// The spectral radius beside the verdicts.
 fn compare_with_spectrum(sheet: &mut Sheet, cells: &[StabilityRow]) {
     for method in ["leapfrog", "rk4", "moddg"] {
-        let of = || cells.iter().filter(|row| row.method == method);
-        let linear: Vec<_> = of().filter_map(|row| Some((row.spectral_radius?, row))).collect();
-        let unstable = linear.iter().filter(|(radius, _)| *radius > 1.0 + 1e-9).count();
-        let against = linear.iter().filter(|(radius, row)| (*radius > 1.0 + 1e-9) == bounded(row)).count();
-        let wrong = of()
-            .filter(|row| {
-                row.verdict == Verdict::Wrong
-                    && row.spectral_radius.is_some_and(|radius| radius <= 1.0 + 1e-9)
-            })
-            .count();
-        let why = if against > 0 { " (growth that stays below the threshold within the run)" } else { "" };
-        sheet.find(&format!("stability of {method}"), Holds::Note, format!(
-            "the spectral radius exceeds 1 in {unstable} of {} cells, and {against} verdicts disagree with it{why}; {wrong} \
-             cells are stable and have the wrong energy.",
-            linear.len()
-        ));
+        let mut counts = [0_usize; 5];
+        for row in cells.iter().filter(|row| row.method == method) {
+            let Some(radius) = row.spectral_radius else { continue };
+            let unstable = radius > 1.0 + ROUNDING;
+            counts[0] += 1;
+            counts[1] += usize::from(unstable);
+            counts[2] += usize::from(unstable && bounded(row));
+            counts[3] += usize::from(!unstable && !bounded(row));
+            counts[4] += usize::from(!unstable && bounded(row) && row.verdict != Verdict::Right);
+        }
+        let readings = COUNTED
+            .iter()
+            .zip(counts)
+            .fold(Readings::default(), |r, (what, count)| r.and("cells", what, count));
+        sheet.find(&format!("stability of {method}"), readings, beside_the_spectrum);
     }
 }
 
+/// A spectral radius may be above 1 by so much of rounding.
+const ROUNDING: f64 = 1e-9;
+
+const COUNTED: [&str; 5] =
+    ["linear", "unstable", "unstable and bounded", "stable and unbounded", "stable, not right"];
+
+fn beside_the_spectrum(r: &Readings) -> Said {
+    let [linear, unstable, quiet, loud, wrong] = COUNTED.map(|what| r.number("cells", what));
+    let beside = if quiet == 0.0 && loud == 0.0 {
+        "no verdict disagrees with it".to_owned()
+    } else {
+        format!("{quiet} of these stay bounded within the run, and {loud} of the others do not")
+    };
+    let statement = format!(
+        "the spectral radius exceeds 1 in {unstable} of {linear} cells, and {beside}; {wrong} cells are stable and bounded \
+         and not right."
+    );
+    (Holds::Note, statement)
+}
+
 fn first_failures(sheet: &mut Sheet, cells: &[StabilityRow]) {
-    let said: Vec<_> = MAPPED[..4]
-        .iter()
-        .map(|method| {
-            let first = cells
-                .iter()
-                .filter(|row| row.method == *method && row.verdict != Verdict::Right)
-                .min_by(|a, b| a.h.total_cmp(&b.h));
-            match first {
-                Some(row) => format!(
-                    "{method}: {} from h = {:.3} (μ = {:.1})",
-                    row.verdict.describe(),
-                    row.h,
-                    row.value
-                ),
-                None => format!("{method}: nothing fails"),
-            }
-        })
-        .collect();
-    sheet.find("Van der Pol, what breaks first as h grows", Holds::Note, format!("{}.", said.join("; ")));
+    let readings = MAPPED[..4].iter().fold(Readings::default(), |r, method| {
+        let failed = cells.iter().filter(|row| row.method == *method && row.verdict != Verdict::Right);
+        let first = failed.min_by(|a, b| a.h.total_cmp(&b.h));
+        r.and(method, "first failure", first.map_or("", |row| row.verdict.describe()))
+            .and(method, "h", first.map(|row| row.h))
+            .and(method, "μ", first.map(|row| row.value))
+    });
+    sheet.find("Van der Pol, what breaks first as h grows", readings, what_breaks_first);
+}
+
+fn what_breaks_first(r: &Readings) -> Said {
+    let one = |method: &str| match r.word(method, "first failure") {
+        "" => format!("{method}: nothing fails"),
+        verdict => {
+            let (h, mu) = (r.number(method, "h"), r.number(method, "μ"));
+            format!("{method}: {verdict} from h = {h:.3} (μ = {mu:.1})")
+        }
+    };
+    let all: Vec<_> = r.of_all("first failure").into_iter().map(one).collect();
+    (Holds::Note, format!("{}.", all.join("; ")))
 }

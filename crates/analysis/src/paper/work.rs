@@ -1,13 +1,18 @@
 //! What accuracy costs, a chart per system.
 
 use super::other_systems::problems;
-use super::{Extent, methods, oscillator};
+use super::rule::{KEPT, kept};
+use super::{Paper, Part, oscillator};
 use crate::chart::{Axis, LineChart};
-use crate::progress::Progress;
+use crate::claim::{Readings, Said, list, sci};
 use crate::report::{Block, Verdict};
 use crate::sheet::{ReportError, Sheet, marked, measured, scientific};
+use crate::study::Problem;
 use crate::study::work_precision::{self, WorkRow};
+use afterbay_core::InputError;
 use afterbay_methods::registry::ADAPTIVE;
+
+pub(super) const PART: Part = Part { heading: "Accuracy against cost", methods: &[&COMPARED], sheet };
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
@@ -28,19 +33,18 @@ pub(crate) const HEADER: [&str; 9] = [
 /// What a run costs: a name and the figure.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
-pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Accuracy against cost");
+fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
+    let Paper { extent, progress, .. } = *paper;
     sheet.text(
         "Errors at t = 20 against the time of the whole run. Every time is the fastest of several runs, taken one after \
          the other on an otherwise idle program. The error of (q, p) and the error of w are charted apart; the drift of \
          K stands in the table and says nothing of either. Beside the paper's methods stand compositions of coordinate \
-         increments, what raises the order without a δ, and methods that choose their steps at tolerances from 1e-3: all of \
-         these keep K.",
+         increments, what raises the order without a δ, and methods that choose their steps at tolerances from 1e-3.",
     );
     let count = extent.pick(9, 4);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
     let tolerances: Vec<f64> = (0..count).map(|k| 10_f64.powi(-3 - k)).collect();
-    let rows = methods(&COMPARED);
+    let rows = paper.methods(&COMPARED)?;
     for (name, problem) in std::iter::once(("damped-oscillator", oscillator())).chain(problems()) {
         let runs = rows.len() * steps.len() + ADAPTIVE.len() * tolerances.len();
         progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
@@ -49,7 +53,7 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
-        cheapest(&mut sheet, name, &found);
+        cheapest(&mut sheet, name, &problem, &found)?;
         let seconds: Cost = ("seconds", |row| row.seconds);
         let evaluations: Cost = ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));
         let chart = |title: &str, cost: Cost, error: fn(&WorkRow) -> Option<f64>| LineChart {
@@ -98,30 +102,92 @@ pub(super) fn sheet(extent: Extent, progress: &dyn Progress) -> Result<Sheet, Re
     Ok(sheet)
 }
 
-/// The answer in one sentence: the cheapest way to an error of 1e-4, with and without K.
-pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
-    const WANTED: f64 = 1e-4;
+/// The largest error of q, p and w that is asked for.
+const WANTED: f64 = 1e-4;
+
+/// The cheapest way to an error of [`WANTED`], with and without K, and which methods keep K at all.
+pub(crate) fn cheapest(
+    sheet: &mut Sheet,
+    name: &str,
+    problem: &Problem,
+    rows: &[WorkRow],
+) -> Result<(), InputError> {
+    let size = size(problem)?;
+    let (mut cheapest, mut worst) =
+        (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
+    for of in rows.chunk_by(|a, b| a.method == b.method) {
+        let good = of
+            .iter()
+            .filter(|row| row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED));
+        let timed = good.filter(|row| row.seconds.is_some());
+        let best =
+            timed.min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)));
+        if let Some(row) = best {
+            cheapest.add(row.method, "setting", row.setting());
+            cheapest.add(row.method, "seconds", row.seconds);
+            cheapest.add(row.method, "drift", row.k_drift / size);
+        }
+        let done = of.iter().filter(|row| row.error_qp.is_some());
+        let drift = done.map(|row| row.k_drift / size).reduce(f64::max);
+        worst.add(of[0].method, "drift", drift);
+    }
+    sheet.find(&format!("{name}, cost of an error of {WANTED:e}"), cheapest, the_cheapest);
+    sheet.find(&format!("{name}, K in these runs"), worst, who_keeps_k);
+    Ok(())
+}
+
+/// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be 0 there.
+fn size(problem: &Problem) -> Result<f64, InputError> {
+    let (subject, start) = (problem.model.subject::<f64>()?, problem.start::<f64>()?);
+    let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
+    subject.gradient(&start.q, &start.p, &mut hq, &mut hp);
+    let kinetic: f64 = start.p.iter().zip(&hp).map(|(p, v)| 0.5 * (p * v).abs()).sum();
+    Ok(subject.energy(&start.q, &start.p).abs() + kinetic)
+}
+
+/// The cheapest run within the error asked for, and the cheapest of those that keep K, as measured.
+fn the_cheapest(r: &Readings) -> Said {
+    let all = r.numbers("seconds");
     let best = |keeps: bool| {
-        let good = rows.iter().filter(|row| {
-            let accurate = row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED);
-            let exact = row.tolerance.is_some() || methods(&[row.method]).iter().any(|method| method.keeps_k);
-            accurate && (exact || !keeps)
-        });
-        good.min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)))
+        let able = all.iter().filter(|(name, _)| !keeps || r.number(name, "drift") <= KEPT);
+        let timed = able.filter(|(_, seconds)| !seconds.is_nan());
+        timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| *name)
     };
-    let say = |row: Option<&WorkRow>| match row {
-        Some(row) => format!("{} at {} ({} s)", row.method, row.setting(), scientific(row.seconds)),
+    let say = |name: Option<&str>| match name {
+        Some(name) => format!(
+            "{name} at {} ({} s, K off by {} of it)",
+            r.word(name, "setting"),
+            sci(r.number(name, "seconds")),
+            sci(r.number(name, "drift"))
+        ),
         None => "none of these".into(),
     };
-    sheet.find(
-        &format!("{name}, cost of an error of 1e-4"),
-        Verdict::Note,
-        format!(
-            "in (q, p) and in w the cheapest is {}; with K exact it is {}.",
-            say(best(false)),
-            say(best(true)),
-        ),
+    let statement = format!(
+        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within it.",
+        r.number("q, p and w", "wanted"),
+        say(best(false)),
+        say(best(true)),
+        all.len(),
     );
+    (Verdict::Note, statement)
+}
+
+/// Which methods keep K in all their runs that reached the end.
+fn who_keeps_k(r: &Readings) -> Said {
+    let all = r.numbers("drift");
+    let part = |word: &str| {
+        let of = all.iter().filter(|(_, drift)| !drift.is_nan() && kept(*drift) == word);
+        list(of.map(|(name, drift)| format!("{name} ({})", sci(*drift))))
+    };
+    let none = all.iter().filter(|(_, drift)| drift.is_nan());
+    let statement = format!(
+        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached the end: {}. In \
+         parentheses max |K - K₀| beside K at the start.",
+        part("keeps K"),
+        part("does not keep K"),
+        list(none.map(|(name, _)| name.to_string())),
+    );
+    (Verdict::Note, statement)
 }
 
 /// The cells of a run.

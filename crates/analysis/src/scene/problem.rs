@@ -202,7 +202,7 @@ impl SceneProblem {
 }
 
 /// The nearest name if one is near, else all of them.
-fn suggestion(name: &str, known: &[String], before: &str) -> String {
+pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
     let far = |other: &String| strsim::damerau_levenshtein(name, other);
     match known.iter().min_by_key(|other| far(other)) {
         Some(nearest)

@@ -24,9 +24,9 @@ pub enum Decay {
 }
 
 /// The loss 1 - R may be off by this part of itself.
-const TOLERANCE: f64 = 0.1;
+pub(crate) const TOLERANCE: f64 = 0.1;
 /// K is kept where it moves by no more than this part of the energy at the start.
-const KEPT: f64 = 1e-12;
+pub(crate) const KEPT: f64 = 1e-12;
 
 impl Decay {
     /// Judges the books of a run of at least two steps, every step recorded, where the exact ratio of the second is `exact`.

@@ -3,13 +3,14 @@
 use super::chain;
 use crate::Model;
 use crate::chart::{Axis, Curve, LineChart};
-use crate::paper::{Extent, methods};
-use crate::progress::Progress;
-use crate::report::Verdict;
+use crate::claim::{Readings, Said, list, sci, verdict};
+use crate::paper::rule::{KEPT, kept};
+use crate::paper::{Extent, Paper};
 use crate::sheet::{ReportError, Sheet, marked, scientific};
 use crate::statistics::Fit;
 use crate::study::Problem;
 use crate::study::long_run::{self, LongRun, Setup};
+use crate::study::outcome::COMPLETED;
 use std::f64::consts::PI;
 
 /// Name, step, and whether roundings are kept from adding up.
@@ -22,9 +23,6 @@ const RUNS: [(&str, f64, bool); 7] = [
     ("increment-4", 0.1, true),
     ("rk4", 0.05, false),
 ];
-
-/// K is kept if it moves by no more than this beside itself.
-const ROUNDING: f64 = 1e-12;
 
 /// An exponent agrees with another within this, however narrow its interval.
 const AGREEMENT: f64 = 0.05;
@@ -42,15 +40,11 @@ pub(super) fn starts(extent: Extent) -> Vec<Problem> {
     (0..extent.pick(4, 2)).map(start).collect()
 }
 
-pub(in crate::paper) fn add(
-    sheet: &mut Sheet,
-    extent: Extent,
-    progress: &dyn Progress,
-) -> Result<(), ReportError> {
+pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
+    let Paper { extent, progress, .. } = *paper;
     let (starts, steps) = (starts(extent), extent.pick(1_000_000, 100_000));
-    let setup =
-        |&(name, h, compensated)| methods(&[name]).into_iter().map(move |row| Setup { row, h, compensated });
-    let setups: Vec<_> = RUNS.iter().flat_map(setup).collect();
+    let setup = |&(name, h, compensated)| Ok(Setup { row: paper.method(name)?, h, compensated });
+    let setups = RUNS.iter().map(setup).collect::<Result<Vec<_>, ReportError>>()?;
     progress.begin("K in a long run", setups.len() * starts.len());
     let found = long_run::run(&starts, &setups, steps, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
@@ -134,26 +128,55 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
     ]
 }
 
+/// The readings of long runs: how far K is off at the end, how that grows, and how the run ended.
+pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
+    found.iter().fold(Readings::default().and("run", "steps", steps), |r, run| {
+        let (label, growth) = (run.setup.label(), run.growth());
+        r.and(&label, "rms", run.rows.last().map(|row| row.rms))
+            .and(&label, "exponent", growth.as_ref().map(|fit| fit.slope))
+            .and(&label, "margin", growth.as_ref().and_then(|fit| fit.margin))
+            .and(&label, "run", run.ending.outcome)
+    })
+}
+
+/// How the deviation of one run grows, from its readings.
+pub(crate) fn growth(r: &Readings, label: &str) -> String {
+    let (slope, margin) = (r.number(label, "exponent"), r.number(label, "margin"));
+    if slope.is_nan() {
+        return "not known".into();
+    }
+    let fit = Fit { slope, margin: (!margin.is_nan()).then_some(margin), points: 0 };
+    let interval = fit.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
+    format!("{} ({slope:.2}{interval})", grows(&fit))
+}
+
 fn judge(sheet: &mut Sheet, found: &[LongRun], steps: u64) {
-    let keeps = |run: &&LongRun| run.setup.row.keeps_k;
-    let end = |run: &LongRun| run.rows.last().map_or(f64::NAN, |row| row.rms);
-    let kept: Vec<_> = found.iter().filter(keeps).collect();
-    let worst = kept.iter().map(|run| end(run)).fold(0.0, f64::max);
-    let holds = kept.iter().all(|run| run.ending.is_completed() && end(run) < ROUNDING);
-    let say = |run: &&LongRun| {
-        let growth =
-            run.growth().map_or("not known".into(), |fit| format!("{} ({:.2})", grows(&fit), fit.slope));
-        format!("{}: {growth}", run.setup.label())
-    };
-    let contrast = found.iter().filter(|run| !keeps(run));
-    let contrast: Vec<_> = contrast.map(|run| format!("{} by {:.0e}", run.setup.label(), end(run))).collect();
-    sheet.find(
-        "K in a long run",
-        if holds { Verdict::Holds } else { Verdict::Fails },
+    sheet.find("K in a long run", readings(found, steps), in_a_long_run);
+}
+
+/// K holds in a long run where every run of a discrete gradient ends and keeps it.
+fn in_a_long_run(r: &Readings) -> Said {
+    let of = r.numbers("rms");
+    let (contrast, claimed): (Vec<_>, Vec<_>) =
+        of.into_iter().partition(|(label, _)| label.starts_with("rk4"));
+    let lost = claimed.iter().filter(|(label, rms)| !(*rms <= KEPT && r.word(label, "run") == COMPLETED));
+    let lost: Vec<_> = lost.map(|(label, _)| label.to_string()).collect();
+    let say = |(label, rms): (&str, f64)| {
         format!(
-            "after {steps} steps the discrete gradients are off K by {worst:.0e} of it at most, {}. The deviation grows: {}.",
-            contrast.join(", "),
-            kept.iter().map(say).collect::<Vec<_>>().join("; "),
-        ),
-    );
+            "{label}: {} ({}), {}, growing {}",
+            sci(rms),
+            kept(rms),
+            r.word(label, "run"),
+            growth(r, label)
+        )
+    };
+    let says = if lost.is_empty() {
+        "the discrete gradients keep K".to_owned()
+    } else {
+        format!("K is lost by {}", list(lost.iter().cloned()))
+    };
+    let all: Vec<_> = claimed.into_iter().chain(contrast).map(say).collect();
+    let statement =
+        format!("after {} steps {says}. rms of (K - K₀)/K₀: {}.", r.number("run", "steps"), all.join("; "));
+    (verdict(lost.is_empty()), statement)
 }

@@ -2,9 +2,8 @@
 
 use super::{chain, pendulum, ring};
 use crate::chart::{Axis, LineChart};
-use crate::paper::{Extent, methods};
-use crate::progress::Progress;
-use crate::report::Verdict;
+use crate::claim::{Readings, Said, fixed, list, verdict};
+use crate::paper::{Extent, Paper};
 use crate::sheet::{ReportError, Sheet, decimal, marked, table};
 use crate::study::VARIABLES;
 use crate::study::global_order::{self, GlobalRow};
@@ -41,11 +40,8 @@ const ABOVE_ROUNDING: f64 = 1e-11;
 /// An order agrees with the one claimed within this.
 const AGREEMENT: f64 = 0.25;
 
-pub(in crate::paper) fn add(
-    sheet: &mut Sheet,
-    extent: Extent,
-    progress: &dyn Progress,
-) -> Result<(), ReportError> {
+pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
+    let Paper { extent, progress, .. } = *paper;
     let (coarsest, count) = extent.pick((0.4, 6), (0.2, 4));
     let steps: Vec<f64> = (0..count).map(|k| coarsest / f64::from(1 << k)).collect();
     let (end, mut figures) = (end(extent), Vec::new());
@@ -54,7 +50,7 @@ pub(in crate::paper) fn add(
         ("van-der-pol-ring", ring(end), &SEPARABLE),
         ("damped-double-pendulum", pendulum(end), &ANY),
     ] {
-        let rows = methods(names);
+        let rows = paper.methods(names)?;
         progress.begin(&format!("global orders of {name}"), rows.len() * steps.len());
         let found = global_order::run(&problem, &rows, &steps, progress)?;
         let data = format!("{name}/global_orders");
@@ -111,47 +107,62 @@ fn order(rows: &[GlobalRow], method: &str, variable: &str) -> Option<f64> {
     orders(rows, method, variable).last().copied()
 }
 
-/// Do the last two agree? A high order can come down to rounding before it shows.
-fn is_settled(rows: &[GlobalRow], method: &str) -> bool {
-    VARIABLES.iter().all(|variable| match orders(rows, method, variable)[..] {
-        [.., a, b] => (a - b).abs() < AGREEMENT,
-        _ => false,
-    })
+/// How far the last two are apart, at most over the variables: a high order can come down to rounding before it shows.
+fn unsettled(rows: &[GlobalRow], method: &str) -> Option<f64> {
+    let apart = VARIABLES.iter().map(|variable| match orders(rows, method, variable)[..] {
+        [.., a, b] => Some((a - b).abs()),
+        _ => None,
+    });
+    apart.reduce(|a, b| Some(a?.max(b?))).flatten()
 }
 
 fn judge(sheet: &mut Sheet, name: &str, rows: &[GlobalRow]) {
     let mut names: Vec<_> = rows.iter().map(|row| row.method).collect();
     names.dedup();
-    let (settled, unsettled): (Vec<_>, Vec<_>) =
-        names.into_iter().partition(|method| is_settled(rows, method));
-    let found = |method: &str| VARIABLES.map(|variable| order(rows, method, variable).unwrap_or(f64::NAN));
-    let right = |method: &&str| {
-        let claimed = registry::find(method).map_or(f64::NAN, |row| f64::from(row.order()));
-        found(method).into_iter().all(|order| (order - claimed).abs() < AGREEMENT)
+    let readings = names.into_iter().fold(Readings::default(), |r, method| {
+        let found = VARIABLES.map(|variable| order(rows, method, variable));
+        let of =
+            |better: fn(f64, f64) -> f64| found.into_iter().reduce(|a, b| Some(better(a?, b?))).flatten();
+        r.and(method, "claimed", registry::find(method).map(|row| f64::from(row.order())))
+            .and(method, "least", of(f64::min))
+            .and(method, "largest", of(f64::max))
+            .and(method, "last two apart", unsettled(rows, method))
+    });
+    sheet.find(&format!("orders on {name}"), readings, as_claimed);
+}
+
+/// The orders hold where every one that is settled is the one claimed, in q, p and w.
+fn as_claimed(r: &Readings) -> Said {
+    let near = |a: f64, b: f64| (a - b).abs() < AGREEMENT;
+    let settled = |name: &str| r.number(name, "last two apart") < AGREEMENT;
+    let right = |name: &str| {
+        let claimed = r.number(name, "claimed");
+        near(r.number(name, "least"), claimed) && near(r.number(name, "largest"), claimed)
     };
-    let say = |methods: &[&str]| {
-        let one = |method: &&str| {
-            let orders = found(method);
-            let (least, most) =
-                (orders.into_iter().fold(f64::MAX, f64::min), orders.into_iter().fold(f64::MIN, f64::max));
-            format!("{method} {least:.2} to {most:.2}")
-        };
-        methods.iter().map(one).collect::<Vec<_>>().join(", ")
+    let say = |name: &str| {
+        let [claimed, least, largest] = ["claimed", "least", "largest"].map(|what| r.number(name, what));
+        format!("{name} {} to {} for {claimed}", fixed(least, 2), fixed(largest, 2))
     };
-    let verdict =
-        if !settled.is_empty() && settled.iter().all(right) { Verdict::Holds } else { Verdict::Fails };
-    let rest = if unsettled.is_empty() {
-        String::new()
-    } else {
-        format!(" Not settled within these steps before rounding, and not judged: {}.", say(&unsettled))
-    };
-    sheet.find(
-        &format!("orders on {name}"),
-        verdict,
-        format!(
-            "each method has its order in q, p and w: {}, between the two smallest steps whose error stands above \
-             {ABOVE_ROUNDING:.0e}.{rest}",
-            say(&settled)
+    let names = r.of_all("claimed");
+    let (judged, rest): (Vec<&str>, Vec<&str>) = names.into_iter().partition(|name| settled(name));
+    let (good, bad): (Vec<&str>, Vec<&str>) = judged.iter().copied().partition(|name| right(name));
+    let holds = bad.is_empty() && !good.is_empty();
+    let says = match (good.is_empty(), bad.is_empty()) {
+        (true, true) => "no order is settled".to_owned(),
+        (false, true) => format!("each has its order in q, p and w: {}", list(good.into_iter().map(say))),
+        (_, false) => format!(
+            "{} has another order than its own; as they should be: {}",
+            list(bad.into_iter().map(say)),
+            list(good.into_iter().map(say))
         ),
+    };
+    let unsettled = rest
+        .iter()
+        .map(|name| format!("{} (apart by {})", say(name), fixed(r.number(name, "last two apart"), 2)));
+    let statement = format!(
+        "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, within {AGREEMENT}. Not \
+         settled before rounding, and not judged: {}.",
+        list(unsettled)
     );
+    (verdict(holds), statement)
 }

@@ -2,33 +2,27 @@
 
 use super::{chain, wave};
 use crate::chart::{Axis, Curve, LineChart};
-use crate::paper::{Extent, methods};
-use crate::progress::Progress;
-use crate::report::Verdict;
+use crate::claim::{Readings, Said, list, sci, verdict};
+use crate::paper::Paper;
+use crate::paper::rule::{KEPT, kept};
 use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::size::SizeRow;
 use crate::study::{cost, size};
 
-const COMPARED: [&str; 5] = ["increment-2", "increment-4", "gonzalez", "leapfrog", "rk4"];
-const TIMED: [&str; 4] = ["increment-2", "gonzalez", "leapfrog", "rk4"];
+pub(super) const COMPARED: [&str; 5] = ["increment-2", "increment-4", "gonzalez", "leapfrog", "rk4"];
+pub(super) const TIMED: [&str; 4] = ["increment-2", "gonzalez", "leapfrog", "rk4"];
 const STEP: f64 = 0.05;
 const END: f64 = 2.0;
-
-/// K is kept if it moves by no more than this beside H.
-const ROUNDING: f64 = 1e-12;
 
 /// Degree-of-freedom steps of a timed run, and the least number of steps.
 const TIMED_STEPS: (usize, usize) = (20_000, 4);
 
-pub(in crate::paper) fn add(
-    sheet: &mut Sheet,
-    extent: Extent,
-    progress: &dyn Progress,
-) -> Result<(), ReportError> {
+pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
+    let Paper { extent, progress, .. } = *paper;
     let sizes = (1..=extent.pick(10, 5)).map(|k| 1_usize << k);
     let problems: Vec<_> = sizes.map(|n| wave(n, END)).collect();
     progress.begin("errors against N", problems.len() * COMPARED.len());
-    let found = size::run(&problems, &methods(&COMPARED), STEP, progress)?;
+    let found = size::run(&problems, &paper.methods(&COMPARED)?, STEP, progress)?;
     sheet.data("fput-chain/size", &found)?;
     errors(sheet, &found);
 
@@ -36,7 +30,7 @@ pub(in crate::paper) fn add(
     let timed: Vec<_> =
         counts.iter().map(|&n| (chain(n, END), (TIMED_STEPS.0 / n).max(TIMED_STEPS.1) as u64)).collect();
     progress.begin("cost against N", timed.len() * TIMED.len());
-    let found = cost::run(&timed, &methods(&TIMED), STEP, progress)?;
+    let found = cost::run(&timed, &paper.methods(&TIMED)?, STEP, progress)?;
     sheet.data("fput-chain/cost", &found)?;
     let curve = |name: &&str| {
         let of = found.iter().filter(|row| row.method == *name);
@@ -63,28 +57,19 @@ pub(in crate::paper) fn add(
 }
 
 fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
-    let keeps = |row: &&SizeRow| methods(&[row.method]).iter().any(|method| method.keeps_k);
     let relative = |row: &SizeRow| row.k_drift / row.initial_energy;
-    let worst = found.iter().filter(keeps).map(relative).fold(0.0, f64::max);
     let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
-    let largest = found.iter().map(|row| row.n).max().unwrap_or(0);
-    let failed = found.iter().filter(|row| row.error_qp.is_none());
-    let failed: Vec<_> =
-        failed.map(|row| format!("{} at N = {} ({})", row.method, row.n, row.outcome)).collect();
-    let all = found.iter().filter(keeps).all(|row| row.error_qp.is_some());
-    let rest = if failed.is_empty() {
-        String::new()
-    } else {
-        format!(" Runs that did not reach their end: {}.", failed.join(", "))
-    };
-    sheet.find(
-        "K against N",
-        if all && worst < ROUNDING { Verdict::Holds } else { Verdict::Fails },
-        format!(
-            "from N = 2 to {largest} the discrete gradients keep K to {worst:.0e} of H on [0, {END}] at h = {STEP}, the same wave \
-             on every chain.{rest}"
-        ),
-    );
+    let mut readings = Readings::default()
+        .and("N", "least", found.iter().map(|row| row.n as f64).reduce(f64::min))
+        .and("N", "largest", found.iter().map(|row| row.n as f64).reduce(f64::max));
+    for of in found.chunk_by(|a, b| a.method == b.method) {
+        let done = of.iter().filter(|row| row.error_qp.is_some());
+        readings.add(of[0].method, "drift", done.map(relative).reduce(f64::max));
+        let failed = of.iter().filter(|row| row.error_qp.is_none());
+        let failed: Vec<_> = failed.map(|row| format!("at N = {} ({})", row.n, row.outcome)).collect();
+        readings.add(of[0].method, "failed", failed.join(", "));
+    }
+    sheet.find("K against N", readings, k_against_n);
     let curves = |value: &dyn Fn(&SizeRow) -> Option<f64>| -> Vec<Curve> {
         let curve = |name: &&str| {
             let of = found.iter().filter(|row| row.method == *name);
@@ -121,4 +106,30 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
         "fput-chain/size",
     );
     sheet.show_pair(left, right);
+}
+
+/// K against N holds where each discrete gradient of these keeps K and reaches the end at every N.
+fn k_against_n(r: &Readings) -> Said {
+    const CLAIMED: [&str; 3] = ["increment-2", "increment-4", "gonzalez"];
+    let keeps = |name: &str| r.number(name, "drift") <= KEPT && r.word(name, "failed").is_empty();
+    let not: Vec<_> = CLAIMED.into_iter().filter(|name| !keeps(name)).collect();
+    let says = if not.is_empty() {
+        "the discrete gradients keep K at every N".to_owned()
+    } else {
+        format!("{} do not keep K at every N", list(not.iter().map(ToString::to_string)))
+    };
+    let all = r.numbers("drift").into_iter().map(|(name, drift)| {
+        let failed = match r.word(name, "failed") {
+            "" => String::new(),
+            where_ => format!(", not to the end {where_}"),
+        };
+        format!("{name} {} ({}{failed})", kept(drift), sci(drift))
+    });
+    let statement = format!(
+        "{says}. From N = {} to {}, on [0, {END}] at h = {STEP}, the same wave on every chain, with max |K - K₀|/H₀: {}.",
+        r.number("N", "least"),
+        r.number("N", "largest"),
+        list(all),
+    );
+    (verdict(not.is_empty()), statement)
 }

@@ -4,8 +4,7 @@ use super::orders::{ANY, SEPARABLE};
 use super::{chain, pendulum};
 use crate::chart::{Axis, LineChart};
 use crate::paper::work::{HEADER, cells, cheapest};
-use crate::paper::{Extent, methods};
-use crate::progress::Progress;
+use crate::paper::{Extent, Paper};
 use crate::sheet::{ReportError, Sheet, marked, scientific, table};
 use crate::study::Problem;
 use crate::study::work_precision::{self, WorkRow};
@@ -20,18 +19,15 @@ pub(super) fn long_pendulum(extent: Extent) -> Problem {
     pendulum(extent.pick(10.0, 2.0))
 }
 
-pub(in crate::paper) fn add(
-    sheet: &mut Sheet,
-    extent: Extent,
-    progress: &dyn Progress,
-) -> Result<(), ReportError> {
+pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
+    let Paper { extent, progress, .. } = *paper;
     let count = extent.pick(5, 3);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
     for (name, problem, names) in [
         ("fput-chain", long_chain(extent), &SEPARABLE[..]),
         ("damped-double-pendulum", long_pendulum(extent), &ANY),
     ] {
-        let rows = methods(names);
+        let rows = paper.methods(names)?;
         progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
         let found = work_precision::run(&problem, &rows, &steps, &[], progress)?;
         let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
@@ -39,7 +35,7 @@ pub(in crate::paper) fn add(
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
         let title = format!("{name} with N = {}", problem.model.dof());
-        cheapest(sheet, &title, &found);
+        cheapest(sheet, &title, &problem, &found)?;
         let chart = |what: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {
             title: format!("{title}: {what}"),
             x: Axis::log("seconds"),
