@@ -85,37 +85,40 @@ impl Others {
         Self(words)
     }
 
-    fn of(&self, readings: &Readings, i: usize, chance: &mut Chance) -> Found {
+    /// Another value of a reading: a number of the pool, or a word that occurs of its quantity.
+    fn of(&self, readings: &Readings, i: usize, pool: &[f64], chance: &mut Chance) -> Found {
         match &readings.0[i].found {
             Found::Word(_) => {
                 let words: Vec<_> = self.0[&readings.0[i].what].iter().cloned().collect();
                 let words = [words, vec!["failed".into(), String::new()]].concat();
                 Found::Word(chance.one(&words))
             }
-            Found::Nothing => Found::Number(chance.one(&[0.0, 1e-16, 1e-3, 1.0, 2.0, 1e3])),
-            Found::Number(x) => {
-                let numbers = readings.0.iter().filter_map(|one| match one.found {
-                    Found::Number(y) => Some(y),
-                    _ => None,
-                });
-                let mut other: Vec<f64> = numbers.collect();
-                other.extend([0.0, 1e-16, 1e-7, 1.0, 2.0, 4.0, 1e3, x + 1.0, 10.0 * x, 100.0 * x]);
-                let nothing = chance.below(10) == 0;
-                if nothing { Found::Nothing } else { Found::Number(chance.one(&other)) }
-            }
+            Found::Number(_) if chance.below(10) == 0 => Found::Nothing,
+            Found::Number(_) | Found::Nothing => Found::Number(chance.one(pool)),
         }
     }
 
-    /// The readings with some of them others.
+    /// The readings with some of them others. The numbers put in are few, so that some agree.
     fn some(&self, readings: &Readings, chance: &mut Chance) -> Readings {
-        let (mut altered, share) = (readings.clone(), chance.one(&[1, 3, 10]));
+        let (all, share) = (numbers(readings), chance.one(&[1, 3, 10]));
+        let pool: Vec<_> = (0..=chance.below(3)).map(|_| chance.one(&all)).collect();
+        let mut altered = readings.clone();
         for i in 0..altered.0.len() {
             if chance.below(10) < share {
-                altered.0[i].found = self.of(readings, i, chance);
+                altered.0[i].found = self.of(readings, i, &pool, chance);
             }
         }
         altered
     }
+}
+
+/// Numbers of any size, those of the readings and some beside each of them.
+fn numbers(readings: &Readings) -> Vec<f64> {
+    let of = readings.0.iter().filter_map(|one| match one.found {
+        Found::Number(x) => Some([x, x + 1.0, 10.0 * x, 100.0 * x]),
+        _ => None,
+    });
+    of.flatten().chain([0.0, 1e-16, 1e-7, 1e-3, 1.0, 2.0, 4.0, 1e3]).collect()
 }
 
 /// The words of a sentence: every number of it is `#`.
@@ -150,7 +153,7 @@ fn every_reading_of_every_finding_changes_its_sentence() {
                     _ => others.some(&finding.readings, &mut chance),
                 };
                 let mut altered = context.clone();
-                altered.0[i].found = others.of(&context, i, &mut chance);
+                altered.0[i].found = others.of(&context, i, &numbers(&context), &mut chance);
                 finding.again(altered).statement != finding.again(context).statement
             });
             assert!(matters, "{}: {:?} changes nothing", finding.topic, finding.readings.0[i]);
