@@ -7,7 +7,7 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::decay::{self, Decay, DecayRow};
 use afterbay_analysis::study::energy::{self, Books, EnergyRow};
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
-use afterbay_core::{StepFailure, System};
+use afterbay_core::{IntegrateError, System};
 use afterbay_methods::registry::{METHODS, Row, find};
 use afterbay_systems::DampedOscillator;
 
@@ -122,7 +122,7 @@ fn every_line_has_the_numbers_of_its_run() {
             let steps = (0..2).try_for_each(|_| {
                 method.step(0.1, &mut state)?;
                 energies.push(system.energy(&state.q, &state.p));
-                Ok::<_, StepFailure>(())
+                Ok::<_, IntegrateError>(())
             });
             let ratio = energies.get(2).map(|energy| energy / energies[1]).filter(|r| r.is_finite());
             match (ratio, row.ratio) {

@@ -89,5 +89,5 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
 }
 
 fn global(r: &Readings) -> Said {
-    (Verdict::Note, orders_of_three(r, 2))
+    (Verdict::Note, orders_of_three(r, 2, "–"))
 }

@@ -113,14 +113,14 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
 }
 
 fn local(r: &Readings) -> Said {
-    (Verdict::Note, orders_of_three(r, 3))
+    (Verdict::Note, orders_of_three(r, 3, "none: below rounding"))
 }
 
-/// The orders of q, p and w of every method, a dash where there is none.
-pub(super) fn orders_of_three(r: &Readings, decimals: usize) -> String {
+/// The orders of q, p and w of every method, and a word where there is none.
+pub(super) fn orders_of_three(r: &Readings, decimals: usize, none: &str) -> String {
     let one = |name: &str| {
         let order = |variable: &str| match r.number(name, variable) {
-            order if order.is_nan() => "–".into(),
+            order if order.is_nan() => none.into(),
             order => fixed(order, decimals),
         };
         format!("{name} {}", VARIABLES.map(order).join(" / "))
