@@ -9,7 +9,7 @@ use crate::report::Verdict;
 use serde::Serialize;
 
 /// The verdict and the sentence that follow from readings.
-pub(crate) type Said = (Verdict, String);
+pub type Said = (Verdict, String);
 
 /// One number or word a finding rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,7 +82,7 @@ pub struct Readings(pub Vec<Reading>);
 
 impl Readings {
     /// With one more.
-    pub(crate) fn and(mut self, of: &str, what: &str, found: impl Into<Found>) -> Self {
+    pub fn and(mut self, of: &str, what: &str, found: impl Into<Found>) -> Self {
         self.add(of, what, found);
         self
     }
@@ -97,7 +97,7 @@ impl Readings {
     }
 
     /// A number, NaN where there is none: no rule holds of it.
-    pub(crate) fn number(&self, of: &str, what: &str) -> f64 {
+    pub fn number(&self, of: &str, what: &str) -> f64 {
         match self.find(of, what) {
             Some(Found::Number(number)) => *number,
             _ => f64::NAN,
@@ -139,7 +139,8 @@ pub struct Finding {
 }
 
 impl Finding {
-    pub(crate) fn new(topic: impl Into<String>, readings: Readings, say: fn(&Readings) -> Said) -> Self {
+    /// What follows from readings.
+    pub fn new(topic: impl Into<String>, readings: Readings, say: fn(&Readings) -> Said) -> Self {
         let (verdict, statement) = say(&readings);
         Self { topic: topic.into(), verdict, statement, readings, say }
     }

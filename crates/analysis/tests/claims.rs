@@ -1,7 +1,7 @@
 //! Every sentence that states a result follows from its numbers: other numbers, and broken methods,
 //! make other sentences and other verdicts.
 
-use afterbay_analysis::claim::{Found, Readings};
+use afterbay_analysis::claim::{Found, Readings, Said};
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::report::Verdict;
@@ -139,25 +139,62 @@ fn numbers_are_told_from_words() {
     assert_eq!(words("moddg-qp3 off by 1.0e-5, at 3 of 20."), "moddg-qp# off by #, at # of #");
 }
 
+/// Does each reading change the sentence or the verdict?
+fn rests_on_its_readings(finding: &Finding, others: &Others) -> Result<(), String> {
+    let readings = &finding.readings;
+    if readings.0.is_empty() {
+        return Err(format!("{} rests on nothing", finding.topic));
+    }
+    for i in 0..readings.0.len() {
+        let mut chance = Chance(1 + i as u64);
+        // A reading may matter only beside others: the cost of what is not cheapest does not.
+        let matters = (0..3000).any(|round| {
+            let context = if round < 10 { readings.clone() } else { others.some(readings, &mut chance) };
+            let mut altered = context.clone();
+            altered.0[i].found = others.of(&context, i, &numbers(&context), &mut chance);
+            finding.again(altered).statement != finding.again(context).statement
+        });
+        if !matters {
+            return Err(format!("{}: {:?} changes nothing", finding.topic, readings.0[i]));
+        }
+    }
+    Ok(())
+}
+
+/// Can it come out otherwise, and do the words alone tell how it came out?
+fn can_be_lost(finding: &Finding, others: &Others) -> Result<(), String> {
+    let mut seen: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    let mut chance = Chance(1);
+    for _ in 0..20_000 {
+        let found = finding.again(others.some(&finding.readings, &mut chance));
+        let verdict = match found.verdict {
+            Verdict::Holds => "holds",
+            Verdict::Fails => "fails",
+            Verdict::Note => "note",
+        };
+        seen.entry(verdict).or_default().insert(words(&found.statement));
+    }
+    let none = BTreeSet::new();
+    let [holds, fails, note] = ["holds", "fails", "note"].map(|word| seen.get(word).unwrap_or(&none));
+    if holds.is_empty() && fails.is_empty() {
+        return Ok(());
+    }
+    // What is judged can come out the other way; a note can become a failure.
+    let good = if note.is_empty() { holds } else { note };
+    if good.is_empty() || fails.is_empty() {
+        return Err(format!("{} is always {:?}", finding.topic, finding.verdict));
+    }
+    match good.intersection(fails).next() {
+        Some(words) if note.is_empty() => Err(format!("{} says the same of both: {words}", finding.topic)),
+        _ => Ok(()),
+    }
+}
+
 #[test]
 fn every_reading_of_every_finding_changes_its_sentence() {
     let others = Others::new(&ALL);
     for finding in ALL.iter() {
-        assert!(!finding.readings.0.is_empty(), "{} rests on nothing", finding.topic);
-        for i in 0..finding.readings.0.len() {
-            let mut chance = Chance(1 + i as u64);
-            // A reading may matter only beside others: the cost of what is not cheapest does not.
-            let matters = (0..3000).any(|round| {
-                let context = match round {
-                    0..10 => finding.readings.clone(),
-                    _ => others.some(&finding.readings, &mut chance),
-                };
-                let mut altered = context.clone();
-                altered.0[i].found = others.of(&context, i, &numbers(&context), &mut chance);
-                finding.again(altered).statement != finding.again(context).statement
-            });
-            assert!(matters, "{}: {:?} changes nothing", finding.topic, finding.readings.0[i]);
-        }
+        rests_on_its_readings(finding, &others).unwrap();
     }
 }
 
@@ -165,31 +202,52 @@ fn every_reading_of_every_finding_changes_its_sentence() {
 fn every_verdict_can_be_lost_and_the_words_tell_which_it_is() {
     let others = Others::new(&ALL);
     for finding in ALL.iter() {
-        let mut seen: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
-        let mut chance = Chance(1);
-        for _ in 0..20_000 {
-            let found = finding.again(others.some(&finding.readings, &mut chance));
-            let verdict = match found.verdict {
-                Verdict::Holds => "holds",
-                Verdict::Fails => "fails",
-                Verdict::Note => "note",
-            };
-            seen.entry(verdict).or_default().insert(words(&found.statement));
-        }
-        let none = BTreeSet::new();
-        let [holds, fails, note] = ["holds", "fails", "note"].map(|word| seen.get(word).unwrap_or(&none));
-        if holds.is_empty() && fails.is_empty() {
-            assert!(finding.verdict == Verdict::Note && !note.is_empty(), "{}", finding.topic);
-            continue;
-        }
-        // What is judged can come out the other way; a note can become a failure.
-        let (good, bad) = (if note.is_empty() { holds } else { note }, fails);
-        assert!(!good.is_empty() && !bad.is_empty(), "{} is always {:?}", finding.topic, finding.verdict);
-        if note.is_empty() {
-            let both: Vec<_> = good.intersection(bad).collect();
-            assert!(both.is_empty(), "{} says the same of both: {both:?}", finding.topic);
-        }
+        can_be_lost(finding, &others).unwrap();
     }
+}
+
+#[test]
+fn findings_that_do_not_follow_from_their_numbers_are_caught() {
+    let readings = Readings::default().and("moddg", "error", 1e-9).and("moddg", "drift", 1e-15);
+    let caught = |say: fn(&Readings) -> Said| {
+        let finding = Finding::new("a finding", readings.clone(), say);
+        let others = Others::new(std::slice::from_ref(&finding));
+        [rests_on_its_readings(&finding, &others), can_be_lost(&finding, &others)].map(|of| of.is_err())
+    };
+    // One that is as it should be, one that ignores a number, one whose verdict is a constant, one whose words are.
+    assert_eq!(caught(right), [false, false]);
+    assert_eq!(caught(ignores_the_drift), [true, false]);
+    assert_eq!(caught(always_holds), [false, true]);
+    assert_eq!(caught(says_the_same), [false, true]);
+}
+
+fn sizes(r: &Readings) -> (f64, f64) {
+    (r.number("moddg", "error"), r.number("moddg", "drift"))
+}
+
+fn judged(holds: bool) -> Verdict {
+    if holds { Verdict::Holds } else { Verdict::Fails }
+}
+
+fn right(r: &Readings) -> Said {
+    let (error, drift) = sizes(r);
+    let word = if error < 1e-6 { "is" } else { "is not" };
+    (judged(error < 1e-6), format!("it {word} accurate: off by {error:e}, K by {drift:e}"))
+}
+
+fn ignores_the_drift(r: &Readings) -> Said {
+    let error = sizes(r).0;
+    let word = if error < 1e-6 { "is" } else { "is not" };
+    (judged(error < 1e-6), format!("it {word} accurate: off by {error:e}, and keeps K"))
+}
+
+fn always_holds(r: &Readings) -> Said {
+    (Verdict::Holds, right(r).1)
+}
+
+fn says_the_same(r: &Readings) -> Said {
+    let (error, drift) = sizes(r);
+    (judged(error < 1e-6), format!("it is accurate: off by {error:e}, K by {drift:e}"))
 }
 
 /// The registry with methods in the place of others, under their names and with their claims.

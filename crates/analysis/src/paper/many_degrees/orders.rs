@@ -156,9 +156,13 @@ fn as_claimed(r: &Readings) -> Said {
             list(good.into_iter().map(say))
         ),
     };
-    let unsettled = rest
-        .iter()
-        .map(|name| format!("{} (apart by {})", say(name), fixed(r.number(name, "last two apart"), 2)));
+    let unsettled = rest.iter().map(|name| match r.number(name, "last two apart") {
+        _ if r.number(name, "least").is_nan() => {
+            format!("{name} (no order for {})", r.number(name, "claimed"))
+        }
+        apart if apart.is_nan() => format!("{} (one order alone)", say(name)),
+        apart => format!("{} (the last two apart by {apart:.2})", say(name)),
+    });
     let statement = format!(
         "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, within {AGREEMENT}. Not \
          settled before rounding, and not judged: {}.",

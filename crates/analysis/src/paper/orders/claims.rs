@@ -78,13 +78,14 @@ pub(super) fn fourth_order(r: &Readings) -> Said {
             order(least)
         )
     };
-    let others = all
-        .iter()
-        .map(|(name, least)| format!("{name} {} (K off by {})", order(*least), sci(r.number(name, "drift"))));
-    (
-        verdict(holds),
-        format!("{says}. {count} of {} keep K. The least of the three orders: {}.", all.len(), list(others)),
-    )
+    let kept = all.iter().filter(|(name, _)| keeps(name));
+    let kept = kept.map(|(name, least)| format!("{name} {}", order(*least)));
+    let statement = format!(
+        "{says}. {count} of {} keep K, with these as the least of their three orders: {}.",
+        all.len(),
+        list(kept)
+    );
+    (verdict(holds), statement)
 }
 
 /// What a δ of its own in each of the first two equations gains and loses.

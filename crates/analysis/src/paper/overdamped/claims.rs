@@ -5,6 +5,7 @@ use crate::paper::rule::{KEPT, kept};
 use crate::report::Verdict;
 use crate::study::decay::{Decay, TOLERANCE};
 use crate::study::outcome::COMPLETED;
+use std::collections::BTreeMap;
 
 /// K kept and a loss of energy 1 - R within a tenth of itself: does the one come with the other?
 pub(super) fn balance_and_decay(r: &Readings) -> Said {
@@ -64,8 +65,11 @@ pub(super) fn trusted(r: &Readings) -> Said {
         once.map(|name| format!("{name} (at b = 5000: {})", r.word(name, "b = 5000"))).collect(),
         later.map(|name| format!("{name} (at b = 200: {})", r.word(name, "b = 200"))).collect(),
     );
-    let rest = all.iter().filter(|name| at(name) == [false, false]);
-    let rest = rest.map(|name| format!("{name} ({}; {})", r.word(name, "b = 200"), r.word(name, "b = 5000")));
+    let mut rest: BTreeMap<&str, usize> = BTreeMap::new();
+    for name in all.iter().filter(|name| at(name) == [false, false]) {
+        *rest.entry(r.word(name, "b = 200")).or_default() += 1;
+    }
+    let rest = rest.into_iter().map(|(word, count)| format!("{count} \"{word}\""));
     let says = if both.is_empty() {
         "no method is right at b = 200 and at b = 5000".to_owned()
     } else {
@@ -73,7 +77,7 @@ pub(super) fn trusted(r: &Readings) -> Said {
     };
     let statement = format!(
         "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and decay wrongly at b = 200. \
-         Right at neither: {}.",
+         Right at neither, by what becomes of them at b = 200: {}.",
         list(once),
         list(later),
         wrong.count(),
