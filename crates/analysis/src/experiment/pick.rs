@@ -1,12 +1,11 @@
 //! What `pick` found, and the charts it decided from.
 
 use crate::chart::{Axis, LineChart};
-use crate::report::Verdict as Holds;
+use crate::record::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, line, marked, scientific};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::{Candidate, Pick, SAMPLES, Trial};
-use crate::record::RunOutcome;
 use serde::Serialize;
 
 /// The tables the charts are made of.
@@ -76,14 +75,14 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
         found.doubt.most()
     ));
     let verdict = match (found.qualified.first(), found.too_sensitive) {
-        _ if found.interrupted => "the search was interrupted; what follows was found until then".into(),
+        _ if found.interrupted => "The search was interrupted; what follows was found until then".into(),
         (Some(winner), _) => {
             format!("{} with {} is the cheapest {asked}", winner.run.method, winner.run.setting())
         }
-        (None, Some(why)) => format!("the scene is too sensitive: {why}"),
-        (None, None) => format!("no method was found {asked}"),
+        (None, Some(why)) => format!("The scene is too sensitive: {why}"),
+        (None, None) => format!("No method was found {asked}"),
     };
-    sheet.find("Pick", Holds::Note, format!("{verdict}."));
+    sheet.text(format!("{verdict}."));
     if found.interrupted {
         sheet.runs.push(RunOutcome {
             study: "pick",
@@ -96,8 +95,14 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     }
     charts(&mut sheet, found, end);
     let header = [
-        "method", "step or tolerance", "error of (q, p)", "error of w", "at the end", "w at the end",
-        "seconds", "why not",
+        "method",
+        "step or tolerance",
+        "error of (q, p)",
+        "error of w",
+        "at the end",
+        "w at the end",
+        "seconds",
+        "why not",
     ];
     let cells = |candidate: &Candidate| {
         let run = &candidate.run;
