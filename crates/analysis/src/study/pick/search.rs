@@ -100,7 +100,7 @@ impl<'a> Search<'a> {
             }
             Reached::Not(trial, why) => trial.map(|trial| {
                 let setting = Setting::Steps(row, trial.steps.max(1));
-                (Candidate { run: trial, why_not: Some(why), checked: None }, setting)
+                (Candidate { run: *trial, why_not: Some(why), checked: None }, setting)
             }),
         };
         Ok(self.leave(candidate))
@@ -172,7 +172,7 @@ impl<'a> Search<'a> {
                 }
             }
             if self.bench.progress.stopped() {
-                return Ok(Reached::Not(nearest, INTERRUPTED.into()));
+                return Ok(Reached::Not(nearest.map(Box::new), INTERRUPTED.into()));
             }
             too_few = steps;
             let before = nearest.as_ref().map_or(f64::INFINITY, |trial| trial.decisive);
@@ -187,7 +187,7 @@ impl<'a> Search<'a> {
                 nearest = Some(found);
             }
             if let Some(why) = why {
-                return Ok(Reached::Not(nearest, why));
+                return Ok(Reached::Not(nearest.map(Box::new), why));
             }
             // Once errors fall as they should, the order tells where to look.
             let share = now / bound;
@@ -202,7 +202,7 @@ impl<'a> Search<'a> {
             }
             let (found, enough) = self.at(row, middle)?;
             if self.bench.progress.stopped() {
-                return Ok(Reached::Not(nearest, INTERRUPTED.into()));
+                return Ok(Reached::Not(nearest.map(Box::new), INTERRUPTED.into()));
             }
             if self.holds(&found) {
                 good = middle;
@@ -293,7 +293,7 @@ enum Reached {
     /// So many steps are within the bound.
     Within(u64),
     /// The nearest run, and why there is no nearer one.
-    Not(Option<Trial>, String),
+    Not(Option<Box<Trial>>, String),
 }
 
 /// What was tried beside a setting.
