@@ -135,7 +135,7 @@ fn what_is_recommended_holds_all_along() {
             let off = checked(&problem, candidate);
             assert!(off <= error, "{i}: {} {} errs by {off:e}", run.method, run.setting());
             let said = run.error_qp.zip(run.error_w).map(|(qp, w)| qp.max(w)).expect("errors");
-            assert!(off <= 1.02 * said + 1e-13 || run.steps > 2048, "{i}: {off:e}, said {said:e}");
+            assert!(off <= said + 0.02 * error || run.steps > 2048, "{i}: {off:e}, said {said:e}");
             checks += 1;
             if run.tolerance.is_none() && run.steps < 5000 {
                 for steps in [run.steps * 100 / 104, run.steps * 100 / 97].into_iter().filter(|&n| n > 0) {
@@ -242,7 +242,8 @@ fn a_long_search_ends_soon_after_it_is_asked_to() {
     for patience in [50, 3000] {
         let (clock, patience) = (Instant::now(), Duration::from_millis(patience));
         let found = pick::run(&problem, wanted(1e-9), &Late(clock, patience)).expect("an answer");
-        let late = clock.elapsed() - patience;
-        assert!(found.interrupted && late < Duration::from_secs(1), "{late:?}");
+        let late = clock.elapsed().saturating_sub(patience);
+        // A second, and one more for a machine that is busy with other tests.
+        assert!(found.interrupted && late < Duration::from_secs(2), "{late:?}");
     }
 }

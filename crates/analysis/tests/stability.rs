@@ -377,18 +377,14 @@ fn errors(problem: &Problem, method: &str, h: f64) -> [f64; 3] {
 
 #[test]
 fn a_reservoir_that_is_wrong_is_not_right() {
-    let b = 2.0;
-    let problem = Problem {
-        model: Model::DampedOscillator { k: 1.0, b },
-        q: vec![2.3],
-        p: vec![-3.1],
-        end: 20.0,
-    };
     let (mut wrong, mut right) = (0, 0);
-    for h in [0.05, 0.1, 0.2, 0.25, 0.4, 0.5, 0.8, 1.0] {
+    let steps = [0.05, 0.2, 0.4, 0.5, 0.8, 1.0, 1.25];
+    for (b, h) in [2.0, 3.0].into_iter().flat_map(|b| steps.map(|h| (b, h))) {
+        let model = Model::DampedOscillator { k: 1.0, b };
+        let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 20.0 };
         let [q, p, w] = errors(&problem, "leapfrog", h);
         let found = cell(problem.model.clone(), [2.3, -3.1], "leapfrog", h, 20.0);
-        println!("{h}: {q:.2e} {p:.2e} {w:.2e} {:?}", found.verdict);
+        println!("{b} {h}: {q:.2e} {p:.2e} {w:.2e} {:?}", found.verdict);
         // The reservoir holds 7.45 at the end.
         if w > 1.0 {
             assert_ne!(found.verdict, Verdict::Right, "w off by {w}");
@@ -414,16 +410,15 @@ fn a_rotor_is_judged_by_its_angle_and_not_by_its_turns() {
         let off = errors(&problem, method, h);
         let values = [1e-9];
         let steps = [h];
-        let map =
-            Map { problem, parameter: "c", values: &values, steps: &steps, end, least_steps: 1 };
+        let map = Map { problem, parameter: "c", values: &values, steps: &steps, end, least_steps: 1 };
         (off, map.run(&rows(&[method]), &Silent).expect("a map").remove(0).verdict)
     };
     let mut turned = 0;
-    for h in [0.005, 0.02, 0.05, 0.1, 0.125] {
-        let ([q, ..], verdict) = one(rotor(1e-9), "leapfrog", h, 100.0);
+    for h in [0.005, 0.05, 0.1, 0.125] {
+        let ([q, ..], verdict) = one(rotor(1e-9), "leapfrog", h, 30.0);
         println!("{h}: q off by {q:.3}: {verdict:?}");
         assert_eq!(verdict == Verdict::Right, q < 0.1, "h = {h}: off by {q}");
-        turned += u64::from(q > 10.0);
+        turned += u64::from(q > 6.3);
     }
     assert!(turned > 0, "some are off by turns");
 }

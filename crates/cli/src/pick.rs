@@ -99,7 +99,7 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
         "evaluations",
         "why not",
     ];
-    table::print(&header, rows.into_iter())?;
+    table::print(&header, rows)?;
     match found.qualified.len().saturating_sub(SHOWN) {
         0 => Ok(()),
         more => table::line(&format!("{more} more qualify; --format json shows all.")),

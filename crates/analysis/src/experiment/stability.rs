@@ -9,9 +9,7 @@ use crate::report::{Block, Verdict as Holds};
 use crate::scene::{Scene, Spacing, StabilityPlan};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
-use crate::study::stability::{
-    AtlasRow, GROWTH, MOST_LOOKS, Map, SHARE, StabilityRow, TOLERANCE, Verdict, atlas,
-};
+use crate::study::stability::{AtlasRow, Map, StabilityRow, Verdict, atlas, rules};
 
 /// The table the maps are made of.
 const DATA: &str = "stability";
@@ -34,11 +32,10 @@ pub(super) fn sheet(
     };
     sheet.text(format!(
         "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
-         T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run. \"Right\" is a \
-         bounded run whose mean A over its second half is that of the exact solution, |ln(A/A_exact)| ≤ {TOLERANCE} (1 + |ln A_exact|), \
-         and whose mean q is within {SHARE} Q of c. \"Growing\" is an A beyond {GROWTH}. Both are looked at after the same {MOST_LOOKS} \
-         steps at most. Where the step is linear the spectral radius of its matrix stands beside the verdict.",
-        plan.end
+         T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run. {} Where \
+         the step is linear the spectral radius of its matrix stands beside the verdict.",
+        plan.end,
+        rules()
     ));
     progress.begin("stability", map.pieces(plan.methods.len()));
     let found = map.run(&plan.methods, progress)?;

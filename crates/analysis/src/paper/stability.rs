@@ -7,7 +7,7 @@ use crate::claim::{Readings, Said};
 use crate::report::Verdict as Holds;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
-use crate::study::stability::{GROWTH, MOST_LOOKS, Map, SHARE, StabilityRow, TOLERANCE, Verdict};
+use crate::study::stability::{Map, StabilityRow, Verdict, rules};
 
 const MAPPED: [&str; 5] = ["leapfrog", "rk4", "moddg", "moddg-fixed-point", "moddg-q3-shared"];
 
@@ -18,11 +18,10 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
         "Each cell is a run over [0, 20] (50 steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
          T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run: never \
-         negative, whatever V is. \"Right\" is a bounded run whose mean A over its second half is that of the exact solution, \
-         |ln(A/A_exact)| ≤ {TOLERANCE} (1 + |ln A_exact|), and whose mean q is within {SHARE} Q of c: as large, and at the same \
-         place. \"Growing\" is an A beyond {GROWTH}. Both are looked at after the same {MOST_LOOKS} steps at most. \"Several solutions\" \
+         negative, whatever V is. {} \"Several solutions\" \
          is a step whose equation is seen to have more than one while the one that continues from h = 0 ends. For the damped oscillator \
          the spectral radius of the matrix of one step stands beside the verdict, where the step is linear.",
+        rules()
     ));
     let count = extent.pick(60, 16);
     let steps = spread(count, 0.01, 10.0, true);

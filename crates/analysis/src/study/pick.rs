@@ -28,8 +28,8 @@ use serde::Serialize;
 use setting::Setting;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
-pub use trial::{SAMPLES, Trial};
 use trial::Bench;
+pub use trial::{SAMPLES, Trial};
 
 /// What is wanted.
 #[derive(Clone, Copy, Debug, Serialize)]

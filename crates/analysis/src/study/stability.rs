@@ -28,4 +28,4 @@ pub use map::{MOST_STEPS, Map, MapError};
 pub use measure::{KEPT, MOST_LOOKS, MOST_STATIONS};
 pub use piece::StabilityRow;
 pub use reference::References;
-pub use verdict::{GROWTH, SHARE, TOLERANCE, Verdict};
+pub use verdict::{GROWTH, SHARE, TOLERANCE, Verdict, rules};

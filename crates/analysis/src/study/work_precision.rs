@@ -243,9 +243,7 @@ pub(super) fn time_within(
     progress: &dyn Progress,
 ) -> Result<Duration, IntegrateError> {
     let (method, tolerance) = (problem.model.bind_adaptive(row)?, Tolerance::all(tolerance));
-    fastest(problem, progress, |state, look| {
-        method.run(&tolerance, problem.end, state, look).map(drop)
-    })
+    fastest(problem, progress, |state, look| method.run(&tolerance, problem.end, state, look).map(drop))
 }
 
 type Look<'a> = &'a mut dyn FnMut(u64, View<'_, f64>) -> ControlFlow<()>;

@@ -43,12 +43,12 @@ where
     S: Curvature<f64> + Clone + 'static,
 {
     let (mut state, mut last) = (start.clone(), start.clone());
-    let owed = system.damping().passive == Passive::Each;
+    let passive = system.damping().passive;
     let (mut worst, mut taken) = (0.0_f64, false);
     let statistics =
         adaptive(row, system.clone()).unwrap().run(tolerance, end, &mut state, &mut |_, state| {
             worst = worst.max(drift(system, last.view(), state));
-            taken |= owed && state.w.iter().zip(&last.w).any(|(now, before)| now < before);
+            taken |= passive.violated(&last.w, state.w);
             last = State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
             ControlFlow::Continue(())
         });

@@ -26,8 +26,10 @@ const LOOSEST: f64 = 0.1;
 const IDLE: u32 = 3;
 /// The number of steps is found to this share.
 const CLOSE: f64 = 1.05;
-/// Settings that are tried for one that holds with its neighbours: 1.06⁴⁸ = 16 times the steps.
+/// Settings that are tried for one that holds with its neighbours: 1.06⁴⁸ = 16 times the steps; and
+/// for how long.
 const ROUNDS: u32 = 48;
+const LONGEST: Duration = Duration::from_secs(60);
 
 /// The search for the setting of one method.
 pub(super) struct Search<'a> {
@@ -98,7 +100,7 @@ impl<'a> Search<'a> {
             }
             Reached::Not(trial, why) => trial.map(|trial| {
                 let setting = Setting::Steps(row, trial.steps.max(1));
-                (Candidate { run: trial, why_not: Some(why), checked: None }, setting)
+                (Candidate { run: *trial, why_not: Some(why), checked: None }, setting)
             }),
         };
         Ok(self.leave(candidate))
@@ -137,8 +139,12 @@ impl<'a> Search<'a> {
                 self.confirmed(Setting::Tolerance(row, tolerance), lacks)?
             }
             (None, Some(run)) => {
-                let why = format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", run.decisive);
-                Some((Candidate { run, why_not: Some(why), checked: None }, Setting::Tolerance(row, tolerance)))
+                let why =
+                    format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", run.decisive);
+                Some((
+                    Candidate { run, why_not: Some(why), checked: None },
+                    Setting::Tolerance(row, tolerance),
+                ))
             }
             (None, None) => None,
         };
@@ -166,7 +172,7 @@ impl<'a> Search<'a> {
                 }
             }
             if self.bench.progress.stopped() {
-                return Ok(Reached::Not(nearest, INTERRUPTED.into()));
+                return Ok(Reached::Not(nearest.map(Box::new), INTERRUPTED.into()));
             }
             too_few = steps;
             let before = nearest.as_ref().map_or(f64::INFINITY, |trial| trial.decisive);
@@ -181,7 +187,7 @@ impl<'a> Search<'a> {
                 nearest = Some(found);
             }
             if let Some(why) = why {
-                return Ok(Reached::Not(nearest, why));
+                return Ok(Reached::Not(nearest.map(Box::new), why));
             }
             // Once errors fall as they should, the order tells where to look.
             let share = now / bound;
@@ -196,7 +202,7 @@ impl<'a> Search<'a> {
             }
             let (found, enough) = self.at(row, middle)?;
             if self.bench.progress.stopped() {
-                return Ok(Reached::Not(nearest, INTERRUPTED.into()));
+                return Ok(Reached::Not(nearest.map(Box::new), INTERRUPTED.into()));
             }
             if self.holds(&found) {
                 good = middle;
@@ -218,9 +224,8 @@ impl<'a> Search<'a> {
         lacks: Option<&'static str>,
     ) -> Result<Option<(Candidate, Setting)>, IntegrateError> {
         let first = self.run(from)?;
-        let refused = |run: Trial, why: String| {
-            Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)))
-        };
+        let refused =
+            |run: Trial, why: String| Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)));
         if let Some(lacks) = lacks {
             return refused(first, lacks.into());
         }
@@ -252,7 +257,7 @@ impl<'a> Search<'a> {
                 return Ok(Some((Candidate { run: trial, why_not, checked }, setting)));
             };
             worst = Some(other);
-            match setting.safer() {
+            match setting.safer().filter(|_| self.started.elapsed() < LONGEST) {
                 Some(safer) => setting = safer,
                 None => break,
             }
@@ -288,7 +293,7 @@ enum Reached {
     /// So many steps are within the bound.
     Within(u64),
     /// The nearest run, and why there is no nearer one.
-    Not(Option<Trial>, String),
+    Not(Option<Box<Trial>>, String),
 }
 
 /// What was tried beside a setting.

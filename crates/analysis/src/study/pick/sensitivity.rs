@@ -59,7 +59,7 @@ pub(super) fn judge(
     progress: &dyn Progress,
 ) -> Result<Option<TooSensitive>, IntegrateError> {
     let doubt = if wanted.at_end { dense.doubt_at_end() } else { dense.doubt() }.most();
-    let unknown = !(doubt <= wanted.error);
+    let unknown = doubt > wanted.error || doubt.is_nan();
     let by_doubt = unknown.then_some(TooSensitive::Reference { doubt });
     if problem.model.dof() > LARGEST_BY_SERIES {
         return Ok(by_doubt);
@@ -90,12 +90,12 @@ pub(super) fn judge(
         size = size.max(large);
         growth = if wanted.at_end { grown / least } else { growth.max(grown / least) };
         error = growth * size * f64::EPSILON;
-        beyond |= !(error <= wanted.error);
+        beyond |= error > wanted.error || error.is_nan();
         if !beyond {
             until = one.t.to_f64();
         }
     }
-    let lost = !(error <= wanted.error);
+    let lost = error > wanted.error || error.is_nan();
     let by_rounding = lost.then_some(TooSensitive::Roundings { growth, error, until });
     Ok(by_rounding.or(by_doubt))
 }

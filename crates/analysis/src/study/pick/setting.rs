@@ -86,18 +86,12 @@ impl Setting {
     }
 
     /// The time of a run that no one looks at, the fastest of several.
-    pub(super) fn time(
-        self,
-        problem: &Problem,
-        progress: &dyn Progress,
-    ) -> Result<Duration, IntegrateError> {
+    pub(super) fn time(self, problem: &Problem, progress: &dyn Progress) -> Result<Duration, IntegrateError> {
         match self {
             Self::Steps(row, steps) => {
                 work_precision::time(problem, row, problem.end / steps as f64, progress)
             }
-            Self::Tolerance(row, tolerance) => {
-                work_precision::time_within(problem, row, tolerance, progress)
-            }
+            Self::Tolerance(row, tolerance) => work_precision::time_within(problem, row, tolerance, progress),
         }
     }
 }
@@ -110,9 +104,8 @@ mod tests {
     #[test]
     fn neighbours_are_within_five_per_cent_or_next() {
         let row = find("rk4").expect("a method");
-        let of = |steps| {
-            Setting::Steps(row, steps).neighbours().into_iter().map(Setting::key).collect::<Vec<_>>()
-        };
+        let of =
+            |steps| Setting::Steps(row, steps).neighbours().into_iter().map(Setting::key).collect::<Vec<_>>();
         assert_eq!(of(1), [2]);
         assert_eq!(of(7), [6, 8]);
         assert_eq!(of(1000), [952, 971, 990, 999, 1001, 1010, 1031, 1053]);

@@ -3,12 +3,12 @@
 use super::Wanted;
 use super::dense::Dense;
 use super::setting::Setting;
+use crate::Subject;
 use crate::measured::{Doubt, Measured};
 use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
-use crate::Subject;
 use afterbay_core::{Effort, Grid, IntegrateError, State, Tolerance, View};
 use serde::Serialize;
 use std::ops::ControlFlow;

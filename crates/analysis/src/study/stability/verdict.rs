@@ -1,6 +1,7 @@
 //! How a run ended.
 
 use super::alone::Ending;
+use super::measure::{KEPT, MOST_LOOKS, MOST_STATIONS};
 use super::reference::{Reference, Standing};
 use afterbay_core::{Passive, StepFailure};
 use serde::Serialize;
@@ -127,3 +128,18 @@ pub const SHARE: f64 = 0.1;
 
 /// A motion of more than so many times the largest energy of the exact solution (more exactly, A beyond it) is growing.
 pub const GROWTH: f64 = 1e3;
+
+/// What the verdicts mean, in words, once A, c and Q are known.
+pub fn rules() -> String {
+    format!(
+        "\"Right\" is a bounded run with every q_j, p_j and w_j within {SHARE} of its own size at each of up to \
+         {MOST_STATIONS} times (half of what q_j or p_j sweeps along the exact solution, the largest |w_j|, and \
+         no less than a hundredth of the largest of its kind); with the size of the exact solution, \
+         |ln(A/A_exact)| ≤ {TOLERANCE} (1 + |ln A_exact|) for the means of A over the second half, and its \
+         place, a mean q within {SHARE} Q of c; and with K kept to {KEPT:e} of its terms where the method claims \
+         to keep it. \"Right but late\" is right in all but the phase: the mean of every q_j, p_j and w_j over \
+         each half of the run and the root of the mean square about it are within {SHARE} of its size. A \
+         coordinate in which the system recurs is a point of a circle. \"Growing\" is an A beyond {GROWTH}. Run \
+         and solution are looked at after the same {MOST_LOOKS} steps at most."
+    )
+}

@@ -217,8 +217,7 @@ impl<T: Side> Sums<T> {
         let size = self.kinetic.lane(k) * by_kinetic + away * by_reach;
         let [low, high] = self.range.each_ref().map(|range| lane_of(range, k));
         let allowed: Vec<f64> = sizes(image, &low, &high).into_iter().map(|size| SHARE * size).collect();
-        let track =
-            Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
+        let track = Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
         let scales = Scales { by_kinetic, by_reach, centre, track };
         let halves = self.halves.lane(k);
         Reference { standing: Standing::Unsettled, followed: false, scales, size, halves }
