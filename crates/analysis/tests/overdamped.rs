@@ -70,6 +70,8 @@ fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
         ratio: i.checked_sub(1).map(|before| energies[i] / energies[before]),
         ratio_error: None,
         w_error: 0.0,
+        doubt_w: 0.0,
+        doubt_ratio: None,
         w: vec![0.0],
     };
     let rows = (0..3).map(row).collect();

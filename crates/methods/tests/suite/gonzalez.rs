@@ -178,7 +178,7 @@ proptest! {
         h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),
     ) {
         let system = Twisted { c, offset: 0.0 };
-        let mut state = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();
+        let mut state: State<[f64; 2]> = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();
         let mut workspace = METHOD.workspace(&system).unwrap();
         for _ in 0..6 {
             let before = state.w;
