@@ -4,7 +4,7 @@ use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, sci};
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
-use crate::report::{Block, Figure, Section, Table};
+use crate::report::{Block, Figure, Section, Table, Verdict};
 use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;
