@@ -2,12 +2,12 @@
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, sci};
+use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, line, marked, scientific};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::{Candidate, Pick, SAMPLES, Trial};
-use crate::record::RunOutcome;
 use serde::Serialize;
 
 /// The tables the charts are made of.
@@ -97,8 +97,14 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     }
     charts(&mut sheet, found, end);
     let header = [
-        "method", "step or tolerance", "error of (q, p)", "error of w", "at the end", "w at the end",
-        "seconds", "why not",
+        "method",
+        "step or tolerance",
+        "error of (q, p)",
+        "error of w",
+        "at the end",
+        "w at the end",
+        "seconds",
+        "why not",
     ];
     let cells = |candidate: &Candidate| {
         let run = &candidate.run;
