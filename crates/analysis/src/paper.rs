@@ -182,8 +182,8 @@ fn summary(findings: &[Finding]) -> Section {
              drift of K; and where a system is passive, the number of steps that took energy back from the reservoir."
                 .into(),
         ),
-        Block::Text(rule::text()),
     ];
+    blocks.extend(rule::paragraphs().map(Block::Text));
     blocks.extend(
         findings.iter().map(|finding| {
             Block::Verdict(finding.verdict, format!("{}: {}", finding.topic, finding.statement))

@@ -69,9 +69,9 @@ fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
         drift,
         ratio: i.checked_sub(1).map(|before| energies[i] / energies[before]),
         ratio_error: None,
+        doubt_ratio: None,
         w_error: 0.0,
         doubt_w: 0.0,
-        doubt_ratio: None,
         w: vec![0.0],
     };
     let rows = (0..3).map(row).collect();

@@ -2,6 +2,7 @@
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, sci};
+use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::record::RunOutcome;
 use crate::scene::Scene;

@@ -29,18 +29,30 @@ pub(super) fn order(order: f64) -> String {
     fixed(order, 3)
 }
 
-/// The rule, for the report.
-pub(super) fn text() -> String {
-    format!(
-        "What counts as holding, for every figure of the paper. Variant: the paper asks that δ leave K conserved, so a \
-         figure is judged by the scheme with one δ, its coefficients right, in all three equations; K counts as kept \
-         where max |K - K₀| is at most {KEPT:.0e} of the energy at the start, as measured and not as claimed. Statistic: \
-         a figure holds where both the maximum over the grid, which the paper reads, and the median, which the grid \
-         points near the poles of δ do not move, agree with it. Window: [0, 20] from q₀ = 2.3, p₀ = -3.1, for the paper \
-         gives none, with its base grid of {BASE_STEP} and its six steps; figures over time at h = {FIGURE_STEP}, the \
-         least of them. Agreement: orders within {AGREEMENT}, and sizes \"of one magnitude\" within a factor of \
-         {MAGNITUDE}; errors are T as section 2 of the paper defines it. Beside each figure stands what fits its numbers: \
-         of all variants, right or as printed, with K or without, and at the base step h = {BASE_STEP} too, the one that \
-         comes nearest from the statistic that the paper reads.",
-    )
+/// The rule, for the report: a paragraph each.
+pub(super) fn paragraphs() -> [String; 5] {
+    [
+        format!(
+            "What counts as holding, for every figure of the paper. Variant: the paper asks that δ \
+             leave K conserved, so a figure is judged by the scheme with one δ, its coefficients \
+             right, in all three equations. K counts as kept where max |K - K₀| is at most {KEPT:.0e} \
+             of the energy at the start, as measured and not as claimed.",
+        ),
+        "Statistic: a figure holds where both the maximum over the grid, which the paper reads, and \
+         the median, which the grid points near the poles of δ hardly move, agree with it."
+            .into(),
+        format!(
+            "Window: [0, 20] from q₀ = 2.3, p₀ = -3.1, for the paper gives none, with its base grid of \
+             {BASE_STEP} and its six steps; figures over time at h = {FIGURE_STEP}, the least of them.",
+        ),
+        format!(
+            "Agreement: orders within {AGREEMENT}, and sizes \"of one magnitude\" within a factor of \
+             {MAGNITUDE}. Errors are T as section 2 of the paper defines it.",
+        ),
+        format!(
+            "Beside each order stands what fits the printed number: of all variants with this δ, right \
+             or as printed, with K or without, the one whose maximum comes nearest. Figures 4.2 and 4.3 \
+             stand at the base step h = {BASE_STEP} too.",
+        ),
+    ]
 }
