@@ -4,7 +4,6 @@ use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, sci};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
-use crate::record::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, line, marked, scientific};
 use crate::study::outcome::INTERRUPTED;
