@@ -9,7 +9,9 @@ use super::outcome::{COMPLETED, Ending};
 use crate::Subject;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
-use afterbay_core::{Grid, IntegrateError, Quad, Scalar, State, View, f64x8};
+use afterbay_core::{
+    Grid, IntegrateError, Lanewise, Quad, Scalar, State, View, f64x4, f64x8,
+};
 use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -158,7 +160,17 @@ fn follow(
     ends: &[u64],
     progress: &dyn Progress,
 ) -> Result<Vec<Followed>, IntegrateError> {
-    let together = if starts.len() > 1 { beside(starts, setup, ends, progress)? } else { None };
+    let together = match starts.len() {
+        1 => None,
+        2..=4 if setup.compensated => {
+            let method = starts[0].model.bind_compensated::<f64x4>(setup.row)?;
+            beside(&method, starts, setup, ends, progress)?
+        }
+        _ => match lanes(&starts[0], setup)? {
+            Some(method) => beside(&method, starts, setup, ends, progress)?,
+            None => None,
+        },
+    };
     let followed = match together {
         Some(followed) => followed,
         None => starts
@@ -200,28 +212,26 @@ fn lanes(problem: &Problem, setup: &Setup) -> Result<Option<Run<f64x8>>, Integra
 }
 
 /// Runs of some starts in lanes; none where a step fails, which does not tell of whom.
-fn beside(
+fn beside<T: Lanewise>(
+    method: &Run<T>,
     starts: &[Problem],
     setup: &Setup,
     ends: &[u64],
     progress: &dyn Progress,
 ) -> Result<Option<Vec<Followed>>, IntegrateError> {
-    let Some(method) = lanes(&starts[0], setup)? else { return Ok(None) };
     let exact = starts[0].model.subject::<Quad>()?;
     // Lanes without a start repeat the last one.
     let states = starts.iter().map(Problem::start::<f64>).collect::<Result<Vec<_>, _>>()?;
-    let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<f64x8> {
-        let lanes = |j: usize| {
-            f64x8::new(std::array::from_fn(|k| of(&states[k.min(states.len() - 1)])[j]))
-        };
-        (0..states[0].dof()).map(lanes).collect()
+    let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<T> {
+        let lane = |k: usize| of(&states[k.min(states.len() - 1)]);
+        (0..states[0].dof()).map(|j| T::of_lanes(|k| lane(k)[j])).collect()
     };
     let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
     let initial: Vec<Quad> = states.iter().map(|state| total(&*exact, state.view(), |x| x)).collect();
-    let off = |state: View<'_, f64x8>, k: usize| {
-        deviation(total(&*exact, state, |x: f64x8| x.to_array()[k]), initial[k])
+    let off = |state: View<'_, T>, k: usize| {
+        deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k])
     };
-    let seen = windows(&method, setup.h, state, states.len(), ends, progress, off)?;
+    let seen = windows(method, setup.h, state, states.len(), ends, progress, off)?;
     if seen.result.is_err() {
         return Ok(None);
     }

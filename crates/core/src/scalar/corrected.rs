@@ -10,7 +10,6 @@
 use super::{Mask, Scalar};
 use qd::Quad;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
-use wide::f64x8;
 
 /// The sum of a number as rounded and of what its roundings have lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,31 +150,29 @@ impl<T: Scalar> MulAssign for Corrected<T> {
     }
 }
 
-/// Scalars whose corrected functions are those of [`Quad`], lane by lane.
+/// Scalars made of `f64` side by side, or of one.
 pub trait Lanewise: Scalar {
-    /// Some function of each lane, computed in [`Quad`].
-    fn by_quad(x: Corrected<Self>, f: impl Fn(Quad) -> Quad) -> Corrected<Self>;
+    /// The scalar with these lanes.
+    fn of_lanes(lane: impl FnMut(usize) -> f64) -> Self;
 }
 
 impl Lanewise for f64 {
-    fn by_quad(x: Corrected<f64>, f: impl Fn(Quad) -> Quad) -> Corrected<f64> {
-        let x = x.normalised();
-        let Quad(value, lost) = f(Quad(x.value, x.lost));
-        // Infinities of `Quad` may have no low part that is a number.
-        Corrected { value, lost: if value.is_finite() { lost } else { 0.0 } }
+    #[inline(always)]
+    fn of_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
+        lane(0)
     }
 }
 
-impl Lanewise for f64x8 {
-    fn by_quad(x: Corrected<f64x8>, f: impl Fn(Quad) -> Quad) -> Corrected<f64x8> {
-        let (values, lost) = (x.value.to_array(), x.lost.to_array());
-        let each: [_; 8] = std::array::from_fn(|k| {
-            f64::by_quad(Corrected { value: values[k], lost: lost[k] }, &f)
-        });
-        Corrected {
-            value: f64x8::new(each.map(|x| x.value)),
-            lost: f64x8::new(each.map(|x| x.lost)),
-        }
+impl<T: Lanewise> Corrected<T> {
+    /// A function of each lane, computed in [`Quad`].
+    fn by_quad(self, f: impl Fn(Quad) -> Quad) -> Self {
+        let x = self.normalised();
+        let of = |k: usize| {
+            let Quad(value, lost) = f(Quad(x.value.lane(k), x.lost.lane(k)));
+            // Infinities of `Quad` may have no low part that is a number.
+            [value, if value.is_finite() { lost } else { 0.0 }]
+        };
+        Self { value: T::of_lanes(|k| of(k)[0]), lost: T::of_lanes(|k| of(k)[1]) }
     }
 }
 
@@ -192,6 +189,10 @@ impl<T: Lanewise> Scalar for Corrected<T> {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self.nearest().to_f64()
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> f64 {
+        self.nearest().lane(index)
     }
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
@@ -214,19 +215,19 @@ impl<T: Lanewise> Scalar for Corrected<T> {
         Self { value: root, lost: T::select(zero, T::zero(), (left / root).half()) }
     }
     fn exp(self) -> Self {
-        T::by_quad(self, Scalar::exp)
+        self.by_quad(Scalar::exp)
     }
     fn exp_m1(self) -> Self {
-        T::by_quad(self, Scalar::exp_m1)
+        self.by_quad(Scalar::exp_m1)
     }
     fn ln(self) -> Self {
-        T::by_quad(self, Scalar::ln)
+        self.by_quad(Scalar::ln)
     }
     fn sin_cos(self) -> (Self, Self) {
-        (T::by_quad(self, |x| x.sin_cos().0), T::by_quad(self, |x| x.sin_cos().1))
+        (self.by_quad(|x| x.sin_cos().0), self.by_quad(|x| x.sin_cos().1))
     }
     fn atan(self) -> Self {
-        T::by_quad(self, Scalar::atan)
+        self.by_quad(Scalar::atan)
     }
 
     #[inline(always)]
@@ -253,6 +254,7 @@ impl<T: Lanewise> Scalar for Corrected<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wide::f64x8;
 
     fn random(seed: &mut u64) -> f64 {
         *seed =
