@@ -72,7 +72,9 @@ impl<V: Vector> Workspace<V> {
             next: modes(),
             next_q: modes(),
             stages,
-            equations: (2 * stages * n <= FEW).then(|| Equations::new(system, stages).ok().map(Box::new)).flatten(),
+            equations: (2 * stages * n <= FEW)
+                .then(|| Equations::new(system, stages).ok().map(Box::new))
+                .flatten(),
             stiff: false,
             krylov: None,
             hard: false,

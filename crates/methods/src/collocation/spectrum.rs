@@ -1,8 +1,10 @@
 //! The eigenvalues of integration on polynomials, by which the equations of a step fall apart.
 //!
-//! The tridiagonal `X_ij = ∫ P_i(τ) ∫_0^τ P_j` of s coefficients has distinct eigenvalues: pairs of complex ones, and a real one where s is
-//! odd. (The W-transformation: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8.) X is skew but for
-//! its first entry, so that its transpose is X with the sign of every second row and column turned, and so are its eigenvectors.
+//! The tridiagonal `X_ij = ∫ P_i(τ) ∫_0^τ P_j` of s coefficients has distinct eigenvalues: pairs of
+//! complex ones, and a real one where s is odd. (The W-transformation: E. Hairer, G. Wanner,
+//! Solving Ordinary Differential Equations II, IV.5 and IV.8.) X is skew but for its first entry,
+//! so that its transpose is X with the sign of every second row and column turned, and so are its
+//! eigenvectors.
 
 use super::legendre::MODES;
 use super::rule::integration;
@@ -28,7 +30,8 @@ pub(super) fn of(stages: usize) -> &'static [Eigenvalue] {
 
 fn spectrum(stages: usize) -> Vec<Eigenvalue> {
     let x = integration();
-    let matrix = Mat::from_fn(stages, stages, |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 });
+    let matrix =
+        Mat::from_fn(stages, stages, |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 });
     let all = matrix.eigenvalues().unwrap_or_default();
     // Roundings leave the real one no more than that above the axis.
     let upper = all.into_iter().filter(|value| value.im > -1e-9);
