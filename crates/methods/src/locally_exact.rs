@@ -24,9 +24,9 @@
 //! w1_j - w0_j = ∫_0^h D̂_j v_j dτ
 //! ```
 //!
-//! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`: the means at the ends cancel what S y adds. So `H1
-//! - H0 = ∇̄H·Δz = -Σ Δw_j` and K is exact at any step, for any S, R and E. Order 2 in q, p and w,
-//! symmetric; exact, w included, where H is quadratic and D linear in (q, v).
+//! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`: the means at the ends cancel what S y adds. So
+//! `H1 - H0 = ∇̄H·Δz = -Σ Δw_j` and K is exact at any step, for any S, R and E. Order 2 in q, p
+//! and w, symmetric; exact, w included, where H is quadratic and D linear in (q, v).
 //!
 //! R is such that D̄ = D(z̄, v = 0) + R ∇̄H_p and, where the system is passive, its symmetric part
 //! positive semidefinite (`slopes.rs`): the matrix itself where D is linear in v, a diagonal of

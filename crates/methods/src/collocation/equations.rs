@@ -261,7 +261,8 @@ impl Equations {
         [q, p].map(|part| {
             let (mut most, mut at) = (0.0_f64, 0);
             for (k, x) in part.iter().enumerate() {
-                if !(x.abs() <= most) && !most.is_nan() {
+                let larger = x.abs() > most || x.is_nan();
+                if larger && !most.is_nan() {
                     (most, at) = (x.abs(), k);
                 }
             }

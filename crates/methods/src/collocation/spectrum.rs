@@ -49,7 +49,7 @@ fn eigenvalue(stages: usize, value: c64) -> Eigenvalue {
         let below = if k == 0 { right[0] * x[0][0] } else { right[k - 1] * x[k][k - 1] };
         right[k + 1] = (value * right[k] - below) / x[k][k + 1];
     }
-    let turned = |k: usize| if k % 2 == 0 { right[k] } else { -right[k] };
+    let turned = |k: usize| if k.is_multiple_of(2) { right[k] } else { -right[k] };
     let norm = (0..stages).fold(zero, |sum, k| sum + turned(k) * right[k]);
     let count = if real { 1.0 } else { 2.0 };
     let left = std::array::from_fn(|k| if k < stages { turned(k) * count / norm } else { zero });
