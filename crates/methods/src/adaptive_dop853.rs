@@ -273,7 +273,8 @@ where
         // There is no shorter step to compare with.
         workspace.off = 0.0;
         if workspace.step(system, h, before)? > 1.0 {
-            let excess = workspace.off;
+            let found = system.energy(workspace.q.as_slice(), workspace.p.as_slice());
+            let excess = (found - workspace.target()).to_f64();
             return Err(StepFailure::ProjectionFailed { excess });
         }
         to.w.as_mut_slice().copy_from_slice(before.w.as_slice());

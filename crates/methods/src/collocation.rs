@@ -1,4 +1,5 @@
-//! Energy-preserving collocation of order 2s, for any H(q, p), any D and any number of degrees of freedom.
+//! Energy-preserving collocation of order 2s, for any H(q, p), any D and any number of degrees of
+//! freedom.
 //!
 //! With P_j the orthonormal Legendre polynomials on [0, 1] and k Gauss nodes τ_i with weights b_i,
 //!
@@ -9,22 +10,26 @@
 //! w1 - w0 = h Σ_i b_i D(z(τ_i), v(τ_i)) · v(τ_i)   for each degree of freedom
 //! ```
 //!
-//! L. Brugnano, F. Iavernaro, D. Trigiante, J. Numer. Anal. Ind. Appl. Math. 5 (2010) 17-37 (HBVM(k, s)) and E. Hairer,
-//! the same volume, 73-84, for D = 0, with the reservoir of the paper. z' = Σ γ_j P_j, so that v = q' and Δq = h ∫ v: where
-//! the nodes integrate ∇H·z' exactly, `ΔH = h Σ γ_j·ĝ_j = -h Σ_i b_i D·v = -Σ Δw_j`, and K is exact at any step. That is so for polynomial H of degree up to 2k/s.
-//! For others the quadrature's error is that of 2k-th order, and where it exceeds rounding the step is taken anew with twice the
-//! nodes, up to 64, and fails where these do not resolve H either. `defect` of the workspace says how well K was kept.
+//! L. Brugnano, F. Iavernaro, D. Trigiante, J. Numer. Anal. Ind. Appl. Math. 5 (2010) 17-37
+//! (HBVM(k, s)) and E. Hairer, the same volume, 73-84, for D = 0, with the reservoir of the paper.
+//! z' = Σ γ_j P_j, so that v = q' and Δq = h ∫ v: where the nodes integrate ∇H·z' exactly, `ΔH = h
+//! Σ γ_j·ĝ_j = -h Σ_i b_i D·v = -Σ Δw_j`, and K is exact at any step. That is so for polynomial H
+//! of degree up to 2k/s. For others the quadrature's error is that of 2k-th order, and where it
+//! exceeds rounding the step is taken anew with twice the nodes, up to 64, and fails where these do
+//! not resolve H either. `defect` of the workspace says how well K was kept.
 //!
-//! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where the system is, at every
-//! order: weights are positive, and with D = R v each D·v is.
+//! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where
+//! the system is, at every order: weights are positive, and with D = R v each D·v is.
 //!
-//! Steps are solved by simple iteration where that contracts, else by Newton's method for any number of degrees of freedom: the
-//! equations of the s coefficients fall apart into ones of N unknowns, and cost O(N) where neighbours alone act on each other. A step that
-//! is the first to need Newton's method with more than 2048 unknowns, or with the derivative all along the step, allocates its memory.
+//! Steps are solved by simple iteration where that contracts, else by Newton's method for any
+//! number of degrees of freedom: the equations of the s coefficients fall apart into ones of N
+//! unknowns, and cost O(N) where neighbours alone act on each other. A step that is the first to
+//! need Newton's method with more than 2048 unknowns, or with the derivative all along the step,
+//! allocates its memory.
 //!
-//! **Fails** by name, with the state as it was, where Newton's iteration finds no solution that continues from h = 0, and where everyone
-//! acts on everyone and the matrices would take more than 4 GB.
-//! For scalars that hold one number: iterations stop by its `f64`.
+//! **Fails** by name, with the state as it was, where Newton's iteration finds no solution that
+//! continues from h = 0, and where everyone acts on everyone and the matrices would take more than
+//! 4 GB. For scalars that hold one number: iterations stop by its `f64`.
 
 mod adaptive;
 mod corrections;
@@ -56,7 +61,8 @@ pub(crate) use legendre::gauss;
 pub struct Collocation {
     /// s, 1 to 8: the order is 2s.
     pub stages: usize,
-    /// k, 2s to 64. The least of 8, 16, 32 and 64 that is not below is taken: nodes are computed eight at a time.
+    /// k, 2s to 64. The least of 8, 16, 32 and 64 that is not below is taken: nodes are computed
+    /// eight at a time.
     pub nodes: usize,
 }
 

@@ -14,7 +14,7 @@
 //! has anyway; to z1 it does h ε|H|/|Δz|, a rounding of z where |H| is about |∇H||z|. Beside an equilibrium where H is not 0 it is
 //! more: the last digits of K decide the last digits of z, so let H be 0 where the system comes to rest.
 //! Where the noise of λ would be felt by the iteration, h ε|H|/|Δz|² > 1e-3, and λ |Δz|², which is what K changes by without it, is at
-//! most 4 roundings of H, λ = 0 is taken (the midpoint rule); so it is at rest, Δz = 0.
+//! most 16 roundings of H, λ = 0 is taken (the midpoint rule); so it is at rest, Δz = 0.
 //!
 //! **Several solutions** there may be where h is beyond the system's own time scale. Newton's iteration from Δz = 0 may then
 //! take one that does not continue from h = 0; this is not checked. K is exact and the step passive on any of them.

@@ -5,16 +5,20 @@
 //! w1_j - w0_j = ∫_0^h D_j(z) v_j(z) dτ        v = ∂H/∂p
 //! ```
 //!
-//! for H quadratic and D linear ([`Curvature::is_linear`]), constant forces included. K is exact because the flow is. Both lines are
-//! bilinear in (z0, 1), so with up to 12 degrees of freedom they are matrices, computed once for each h by doubling a short
-//! step (`table.rs`): a step is one product for z and one quadratic form for each reservoir, whether h is 1e-3 or 100. With more the
-//! quadratic forms would be larger than the matrix is worth, and the flow is the Taylor series of the system itself over spans short against
-//! its rates, with Gauss nodes for w: O(N) for each product where neighbours alone act on each other, up to h |A| of about 1000.
+//! for H quadratic and D linear ([`Curvature::is_linear`]), constant forces included. K is exact
+//! because the flow is. Both lines are bilinear in (z0, 1), so with up to 12 degrees of freedom
+//! they are matrices, computed once for each h by doubling a short step (`table.rs`): a step is one
+//! product for z and one quadratic form for each reservoir, whether h is 1e-3 or 100. With more the
+//! quadratic forms would be larger than the matrix is worth, and the flow is the Taylor series of
+//! the system itself over spans short against its rates, with Gauss nodes for w: O(N) for each
+//! product where neighbours alone act on each other, up to h |A| of about 1000.
 //!
-//! What is off is rounding. With up to 12 degrees of freedom long steps are made in 31 digits, and q, p, w and K of a step are off by
-//! roundings of what they are made of, however long it is. With more, a step feels the roundings of the series h |A|-fold: K is kept to
-//! about 1 + h |A| roundings, and steps with h |A| beyond 1000 are refused. What a step does to K is the same from step to
-//! step: over a time t it may add up to t |A| roundings. Passive where the system is: what rounding makes negative of a Δw_j ≥ 0 is set to 0.
+//! What is off is rounding. With up to 12 degrees of freedom long steps are made in 31 digits, and
+//! q, p, w and K of a step are off by roundings of what they are made of, however long it is. With
+//! more, a step feels the roundings of the series h |A|-fold: K is kept to about 1 + h |A|
+//! roundings, and steps with h |A| beyond 1000 are refused. What a step does to K is the same from
+//! step to step: over a time t it may add up to t |A| roundings. Passive where the system is: what
+//! rounding makes negative of a Δw_j ≥ 0 is set to 0.
 //!
 //! A system that is not linear is refused.
 

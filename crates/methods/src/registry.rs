@@ -36,9 +36,15 @@ pub struct Row {
     /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, where H is separable if it need be
     /// no more general, [`EXACT`] where there are none; some systems see higher ones. The order of the method is the least of them, on any system it applies to.
     pub local_order: [u32; 3],
-    /// K is kept to rounding at every step size.
+    /// Every step that is taken keeps K to roundings of what it is made of, at every step size, on every system the method applies to; what
+    /// cannot is a failure. `linear-exact` adds h |A| of them beyond 12 degrees of freedom.
     pub keeps_k: bool,
-    /// Every Δw ≥ 0 where the system is passive, at every step size.
+    /// At every step size, Δw_j ≥ 0 for each j where the system is [`Passive::Each`], and Σ Δw_j ≥ 0, to a rounding of Σ |w_j|, where it is
+    /// [`Passive::InSum`]; for friction computed from the velocity that [`System::dissipation`] is given.
+    ///
+    /// [`Passive::Each`]: afterbay_core::Passive::Each
+    /// [`Passive::InSum`]: afterbay_core::Passive::InSum
+    /// [`System::dissipation`]: afterbay_core::System::dissipation
     pub passive: bool,
     /// (q, p) stays bounded on every linear system with H positive definite and friction that only takes energy, at every step
     /// size, however many degrees of freedom are coupled: the eigenvalues of the step are in the unit circle where those of

@@ -28,18 +28,23 @@ impl<V: Vector> Rates<V> {
         }
     }
 
-    /// An estimate of the largest frequency, √(b |Hqq|), which is a bound of it where H is separable; and a bound of |λ| for the eigenvalues λ of the Jacobian J = [Hpq Hpp; -Hqq - Dq, -Hqp - Dp] at (q, p).
+    /// An estimate of the largest frequency, √(b |Hqq|), which is a bound of it where H is
+    /// separable; and a bound of |λ| for the eigenvalues λ of the Jacobian J = [Hpq Hpp; -Hqq - Dq,
+    /// -Hqp - Dp] at (q, p).
     ///
-    /// In the norm of the largest sum of a row, with a = |Hpq|, b = |Hpp|, c = |Hqq| + |Dq| and d = |Hqp| + |Dp|, the spectral radius of J is at
-    /// most that of [a b; c d] (A. M. Ostrowski, J. Math. Anal. Appl. 2 (1961) 161-209):
+    /// In the norm of the largest sum of a row, with a = |Hpq|, b = |Hpp|, c = |Hqq| + |Dq| and d =
+    /// |Hqp| + |Dp|, the spectral radius of J is at most that of [a b; c d] (A. M. Ostrowski, J.
+    /// Math. Anal. Appl. 2 (1961) 161-209):
     ///
     /// ```text
     /// |λ| ≤ (a + d + √((a - d)² + 4 b c)) / 2
     /// ```
     ///
-    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, and the diagonal of Hqq is at least the rest of each row, so that Hqq is positive
-    /// semidefinite, `|λ| ≤ max(√(bc), d)`: with x the q of an eigenvector, λ² + r λ + k = 0 for a real r of at most d and a real
-    /// k ≥ 0 of at most b c, the quotients of x with Hpp⁻¹. Friction that is skew, or a potential that falls, has no such bound.
+    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, and the diagonal of Hqq is at least the rest
+    /// of each row, so that Hqq is positive semidefinite, `|λ| ≤ max(√(bc), d)`: with x the q of an
+    /// eigenvector, λ² + r λ + k = 0 for a real r of at most d and a real k ≥ 0 of at most b c, the
+    /// quotients of x with Hpp⁻¹. Friction that is skew, or a potential that falls, has no such
+    /// bound.
     #[inline]
     pub(crate) fn see<S>(&mut self, system: &S, q: &V, p: &V) -> [f64; 2]
     where
@@ -99,3 +104,133 @@ impl<V: Vector> Rates<V> {
 
 /// By how many roundings a row of Hqq may miss its diagonal.
 const ROUNDINGS: f64 = 8.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_core::{Damping, System};
+    use faer::Mat;
+
+    /// H = ½ (q·K q + 2 q·M p + p·W p) and D = E q + C p, of numbers given one after the other.
+    struct Given {
+        n: usize,
+        blocks: [Vec<f64>; 5],
+    }
+
+    impl System<f64> for Given {
+        fn dof(&self) -> usize {
+            self.n
+        }
+        fn energy(&self, _q: &[f64], _p: &[f64]) -> f64 {
+            0.0
+        }
+        fn gradient(&self, _q: &[f64], _p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+            hq.fill(0.0);
+            hp.fill(0.0);
+        }
+        fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+            d.fill(0.0);
+        }
+        fn damping(&self) -> Damping {
+            Damping::GENERAL
+        }
+    }
+
+    impl Curvature<f64> for Given {
+        fn curvature(&self, _q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+            let names = [Block::Hqq, Block::Hqp, Block::Hpp, Block::Dq, Block::Dp];
+            for (block, entries) in names.into_iter().zip(&self.blocks) {
+                for (k, &x) in entries.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+                    put(block, k / self.n, k % self.n, x);
+                }
+            }
+        }
+    }
+
+    impl Given {
+        /// The largest |λ| of J = [Mᵀ W; -K - E, -M - C].
+        fn fastest(&self) -> f64 {
+            let n = self.n;
+            let [k, m, w, e, c] = &self.blocks;
+            let at = |x: &[f64], i: usize, j: usize| x[i * n + j];
+            let entry = |i: usize, j: usize| match (i < n, j < n) {
+                (true, true) => at(m, j, i),
+                (true, false) => at(w, i, j - n),
+                (false, true) => -at(k, i - n, j) - at(e, i - n, j),
+                (false, false) => -at(m, i - n, j - n) - at(c, i - n, j - n),
+            };
+            let eigenvalues = Mat::from_fn(2 * n, 2 * n, entry).eigenvalues().unwrap();
+            eigenvalues.iter().map(|x| x.re.hypot(x.im)).fold(0.0, f64::max)
+        }
+
+        fn bound(&self) -> f64 {
+            let zeros = vec![0.0; self.n];
+            Rates::<Vec<f64>>::new(self.n).see(self, &zeros, &zeros)[1]
+        }
+    }
+
+    /// Random blocks, any of them symmetric, skew or missing: no eigenvalue is beyond the bound.
+    #[test]
+    fn no_eigenvalue_is_beyond_the_bound() {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+        };
+        let (mut closest, mut skew) = (0.0_f64, 0.0_f64);
+        for case in 0..4000 {
+            let n = 1 + case % 4;
+            let mut matrix = |kind: f64, size: f64| -> Vec<f64> {
+                let x: Vec<f64> = (0..n * n).map(|_| size * random()).collect();
+                let other = |k: usize| x[k % n * n + k / n];
+                match kind {
+                    kind if kind < -0.5 => vec![0.0; n * n],
+                    kind if kind < 0.0 => (0..n * n).map(|k| x[k] - other(k)).collect(),
+                    kind if kind < 0.5 => (0..n * n).map(|k| x[k] + other(k)).collect(),
+                    _ => x,
+                }
+            };
+            let [a, b, c, d, e] =
+                [0.3, 0.2, 0.9, 0.7, 0.4].map(|x: f64| (x * (case as f64 + 1.0) * 7.3).sin());
+            let eye = |size: f64| (0..n * n).map(|k| if k / n == k % n { size } else { 0.0 }).collect();
+            let w = if a > 0.0 { eye(0.5 + a) } else { matrix(0.2, 1.0) };
+            let blocks = [matrix(0.2, 3.0), matrix(b, 1.0), w, matrix(c, 2.0), matrix(d, 4.0 * e.abs())];
+            let given = Given { n, blocks };
+            let [fastest, bound] = [given.fastest(), given.bound()];
+            assert!(fastest <= bound * (1.0 + 1e-12), "{case}: {fastest} beyond {bound}");
+            closest = closest.max(fastest / bound);
+        }
+        // The bound of symmetric friction does not hold for skew friction: ω = 2, and friction that
+        // turns by 2.
+        let turning = Given {
+            n: 2,
+            blocks: [
+                vec![4.0, 0.0, 0.0, 4.0],
+                vec![0.0; 4],
+                vec![1.0, 0.0, 0.0, 1.0],
+                vec![0.0; 4],
+                vec![0.0, 2.0, -2.0, 0.0],
+            ],
+        };
+        skew = skew.max(turning.fastest());
+        assert!(skew > 3.0 && skew <= turning.bound(), "{skew} {}", turning.bound());
+        println!("the closest is {closest:.3} of its bound");
+        assert!(closest > 0.9);
+    }
+
+    /// With H separable, friction of each velocity alone and a convex V the bound is that of one
+    /// oscillator: max(ω, c).
+    #[test]
+    fn ordinary_friction_has_the_sharp_bound() {
+        for c in [0.0, 1.0, 2.0, 5.0] {
+            let k = vec![2.0, -1.0, -1.0, 2.0];
+            let given = Given {
+                n: 2,
+                blocks: [k, vec![0.0; 4], vec![1.0, 0.0, 0.0, 1.0], vec![0.0; 4], vec![c, 0.0, 0.0, c]],
+            };
+            let sharp = 3.0_f64.sqrt().max(c);
+            assert!((given.bound() - sharp).abs() < 1e-14, "{c}: {}", given.bound());
+            assert!(given.fastest() <= sharp * (1.0 + 1e-14));
+        }
+    }
+}

@@ -1,7 +1,9 @@
-//! The coefficients of a step by Newton's iteration: where sweeps do not contract, and where they did not a step ago.
+//! The coefficients of a step by Newton's iteration: where sweeps do not contract, and where they
+//! did not a step ago.
 //!
-//! First with the derivative at the middle of the step, from the polynomial of the last step continued and from rest; where that does not
-//! converge, or crawls, with the whole derivative (`krylov.rs`).
+//! First with the derivative at the middle of the step, from the polynomial of the last step
+//! continued and from rest; where that does not converge, or crawls, with the whole derivative
+//! (`krylov.rs`).
 
 use super::equations::Equations;
 use super::iteration::{Workspace, largest};

@@ -10,9 +10,7 @@ use super::iteration;
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, Rates};
-use afterbay_core::{
-    Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
-};
+use afterbay_core::{Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector};
 use std::array::from_fn;
 
 /// Sweeps before a step is given up.

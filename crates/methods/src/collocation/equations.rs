@@ -1,20 +1,23 @@
 //! The linear equations of a simplified Newton's iteration, in `f64`.
 //!
-//! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and `X_ij = ∫ P_i(τ) ∫_0^τ P_j`, the correction δγ to what γ
-//! misses solves `(1 - h X ⊗ J) δγ = missing`: 2 s N unknowns. Each eigenvalue μ of X (`spectrum.rs`) has equations of its own,
-//! with m = h μ, of the 2 N parts (a, b) of γ_q and of -γ_p along its eigenvector:
+//! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and `X_ij = ∫ P_i(τ)
+//! ∫_0^τ P_j`, the correction δγ to what γ misses solves `(1 - h X ⊗ J) δγ = missing`: 2 s N
+//! unknowns. Each eigenvalue μ of X (`spectrum.rs`) has equations of its own, with m = h μ, of the
+//! 2 N parts (a, b) of γ_q and of -γ_p along its eigenvector:
 //!
 //! ```text
 //! a - m Hpq a + m Hpp b = missing_a        b - m S a + m (Hqp + Dp) b = missing_b        S = Hqq + Dq
 //! ```
 //!
-//! Where H has no mixed derivatives and Hpp is diagonal, `a = missing_a - m Hpp b` is eliminated, and N unknowns are left:
+//! Where H has no mixed derivatives and Hpp is diagonal, `a = missing_a - m Hpp b` is eliminated,
+//! and N unknowns are left:
 //!
 //! ```text
 //! (1 + m Dp + m² S Hpp) b = missing_b + m S missing_a
 //! ```
 //!
-//! They are tridiagonal where neighbours in a row alone act on each other, sparse where entries are few, and dense elsewhere.
+//! They are tridiagonal where neighbours in a row alone act on each other, sparse where entries are
+//! few, and dense elsewhere.
 
 use super::rule::Modes;
 use super::spectrum::{self, Eigenvalue};
@@ -27,7 +30,8 @@ const MEMORY: f64 = 4e9;
 /// A matrix of which fewer than one in so many entries is not 0 is sparse.
 const FEW: usize = 8;
 
-/// A derivative the system gives, and the places in a matrix its value goes to, the second one of Hqp alone.
+/// A derivative the system gives, and the places in a matrix its value goes to, the second one of
+/// Hqp alone.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     block: Block,
@@ -60,11 +64,11 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// How many unknowns the equations of one eigenvalue have, and whether their matrix is dense and large.
+    /// The equations of a system, laid out.
     ///
     /// # Errors
-    /// [`StepFailure::TooLarge`] where the matrices do not fit in the memory allowed; [`StepFailure::Singular`] for a derivative that
-    /// belongs to no degree of freedom.
+    /// [`StepFailure::TooLarge`] where the matrices do not fit in the memory allowed;
+    /// [`StepFailure::Singular`] for a derivative that belongs to no degree of freedom.
     pub(super) fn new<T, S>(system: &S, stages: usize) -> Result<Self, StepFailure>
     where
         T: Scalar,
@@ -72,24 +76,33 @@ impl Equations {
     {
         let n = system.dof();
         let origin = vec![T::zero(); n];
-        let mut entries = Vec::new();
-        system.curvature(&origin, &origin, |block, i, j, _| entries.push(Entry { block, i, j, slots: [0; 2] }));
-        if let Some(entry) = entries.iter().find(|entry| entry.i >= n || entry.j >= n) {
-            return Err(StepFailure::Singular { dof: entry.i.max(entry.j), slope: f64::NAN });
-        }
-        let eliminate = entries.iter().all(|entry| match entry.block {
-            Block::Hqp => false,
-            Block::Hpp => entry.i == entry.j,
-            Block::Hqq | Block::Dq | Block::Dp => true,
+        let (mut count, mut most) = (0_usize, 0);
+        let (mut eliminate, mut near) = (true, true);
+        system.curvature(&origin, &origin, |block, i, j, _| {
+            count += 1;
+            most = i.max(j).max(most);
+            near &= i.abs_diff(j) <= 1;
+            eliminate &= match block {
+                Block::Hqp => false,
+                Block::Hpp => i == j,
+                Block::Hqq | Block::Dq | Block::Dp => true,
+            };
         });
-        let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
+        if most >= n {
+            return Err(StepFailure::Singular { dof: most, slope: f64::NAN });
+        }
+        let chain = eliminate && near;
         let size = if eliminate { n } else { 2 * n };
         let spectrum = spectrum::of(stages);
-        let dense = !chain && (size <= SMALL || entries.len() * FEW >= size * size);
+        let dense = !chain && (size <= SMALL || count.saturating_mul(FEW) >= size * size);
         let bytes = 16.0 * (spectrum.len() * size) as f64 * size as f64;
         if dense && bytes > MEMORY {
             return Err(StepFailure::TooLarge { unknowns: size, bytes });
         }
+        let mut entries = Vec::with_capacity(count);
+        system.curvature(&origin, &origin, |block, i, j, _| {
+            entries.push(Entry { block, i, j, slots: [0; 2] });
+        });
         let solver = match dense {
             _ if chain => LinearSolver::Chain,
             true if size <= SMALL => LinearSolver::Small,
@@ -124,7 +137,8 @@ impl Equations {
         })
     }
 
-    /// The derivatives at (q, p), factorised; the degree of freedom of a vanishing pivot is the failure.
+    /// The derivatives at (q, p), factorised; the degree of freedom of a vanishing pivot is the
+    /// failure.
     pub(super) fn factorise<T, S>(&mut self, system: &S, h: f64, q: &[T], p: &[T]) -> Result<(), usize>
     where
         T: Scalar,
@@ -178,9 +192,8 @@ impl Equations {
         solution.fill(0.0);
         for (matrix, Eigenvalue { value, right, left }) in matrices.iter_mut().zip(*spectrum) {
             let m = *value * self.h;
-            let part = |rows: &[f64]| {
-                rows.iter().zip(left).fold(c64::ZERO, |sum, (&x, &left)| sum + left * x)
-            };
+            let part =
+                |rows: &[f64]| rows.iter().zip(left).fold(c64::ZERO, |sum, (&x, &left)| sum + left * x);
             let (q, p) = missing.split_at(stages * n);
             let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages)).enumerate();
             if let Some(inertia) = &self.inertia {
@@ -241,13 +254,15 @@ impl Equations {
         }
     }
 
-    /// The largest entries of the parts of `missing`, and whose they are. What is not a number is larger than all.
+    /// The largest entries of the parts of `missing`, and whose they are. What is not a number is
+    /// larger than all.
     pub(super) fn largest(&self) -> [(f64, usize); 2] {
         let (q, p) = self.missing.split_at(self.stages * self.n);
         [q, p].map(|part| {
             let (mut most, mut at) = (0.0_f64, 0);
             for (k, x) in part.iter().enumerate() {
-                if !(x.abs() <= most) && !most.is_nan() {
+                let larger = x.abs() > most || x.is_nan();
+                if larger && !most.is_nan() {
                     (most, at) = (x.abs(), k);
                 }
             }

@@ -45,11 +45,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let errors = [q / scales[0], p / scales[1]];
         let w = length * loss[0] * kernel.max(share(loss)) / forgets / scales[2];
         let value = errors[0].max(errors[1]).max(w) + 0.0 * (q + w);
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(self.trial.not_finite())
-        }
+        if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
     }
 
     /// An estimate of the frequencies at the end of the step, a bound of them where H is separable.

@@ -19,6 +19,8 @@ const ROUNDINGS: f64 = 16.0;
 /// The same of all that roundings of z may make of it: the new state is rounded once more after this.
 const BENT: f64 = 8.0;
 
+/// The roundings that each of the N terms of a sum may add to it.
+const SUMMED: f64 = 0.5;
 /// Unknowns up to which the equations are made with the workspace, so that no step allocates.
 const FEW: usize = 2048;
 
@@ -72,7 +74,9 @@ impl<V: Vector> Workspace<V> {
             next: modes(),
             next_q: modes(),
             stages,
-            equations: (2 * stages * n <= FEW).then(|| Equations::new(system, stages).ok().map(Box::new)).flatten(),
+            equations: (2 * stages * n <= FEW)
+                .then(|| Equations::new(system, stages).ok().map(Box::new))
+                .flatten(),
             stiff: false,
             krylov: None,
             hard: false,
@@ -132,6 +136,7 @@ impl<V: Vector> Workspace<V> {
             // Where more nodes change nothing, it may be the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
             if self.defect <= ROUNDINGS
+                || (settled && self.defect <= SUMMED * state.dof() as f64)
                 || (settled && self.defect * scale <= BENT * self.terms(system, h, state))
             {
                 self.made_by = Some(h);

@@ -1,8 +1,10 @@
-//! Newton's iteration with the whole derivative, where that at one point of the step does not lead to the solution.
+//! Newton's iteration with the whole derivative, where that at one point of the step does not lead
+//! to the solution.
 //!
-//! The derivative of what γ misses is multiplied by differences of it, which costs one evaluation of the nodes and no memory, and
-//! the equations of the simplified iteration precondition GMRES (D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397). Corrections
-//! are halved until they miss less. Where that leads nowhere from rest, the solution is followed from h = 0.
+//! The derivative of what γ misses is multiplied by differences of it, which costs one evaluation
+//! of the nodes and no memory, and the equations of the simplified iteration precondition GMRES (D.
+//! A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397). Corrections are halved until they
+//! miss less. Where that leads nowhere from rest, the solution is followed from h = 0.
 
 use super::equations::Equations;
 use super::iteration::{Workspace, largest, starts};
@@ -162,7 +164,11 @@ impl<V: Vector> Workspace<V> {
                 return Ok(());
             }
             if progress.is_lost(PATIENCE) && change <= NEAR {
-                return if self.is_noise(system, h, state, change) { Ok(()) } else { Err(stalled(last, *spent)) };
+                return if self.is_noise(system, h, state, change) {
+                    Ok(())
+                } else {
+                    Err(stalled(last, *spent))
+                };
             }
         }
         Err(stalled(last, *spent))

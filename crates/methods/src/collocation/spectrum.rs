@@ -1,8 +1,10 @@
 //! The eigenvalues of integration on polynomials, by which the equations of a step fall apart.
 //!
-//! The tridiagonal `X_ij = ∫ P_i(τ) ∫_0^τ P_j` of s coefficients has distinct eigenvalues: pairs of complex ones, and a real one where s is
-//! odd. (The W-transformation: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8.) X is skew but for
-//! its first entry, so that its transpose is X with the sign of every second row and column turned, and so are its eigenvectors.
+//! The tridiagonal `X_ij = ∫ P_i(τ) ∫_0^τ P_j` of s coefficients has distinct eigenvalues: pairs of
+//! complex ones, and a real one where s is odd. (The W-transformation: E. Hairer, G. Wanner,
+//! Solving Ordinary Differential Equations II, IV.5 and IV.8.) X is skew but for its first entry,
+//! so that its transpose is X with the sign of every second row and column turned, and so are its
+//! eigenvectors.
 
 use super::legendre::MODES;
 use super::rule::integration;
@@ -28,7 +30,8 @@ pub(super) fn of(stages: usize) -> &'static [Eigenvalue] {
 
 fn spectrum(stages: usize) -> Vec<Eigenvalue> {
     let x = integration();
-    let matrix = Mat::from_fn(stages, stages, |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 });
+    let matrix =
+        Mat::from_fn(stages, stages, |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 });
     let all = matrix.eigenvalues().unwrap_or_default();
     // Roundings leave the real one no more than that above the axis.
     let upper = all.into_iter().filter(|value| value.im > -1e-9);
@@ -46,7 +49,7 @@ fn eigenvalue(stages: usize, value: c64) -> Eigenvalue {
         let below = if k == 0 { right[0] * x[0][0] } else { right[k - 1] * x[k][k - 1] };
         right[k + 1] = (value * right[k] - below) / x[k][k + 1];
     }
-    let turned = |k: usize| if k % 2 == 0 { right[k] } else { -right[k] };
+    let turned = |k: usize| if k.is_multiple_of(2) { right[k] } else { -right[k] };
     let norm = (0..stages).fold(zero, |sum, k| sum + turned(k) * right[k]);
     let count = if real { 1.0 } else { 2.0 };
     let left = std::array::from_fn(|k| if k < stages { turned(k) * count / norm } else { zero });

@@ -196,7 +196,8 @@ impl<V: Vector, const K: usize> Stages<V, K> {
     /// The first force or velocity that is no number.
     #[cold]
     pub(super) fn not_finite(&self) -> StepFailure {
-        let parts = [(Quantity::Force, &self.f), (Quantity::Velocity, &self.v), (Quantity::Reservoir, &self.loss)];
+        let parts =
+            [(Quantity::Force, &self.f), (Quantity::Velocity, &self.v), (Quantity::Reservoir, &self.loss)];
         let all = parts.into_iter().flat_map(|(what, part)| part.iter().map(move |x| (what, x.as_slice())));
         StepFailure::non_finite(&all.collect::<Vec<_>>())
     }

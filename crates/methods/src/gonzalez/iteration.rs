@@ -27,7 +27,7 @@ const UNSEEN: f64 = 1.0 / 1024.0;
 /// The most noise in h λ that is let into the iteration,
 const NOISY: f64 = 1e-3;
 /// but for a λ without which K would move by more roundings of H than this.
-const FELT: f64 = 4.0;
+const FELT: f64 = 16.0;
 
 /// An iteration that led nowhere.
 struct Stalled {

@@ -1,7 +1,7 @@
 //! GMRES: linear equations of which the product with a vector is known, and no more.
 //!
-//! Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869: the combination of b, A b, A² b, .. that leaves the least
-//! residual. The memory is made once; solving allocates nothing.
+//! Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869: the combination of b, A b,
+//! A² b, .. that leaves the least residual. The memory is made once; solving allocates nothing.
 
 /// The basis of the Krylov space and the small matrix of A in it.
 #[derive(Clone, Debug)]
@@ -29,8 +29,8 @@ impl Gmres {
         }
     }
 
-    /// Replaces b in `x` by the solution of A x = b, as far as the residual is `tolerance` of b or the products last.
-    /// `multiply` writes A a to its second argument. The number of products.
+    /// Replaces b in `x` by the solution of A x = b, as far as the residual is `tolerance` of b or
+    /// the products last. `multiply` writes A a to its second argument. The number of products.
     pub(crate) fn solve(
         &mut self,
         tolerance: f64,
@@ -96,7 +96,8 @@ impl Gmres {
 mod tests {
     use super::*;
 
-    /// A matrix that is neither symmetric nor near to 1, in as many products as it has rows; and in two where it has two eigenvalues.
+    /// A matrix that is neither symmetric nor near to 1, in as many products as it has rows; and in
+    /// two where it has two eigenvalues.
     #[test]
     fn equations_are_solved() {
         let n = 12;

@@ -1,13 +1,15 @@
-//! The step of a linear system as matrices on x = (q, p, 1): e^{hA}, and for each reservoir a quadratic form.
+//! The step of a linear system as matrices on x = (q, p, 1): e^{hA}, and for each reservoir a
+//! quadratic form.
 //!
 //! ```text
 //! Q_j = ∫_0^h e^{τAᵀ} ½ (d_jᵀ v_j + v_jᵀ d_j) e^{τA} dτ        Q_j(2h) = Q_j + e^{hAᵀ} Q_j e^{hA}        Δw_j = xᵀ Q_j x
 //! ```
 //!
-//! with d_j and v_j the rows of D and ∂H/∂p. A step with h |A| ≤ 1 comes from the Taylor series and Gauss nodes; a longer
-//! one from such a step by doubling, in 31 digits: what is rounded in the short step grows by h |A|, and A itself is made of the
-//! second derivatives as they are, so that it keeps the H it is made of. Of a short step X = e^{hA} - 1 is kept, of which nothing is
-//! lost in the 1.
+//! with d_j and v_j the rows of D and ∂H/∂p. A step with h |A| ≤ 1 comes from the Taylor series and
+//! Gauss nodes; a longer one from such a step by doubling, in 31 digits: what is rounded in the
+//! short step grows by h |A|, and A itself is made of the second derivatives as they are, so that
+//! it keeps the H it is made of. Of a short step X = e^{hA} - 1 is kept, of which nothing is lost
+//! in the 1.
 
 use super::doubling::Doubling;
 use afterbay_core::{Block, Curvature, Quad, Scalar};

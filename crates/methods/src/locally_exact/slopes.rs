@@ -1,6 +1,7 @@
 //! The matrices of the path: S = H'', R with D = R v, and where the system is linear E = ∂D/∂q.
 //!
-//! R is taken from D alone, and such that its symmetric part is positive semidefinite where the system takes energy only:
+//! R is taken from D alone, and such that its symmetric part is positive semidefinite where the
+//! system takes energy only:
 //!
 //! ```text
 //! D linear in v           the matrix itself, by columns
@@ -8,7 +9,8 @@
 //! any other               R = ρ + (g uᵀ - u gᵀ)     u = v/|v|     ρ = D·v/|v|²     g = (D - ρ v)/|v|
 //! ```
 //!
-//! The last has R v = D and x·R x = ρ |x|², which is not negative where D·v is not: of a secant by columns neither is so.
+//! The last has R v = D and x·R x = ρ |x|², which is not negative where D·v is not: of a secant by
+//! columns neither is so.
 
 use afterbay_core::{Block, Coupling, Curvature, Damping, Passive, Scalar, System, Vector};
 
@@ -69,7 +71,11 @@ impl<V: Vector> Slopes<V> {
     }
 
     /// Evaluates S and E at z̄.
-    pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, [q, p]: [&[V::Scalar]; 2]) {
+    pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        [q, p]: [&[V::Scalar]; 2],
+    ) {
         let Self { entries, by_q, linear, .. } = self;
         entries.clear();
         by_q.clear();

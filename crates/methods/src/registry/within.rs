@@ -18,7 +18,8 @@ pub struct AdaptiveRow {
     pub about: &'static str,
     /// The order in q, p and w of the least accurate of its forms.
     pub order: u32,
-    /// Every Δw ≥ 0 where the system is passive.
+    /// Every Δw_j ≥ 0 where the system is [`Passive::Each`](afterbay_core::Passive::Each), and their sum where it is
+    /// [`Passive::InSum`](afterbay_core::Passive::InSum).
     pub passive: bool,
     /// Steps are as long as the tolerance allows however stiff the system is.
     pub a_stable: bool,

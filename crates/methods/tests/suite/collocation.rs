@@ -34,8 +34,7 @@ fn checked<S: Curvature<f64>>(
         let before = state.clone();
         if let Err(failure) = method.step(system, h, &mut state, &mut workspace) {
             prop_assert_eq!(&before, &state, "{}", failure);
-            // Short steps have no excuse.
-            prop_assert!(h > 0.1, "{}", failure);
+            prop_assert!(excused(system, method, h, &before), "h = {}: {}", h, failure);
             return Ok(());
         }
         let drift = drift(system, h, &before, &state);
@@ -57,6 +56,15 @@ fn checked<S: Curvature<f64>>(
         }
     }
     Ok(())
+}
+
+/// May a step fail? A short one may not; of a longer one it has to be the length: the step that failures advise, a shorter one, is taken.
+fn excused<S: Curvature<f64>>(system: &S, method: Collocation, h: f64, before: &State<Vec<f64>>) -> bool {
+    let step = |h: f64| {
+        let mut state = before.clone();
+        method.step(system, h, &mut state, &mut method.workspace(system).unwrap()).is_ok()
+    };
+    h > 0.1 && (1..=4).any(|halvings| step(h / f64::from(1 << halvings)))
 }
 
 /// What every check of K allows, in unit roundoffs of the terms of [`drift`]. K moves by z1 = z0 + h γ_0, one operation a variable;
@@ -255,7 +263,6 @@ impl Curvature<f64> for Cliff {
     }
 }
 
-/// A chain too long for Newton's iteration.
 #[test]
 fn failures_have_names_and_leave_the_state() {
     let method = Collocation::new(4);
@@ -266,15 +273,9 @@ fn failures_have_names_and_leave_the_state() {
     assert_ne!(state, before);
     let before = state.clone();
     let failure = method.step(&Cliff, 2.0, &mut state, &mut workspace).unwrap_err();
-    assert!(matches!(failure, StepFailure::NewtonStalled { .. }), "{failure}");
-    assert_eq!(state, before);
-
-    let chain = FputChain::new(400, 1.0, 0.1).unwrap();
-    let q: Vec<f64> = (0..400).map(|j| f64::from(j).sin()).collect();
-    let mut state = State::new(q, vec![0.0; 400]).unwrap();
-    let before = state.clone();
-    let failure = method.step(&chain, 3.0, &mut state, &mut method.workspace(&chain).unwrap()).unwrap_err();
-    assert!(matches!(failure, StepFailure::NotContracting { .. }), "{failure}");
+    let named =
+        matches!(failure, StepFailure::NewtonStalled { dof: 0, .. } | StepFailure::NonFinite { dof: 0, .. });
+    assert!(named, "{failure}");
     assert_eq!(state, before);
 }
 

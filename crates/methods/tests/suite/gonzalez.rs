@@ -106,8 +106,10 @@ fn checked<S: Curvature<f64>>(system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> R
             Ok(drift) => prop_assert!(drift < 8.0, "K drifts by {drift} roundings"),
             Err(failure) => {
                 prop_assert_eq!(&before, &state, "{}", failure);
-                // Short steps have no excuse.
-                prop_assert!(h > 0.1, "{}", failure);
+                // A short step may not fail; of a longer one it has to be the length.
+                let shorter = |h: f64| drift(system, h, &mut before.clone()).is_ok();
+                let excused = h > 0.1 && (1..=6).any(|halvings| shorter(h / f64::from(1 << halvings)));
+                prop_assert!(excused, "h = {}: {}", h, failure);
             }
         }
     }

@@ -125,7 +125,13 @@ fn checked<S: Curvature<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Resul
         let before = state.clone();
         if let Err(failure) = LocallyExact.step(system, h, &mut state, &mut workspace) {
             prop_assert_eq!(&before, &state, "{}", failure);
-            prop_assert!(h > 0.1, "{}", failure);
+            // A short step may not fail; of a longer one it has to be the length.
+            let shorter = |h: f64| {
+                let mut state = before.clone();
+                LocallyExact.step(system, h, &mut state, &mut LocallyExact.workspace(system).unwrap()).is_ok()
+            };
+            let excused = h > 0.1 && (1..=4).any(|halvings| shorter(h / f64::from(1 << halvings)));
+            prop_assert!(excused, "h = {}: {}", h, failure);
             return Ok(());
         }
         let off = drift(system, h, &before, &state);

@@ -1,0 +1,127 @@
+//! What the registry says of every row, at size: what is claimed holds on every scene here. K that is not claimed to be kept
+//! is lost on one of them, and explicit methods, none of which is A-stable, grow or fail on one.
+
+use super::scenes::{Rubs, Web, drift, falls, wave};
+use afterbay_core::{Curvature, InputError, IntegrateError, Separable, State, StepFailure, Uniform};
+use afterbay_methods::registry::{METHODS, Needs, Row, Run, separable, uniform};
+use afterbay_systems::FputChain;
+use std::collections::BTreeMap;
+
+/// Roundings of what K is made of that steps may be off by: a composition of 34 sweeps adds those
+/// of each.
+const ROUNDINGS: f64 = 64.0;
+/// Roundings that are none.
+const LOST: f64 = 1e6;
+const STEPS: u32 = 4;
+
+/// The worst that was seen of a row.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    /// |ΔK| over a rounding of what K is made of
+    drift: f64,
+    /// Reservoirs that fell where they may not
+    fell: usize,
+    /// On linear scenes: steps that failed, or after which there was more energy
+    unstable: Vec<String>,
+    runs: usize,
+}
+
+/// A few steps of every row that can be bound.
+fn watch<S: Curvature<f64>>(
+    seen: &mut BTreeMap<&'static str, Seen>,
+    name: &str,
+    system: &S,
+    steps: &[f64],
+    bind: impl Fn(&Row) -> Result<Run<f64>, InputError>,
+) {
+    let n = system.dof();
+    let start = State::new(wave(n, 1.0), wave(n, 0.3)).unwrap();
+    for row in METHODS.iter().filter(|row| !matches!(row.needs, Needs::OneDegree | Needs::Printed)) {
+        let run = match bind(row) {
+            Ok(run) => run,
+            Err(InputError::Unsupported { .. }) => continue,
+            Err(error) => panic!("{} on {name}: {error}", row.name),
+        };
+        for &h in steps {
+            let found = seen.entry(row.name).or_default();
+            found.runs += 1;
+            let mut state = start.clone();
+            for _ in 0..STEPS {
+                let before = state.clone();
+                match run.step(h, &mut state) {
+                    Ok(_) => {
+                        found.drift = found.drift.max(drift(system, h, &before, &state));
+                        found.fell += falls(system.damping().passive, &before.w, &state.w);
+                        let more = state.energy(system) > before.energy(system) * (1.0 + 1e-12);
+                        if system.is_linear() && more {
+                            found.unstable.push(format!("{name}, h = {h}: H grows"));
+                        }
+                    }
+                    Err(IntegrateError::Run(error)) => {
+                        let long = matches!(error.failure, StepFailure::TooLong { .. });
+                        if system.is_linear() && !long {
+                            found.unstable.push(format!("{name}, h = {h}: {error}"));
+                        }
+                        break;
+                    }
+                    Err(error) => panic!("{} on {name}: {error}", row.name),
+                }
+            }
+        }
+    }
+}
+
+fn chain(seen: &mut BTreeMap<&'static str, Seen>, name: &str, beta: f64, steps: &[f64]) {
+    fn takes<S: Uniform + Curvature<f64> + Clone + 'static>(
+        system: &S,
+    ) -> impl Fn(&Row) -> Result<Run<f64>, InputError> + '_ {
+        move |row| uniform(row, system.clone())
+    }
+    let system = FputChain::new(2000, beta, 0.1).unwrap();
+    watch(seen, name, &system, steps, takes(&system));
+}
+
+fn web(seen: &mut BTreeMap<&'static str, Seen>, name: &str, system: &Web, steps: &[f64]) {
+    fn takes<S: Separable<f64> + Curvature<f64> + Clone + 'static>(
+        system: &S,
+        skew: bool,
+    ) -> impl Fn(&Row) -> Result<Run<f64>, InputError> + '_ {
+        // Increments with skew friction have a test of their own.
+        let why = "friction is skew";
+        move |row| match row.name.starts_with("increment") && skew {
+            true => Err(InputError::Unsupported { method: row.name, why }),
+            false => separable(row, system.clone()),
+        }
+    }
+    watch(seen, name, system, steps, takes(system, system.g != 0.0));
+}
+
+#[test]
+fn every_flag_holds_at_size_both_ways() {
+    let mut seen = BTreeMap::new();
+    chain(&mut seen, "chain of 2000", 0.0, &[0.3, 3.0, 30.0]);
+    chain(&mut seen, "nonlinear chain of 2000", 1.0, &[0.3]);
+    let linear = |g: f64| Web::new(50, 3.0, 0.4, g, 0.0, Rubs::Linearly);
+    web(&mut seen, "50", &linear(0.0), &[0.3, 3.0, 30.0]);
+    web(&mut seen, "50, skew", &linear(0.5), &[0.3, 3.0, 30.0]);
+    web(&mut seen, "50 in the wind", &Web::new(50, 3.0, 0.3, 0.0, 1.0, Rubs::Wind), &[0.1]);
+    web(&mut seen, "50, uneven and skew", &Web::new(50, 3.0, 0.02, 0.5, 1.0, Rubs::Unevenly), &[0.1]);
+    for row in METHODS {
+        let Some(seen) = seen.get(row.name) else { continue };
+        println!(
+            "{:20} {:9.1e} roundings, {} fell, {:?}",
+            row.name,
+            seen.drift,
+            seen.fell,
+            seen.unstable.first()
+        );
+        let kept = if row.keeps_k { seen.drift < ROUNDINGS } else { seen.drift > LOST };
+        assert!(kept, "{} keeps K: {}, and K is off by {} roundings", row.name, row.keeps_k, seen.drift);
+        assert!(!row.passive || seen.fell == 0, "{} is passive, and reservoirs fell", row.name);
+        let stable = seen.unstable.is_empty();
+        // Compositions that go back in time are unstable too, on scenes of `stability_flags`.
+        let owed = !row.name.starts_with("increment");
+        let held = if row.a_stable { stable } else { !stable || !owed };
+        assert!(held, "{} A-stable: {}, {:?}", row.name, row.a_stable, seen.unstable);
+    }
+}

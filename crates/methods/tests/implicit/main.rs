@@ -1,0 +1,12 @@
+//! Implicit methods at size: Newton's iteration, what stops it, and the flags of the registry on
+//! chains of 2000, dense systems of 50 and 300, nonlinear, coupled and skew friction.
+
+#![cfg(test)]
+
+mod flags;
+mod linear_exact;
+mod newton;
+mod passive;
+mod projection;
+mod scenes;
+mod stopping;
