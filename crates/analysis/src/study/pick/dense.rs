@@ -20,6 +20,8 @@ const FEWEST: usize = 256;
 const MOST_NUMBERS: usize = 1 << 22;
 /// The error of interpolation that is aimed at, as a share of the wanted error.
 const SHARE: f64 = 1e-3;
+/// ... and of the largest number, which is its rounding.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// An error of interpolation that does not fall below this share of what it was, in no more than
 /// that share of at least so many cells, is that of kinks: it stays beside them.
 const FALL: f64 = 0.25;
@@ -41,6 +43,10 @@ impl Dense {
     ) -> Result<Self, IntegrateError> {
         let subject = problem.model.subject::<f64>()?;
         let most = (MOST_NUMBERS / (6 * problem.model.dof())).max(FEWEST);
+        let goal = |exact: &Solution<f64>| {
+            let sizes = exact.states().flat_map(|state| [state.q, state.p, state.w].concat());
+            (SHARE * bound).max(ROUNDING * sizes.fold(0.0, |most, z| z.abs().max(most)))
+        };
         let (mut count, mut before, mut last) = (FEWEST, None::<Self>, None::<f64>);
         loop {
             let spacing = problem.end / count as f64;
@@ -50,11 +56,12 @@ impl Dense {
                 // What was found with fewer states is good enough where more cannot be had.
                 (Err(_), Some(before)) => return Ok(before),
             };
+            let goal = goal(&exact);
             let dense = Self::of(&*subject, exact, spacing);
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
-            let misses = dense.cells.iter().filter(|doubt| doubt.most() > SHARE * bound).count();
+            let misses = dense.cells.iter().filter(|doubt| doubt.most() > goal).count();
             // Eight times more states err by 8⁸ less; beside a kink they do not.
-            let factor = (1.2 * (worst / (SHARE * bound)).powf(0.125)).clamp(LEAPS[0], LEAPS[1]);
+            let factor = (1.2 * (worst / goal).powf(0.125)).clamp(LEAPS[0], LEAPS[1]);
             let next = 2 * (0.5 * count as f64 * factor).ceil() as usize;
             let falls = last.is_none_or(|last| worst < FALL * last);
             let at_kinks = !falls && count >= MANY && (misses as f64) < FEW * count as f64;
