@@ -26,7 +26,6 @@ fn checked<S: Curvature<f64>>(
     q: Vec<f64>,
     p: Vec<f64>,
 ) -> Result<(), TestCaseError> {
-    let n = q.len();
     let (method, mut state) = (Collocation::new(stages), State::new(q, p).unwrap());
     let mut workspace = method.workspace(system).unwrap();
     let passive = system.damping().passive;

@@ -4,8 +4,8 @@ use crate::slope;
 use crate::systems;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Grid, InputError, Method, Passive, Quad, Scalar, Series, State, StepFailure,
-    System, Vector, integrate,
+    Block, Coupling, Curvature, Damping, Grid, InputError, Method, Passive, Quad, Scalar, Series, State,
+    StepFailure, System, Vector, integrate,
 };
 use afterbay_methods::{Gonzalez, LinearSolver};
 use nalgebra::{DVector, SVector};

@@ -72,8 +72,7 @@ impl Custom<f64> {
     pub fn periods(&self) -> Vec<Option<f64>> {
         let (graph, roots) = (&self.shape.graph, &self.shape.fields);
         let nodes = graph.all(roots);
-        let circular =
-            |node: &Node| matches!(graph.term(*node), Term::Of(Function::Sin | Function::Cos, _));
+        let circular = |node: &Node| matches!(graph.term(*node), Term::Of(Function::Sin | Function::Cos, _));
         if !nodes.iter().any(circular) {
             return vec![None; self.shape.dof];
         }

@@ -19,14 +19,20 @@ pub(super) struct Dense {
 const FEWEST: usize = 256;
 const MOST_NUMBERS: usize = 1 << 22;
 /// The error of interpolation that is aimed at, as a share of the wanted error.
-const SHARE: f64 = 0.01;
-/// The share of cells that may miss it: those beside a kink do, however many there are.
-const MISSES: f64 = 0.1;
-/// By how much more states there are at once, at the most.
-const LEAP: f64 = 16.0;
+const SHARE: f64 = 1e-3;
+/// ... and of the largest number, which is its rounding.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// An error of interpolation that does not fall below this share of what it was, in no more than
+/// that share of at least so many cells, is that of kinks: it stays beside them.
+const FALL: f64 = 0.25;
+const FEW: f64 = 0.02;
+const MANY: usize = 1 << 14;
+/// By how much more states there are at once.
+const LEAPS: [f64; 2] = [1.5, 16.0];
 
 impl Dense {
-    /// As many states as an error of `bound` asks for.
+    /// As many states as an error of `bound` asks for: more and more until the interpolation is
+    /// good enough in every cell but those beside kinks.
     ///
     /// # Errors
     /// Those of the reference.
@@ -37,20 +43,32 @@ impl Dense {
     ) -> Result<Self, IntegrateError> {
         let subject = problem.model.subject::<f64>()?;
         let most = (MOST_NUMBERS / (6 * problem.model.dof())).max(FEWEST);
-        let mut count = FEWEST;
+        let goal = |exact: &Solution<f64>| {
+            let sizes = exact.states().flat_map(|state| [state.q, state.p, state.w].concat());
+            (SHARE * bound).max(ROUNDING * sizes.fold(0.0, |most, z| z.abs().max(most)))
+        };
+        let (mut count, mut before, mut last) = (FEWEST, None::<Self>, None::<f64>);
         loop {
-            let exact = problem.solution(problem.end / count as f64, count, progress)?;
-            let dense = Self::of(&*subject, exact, problem.end / count as f64);
-            let mut misses: Vec<f64> = dense.cells.iter().map(|doubt| doubt.most()).collect();
-            misses.sort_by(f64::total_cmp);
-            let miss = misses[((1.0 - MISSES) * (misses.len() - 1) as f64) as usize] / (SHARE * bound);
-            // Eight times more states err by 8⁸ less.
-            let factor = (1.2 * miss.powf(0.125)).clamp(1.5, LEAP);
+            let spacing = problem.end / count as f64;
+            let exact = match (problem.solution(spacing, count, progress), before.take()) {
+                (Ok(exact), _) => exact,
+                (Err(error), None) | (Err(error @ IntegrateError::Interrupted), _) => return Err(error),
+                // What was found with fewer states is good enough where more cannot be had.
+                (Err(_), Some(before)) => return Ok(before),
+            };
+            let goal = goal(&exact);
+            let dense = Self::of(&*subject, exact, spacing);
+            let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
+            let misses = dense.cells.iter().filter(|doubt| doubt.most() > goal).count();
+            // Eight times more states err by 8⁸ less; beside a kink they do not.
+            let factor = (1.2 * (worst / goal).powf(0.125)).clamp(LEAPS[0], LEAPS[1]);
             let next = 2 * (0.5 * count as f64 * factor).ceil() as usize;
-            if miss <= 1.0 || next > most {
+            let falls = last.is_none_or(|last| worst < FALL * last);
+            let at_kinks = !falls && count >= MANY && (misses as f64) < FEW * count as f64;
+            if misses == 0 || at_kinks || next > most {
                 return Ok(dense);
             }
-            count = next;
+            (last, before, count) = (Some(worst), Some(dense), next);
         }
     }
 

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// A run that takes so many times as long as one that qualifies is not worth looking at, if it
 /// takes this long at least.
 const SLOWER: u32 = 10;
-const SHORT: Duration = Duration::from_millis(20);
+const SHORT: Duration = Duration::from_millis(50);
 /// No method is given more than this for the search that comes before the confirmation.
 const PATIENCE: Duration = Duration::from_secs(8);
 /// The most steps of a run.

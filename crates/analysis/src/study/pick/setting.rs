@@ -17,7 +17,7 @@ pub(super) enum Setting {
 }
 
 /// The neighbours of a step within 5 %, the longest first, as they are the first to fail.
-const NEAR: [f64; 6] = [1.05, 1.03, 1.01, 0.99, 0.97, 0.95];
+const NEAR: [f64; 10] = [1.05, 1.04, 1.03, 1.02, 1.01, 0.99, 0.98, 0.97, 0.96, 0.95];
 /// The neighbours of a tolerance.
 const LOOSER: [f64; 6] = [2.0, 1.25, 1.05, 0.95, 0.8, 0.5];
 /// What follows where a neighbour fails: more steps, a tighter tolerance.
@@ -108,6 +108,6 @@ mod tests {
             |steps| Setting::Steps(row, steps).neighbours().into_iter().map(Setting::key).collect::<Vec<_>>();
         assert_eq!(of(1), [2]);
         assert_eq!(of(7), [6, 8]);
-        assert_eq!(of(1000), [952, 971, 990, 999, 1001, 1010, 1031, 1053]);
+        assert_eq!(of(1000), [952, 962, 971, 980, 990, 999, 1001, 1010, 1020, 1031, 1042, 1053]);
     }
 }
