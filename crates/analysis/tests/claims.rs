@@ -6,6 +6,7 @@ use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
+use afterbay_analysis::study::pick::{self, Wanted};
 use afterbay_analysis::{Finding, experiment};
 use afterbay_methods::registry::{METHODS, Row, find};
 use std::collections::{BTreeMap, BTreeSet};
@@ -50,7 +51,10 @@ static ALL: LazyLock<Vec<Finding>> = LazyLock::new(|| {
     let scene = Scene::read(SCENE).expect("a scene");
     let run = experiment::run(&scene, &Silent).expect("it runs").1;
     let study = experiment::study(&scene, &Silent).expect("it runs").1;
-    PAPER.iter().cloned().chain(run).chain(study).collect()
+    let wanted = Wanted { error: 1e-3, at_end: true, keep_k: false, passive: false };
+    let picked = pick::run(&scene.problem, wanted, &Silent).expect("it runs");
+    let pick = experiment::pick(&scene, &picked).expect("a report").1;
+    PAPER.iter().cloned().chain(run).chain(study).chain(pick).collect()
 });
 
 /// Numbers that look random and are the same every time.

@@ -128,17 +128,16 @@ fn the_cheapest(r: &Readings) -> Said {
     let (asked, why) = (r.word("the search", "asked"), r.word("the scene", "too sensitive"));
     let all = r.numbers("seconds");
     let timed = all.iter().filter(|(_, seconds)| !seconds.is_nan());
-    let cheapest = timed.min_by(|a, b| a.1.total_cmp(&b.1)).or(all.first());
-    let says = match cheapest {
-        _ if r.word("the search", "interrupted") == "yes" => {
+    let says = match timed.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        _ if r.word("the search", "interrupted") != "no" => {
             "the search was interrupted; what follows was found until then".to_owned()
         }
+        _ if !why.is_empty() => format!("the scene is too sensitive: {why}"),
         Some((name, seconds)) => {
             let setting = r.word(name, "setting");
             format!("{name} with {setting} is the cheapest {asked} ({} s)", sci(*seconds))
         }
-        None if why.is_empty() => format!("no method was found {asked}"),
-        None => format!("the scene is too sensitive: {why}"),
+        None => format!("no method was found {asked}"),
     };
     (Holds::Note, format!("{says}."))
 }

@@ -19,9 +19,14 @@ pub(super) fn alike(a: f64, b: f64) -> bool {
     (b..=MAGNITUDE * b).contains(&a) || (a..=MAGNITUDE * a).contains(&b)
 }
 
-/// Whether K is kept, where it moves by so much beside the energy at the start.
+/// Is K kept, where it moves by so much beside the energy at the start? Not where that is not known.
+pub(crate) fn keeps(drift: f64) -> bool {
+    drift <= KEPT
+}
+
+/// The same in words.
 pub(crate) fn kept(drift: f64) -> &'static str {
-    if drift <= KEPT { "keeps K" } else { "does not keep K" }
+    if keeps(drift) { "keeps K" } else { "does not keep K" }
 }
 
 /// An order in a sentence.

@@ -1,7 +1,7 @@
 //! What the errors and energies over time say of figures 4.1 to 4.4.
 
 use crate::claim::{Readings, Said, list, sci, verdict};
-use crate::paper::rule::{KEPT, MAGNITUDE, alike, kept};
+use crate::paper::rule::{KEPT, MAGNITUDE, alike, keeps, kept};
 use crate::report::Verdict;
 
 /// "errors remain of constant magnitude" from δ₃ to δ₄.
@@ -96,7 +96,7 @@ pub(super) fn head_to_head(r: &Readings) -> Said {
 /// "modDG retains this same behavior even when we substitute simpler expression for the δ function."
 pub(super) fn simpler_delta(r: &Readings) -> Said {
     let all = r.numbers("drift");
-    let lost: Vec<_> = all.iter().filter(|(_, drift)| !(*drift <= KEPT)).collect();
+    let lost: Vec<_> = all.iter().filter(|(_, drift)| !keeps(*drift)).collect();
     let holds = lost.is_empty() && !all.is_empty();
     let says = if holds {
         "every δ shared by the three equations keeps K".to_owned()

@@ -4,7 +4,7 @@ use super::orders::{ANY, end, masses};
 use super::{chain, pendulum};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, sci, verdict};
-use crate::paper::rule::{KEPT as ROUNDING, kept};
+use crate::paper::rule::{keeps, kept};
 use crate::paper::{Paper, oscillator};
 use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use crate::study::{Problem, energy, trajectory};
@@ -72,7 +72,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
 /// K is kept where each discrete gradient keeps it, one of order 8 among them.
 fn k_is_kept(r: &Readings) -> Said {
     const CLAIMED: [&str; 3] = ["increment-2", "increment-8", "gonzalez"];
-    let lost: Vec<_> = CLAIMED.into_iter().filter(|name| !(r.number(name, "drift") <= ROUNDING)).collect();
+    let lost: Vec<_> = CLAIMED.into_iter().filter(|name| !keeps(r.number(name, "drift"))).collect();
     let says = if lost.is_empty() {
         "the discrete gradients keep K = H + Σ w_j, order 8 included".to_owned()
     } else {

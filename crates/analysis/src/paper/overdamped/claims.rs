@@ -73,7 +73,7 @@ pub(super) fn trusted(r: &Readings) -> Said {
     let says = if both.is_empty() {
         "no method is right at b = 200 and at b = 5000".to_owned()
     } else {
-        format!("{}: right at b = 200 and at b = 5000", list(both.iter().map(|name| name.to_string())))
+        format!("{}: right at b = 200 and at b = 5000", list(both.iter().map(ToString::to_string)))
     };
     let statement = format!(
         "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and decay wrongly at b = 200. \
