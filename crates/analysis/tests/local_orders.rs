@@ -80,7 +80,8 @@ fn rounding_is_left_out_of_the_regression() {
     assert_eq!(order(&errors, 0, Statistic::Median), None);
 }
 
-/// An order read in f64 is the one read in 106 bits of the same steps, and where it would be that of rounding there is none.
+/// An order read in f64 is the one read in 106 bits of the same steps, and where it would be that
+/// of rounding there is none.
 #[test]
 fn an_order_is_never_that_of_rounding() {
     let problem = Problem { end: 2.0, ..the_paper() };
@@ -103,9 +104,17 @@ fn an_order_is_never_that_of_rounding() {
                 };
                 let expected = order(&of_quad, variable, statistic).unwrap();
                 let off = (order_seen.slope - expected.slope).abs();
-                println!("{name} {variable} {statistic:?}: {:.3} of {} steps", order_seen.slope, order_seen.points);
+                println!(
+                    "{name} {variable} {statistic:?}: {:.3} of {} steps",
+                    order_seen.slope, order_seen.points
+                );
                 // Roundings of a tenth at the ends of a factor 3.6 in h.
-                assert!(off < 0.15, "{name} {variable} {statistic:?}: {} {}", order_seen.slope, expected.slope);
+                assert!(
+                    off < 0.15,
+                    "{name} {variable} {statistic:?}: {} {}",
+                    order_seen.slope,
+                    expected.slope
+                );
             }
         }
     }

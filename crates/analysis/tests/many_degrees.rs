@@ -176,12 +176,7 @@ fn starts_side_by_side_are_those_alone() {
     let starts = [at_rest(0), at_rest(1), at_rest(2)];
     let rows = rows(&["increment-2", "rk4", "gonzalez"]);
     let setup = |row, compensated| Setup { row, h: 0.1, compensated };
-    let setups = [
-        setup(rows[0], false),
-        setup(rows[0], true),
-        setup(rows[1], false),
-        setup(rows[2], false),
-    ];
+    let setups = [setup(rows[0], false), setup(rows[0], true), setup(rows[1], false), setup(rows[2], false)];
     let together = long_run::run(&starts, &setups, 3000, &Silent).unwrap();
     let alone: Vec<_> = starts
         .iter()

@@ -4,13 +4,15 @@
 //! q' = ∂H/∂p        p' = -∂H/∂q - D(q,p)        w_j' = D_j(q,p) ∂H/∂p_j      (j = 1..N)
 //! ```
 //!
-//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some know besides ([`Separable`],
-//! [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`], [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`]
-//! and a failure are, and which numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], lanes [`f64x4`] and [`f64x8`], [`Corrected`] numbers). It holds the
-//! time loops ([`integrate`], and [`integrate_within`] a [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`],
-//! [`edge`]), systems from their formulas alone ([`Formulas`]), the solvers of scalar equations
-//! ([`solver`]), solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]). It knows no
-//! method and no system by name.
+//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some
+//! know besides ([`Separable`], [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`],
+//! [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`] and a failure are, and which
+//! numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], lanes [`f64x4`] and [`f64x8`],
+//! [`Corrected`] numbers). It holds the time loops ([`integrate`], and [`integrate_within`] a
+//! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`], [`edge`]),
+//! systems from their formulas alone ([`Formulas`]), the solvers of scalar equations ([`solver`]),
+//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]).
+//! It knows no method and no system by name.
 
 mod adaptive;
 pub mod check;

@@ -12,9 +12,10 @@
 //! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
 //! is, as long as no part of the step runs backwards, which beyond order 2 some do.
 //!
-//! Where D = C(q) p couples the momenta it acts between the sweeps: see [`friction`], and there why that keeps K, the orders and
-//! passivity in sum, for D = R(q) ∂H/∂p with R symmetric or not. What is coupled and not linear is refused, and so is an R that is
-//! not symmetric beyond 512 degrees of freedom.
+//! Where D = C(q) p couples the momenta it acts between the sweeps: see [`friction`], and there why
+//! that keeps K, the orders and passivity in sum, for D = R(q) ∂H/∂p with R symmetric or not. What
+//! is coupled and not linear is refused, and so is an R that is not symmetric beyond 512 degrees of
+//! freedom.
 
 mod before;
 mod compensated;
@@ -56,8 +57,8 @@ impl Increment {
         Self { order: Some(order), ..self }
     }
 
-    /// The same without the roundings that add up over long runs. `exact` is the system in [`afterbay_core::Corrected`]
-    /// numbers, for instance `system.map(Corrected::from)`.
+    /// The same without the roundings that add up over long runs. `exact` is the system in
+    /// [`afterbay_core::Corrected`] numbers, for instance `system.map(Corrected::from)`.
     pub fn compensated<P>(self, exact: P) -> Compensated<P> {
         Compensated::new(self, exact)
     }

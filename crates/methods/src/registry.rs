@@ -269,8 +269,9 @@ where
     }
 }
 
-/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour by colour, to a system in
-/// `f64` or lanes of it and the same in [`Corrected`] numbers. A row knows no scalar, so these are no rows of their own.
+/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour
+/// by colour, to a system in `f64` or lanes of it and the same in [`Corrected`] numbers. A row
+/// knows no scalar, so these are no rows of their own.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where it is another method or needs more, [`InputError::Length`] where `exact` is another system.

@@ -4,9 +4,9 @@
 //! `T_i = [x(t_i + h) - x_1]/h`, the exact increment less the numerical one. The order is the slope of
 //! log statistic(T) against log h, the statistic taken over the grid.
 //!
-//! Only steps whose statistic is at least ten times that of the roundings in T are used: the step in `f64`
-//! less the same step in [`Quad`] from the same state, and the rounding of the two states compared, both
-//! divided by h, from a sample of the grid and the points with the largest T.
+//! Only steps whose statistic is at least ten times that of the roundings in T are used: the step
+//! in `f64` less the same step in [`Quad`] from the same state, and the rounding of the two states
+//! compared, both divided by h, from a sample of the grid and the points with the largest T.
 
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
@@ -136,7 +136,7 @@ pub struct OrderRow {
 }
 
 impl LocalErrors {
-    /// Does a statistic stand ten times above its roundings?
+    /// Whether a statistic stands ten times above its roundings.
     pub fn is_seen(&self, variable: usize, statistic: Statistic) -> bool {
         let [size, floor] = [&self.variables, &self.floors].map(|of| of[variable].get(statistic));
         size > 0.0 && size >= ABOVE * floor
@@ -267,9 +267,10 @@ impl LocalOrder {
                 ends.iter().flat_map(|&end| of(end)).fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
             };
             // Two states are compared, each of them rounded.
-            let mut rounding = [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)]
-                .map(|size| 2.0 * T::EPSILON * size);
-            // There is nothing finer to compare a step in `Quad` with: a few roundings stand for it.
+            let mut rounding =
+                [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)].map(|size| 2.0 * T::EPSILON * size);
+            // There is nothing finer to compare a step in `Quad` with: a few roundings stand for
+            // it.
             if T::EPSILON < 1e-20 {
                 rounding = rounding.map(|rounding| 4.0 * rounding);
             } else if let Some(lost) = lost(&method, &exact, h, ends[0]) {
@@ -281,13 +282,9 @@ impl LocalOrder {
     }
 }
 
-/// What rounding makes of a step: how far it is from the same step in `Quad`. None where either fails.
-fn lost<T: Scalar>(
-    method: &Run<T>,
-    exact: &Run<Quad>,
-    h: T,
-    from: View<'_, T>,
-) -> Option<[f64; 3]> {
+/// What rounding makes of a step: how far it is from the same step in `Quad`. None where either
+/// fails.
+fn lost<T: Scalar>(method: &Run<T>, exact: &Run<Quad>, h: T, from: View<'_, T>) -> Option<[f64; 3]> {
     let same = |part: &[T]| part.to_vec();
     let lift = |part: &[T]| part.iter().map(|x| Quad::from_f64(x.to_f64())).collect::<Vec<_>>();
     let mut rounded = State { q: same(from.q), p: same(from.p), w: same(from.w), t: from.t };
@@ -299,7 +296,8 @@ fn lost<T: Scalar>(
     Some(distance(found.view(), state.view()).map(Scalar::to_f64))
 }
 
-/// The slope of log statistic against log h for one method and variable, of the steps that stand ten times above rounding.
+/// The slope of log statistic against log h for one method and variable, of the steps that stand
+/// ten times above rounding.
 pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> Option<Fit> {
     let seen = errors.iter().filter(|errors| errors.is_seen(variable, statistic));
     let point = |errors: &&LocalErrors| (errors.h.ln(), errors.variables[variable].get(statistic).ln());

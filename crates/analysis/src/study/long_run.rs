@@ -9,9 +9,7 @@ use super::outcome::{COMPLETED, Ending};
 use crate::Subject;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
-use afterbay_core::{
-    Grid, IntegrateError, Lanewise, Quad, Scalar, State, View, f64x4, f64x8,
-};
+use afterbay_core::{Grid, IntegrateError, Lanewise, Quad, Scalar, State, View, f64x4, f64x8};
 use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -114,9 +112,10 @@ impl Window {
     }
 }
 
-/// Runs each setup from each start, all of one system, for so many steps; the ends of the problems are not looked at. K is
-/// computed in 106 bits, and at the samples alone: what is seen is the error of the states, not of the look at them.
-/// Up to eight starts go side by side where the method has such a form, each as it would alone.
+/// Runs each setup from each start, all of one system, for so many steps; the ends of the problems
+/// are not looked at. K is computed in 106 bits, and at the samples alone: what is seen is the
+/// error of the states, not of the look at them. Up to eight starts go side by side where the
+/// method has such a form, each as it would alone.
 ///
 /// # Errors
 /// Those of the input. A run that fails is in its row.
@@ -228,9 +227,7 @@ fn beside<T: Lanewise>(
     };
     let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
     let initial: Vec<Quad> = states.iter().map(|state| total(&*exact, state.view(), |x| x)).collect();
-    let off = |state: View<'_, T>, k: usize| {
-        deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k])
-    };
+    let off = |state: View<'_, T>, k: usize| deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k]);
     let seen = windows(method, setup.h, state, states.len(), ends, progress, off)?;
     if seen.result.is_err() {
         return Ok(None);

@@ -1,11 +1,12 @@
 //! Numbers that carry what their roundings have lost.
 //!
-//! Every operation rounds as that of `T` does, and its error, known by error-free transformations (T. J.
-//! Dekker 1971; D. E. Knuth; a product's by a fused multiply-add), goes into a second number together
-//! with the errors of its operands, to first order: `(a + α)(b + β) = ab + (aβ + bα + αβ)`. The sum of
-//! both is good to some 105 bits, as for [`Quad`], but nothing waits for the error: the chain of values
-//! is that of `T` alone, and no operation brings the pair into a normal form. That is the compensated
-//! arithmetic of S. Graillat, P. Langlois and N. Louvet (2009), for any straight-line program.
+//! Every operation rounds as that of `T` does, and its error, known by error-free transformations
+//! (T. J. Dekker 1971; D. E. Knuth; a product's by a fused multiply-add), goes into a second number
+//! together with the errors of its operands, to first order: `(a + α)(b + β) = ab + (aβ + bα +
+//! αβ)`. The sum of both is good to some 105 bits, as for [`Quad`], but nothing waits for the
+//! error: the chain of values is that of `T` alone, and no operation brings the pair into a normal
+//! form. That is the compensated arithmetic of S. Graillat, P. Langlois and N. Louvet (2009), for
+//! any straight-line program.
 
 use super::{Mask, Scalar};
 use qd::Quad;
@@ -244,10 +245,7 @@ impl<T: Lanewise> Scalar for Corrected<T> {
     }
     #[inline(always)]
     fn select(mask: T::Mask, a: Self, b: Self) -> Self {
-        Self {
-            value: T::select(mask, a.value, b.value),
-            lost: T::select(mask, a.lost, b.lost),
-        }
+        Self { value: T::select(mask, a.value, b.value), lost: T::select(mask, a.lost, b.lost) }
     }
 }
 
@@ -257,8 +255,7 @@ mod tests {
     use wide::f64x8;
 
     fn random(seed: &mut u64) -> f64 {
-        *seed =
-            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         2.0 * (*seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
     }
 

@@ -1,7 +1,9 @@
-//! Four or eight `f64` side by side ([`wide::f64x4`], [`wide::f64x8`]), each computed as it would be alone.
+//! Four or eight `f64` side by side ([`wide::f64x4`], [`wide::f64x8`]), each computed as it would
+//! be alone.
 //!
-//! Sums, products, quotients and roots round as those of `f64` do, and `ln` and `atan` are those of `f64`, lane by lane.
-//! `exp`, `exp_m1` and `sin_cos` are the crate's own: their last digits are not those of the standard library.
+//! Sums, products, quotients and roots round as those of `f64` do, and `ln` and `atan` are those of
+//! `f64`, lane by lane. `exp`, `exp_m1` and `sin_cos` are the crate's own: their last digits are
+//! not those of the standard library.
 
 use super::{Lanewise, Mask, Scalar};
 use wide::{f64x4, f64x8};

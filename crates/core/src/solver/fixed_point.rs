@@ -70,7 +70,8 @@ impl Solver for FixedPoint {
 }
 
 impl FixedPoint {
-    /// Twice the rounding of F that is seen on an edge, in the lanes in which it is not known to be small.
+    /// Twice the rounding of F that is seen on an edge, in the lanes in which it is not known to be
+    /// small.
     #[cold]
     fn rounding<T: Scalar>(
         start: T,

@@ -1,20 +1,20 @@
 //! Newton's method for a scalar equation, with chord corrections, bisection and continuation.
 //!
-//! **Convergence.** There is one rule: x has converged where the next update is below the rounding of
-//! what it moves. With g(x) = x + F(x) - start and ε the unit roundoff, that rounding is
+//! **Convergence.** There is one rule: x has converged where the next update is below the rounding
+//! of what it moves. With g(x) = x + F(x) - start and ε the unit roundoff, that rounding is
 //!
 //! ```text
 //! scale = ε (|x| + (|start| + rough) / (1 + F')) + the rounding of F / (1 + F')
 //! ```
 //!
-//! as a residual rounded by ε (|start| + rough) moves x by that much over g'. The rule is met in three
-//! ways. (1) The next update, computed from the last two (`Correction`), is below ε (|x| + ..): the
-//! ordinary end. (2) Updates that no longer shrink are below the rounding of F: the bound `blur` that
-//! the equation states, or the rounding that is seen, which is what F changes by between neighbouring
-//! numbers beyond its slope (`grain`). (3) Residuals of opposite signs stand closer to each other than
-//! `scale`: every update between them is below it (`Bracket`). The last needs no knowledge of F, and
-//! holds also where F jumps by its rounding: tails that underflow, forces that cancel, functions that
-//! are constant to rounding.
+//! as a residual rounded by ε (|start| + rough) moves x by that much over g'. The rule is met in
+//! three ways. (1) The next update, computed from the last two (`Correction`), is below ε (|x| +
+//! ..): the ordinary end. (2) Updates that no longer shrink are below the rounding of F: the bound
+//! `blur` that the equation states, or the rounding that is seen, which is what F changes by
+//! between neighbouring numbers beyond its slope (`grain`). (3) Residuals of opposite signs stand
+//! closer to each other than `scale`: every update between them is below it (`Bracket`). The last
+//! needs no knowledge of F, and holds also where F jumps by its rounding: tails that underflow,
+//! forces that cancel, functions that are constant to rounding.
 
 mod bracket;
 mod course;
@@ -31,16 +31,18 @@ use twice::twice;
 
 pub(super) use grain::{Grain, Point, grain};
 
-/// Newton's iteration to rounding: two evaluations where that is enough, which is the ordinary step.
+/// Newton's iteration to rounding: two evaluations where that is enough, which is the ordinary
+/// step.
 ///
-/// Corrections with the last slope (chords) follow while they contract fast, so that an ordinary step
-/// needs one division. An iteration that is still under way after sixteen evaluations stays between
-/// residuals of opposite signs and halves their distance where a correction would not. Where the slopes
-/// seen allow for a fold on the way, or nothing converges, the solution is followed from s = 0 instead,
-/// and its loss is a failure: [`StepFailure::SeveralSolutions`] where other solutions are seen, else
-/// [`StepFailure::NewtonStalled`]. A scalar of several lanes iterates and follows each of them as it
-/// would alone; where one is lost, all fail. The slope between the points where it is seen is taken for
-/// a parabola, so that a force that turns often within a step may still lead to another solution, unseen.
+/// Corrections with the last slope (chords) follow while they contract fast, so that an ordinary
+/// step needs one division. An iteration that is still under way after sixteen evaluations stays
+/// between residuals of opposite signs and halves their distance where a correction would not.
+/// Where the slopes seen allow for a fold on the way, or nothing converges, the solution is
+/// followed from s = 0 instead, and its loss is a failure: [`StepFailure::SeveralSolutions`] where
+/// other solutions are seen, else [`StepFailure::NewtonStalled`]. A scalar of several lanes
+/// iterates and follows each of them as it would alone; where one is lost, all fail. The slope
+/// between the points where it is seen is taken for a parabola, so that a force that turns often
+/// within a step may still lead to another solution, unseen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton;
 
@@ -56,8 +58,8 @@ impl Newton {
         twice.done.all().then_some(twice.root())
     }
 
-    /// The solution for a caller that corrects it: two evaluations where the next update is below so many roundings of what it
-    /// moves, as [`Newton`] gives it elsewhere, in each lane.
+    /// The solution for a caller that corrects it: two evaluations where the next update is below
+    /// so many roundings of what it moves, as [`Newton`] gives it elsewhere, in each lane.
     ///
     /// # Errors
     /// A [`StepFailure`] of degree of freedom `dof`.

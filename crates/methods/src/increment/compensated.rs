@@ -9,10 +9,11 @@
 //! v + ρ/(1 + F')               goes into q1, p1 and w1, all carried as sums of two f64
 //! ```
 //!
-//! One correction squares what is left of the equation, and ρ is good to 105 bits ([`Corrected`]), so K is kept to that in
-//! what is carried; what a caller sees is carried rounded, and K is off by that rounding, once. What is carried beyond the state
-//! belongs to the state the last step produced, number by number: given any other, in any entry, it is 0 again. Several numbers
-//! side by side are each moved as they would be alone.
+//! One correction squares what is left of the equation, and ρ is good to 105 bits ([`Corrected`]),
+//! so K is kept to that in what is carried; what a caller sees is carried rounded, and K is off by
+//! that rounding, once. What is carried beyond the state belongs to the state the last step
+//! produced, number by number: given any other, in any entry, it is 0 again. Several numbers side
+//! by side are each moved as they would be alone.
 //!
 //! Sources: the carried state as in E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving Brouwer's law with implicit
 //! Runge-Kutta methods*, BIT 48 (2008), for whom the compensated sum was enough: here the equation itself has to
@@ -25,8 +26,8 @@ use super::{Before, Friction, Increment, coordinate, ordering, overall};
 use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
-    Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State,
-    StepFailure, Vector, check,
+    Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State, StepFailure,
+    Vector, check,
 };
 
 /// [`Increment`], its equations refined in [`Corrected`] arithmetic.
@@ -58,7 +59,8 @@ where
 
 /// The largest correction beside what enters the equation. What [`Newton`] leaves is much smaller.
 const CORRECTION: f64 = 1e-8;
-/// Roundings that are left to the correction, which squares them: 1e-12 becomes 1e-24 times what F bends.
+/// Roundings that are left to the correction, which squares them: 1e-12 becomes 1e-24 times what F
+/// bends.
 const NEARLY: f64 = 8192.0;
 
 impl<V, S, P> Method<V, S> for Compensated<P>

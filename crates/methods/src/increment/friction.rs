@@ -15,15 +15,16 @@
 //! of the other after it is consistent, and its adjoint is the same with every order reversed: what holds of sweeps alone, and
 //! of every composition of them, holds of these.
 //!
-//! Where R has a skew part S, the difference of its triangles is symmetric and does exert power, 2 Σ_{k<j} S_jk v̄_j v̄_k, which
-//! S itself does not: the momenta would grow like e^(h|S|), with K exact. There all momenta move at once, by the implicit midpoint
-//! rule for C itself,
+//! Where R has a skew part S, the difference of its triangles is symmetric and does exert power,
+//! 2 Σ_{k<j} S_jk v̄_j v̄_k, which S itself does not: the momenta would grow like e^(h|S|), with K
+//! exact. There all momenta move at once, by the implicit midpoint rule for C itself,
 //!
 //! ```text
 //! p1 - p0 = -h D̄        w1_j - w0_j = h D̄_j p̄_j/m_j        D̄ = C(q) p̄
 //! ```
 //!
-//! which keeps K, is its own adjoint, and gives the reservoirs v̄ᵀ R v̄, whatever R is. It takes an elimination of N unknowns.
+//! which keeps K, is its own adjoint, and gives the reservoirs v̄ᵀ R v̄, whatever R is. It takes an
+//! elimination of N unknowns.
 
 use afterbay_core::{Coupling, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
 
@@ -37,7 +38,8 @@ const SIZES: [f64; 6] = [0.0, 1e-3, 0.1, 1.0, 10.0, 1e3];
 pub(super) struct Friction<V: Vector> {
     /// P, or p̄.
     means: V,
-    /// Room for 1 + h/2 C, row by row, and for what is left of the equations, where R is not symmetric.
+    /// Room for 1 + h/2 C, row by row, and for what is left of the equations, where R is not
+    /// symmetric.
     at_once: Option<(Vec<V::Scalar>, V)>,
 }
 
@@ -45,7 +47,8 @@ impl<V: Vector> Friction<V> {
     /// None where friction does not couple the momenta.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where D is not linear in the momenta, and where R is not symmetric with more than 512 of them.
+    /// [`InputError::Unsupported`] where D is not linear in the momenta, and where R is not
+    /// symmetric with more than 512 of them.
     pub(super) fn new<S>(system: &S) -> Result<Option<Self>, InputError>
     where
         S: Separable<V::Scalar> + ?Sized,
@@ -66,7 +69,8 @@ impl<V: Vector> Friction<V> {
         Ok(Some(Self { means: V::zeros(n), at_once }))
     }
 
-    /// Friction alone for a time `h`; momenta that move one after the other do so in the order given.
+    /// Friction alone for a time `h`; momenta that move one after the other do so in the order
+    /// given.
     pub(super) fn pass<S>(
         &mut self,
         system: &S,
@@ -84,11 +88,12 @@ impl<V: Vector> Friction<V> {
     }
 }
 
-/// Is R symmetric? It is looked at at q = 0 and at two more points of each of some sizes, made by a generator: an R(q) of
-/// analytic functions that is symmetric at points without a pattern is so everywhere. Where it is not finite it is not looked at.
+/// Whether R is symmetric. It is looked at at q = 0 and at two more points of each of some sizes, made by a
+/// generator: an R(q) of analytic functions that is symmetric at points without a pattern is so
+/// everywhere. Where it is not finite it is not looked at.
 ///
-/// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. To rounding, beside the diagonal too: |R_ij|² ≤ R_ii R_jj where
-/// R is positive semidefinite.
+/// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. To rounding, beside the diagonal
+/// too: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
 fn symmetric<V, S>(system: &S) -> bool
 where
     V: Vector,
@@ -107,7 +112,7 @@ where
     })
 }
 
-/// Is R symmetric at q?
+/// Whether R is symmetric at q.
 fn symmetric_at<V, S>(system: &S, q: &V) -> bool
 where
     V: Vector,
@@ -139,9 +144,11 @@ where
     })
 }
 
-/// All momenta at once: (1 + h/2 C) p̄ = p0 by elimination, improved until what is left of it is rounding.
+/// All momenta at once: (1 + h/2 C) p̄ = p0 by elimination, improved until what is left of it is
+/// rounding.
 ///
-/// Where C has a positive semidefinite symmetric part no pivot of 1 + h/2 C is below 1, in any order.
+/// Where C has a positive semidefinite symmetric part no pivot of 1 + h/2 C is below 1, in any
+/// order.
 fn at_once<V, S>(
     system: &S,
     h: V::Scalar,

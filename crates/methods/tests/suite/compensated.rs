@@ -2,8 +2,8 @@
 
 use crate::rubbed;
 use afterbay_core::{
-    Corrected, Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable, State,
-    StepFailure, System, Vector, f64x8, integrate,
+    Corrected, Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable,
+    State, StepFailure, System, Vector, f64x8, integrate,
 };
 use afterbay_methods::{Compensated, Composition, Increment};
 use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
@@ -82,7 +82,8 @@ fn k_does_not_drift_from_a_rounding() {
     for c in [0.0, 1e-5] {
         let (system, exact) = (chain(c), chain(c).map(Quad::from));
         let [plain, _] = deviation(&pair(), &system, &exact, &sine(), grid());
-        let [most, end] = deviation(&pair().compensated(chain(c).map(Corrected::from)), &system, &exact, &sine(), grid());
+        let [most, end] =
+            deviation(&pair().compensated(chain(c).map(Corrected::from)), &system, &exact, &sine(), grid());
         println!("c = {c}: {most:.2} roundings, {end:.1e} of K at the end; without {plain:.0} roundings");
         assert!(most <= 1.0, "{c}: {most} roundings");
         assert!(plain > 20.0, "{c}: {plain} roundings");
@@ -96,7 +97,8 @@ fn k_does_not_drift_on_a_limit_cycle() {
     let start = State::new([2.0], [0.0]).unwrap();
     let grid = || Grid::of(0.1, 100_000).unwrap();
     let [plain, _] = deviation(&pair(), &system, &exact, &start, grid());
-    let [most, _] = deviation(&pair().compensated(system.map(Corrected::from)), &system, &exact, &start, grid());
+    let [most, _] =
+        deviation(&pair().compensated(system.map(Corrected::from)), &system, &exact, &start, grid());
     println!("{most:.2} roundings, without {plain:.0}");
     assert!(most <= 1.0 && plain > 20.0, "{most} and {plain} roundings");
 }
@@ -290,8 +292,7 @@ fn lanes_change_no_bit() {
     let amplitude = |k: usize| 1.0 + k as f64 / 16.0;
     let start = |k: usize, j: usize| amplitude(k) * sine().q[j];
     let lanes = chain(0.1).map(f64x8::from);
-    let q: [f64x8; N] =
-        std::array::from_fn(|j| f64x8::new(std::array::from_fn(|k| start(k, j))));
+    let q: [f64x8; N] = std::array::from_fn(|j| f64x8::new(std::array::from_fn(|k| start(k, j))));
     let mut together = State::new(q, [f64x8::splat(0.0); N]).unwrap();
     let method = pair().compensated(lanes.map(Corrected::exact));
     let grid = Grid { h: f64x8::splat(0.2), steps: 2000 };

@@ -2,7 +2,8 @@
 
 use crate::{Mask, Scalar};
 
-/// Points with residuals of opposite signs, in each lane; as far away as can be where none is seen yet.
+/// Points with residuals of opposite signs, in each lane; as far away as can be where none is seen
+/// yet.
 pub(super) struct Bracket<T> {
     low: T,
     high: T,

@@ -130,9 +130,9 @@ impl<T: Scalar> Course<T> {
     fn correct<const DIRECT: bool>(&mut self, start: T, f: Sample<T>, evaluations: u32) {
         let (zero, one) = (T::zero(), T::one());
         let mut open = self.done.or(self.stalled).not();
-        // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses, and nothing
-        // waits for a division. An inverse that misses much is made anew: also the one of any slope that
-        // is not positive.
+        // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses, and
+        // nothing waits for a division. An inverse that misses much is made anew: also the one of
+        // any slope that is not positive.
         let (before, inverse) = (self.rest, self.inverse);
         let short = one - inverse;
         let missing = (-f.slope).mul_add(inverse, short);
@@ -148,8 +148,8 @@ impl<T: Scalar> Course<T> {
             cold_path();
             let derivative = one + f.slope;
             let mut stalled = zero.lt(derivative).not();
-            // At s, F has been passed up to s x: where it changes much on the way from 0, the way is
-            // taken in strides.
+            // At s, F has been passed up to s x: where it changes much on the way from 0, the way
+            // is taken in strides.
             if DIRECT && evaluations == 1 {
                 stalled = stalled.or(T::from_f64(STEEP).lt(f.slope.abs()));
             }
@@ -160,8 +160,7 @@ impl<T: Scalar> Course<T> {
         }
         let residual = if DIRECT && evaluations == 1 { -f.value } else { start - self.x - f.value };
         let update = residual * self.inverse;
-        self.correction =
-            Correction { previous: self.correction.update, update, rest: before, missing };
+        self.correction = Correction { previous: self.correction.update, update, rest: before, missing };
         self.seen = [self.seen[1], Point { x: self.x, slope: one + f.slope, residual }];
         let mut end = residual.mul_add(self.inverse, self.x);
         if evaluations > FREE {
@@ -172,8 +171,8 @@ impl<T: Scalar> Course<T> {
         (self.rough, self.blur) = (f.rough, f.blur);
     }
 
-    /// The end of a correction, or the middle of the bracket where the correction would leave it or is
-    /// more than half of the move before.
+    /// The end of a correction, or the middle of the bracket where the correction would leave it or
+    /// is more than half of the move before.
     #[inline(always)]
     fn within(&mut self, end: T) -> T {
         let Correction { previous, update, .. } = self.correction;
@@ -193,13 +192,13 @@ impl<T: Scalar> Course<T> {
         let open = self.done.or(self.stalled).not();
         let Correction { previous, update, .. } = self.correction;
         let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
-        let scale =
-            T::from_f64(T::EPSILON) * (start.abs() + self.rough).mul_add(steep, self.x.abs());
-        // Done where the next correction would be lost in rounding. A move to the middle tells nothing
-        // of the next.
+        let scale = T::from_f64(T::EPSILON) * (start.abs() + self.rough).mul_add(steep, self.x.abs());
+        // Done where the next correction would be lost in rounding. A move to the middle tells
+        // nothing of the next.
         let corrected = self.halved[0].or(self.halved[1]).not();
         let lost = open.and(corrected).and(self.correction.lost_near_rest(scale));
-        // What has decayed to where a share of it is no number is rounded by the smallest there are.
+        // What has decayed to where a share of it is no number is rounded by the smallest there
+        // are.
         let scale = scale + T::from_f64(f64::MIN_POSITIVE);
         self.done = self.done.or(lost);
         let unsure = open.and(self.anew.or(lost.not()));
@@ -212,7 +211,8 @@ impl<T: Scalar> Course<T> {
         let noise = noise.mul_add(self.seen[0].slope.abs(), self.rounding + self.rounding);
         let bent = unsure.and(rises(self.seen, previous, noise).not());
         self.done = self.done.and(bent.not());
-        // Corrections that shrink, however slowly, are none of noise; those of noise grow now and then.
+        // Corrections that shrink, however slowly, are none of noise; those of noise grow now and
+        // then.
         let noise = (T::from_f64(T::EPSILON) * self.blur).mul_add(steep, scale);
         let seen = (self.rounding + self.rounding) * steep;
         let open = self.done.or(self.stalled).or(bent).not();
@@ -232,9 +232,10 @@ impl<T: Scalar> Course<T> {
     }
 }
 
-/// Does x + F rise all along an edge of that width, as far as its slopes a and b at the ends and its rise
-/// tell? Its slope is about the parabola a (1-t)² + 2 c t (1-t) + b t² of mean (a + c + b)/3, which
-/// vanishes nowhere if c > -√(ab). Half of that leaves a margin, and a rise of the noise is none.
+/// Whether x + F rises all along an edge of that width, as far as its slopes a and b at the ends and
+/// its rise tell? Its slope is about the parabola a (1-t)² + 2 c t (1-t) + b t² of mean (a + c +
+/// b)/3, which vanishes nowhere if c > -√(ab). Half of that leaves a margin, and a rise of the
+/// noise is none.
 #[inline(always)]
 fn rises<T: Scalar>([from, to]: [Point<T>; 2], width: T, noise: T) -> T::Mask {
     let (a, b, rise) = (from.slope, to.slope, from.residual - to.residual);

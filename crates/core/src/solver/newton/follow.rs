@@ -12,7 +12,8 @@ const SHORTEST: f64 = 1e-6;
 /// Evaluations after which the continuation is given up.
 const MOST: u32 = 10_000;
 
-/// Follows the solution from s = 0 to s = 1 where the direct iteration has not led to it, each lane in its own strides.
+/// Follows the solution from s = 0 to s = 1 where the direct iteration has not led to it, each lane
+/// in its own strides.
 #[cold]
 #[inline(never)]
 pub(super) fn follow<T: Scalar, E: Equation<T>>(
@@ -73,4 +74,3 @@ fn iterate<T: Scalar>(s: T, x: T, start: T, waiting: T::Mask, equation: &mut imp
     }
     carefully::<_, _, false>(s, start, twice, equation)
 }
-

@@ -35,7 +35,8 @@ impl<T: Scalar> Point<T> {
 pub(in crate::solver) struct Grain<T: Scalar> {
     /// The mismatch: the rounding of F, in the lanes where it is that.
     pub(in crate::solver) size: T,
-    /// Lanes in which a share of it is left between neighbouring numbers, so that it is no feature of F.
+    /// Lanes in which a share of it is left between neighbouring numbers, so that it is no feature
+    /// of F.
     pub(in crate::solver) rounding: T::Mask,
     /// Evaluations of F that took.
     pub(in crate::solver) evaluations: u32,
@@ -48,9 +49,9 @@ const SHARE: f64 = 0.125;
 
 /// Halves the edge between two points, towards the larger mismatch, down to neighbouring numbers.
 ///
-/// A mismatch of a smooth F vanishes like the cube of the edge, that of a slope which is only near the
-/// derivative like the edge itself; what rounding makes of F stays. Where 1 + F' is not positive on the
-/// way, there is a fold, and no rounding is found.
+/// A mismatch of a smooth F vanishes like the cube of the edge, that of a slope which is only near
+/// the derivative like the edge itself; what rounding makes of F stays. Where 1 + F' is not
+/// positive on the way, there is a fold, and no rounding is found.
 #[cold]
 #[inline(never)]
 pub(in crate::solver) fn grain<T: Scalar>(
@@ -63,8 +64,7 @@ pub(in crate::solver) fn grain<T: Scalar>(
     let (zero, one) = (T::zero(), T::one());
     let (largest, other) = (a.x.abs(), b.x.abs());
     let largest = T::select(largest.lt(other), other, largest);
-    let neighbours =
-        T::from_f64(2.0 * T::EPSILON).mul_add(largest, T::from_f64(f64::MIN_POSITIVE));
+    let neighbours = T::from_f64(2.0 * T::EPSILON).mul_add(largest, T::from_f64(f64::MIN_POSITIVE));
     let (asked, whole) = (open, a.mismatch(&b));
     let mut rising = zero.lt(a.slope).and(zero.lt(b.slope));
     let mut evaluations = 0;

@@ -44,8 +44,8 @@ impl<T: Scalar> Twice<T> {
         Root { x: self.end, evaluations: 2 }
     }
 
-    /// Where the first point is the solution, as at rest, no share of a correction is less than the other; and near rest the
-    /// products of corrections may be too small for numbers.
+    /// Where the first point is the solution, as at rest, no share of a correction is less than the
+    /// other; and near rest the products of corrections may be too small for numbers.
     #[inline(always)]
     pub(super) fn rest(&mut self) {
         let none = self.correction.previous.abs().le(T::zero());
@@ -54,7 +54,8 @@ impl<T: Scalar> Twice<T> {
     }
 }
 
-/// Newton's correction and one with the inverse of its slope improved. At s = 1 this is `DIRECT`ly from the start.
+/// Newton's correction and one with the inverse of its slope improved. At s = 1 this is `DIRECT`ly
+/// from the start.
 #[inline(always)]
 pub(super) fn twice<T: Scalar, const DIRECT: bool>(
     s: T,
@@ -109,10 +110,11 @@ impl<T: Scalar> Correction<T> {
 
     /// Is the next correction less than `scale`?
     ///
-    /// An error e becomes e (r + c + d): r the rest the inverse misses, c what the slope changes over e/2, d what a
-    /// slope that is not quite the derivative is off by. The correction before shows them: it shrank by r + c + d,
-    /// and the slope has changed by 2 c since, so that r + 2 c was missing. The next r and c are smaller by a
-    /// factor, d is not. All of it times the square of the correction before, so that nothing waits for a division.
+    /// An error e becomes e (r + c + d): r the rest the inverse misses, c what the slope changes
+    /// over e/2, d what a slope that is not quite the derivative is off by. The correction before
+    /// shows them: it shrank by r + c + d, and the slope has changed by 2 c since, so that r + 2 c
+    /// was missing. The next r and c are smaller by a factor, d is not. All of it times the square
+    /// of the correction before, so that nothing waits for a division.
     #[inline(always)]
     pub(super) fn lost(&self, scale: T) -> T::Mask {
         let (size, largest) = (self.update.abs(), self.previous.abs());
@@ -122,7 +124,8 @@ impl<T: Scalar> Correction<T> {
         next.lt(scale * (largest * largest))
     }
 
-    /// The same, where the products are too small for numbers by the shares of the correction before.
+    /// The same, where the products are too small for numbers by the shares of the correction
+    /// before.
     #[inline(always)]
     pub(super) fn lost_near_rest(&self, scale: T) -> T::Mask {
         let largest = self.previous.abs();
@@ -137,4 +140,3 @@ impl<T: Scalar> Correction<T> {
         lost.or(vanishing.and(shares.lost(scale * share)))
     }
 }
-
