@@ -144,6 +144,12 @@ pub trait Separable<T: Scalar>: System<T> {
         false
     }
 
+    /// Can V be singular where q is finite? What [`Separable::is_singular_along`] says is asked only then.
+    #[inline(always)]
+    fn may_be_singular(&self) -> bool {
+        false
+    }
+
     /// Is V singular between q and the point with coordinate j moved to `to`? An exact mean keeps K even
     /// across a pole, so that a step that leads there is refused by this alone.
     #[inline(always)]

@@ -105,7 +105,21 @@ impl<T: Scalar> Coordinate<T> {
         solver: &impl Solver,
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        match solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along }) {
+        if along.system.has_exact_edges() && !along.system.may_be_singular() {
+            let root = solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
+            return Ok(self.moved(root, along));
+        }
+        self.advance_with_care(solver, along)
+    }
+
+    /// The same where the edge may not be resolved, or V be singular on it.
+    #[inline(never)]
+    fn advance_with_care<S: Separable<T> + ?Sized>(
+        &self,
+        solver: &impl Solver,
+        mut along: Along<'_, T, S>,
+    ) -> Result<Moved<T>, StepFailure> {
+        match solver.solve(self.dof, self.p, Pull { coordinate: self, along: &mut along }) {
             Ok(root) if !self.is_singular(&along, root.x) => Ok(self.moved(root, along)),
             outcome => self.around(solver, along, outcome),
         }

@@ -358,8 +358,14 @@ impl<T: Scalar> Separable<T> for Custom<T> {
         }
     }
 
+    #[inline(always)]
     fn has_exact_edges(&self) -> bool {
         true
+    }
+
+    #[inline(always)]
+    fn may_be_singular(&self) -> bool {
+        self.shape.may_be_singular
     }
 
     #[inline(always)]

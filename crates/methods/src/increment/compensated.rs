@@ -184,6 +184,11 @@ impl<P> Compensated<P> {
             let root = refined(Pull { coordinate: &exact, along: &mut along }, root)?;
             let moved = exact.moved(root, along);
             (exact_q[j], exact_p[j]) = (moved.q.normalised(), moved.p.normalised());
+            let to = exact_q[j].nearest();
+            if system.may_be_singular() && system.is_singular_along(q, j, to) {
+                let (from, to) = (q[j].to_f64(), to.to_f64());
+                return Err(StepFailure::AcrossSingularity { dof: j, from, to });
+            }
             (q[j], p[j]) = (exact_q[j].nearest(), exact_p[j].nearest());
             if dissipative {
                 w[j] = (w[j] + moved.dw).normalised();

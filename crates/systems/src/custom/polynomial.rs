@@ -64,15 +64,15 @@ impl Polynomial {
                 [i, k] => factor * q[i as usize] * q[k as usize],
                 ref others => others.iter().fold(factor, |product, &i| product * q[i as usize]),
             };
-            c[mixed.place % COUNT] += product;
+            // Without a detour through memory.
+            c = std::array::from_fn(|k| if k == mixed.place { c[k] + product } else { c[k] });
         }
-        // The quotient is h0 + h1 x + h2 x² + c4 x³ at the end.
+        // c1 + c2 (a + b) + c3 (a² + ab + b²) + c4 (a + b)(a² + b²) from a to b.
         let (from, [c1, c2, c3, c4]) = (q[j], c);
-        let h2 = c4.mul_add(from, c3);
-        let h1 = h2.mul_add(from, c2);
-        let h0 = h1.mul_add(from, c1);
-        let value = c4.mul_add(to, h2).mul_add(to, h1).mul_add(to, h0);
-        let slope = (c4 + c4 + c4).mul_add(to, h2 + h2).mul_add(to, h1);
+        let (sum, squares) = (from + to, from.mul_add(from, to * to));
+        let even = c3.mul_add(from.mul_add(to, squares), c1);
+        let value = sum.mul_add(c4.mul_add(squares, c2), even);
+        let slope = c4.mul_add((to + to).mul_add(sum, squares), c3.mul_add(sum + to, c2));
         Line { value, slope }
     }
 }

@@ -69,6 +69,8 @@ pub(super) struct Shape {
     /// The frames of all programs and the numbers of all polynomials.
     pub(super) frames: Vec<Node>,
     pub(super) potential: Potential,
+    /// Can V be singular, as far as its form tells?
+    pub(super) may_be_singular: bool,
     pub(super) resistance: Resistance,
     /// D_j of (q, p, v), and its derivatives by velocities where these are closed: none for no friction.
     pub(super) frictions: Vec<Node>,
@@ -136,6 +138,10 @@ impl Shape {
         let matrix = builder.matrix(&frictions);
         let fields = std::iter::once(potential).chain(frictions.iter().copied()).collect();
         let potential = builder.potential(potential, &slopes)?;
+        let may_be_singular = match &potential {
+            Potential::Programs { singular, .. } => singular.iter().any(Option::is_some),
+            Potential::Ridges { .. } => false,
+        };
         let entries = second.iter().map(|x| x.0).collect();
         let second: Vec<(u32, Node)> = (0..).zip(second.into_iter().map(|x| x.1)).collect();
         let curvature = builder.many(&second)?;
@@ -159,6 +165,7 @@ impl Shape {
             closed,
             frames,
             potential,
+            may_be_singular,
             resistance,
             frictions,
             matrix,

@@ -7,7 +7,7 @@
 //! ```
 
 use super::newton::{Equations, solve};
-use afterbay_core::{PhasePlane, Scalar, StepFailure};
+use afterbay_core::{Mask, PhasePlane, Scalar, StepFailure};
 
 /// Which of the two moves first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,10 +69,28 @@ impl<T: Scalar> Plane<T> {
                 excess[1][1] += h * d.by_p.half();
             }
             Equations { residual, excess }
-        })?;
+        });
+        let root = root.map_err(|failure| self.named(failure, system, q, p))?;
         let [x, y] = root.x;
         // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
         let dw = if dissipative { resistance(h, [x, y]).value * x } else { T::zero() };
         Ok(Moved { to: [q0 + x, p0 + y], dw, evaluations: u64::from(root.evaluations) })
+    }
+
+    /// A failure by its cause, where that is a mean of ∂H/∂q that quadrature does not resolve.
+    #[cold]
+    fn named<S>(&self, failure: StepFailure, system: &S, q: &[T], p: &[T]) -> StepFailure
+    where
+        S: PhasePlane<T> + ?Sized,
+    {
+        let Self { dof, from: [q0, p0], h, .. } = *self;
+        let finite = |x: T| x.is_finite().all();
+        let slopes = |at: T| system.slopes(q, p, dof, [at, p0]);
+        let to = h.mul_add(slopes(q0).hp, q0);
+        let mean = system.along_q(q, p, dof, [q0, to], p0).value;
+        if finite(to) && finite(slopes(q0).hq) && finite(slopes(to).hq) && !finite(mean) {
+            return StepFailure::EdgeUnresolved { dof, from: q0.to_f64(), to: to.to_f64() };
+        }
+        failure
     }
 }
