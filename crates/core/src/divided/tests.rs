@@ -1,7 +1,6 @@
 //! Divided differences beside 700 digits, in f64, lanes and 106 bits.
 
 use super::*;
-use crate::Slope;
 use qd::Quad;
 use wide::f64x8;
 
