@@ -38,8 +38,8 @@ pub struct Expansion<V: Vector, const M: usize> {
     /// The largest coefficients of q, of p and of w.
     pub(super) sizes: [[f64; M]; 3],
     /// The terms left out are estimated to be below a rounding for |τ| up to this: of q, of p, and of w,
-    /// which is quadratic in them and whose series falls more slowly. What the polynomial meets on the
-    /// way and its coefficients do not show is a question to its [defect](super::Defect).
+    /// which is quadratic in them and whose series falls more slowly. The coefficients do not show what
+    /// is narrower than the way to it; the [defect](super::Defect) does.
     pub reach: f64,
 }
 

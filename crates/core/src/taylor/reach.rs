@@ -17,8 +17,8 @@ pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M
 /// ratio is the largest root of the last coefficients, `max_k (a_k/a_i)^{1/(k-i)}`. The best leading
 /// term of the first half counts. Of the last coefficients those of the last quarter count, and where
 /// all of them vanish those of the last half, and then all: every fourth, eighth or twentieth power may
-/// be the only ones there are. It is infinite only where the polynomial is constant, or known to be a
-/// solution by nothing but its [defect](super::Defect).
+/// be the only ones there are. It is infinite where none is left beyond the second: only the
+/// [defect](super::Defect) tells how far that polynomial is a solution.
 pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
     if !sizes.iter().all(|size| size.is_finite()) {
         return 0.0;
