@@ -3,11 +3,11 @@
 
 use afterbay_analysis::claim::{Found, Readings, Said};
 use afterbay_analysis::paper::{self, Extent};
-use afterbay_analysis::progress::Silent;
+use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::pick::{self, Wanted};
-use afterbay_analysis::{Finding, experiment};
+use afterbay_analysis::{Finding, ReportError, experiment};
 use afterbay_methods::registry::{METHODS, Row, find};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -309,4 +309,18 @@ fn broken_methods_are_found_out() {
     ] {
         assert!(lost.contains(&topic), "{topic} still holds; lost: {lost:#?}");
     }
+}
+
+#[test]
+fn a_name_no_method_has_is_refused_before_anything_runs() {
+    struct Nothing;
+    impl Progress for Nothing {
+        fn begin(&self, stage: &str, _total: usize) {
+            panic!("{stage} begins");
+        }
+        fn advance(&self) {}
+    }
+    let without: Vec<Row> = METHODS.iter().filter(|row| row.name != "gonzalez").copied().collect();
+    let refused = paper::run_with(without.leak(), Extent::Quick, &Nothing).unwrap_err();
+    assert!(matches!(&refused, ReportError::Method { name, .. } if name == "gonzalez"), "{refused}");
 }

@@ -57,8 +57,8 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
 
 /// Halvings after which an edge is not resolved.
 const DEEPEST: usize = 50;
-/// Parts after which an edge is not resolved.
-const MOST: usize = 2048;
+/// Parts after which an edge is not resolved: enough for a few hundred turns of an angle.
+const MOST: usize = 16_384;
 
 /// The quadrature over part of an edge.
 struct Panel<T, const K: usize> {

@@ -22,8 +22,8 @@ pub(super) fn sheet(
     let orders = rows(&errors, |_, _, _| None);
     sheet.data("local_orders", &orders)?;
     sheet.text(format!(
-        "From every point of the exact solution at the multiples of {} one step of each size is taken; T is the exact increment \
-         less the numerical one, divided by h. The order is the slope of log |T| against log h, with its 95 % interval. The maximum is \
+        "From every point of the reference at the multiples of {} one step of each size is taken; T is the increment of the reference \
+         less that of the method, divided by h. The order is the slope of log |T| against log h, with its 95 % interval. The maximum is \
          made by one point, the median by all of them. {}",
         study.base_step,
         left_out(&orders, study.steps.len())

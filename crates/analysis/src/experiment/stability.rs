@@ -32,7 +32,7 @@ pub(super) fn sheet(
     };
     sheet.text(format!(
         "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
-         T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run. {} Where \
+         T = ½ p·∂H/∂p, the largest T and |q| of the reference and its mean c of q over the second half of the run. {} Where \
          the step is linear the spectral radius of its matrix stands beside the verdict.",
         plan.end,
         rules()

@@ -17,7 +17,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(format!(
         "Each cell is a run over [0, 20] (50 steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
-         T = ½ p·∂H/∂p, the largest T and |q| of the exact solution and its mean c of q over the second half of the run: never \
+         T = ½ p·∂H/∂p, the largest T and |q| of the reference and its mean c of q over the second half of the run: never \
          negative, whatever V is. {} \"Several solutions\" \
          is a step whose equation is seen to have more than one while the one that continues from h = 0 ends. For the damped oscillator \
          the spectral radius of the matrix of one step stands beside the verdict, where the step is linear.",

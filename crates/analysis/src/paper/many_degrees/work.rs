@@ -50,10 +50,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
             guides: Vec::new(),
         };
         let reference = if doubt > 0.0 {
-            format!(
-                " The reference is increment-8 by self-convergence; its last two runs agree to {}.",
-                scientific(Some(doubt))
-            )
+            format!(" The doubt of the reference is {}.", scientific(Some(doubt)))
         } else {
             String::new()
         };

@@ -1,10 +1,10 @@
 //! The reference at any time: Hermite interpolation of degree 7 between its states.
 
+use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use crate::study::Problem;
-use crate::{Solution, Subject};
-use afterbay_core::{InputError, IntegrateError, View};
+use afterbay_core::{InputError, IntegrateError, System, View};
 
 /// States, equally spaced, with the slopes of q, p and w there.
 pub(super) struct Dense {
@@ -73,15 +73,15 @@ impl Dense {
     }
 
     /// Of an even number of cells, eight at least.
-    fn of(subject: &dyn Subject<f64>, exact: Solution<f64>, spacing: f64) -> Self {
-        let n = subject.dof();
+    fn of(system: &dyn System<f64>, exact: Solution<f64>, spacing: f64) -> Self {
+        let n = system.dof();
         let mut slopes = vec![0.0; 3 * n * exact.len()];
         let mut force = vec![0.0; n];
         for (state, slopes) in exact.states().zip(slopes.chunks_mut(3 * n)) {
             let (dq, rest) = slopes.split_at_mut(n);
             let (dp, dw) = rest.split_at_mut(n);
-            subject.gradient(state.q, state.p, &mut force, dq);
-            subject.dissipation(state.q, state.p, dq, dw);
+            system.gradient(state.q, state.p, &mut force, dq);
+            system.dissipation(state.q, state.p, dq, dw);
             for (((dp, dw), dq), force) in dp.iter_mut().zip(dw).zip(dq).zip(&force) {
                 *dp = -(force + *dw);
                 *dw *= *dq;
@@ -164,23 +164,31 @@ impl Dense {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Model;
-    use crate::progress::Silent;
+    use afterbay_core::{ExactFlow, State};
+    use afterbay_systems::DampedOscillator;
 
     #[test]
     fn the_reference_between_its_states_is_within_its_doubt() {
-        let model = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.3 };
-        let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 20.0 };
-        for bound in [1e-4, 1e-8, 1e-11] {
-            let dense = Dense::new(&problem, bound, &Silent).expect("a reference");
-            let other = problem.solution(20.0 / 777.0, 777, &Silent).expect("a reference");
-            let mut z = [0.0; 3];
-            for exact in other.states() {
-                let [_, between] = dense.at(exact.t, &mut z);
-                let off = (z[0] - exact.q[0]).abs().max((z[1] - exact.p[0]).abs());
-                assert!(off <= between.qp + 1e-14 && (z[2] - exact.w[0]).abs() <= between.w + 1e-14);
-                assert!(off < 0.01 * bound + 1e-14, "{bound:e}: {off:e} at t = {}", exact.t);
+        let system = DampedOscillator::new(1.0, 0.3).expect("a system");
+        let exact = |t: f64| {
+            let mut state = State::new([2.3], [-3.1]).expect("a state");
+            system.flow(t, &mut state);
+            state
+        };
+        for count in [64, 256, 1024] {
+            let spacing = 20.0 / f64::from(count);
+            let mut solution = Solution::with_room(1, count as usize + 1);
+            (0..=count).for_each(|i| solution.push(exact(f64::from(i) * spacing).view()));
+            let (dense, mut z) = (Dense::of(&system, solution, spacing), [0.0; 3]);
+            let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
+            for t in (0..=777).map(|i| 20.0 / 777.0 * f64::from(i)) {
+                let ([_, between], state) = (dense.at(t, &mut z), exact(t));
+                let off = (z[0] - state.q[0]).abs().max((z[1] - state.p[0]).abs());
+                assert!(off <= between.qp + 1e-14, "{count}: {off:e} at t = {t}");
+                assert!((z[2] - state.w[0]).abs() <= between.w + 1e-14, "{count}: at t = {t}");
             }
+            // Degree 7: the error falls as the eighth power of the spacing.
+            assert!(worst < 20.0 * spacing.powi(8) + 1e-13, "{count}: {worst:e}");
         }
     }
 }
