@@ -285,8 +285,11 @@ fn broken_methods_are_found_out() {
     assert_eq!(found.len(), PAPER.len());
     for (now, before) in found.iter().zip(PAPER.iter()) {
         assert_eq!(now.topic, before.topic);
-        let named = |of: &str| places.iter().any(|(name, _)| of == *name);
-        if now.readings.0.iter().any(|reading| named(&reading.of)) {
+        // A sentence on the best of many methods need not name a broken one.
+        let is_word = |c: char| c.is_alphanumeric() || c == '-';
+        let named = |word: &str| places.iter().any(|(name, _)| word == *name);
+        let names = |finding: &Finding| finding.statement.split(|c| !is_word(c)).any(named);
+        if names(now) || names(before) {
             assert_ne!(now.statement, before.statement, "{}", now.topic);
         }
     }

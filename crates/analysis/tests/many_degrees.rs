@@ -108,9 +108,9 @@ fn what_is_owed_in_each_is_counted_in_each() {
     for name in ["increment-1", "increment-2", "gonzalez", "leapfrog", "rk4"] {
         assert_eq!(count(&passive, name, 0.1), Some(0), "{name}");
     }
-    // Parts of this one run backwards: with strong friction and long steps it takes energy back, from several masses in
-    // one step.
-    assert!(count(&chain(4, 10.0, 2.0), "increment-6", 1.0).is_some_and(|count| count > 2));
+    // Parts of this one run backwards: with strong friction and long steps it takes energy back. Steps are counted, of
+    // which there are two, however many masses a step takes it from.
+    assert!(count(&chain(4, 10.0, 2.0), "increment-6", 1.0).is_some_and(|count| (1..=2).contains(&count)));
     let ring = Model::VanDerPolRing { n: 4, mu: 1.0, coupling: 0.5 };
     assert_eq!(count(&Problem { model: ring, ..passive.clone() }, "increment-2", 0.1), None);
 }

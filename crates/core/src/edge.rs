@@ -52,13 +52,17 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
     if part.is_resolved() {
         return part.means;
     }
-    in_parts([a, b], part.size, &f).unwrap_or([T::from_f64(f64::NAN); K])
+    in_parts([a, b], &part, &f).unwrap_or([T::from_f64(f64::NAN); K])
 }
 
 /// Halvings after which an edge is not resolved.
 const DEEPEST: usize = 50;
-/// Parts after which an edge is not resolved: enough for a few hundred turns of an angle.
-const MOST: usize = 16_384;
+/// Parts divided after which an edge is not resolved: enough for a few hundred turns of an angle.
+const MOST: usize = 8192;
+/// Tails below this share of a function that do not fall are its roundings.
+const FAINT: f64 = 1e-3;
+/// Halvings after which tails that do not fall are roundings, however large.
+const NOISY: i32 = 12;
 
 /// The quadrature over part of an edge.
 struct Panel<T, const K: usize> {
@@ -109,34 +113,62 @@ fn panel<T: Scalar, const K: usize>(
     panel
 }
 
-/// The means by as many parts of the edge as it takes; none where it takes too many. `size` is that of
-/// the first function over the whole.
+/// A part of an edge whose nodes did not resolve the function.
+#[derive(Clone, Copy)]
+struct Open<T> {
+    /// Where it begins, as a share of the edge.
+    from: f64,
+    /// It is the edge halved so often.
+    depth: i32,
+    /// Its last two Legendre coefficients.
+    tail: T,
+}
+
+/// The means by as many parts of the edge as it takes; none where it takes too many. `whole` is the
+/// panel of the undivided edge.
+///
+/// Where both halves of a part have tails about as large as its own, these are roundings of the function,
+/// and are taken: at once where they are small beside it, else after [`NOISY`] halvings. Functions
+/// that turn so often within a part are taken for noise as well; K tells.
 #[cold]
 #[inline(never)]
-fn in_parts<T: Scalar, const K: usize>(edge: [T; 2], size: T, f: &impl Fn(T, T) -> [T; K]) -> Option<[T; K]> {
-    // Shares of the edge, each half before the other: no more wait than there are halvings.
-    let mut waiting = [(0.0, 0); DEEPEST + 2];
-    let mut count = 2_usize;
-    (waiting[0], waiting[1]) = ((0.5, 1), (0.0, 1));
-    let mut sums = [T::zero(); K];
+fn in_parts<T: Scalar, const K: usize>(
+    edge: [T; 2],
+    whole: &Panel<T, K>,
+    f: &impl Fn(T, T) -> [T; K],
+) -> Option<[T; K]> {
+    // Depth first, so that no more parts are open than there are halvings.
+    let first = Open { from: 0.0, depth: 0, tail: whole.tail };
+    let mut open = [first; DEEPEST + 2];
+    let (mut count, mut sums) = (1_usize, [T::zero(); K]);
     for _ in 0..MOST {
         let Some(last) = count.checked_sub(1) else { return Some(sums) };
         count = last;
-        let (from, depth) = waiting[last];
-        let share = 2.0_f64.powi(-depth);
-        let part = panel(edge, [from, from + share].map(T::from_f64), f);
-        // What a part can still be off by, where a jump of the function lies in it.
-        let rest = part.tail * T::from_f64(share);
-        let small = rest.le(T::from_f64(16.0 * T::EPSILON) * size).all();
-        if part.is_resolved() || small {
-            let weight = T::from_f64(share);
-            sums = std::array::from_fn(|k| weight.mul_add(part.means[k], sums[k]));
-        } else if depth as usize == DEEPEST {
+        let Open { from, depth, tail } = open[last];
+        if depth as usize == DEEPEST {
             return None;
-        } else {
-            let half = 0.5 * share;
-            (waiting[count], waiting[count + 1]) = ((from + half, depth + 1), (from, depth + 1));
-            count += 2;
+        }
+        let share = 0.5_f64.powi(depth + 1);
+        let halves =
+            [from, from + share].map(|from| (from, panel(edge, [from, from + share].map(T::from_f64), f)));
+        let done = halves.each_ref().map(|(_, half)| {
+            // What a part can still be off by, where a jump of the function lies in it.
+            let rest = half.tail * T::from_f64(share);
+            half.is_resolved() || rest.le(T::from_f64(16.0 * T::EPSILON) * whole.size).all()
+        });
+        let noisy = halves.iter().all(|(_, half)| {
+            let faint = half.tail.le(T::from_f64(FAINT) * half.size).all() || depth + 1 >= NOISY;
+            let stays = tail.le(T::from_f64(4.0) * half.tail).and(half.tail.le(T::from_f64(1.5) * tail));
+            faint && stays.all()
+        });
+        for ((from, half), done) in halves.into_iter().zip(done).rev() {
+            if done || noisy {
+                let weight = T::from_f64(share);
+                sums = std::array::from_fn(|k| weight.mul_add(half.means[k], sums[k]));
+            } else {
+                open[count] = Open { from, depth: depth + 1, tail: half.tail };
+                count += 1;
+            }
         }
     }
     None
@@ -321,6 +353,17 @@ mod tests {
         assert!(off(-1.0, 0.3, bell, arc) < 1e-14);
         assert!(off(-1.0, 0.7, f64::abs, |x| x.half() * x.abs()) < 1e-14);
         assert!(off(-1.0, 0.7, f64::signum, Quad::abs) < 1e-14);
+    }
+
+    /// e^q - 1 without `exp_m1`: near 0 it is steps of a rounding of 1.
+    #[test]
+    fn roundings_of_the_function_are_no_features() {
+        let rough = |x: f64| x.exp() - 1.0;
+        for b in [1e-2, 1e-3, -4e-10, 1e-12, 1e-15] {
+            let exact = b / 2.0 * (1.0 + b / 3.0 * (1.0 + b / 4.0 * (1.0 + b / 5.0 * (1.0 + b / 6.0))));
+            let found = by_quadrature(0.0, b, rough).value;
+            assert!((found - exact).abs() < 3e-16 + 1e-10 * exact.abs(), "{b:e}: {found:e} {exact:e}");
+        }
     }
 
     #[test]

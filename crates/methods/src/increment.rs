@@ -139,7 +139,8 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     let gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
     let losses = sum(&mut before[2].iter().zip(after[2]).map(|(a, b)| a.abs() + b.abs()));
     let bends = || {
-        let at = |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
+        let terms = |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
+        let at = |q: &[T]| terms(q) + balance::grain(system, q);
         at(before[0]) + at(after[0])
     };
     let (before, after) = (account(before), account(after));

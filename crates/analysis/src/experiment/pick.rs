@@ -81,8 +81,7 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
         .and("the search", "interrupted", if found.interrupted { "yes" } else { "no" })
         .and("the scene", "too sensitive", found.too_sensitive.map_or(String::new(), |why| why.to_string()));
     for run in found.qualified.iter().map(|one| &one.run) {
-        readings.add(run.method, "setting", run.setting());
-        readings.add(run.method, "seconds", run.seconds);
+        readings.add(&format!("{} with {}", run.method, run.setting()), "seconds", run.seconds);
     }
     sheet.find("Pick", readings, the_cheapest);
     if found.interrupted {
@@ -133,10 +132,7 @@ fn the_cheapest(r: &Readings) -> Said {
             "the search was interrupted; what follows was found until then".to_owned()
         }
         _ if !why.is_empty() => format!("the scene is too sensitive: {why}"),
-        Some((name, seconds)) => {
-            let setting = r.word(name, "setting");
-            format!("{name} with {setting} is the cheapest {asked} ({} s)", sci(*seconds))
-        }
+        Some((run, seconds)) => format!("{run} is the cheapest {asked} ({} s)", sci(*seconds)),
         None => format!("no method was found {asked}"),
     };
     (Holds::Note, format!("{says}."))

@@ -1,6 +1,6 @@
 //! How fast a system can move.
 
-use afterbay_core::{Block, Curvature, Scalar, Vector};
+use afterbay_core::{Block, Curvature, Mask, Scalar, Vector};
 
 /// Sums over the rows of the blocks of the Jacobian of (∂H/∂p, -∂H/∂q - D).
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl<V: Vector> Rates<V> {
     /// |λ| ≤ (a + d + √((a - d)² + 4 b c)) / 2
     /// ```
     ///
-    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, and the diagonal of Hqq is at least the rest
+    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, Hpp is not negative, and the diagonal of Hqq is at least the rest
     /// of each row, so that Hqq is positive semidefinite, `|λ| ≤ max(√(bc), d)`: with x the q of an
     /// eigenvector, λ² + r λ + k = 0 for a real r of at most d and a real k ≥ 0 of at most b c, the
     /// quotients of x with Hpp⁻¹. Friction that is skew, or a potential that falls, has no such
@@ -65,7 +65,7 @@ impl<V: Vector> Rates<V> {
         for sums in [&mut *by_q, outweighed, by_p, drag, friction, row, column] {
             sums.fill(zero);
         }
-        let mut coupled = false;
+        let (mut coupled, mut backward) = (false, false);
         system.curvature(q.as_slice(), p.as_slice(), |block, i, j, value| {
             let size = value.abs();
             match block {
@@ -73,7 +73,10 @@ impl<V: Vector> Rates<V> {
                     by_q[i] += size;
                     outweighed[i] += if i == j { value } else { -size };
                 }
-                Block::Hpp => by_p[i] += size,
+                Block::Hpp => {
+                    by_p[i] += size;
+                    backward |= value.lt(zero).any();
+                }
                 Block::Hqp => {
                     row[i] += size;
                     column[j] += size;
@@ -94,7 +97,7 @@ impl<V: Vector> Rates<V> {
         let frequency = (b * largest(by_q)).sqrt();
         let least = outweighed.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
         let falls = least < -ROUNDINGS * f64::EPSILON * c;
-        if !coupled && !falls && a == 0.0 && largest(row) == 0.0 && largest(drag) == 0.0 {
+        if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(drag) == 0.0 {
             return [frequency, frequency.max(d)];
         }
         let bound = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));

@@ -38,17 +38,36 @@ fn spectrum(stages: usize) -> Vec<Eigenvalue> {
     upper.map(|value| eigenvalue(stages, value)).collect()
 }
 
+/// Newton's corrections of an eigenvalue, whose matrix is far from normal.
+const POLISHED: u32 = 3;
+
+/// The eigenvector of first entry 1 row by row, and what the last row misses, with its derivative by
+/// the eigenvalue: that vanishes at an eigenvalue.
+fn eigenvector(stages: usize, value: c64) -> ([c64; MODES], [c64; 2]) {
+    let (x, zero) = (integration(), c64 { re: 0.0, im: 0.0 });
+    let (mut right, mut slopes) = ([zero; MODES], [zero; MODES]);
+    right[0] = c64 { re: 1.0, im: 0.0 };
+    for k in 0..stages {
+        let of = |v: &[c64; MODES]| if k == 0 { v[0] * x[0][0] } else { v[k - 1] * x[k][k - 1] };
+        let rest = value * right[k] - of(&right);
+        let slope = right[k] + value * slopes[k] - of(&slopes);
+        if k + 1 == stages {
+            return (right, [rest, slope]);
+        }
+        (right[k + 1], slopes[k + 1]) = (rest / x[k][k + 1], slope / x[k][k + 1]);
+    }
+    (right, [zero, right[0]])
+}
+
 fn eigenvalue(stages: usize, value: c64) -> Eigenvalue {
-    let x = integration();
     let zero = c64 { re: 0.0, im: 0.0 };
     let real = value.im.abs() < 1e-9;
-    let value = if real { c64 { im: 0.0, ..value } } else { value };
-    let mut right = [zero; MODES];
-    right[0] = c64 { re: 1.0, im: 0.0 };
-    for k in 0..stages.saturating_sub(1) {
-        let below = if k == 0 { right[0] * x[0][0] } else { right[k - 1] * x[k][k - 1] };
-        right[k + 1] = (value * right[k] - below) / x[k][k + 1];
+    let mut value = if real { c64 { im: 0.0, ..value } } else { value };
+    for _ in 0..POLISHED {
+        let (_, [rest, slope]) = eigenvector(stages, value);
+        value -= rest / slope;
     }
+    let (right, _) = eigenvector(stages, value);
     let turned = |k: usize| if k.is_multiple_of(2) { right[k] } else { -right[k] };
     let norm = (0..stages).fold(zero, |sum, k| sum + turned(k) * right[k]);
     let count = if real { 1.0 } else { 2.0 };
@@ -65,6 +84,12 @@ mod tests {
         for stages in 1..=MODES {
             let spectrum = of(stages);
             assert_eq!(spectrum.len(), stages.div_ceil(2));
+            // The eigenvectors are far from orthogonal: with κ = |u||v| the sums lose κ of their digits, and
+            // the eigenvectors themselves as many.
+            let largest = |v: &[c64]| v.iter().map(|x| x.re.hypot(x.im)).fold(0.0, f64::max);
+            let size: f64 = spectrum.iter().map(|e| largest(&e.right) * largest(&e.left)).sum();
+            let bound = 4.0 * f64::EPSILON * size * size;
+            println!("{stages}: {size:.1e}");
             for i in 0..stages {
                 for j in 0..stages {
                     let sum = |weight: &dyn Fn(&Eigenvalue) -> c64| -> f64 {
@@ -72,8 +97,8 @@ mod tests {
                     };
                     let exact = if i.abs_diff(j) == 1 || i + j == 0 { integration()[i][j] } else { 0.0 };
                     let (found, one) = (sum(&|e| e.value), sum(&|_| c64 { re: 1.0, im: 0.0 }));
-                    assert!((found - exact).abs() < 1e-12, "{stages} {i} {j}: {found} {exact}");
-                    assert!((one - f64::from(i == j)).abs() < 1e-11, "{stages} {i} {j}: {one}");
+                    assert!((found - exact).abs() < bound, "{stages} {i} {j}: {found} {exact}");
+                    assert!((one - f64::from(i == j)).abs() < bound, "{stages} {i} {j}: {one}");
                 }
             }
         }

@@ -46,23 +46,27 @@ where
         };
         let moved = coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
         if !system.has_exact_edges() {
-            balanced(system, q, moved.q)?;
+            balanced(system, [q, moved.q], [p, moved.p])?;
         }
         commit(state, moved.q, moved.p, dissipative.then(|| w + moved.dw))?;
         Ok(Effort { evaluations: moved.evaluations, iterations: moved.evaluations })
     }
 }
 
-/// Does the mean of ∂V/∂q from q0 to q1 give the increment of V?
-fn balanced<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q0: T, q1: T) -> Result<(), StepFailure> {
+/// Compares the increment of V from q0 to q1 with the mean of ∂V/∂q between them, beside all terms of H.
+fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
+    system: &S,
+    [q0, q1]: [T; 2],
+    [p0, p1]: [T; 2],
+) -> Result<(), StepFailure> {
     let rise = system.edge(&[q0], 0, q1).value * (q1 - q0);
-    let account = |q: T| {
+    let account = |q: T, p: T| {
         let energy = system.energy(&[q], &[T::zero()]);
-        Account { energy, size: energy.abs() }
+        Account { energy, size: energy.abs() + p * p / system.mass(0) }
     };
     let bends = || {
-        let at = |q: T| (q * system.partial(&[q], 0, q)).abs();
+        let at = |q: T| (q * system.partial(&[q], 0, q)).abs() + balance::grain(system, &[q]);
         at(q0) + at(q1)
     };
-    balance::check(account(q0), account(q1), -rise, bends)
+    balance::check(account(q0, p0), account(q1, p1), -rise, bends)
 }

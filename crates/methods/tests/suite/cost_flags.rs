@@ -63,6 +63,9 @@ impl Separable<f64> for Counted {
         self.count(0, 1);
         self.system.edge(q, j, to)
     }
+    fn has_exact_edges(&self) -> bool {
+        Separable::<f64>::has_exact_edges(&self.system)
+    }
     fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
         self.count(1, 1);
         self.system.drag(q, p, j)

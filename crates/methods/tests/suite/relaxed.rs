@@ -81,8 +81,8 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
     (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
 }
 
-/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show? There is no root to be expected
-/// where they differ by a hundredth.
+/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show, or K after it? There is no root to
+/// be expected near 1 where these are off by a hundredth.
 fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
     let step = |h: f64, count: u32| {
         let mut state = before.clone();
@@ -90,6 +90,13 @@ fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool 
         (0..count).try_for_each(|_| Rk4.step(system, h, &mut state, &mut workspace).map(drop)).map(|()| state)
     };
     let (Ok(one), Ok(two)) = (step(h, 1), step(h / 2.0, 2)) else { return true };
+    let (n, lost) = (before.dof(), (one.total(system) - before.total(system)).abs());
+    let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
+    system.gradient(&before.q, &before.p, &mut hq, &mut hp);
+    let kinetic: f64 = before.p.iter().zip(&hp).map(|(p, v)| (p * v).abs()).sum();
+    if lost > 1e-2 * kinetic {
+        return true;
+    }
     let pairs = one.q.iter().zip(&two.q).chain(one.p.iter().zip(&two.p));
     let size = two.q.iter().chain(&two.p).fold(0.0, |most: f64, x| most.max(x.abs()));
     pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) > 1e-2 * size

@@ -20,6 +20,8 @@ pub(crate) enum Function {
     Sinh,
     Cosh,
     Tanh,
+    /// 1/cosh: of the derivative of tanh, and no name of its own.
+    Sech,
 }
 
 /// Every name that is a function. The tangent is the quotient of sine and cosine.
@@ -84,10 +86,14 @@ impl Graph {
             Function::Sinh => self.of(Function::Cosh, x),
             Function::Cosh => self.of(Function::Sinh, x),
             Function::Tanh => {
-                // 1 - tanh² would cancel.
-                let cosh = self.of(Function::Cosh, x);
-                let square = self.product(cosh, cosh);
-                self.quotient(one, square)
+                // 1 - tanh² would cancel, and cosh² be no number at |x| > 355.
+                let sech = self.of(Function::Sech, x);
+                self.product(sech, sech)
+            }
+            Function::Sech => {
+                let tanh = self.of(Function::Tanh, x);
+                let product = self.product(tanh, value);
+                self.negative(product)
             }
         }
     }
@@ -125,6 +131,10 @@ impl Function {
                 let e = x.exp();
                 (e + e.recip()).half()
             }
+            Self::Sech => {
+                let e = (-x.abs()).exp();
+                (e + e) / e.mul_add(e, one)
+            }
             Self::Tanh => {
                 let e = (-(x.abs() + x.abs())).exp_m1();
                 let tanh = -e / (e + one + one);
@@ -149,8 +159,8 @@ impl Function {
             Self::Sinh => divided::sinh(a, b),
             Self::Cosh => divided::cosh(a, b),
             Self::Tanh => divided::tanh(a, b),
-            // Of no potential: it has no name, and is a derivative.
-            Self::Sign => {
+            // Of no potential: they have no names, and are derivatives.
+            Self::Sign | Self::Sech => {
                 let still = (b - a).abs().le(T::zero());
                 let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);
                 Line { value: rise, slope: T::zero() }

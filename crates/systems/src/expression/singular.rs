@@ -59,7 +59,7 @@ impl Graph {
         let both = |known: &HashSet<Node>, a: Node, b: Node| known.contains(&a) && known.contains(&b);
         let (not_negative, above) = match self.term(node) {
             Term::Constant(bits) => (f64::from_bits(bits) >= 0.0, f64::from_bits(bits) > 0.0),
-            Term::Pi | Term::Of(Function::Exp | Function::Cosh, _) => (true, true),
+            Term::Pi | Term::Of(Function::Exp | Function::Cosh | Function::Sech, _) => (true, true),
             Term::Of(Function::Sqrt, a) => (true, positive.contains(&a)),
             Term::Of(Function::Abs | Function::Acos, _) => (true, false),
             Term::Sum(a, b) => {

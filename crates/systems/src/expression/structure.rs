@@ -150,9 +150,12 @@ impl Sign {
     fn under(self, function: Function) -> Self {
         match function {
             Function::Abs if self == Self::Zero => Self::Zero,
-            Function::Abs | Function::Sqrt | Function::Exp | Function::Cosh | Function::Acos => {
-                Self::NotNegative
-            }
+            Function::Abs
+            | Function::Sqrt
+            | Function::Exp
+            | Function::Cosh
+            | Function::Sech
+            | Function::Acos => Self::NotNegative,
             // Odd, and monotone.
             Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => self,
             Function::Log | Function::Sin | Function::Cos => Self::Unknown,
