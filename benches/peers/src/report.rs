@@ -147,7 +147,8 @@ fn figure(
             |row: &&Row| row.error_qp.map_or(f64::INFINITY, |error| (error.max(1e-16) / 1e-8).ln().abs());
         let nearest = of().min_by(|a, b| far(a).total_cmp(&far(b)));
         let drift = nearest.map_or(f64::NAN, |row| row.k_drift);
-        Curve { label: format!("{name}, ΔK {drift:.0e}"), points, style: Style::LineMarkers }
+        let label = format!("{name}, ΔK {drift:.0e}");
+        Curve { label, points, bounds: Vec::new(), style: Style::LineMarkers }
     };
     let curves: Vec<_> = names.iter().map(curve).filter(|curve| !curve.points.is_empty()).collect();
     let end = scene.problem.end;

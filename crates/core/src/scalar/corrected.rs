@@ -47,7 +47,7 @@ impl<T: Scalar> Corrected<T> {
         let (value, lost) = sum(self.value, self.lost);
         // An overflow has no rest.
         let finite = value.is_finite().and(lost.is_finite());
-        Self { value, lost: T::select(finite, lost, value - value) }
+        Self { value, lost: T::select(finite, lost, value * T::zero()) }
     }
 
     /// The nearest number.
@@ -104,7 +104,7 @@ impl<T: Scalar> Mul for Corrected<T> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (value, error) = product(self.value, other.value);
-        let lost = self.lost.mul_add(other.value + other.lost, error);
+        let lost = self.lost.mul_add(other.nearest(), error);
         Self { value, lost: self.value.mul_add(other.lost, lost) }
     }
 }

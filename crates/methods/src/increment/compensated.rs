@@ -30,6 +30,9 @@ use afterbay_core::{
     Vector, check,
 };
 
+/// The storage V with corrected numbers in it.
+type InCorrected<V> = <V as Vector>::Of<Corrected<<V as Vector>::Scalar>>;
+
 /// [`Increment`], its equations refined in [`Corrected`] arithmetic.
 #[derive(Clone, Debug)]
 pub struct Compensated<P> {
@@ -50,11 +53,11 @@ pub struct Workspace<V: Vector>
 where
     V::Scalar: Lanewise,
 {
-    carried: State<V::Of<Corrected<V::Scalar>>>,
-    before: Before<V::Of<Corrected<V::Scalar>>>,
+    carried: State<InCorrected<V>>,
+    before: Before<InCorrected<V>>,
     order: Vec<usize>,
     /// Where friction couples the momenta.
-    friction: Option<Friction<V::Of<Corrected<V::Scalar>>>>,
+    friction: Option<Friction<InCorrected<V>>>,
 }
 
 /// The largest correction beside what enters the equation. What [`Newton`] leaves is much smaller.
@@ -129,8 +132,8 @@ impl<P> Compensated<P> {
         system: &S,
         h: Corrected<V::Scalar>,
         overall: V::Scalar,
-        (state, carried): (&mut State<V>, &mut State<V::Of<Corrected<V::Scalar>>>),
-        mut friction: Option<&mut Friction<V::Of<Corrected<V::Scalar>>>>,
+        (state, carried): (&mut State<V>, &mut State<InCorrected<V>>),
+        mut friction: Option<&mut Friction<InCorrected<V>>>,
         (there, back): (impl Iterator<Item = usize> + Clone, impl Iterator<Item = usize>),
     ) -> Result<Effort, StepFailure>
     where
@@ -158,7 +161,7 @@ impl<P> Compensated<P> {
         system: &S,
         h: Corrected<V::Scalar>,
         overall: V::Scalar,
-        (state, carried): (&mut State<V>, &mut State<V::Of<Corrected<V::Scalar>>>),
+        (state, carried): (&mut State<V>, &mut State<InCorrected<V>>),
         order: impl Iterator<Item = usize>,
     ) -> Result<Effort, StepFailure>
     where
@@ -221,7 +224,7 @@ fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
 }
 
 /// The state given with what is carried beyond it, if it is the one that belongs to, else without.
-fn take_up<V: Vector>(carried: &mut State<V::Of<Corrected<V::Scalar>>>, state: &State<V>)
+fn take_up<V: Vector>(carried: &mut State<InCorrected<V>>, state: &State<V>)
 where
     V::Scalar: Lanewise,
 {
@@ -245,7 +248,7 @@ fn normalise<V: Vector<Scalar = Corrected<T>>, T: Lanewise>(carried: &mut State<
 }
 
 /// What is carried, rounded.
-fn show<V: Vector>(carried: &V::Of<Corrected<V::Scalar>>, state: &mut V)
+fn show<V: Vector>(carried: &InCorrected<V>, state: &mut V)
 where
     V::Scalar: Lanewise,
 {
