@@ -138,7 +138,7 @@ pub trait Separable<T: Scalar>: System<T> {
     }
 
     /// Is [`Separable::edge`] exact to roundings on every edge? Where it is not, as by default, the
-    /// methods that rest on it compare K before and after each step.
+    /// methods that rest on it compare K before and after each step: give the energy without cancellation.
     #[inline(always)]
     fn has_exact_edges(&self) -> bool {
         false

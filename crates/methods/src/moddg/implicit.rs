@@ -46,7 +46,7 @@ where
         };
         let moved = coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
         if !system.has_exact_edges() {
-            balanced(system, [q, moved.q], [p, moved.p])?;
+            balanced(system, [q, moved.q], [p, moved.p], w)?;
         }
         commit(state, moved.q, moved.p, dissipative.then(|| w + moved.dw))?;
         Ok(Effort { evaluations: moved.evaluations, iterations: moved.evaluations })
@@ -58,11 +58,12 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     system: &S,
     [q0, q1]: [T; 2],
     [p0, p1]: [T; 2],
+    w: T,
 ) -> Result<(), StepFailure> {
     let rise = system.edge(&[q0], 0, q1).value * (q1 - q0);
     let account = |q: T, p: T| {
         let energy = system.energy(&[q], &[T::zero()]);
-        Account { energy, size: energy.abs() + p * p / system.mass(0) }
+        Account { energy, size: energy.abs() + p * p / system.mass(0) + w.abs() }
     };
     let bends = || {
         let at = |q: T| (q * system.partial(&[q], 0, q)).abs() + balance::grain(system, &[q]);

@@ -192,7 +192,12 @@ impl<T: Scalar> System<T> for Exponential {
         1
     }
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        (p[0] * p[0]).half() + q[0].exp_m1() - q[0]
+        // Near 0 the terms of eᵠ - 1 - q cancel, and K is compared with V where edges are not exact.
+        let q = q[0];
+        let series =
+            (2..=14).rev().fold(T::zero(), |sum, k| (sum * q + T::one()) / T::from_f64(f64::from(k)));
+        let small = q.abs().lt(T::from_f64(1e-2));
+        (p[0] * p[0]).half() + T::select(small, q * q * series, q.exp_m1() - q)
     }
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
         (hq[0], hp[0]) = (q[0].exp_m1(), p[0]);

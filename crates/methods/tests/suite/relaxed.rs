@@ -81,8 +81,8 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
     (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
 }
 
-/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show, or K after it? There is no root to
-/// be expected near 1 where these are off by a hundredth.
+/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show where they are off by a hundredth,
+/// or K after it by a thousandth of the kinetic energy? There is no root to be expected near 1 then.
 fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
     let step = |h: f64, count: u32| {
         let mut state = before.clone();
@@ -94,12 +94,21 @@ fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool 
     let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
     system.gradient(&before.q, &before.p, &mut hq, &mut hp);
     let kinetic: f64 = before.p.iter().zip(&hp).map(|(p, v)| (p * v).abs()).sum();
-    if lost > 1e-2 * kinetic {
+    if lost > 1e-3 * kinetic {
         return true;
     }
     let pairs = one.q.iter().zip(&two.q).chain(one.p.iter().zip(&two.p));
     let size = two.q.iter().chain(&two.p).fold(0.0, |most: f64, x| most.max(x.abs()));
     pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) > 1e-2 * size
+}
+
+/// Does the advice of the failure hold: is there a step with h/2, h/4, .. h/256?
+fn cured<S: System<f64>>(method: &Relaxed, system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
+    (1..=8).any(|k| {
+        let mut state = before.clone();
+        let mut workspace = Method::<Vec<f64>, S>::workspace(method, system).unwrap();
+        method.step(system, h * 0.5_f64.powi(k), &mut state, &mut workspace).is_ok()
+    })
 }
 
 /// Is there no γ within ½ of 1 that keeps K, however short the step? Along the direction of a step K is looked at directly, with that
@@ -140,7 +149,8 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
                 Err(failure) => {
                     let owed = match failure {
                         StepFailure::NoRelaxationRoot { excess } => {
-                            no_root(system, h, &before, excess) || beyond(system, h, &before)
+                            let shorter = beyond(system, h, &before) && cured(&method, system, h, &before);
+                            no_root(system, h, &before, excess) || shorter
                         }
                         StepFailure::NonFinite { .. } => beyond(system, h, &before),
                         _ => false,
