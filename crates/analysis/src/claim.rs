@@ -14,7 +14,7 @@ pub type Said = (Verdict, String);
 /// One number or word a finding rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reading {
-    /// What it belongs to: a method, a variable, the paper.
+    /// The owner of the quantity: a method, a variable or the paper.
     pub of: String,
     /// The quantity.
     pub what: String,
@@ -22,7 +22,7 @@ pub struct Reading {
     pub found: Found,
 }
 
-/// What was found of a quantity.
+/// The value of a reading.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Found {
@@ -112,7 +112,7 @@ impl Readings {
         }
     }
 
-    /// What the readings of one quantity belong to, in order.
+    /// The owners of the readings of one quantity, in order.
     pub(crate) fn of_all(&self, what: &str) -> Vec<&str> {
         self.0.iter().filter(|one| one.what == what).map(|one| one.of.as_str()).collect()
     }
@@ -126,20 +126,20 @@ impl Readings {
 /// A statement that was put to the test.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
-    /// What it is about: a figure or a claim of the paper, or a question of ours.
+    /// The subject: a figure or a claim of the paper, or a question of ours.
     pub topic: String,
-    /// Does it hold?
+    /// The verdict.
     pub verdict: Verdict,
-    /// What was found, with figures.
+    /// The sentence, with figures.
     pub statement: String,
-    /// What the verdict and the statement were made from.
+    /// The readings the verdict and the statement are made from.
     pub readings: Readings,
     #[serde(skip)]
     say: fn(&Readings) -> Said,
 }
 
 impl Finding {
-    /// What follows from readings.
+    /// The verdict and the sentence that follow from readings.
     pub fn new(topic: impl Into<String>, readings: Readings, say: fn(&Readings) -> Said) -> Self {
         let (verdict, statement) = say(&readings);
         Self { topic: topic.into(), verdict, statement, readings, say }
