@@ -1,5 +1,6 @@
 //! The time loop with steps as long as a tolerance allows.
 
+use crate::integrate::check_between;
 use crate::{
     Effort, InputError, IntegrateError, Mask, Observer, RunError, Scalar, State, StepFailure, System,
     Tolerance, Vector,
@@ -31,6 +32,9 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
         state: &State<V>,
         workspace: &mut Self::Workspace,
     ) -> Result<Attempt, StepFailure>;
+
+    /// The coordinates the step attempted last leads to.
+    fn end<'a>(&self, workspace: &'a Self::Workspace) -> &'a [V::Scalar];
 
     /// Takes the step attempted last. The time in `state` is the caller's to set.
     fn accept(&self, state: &mut State<V>, workspace: &mut Self::Workspace);
@@ -261,7 +265,8 @@ where
             if state.t + h == state.t {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
-            match self.method.attempt(self.system, h, state, &mut self.workspace) {
+            let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
+            match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
                 Err(failure) => {
                     self.statistics.failed += 1;
                     cuts += 1;
@@ -288,6 +293,15 @@ where
                 }
             }
         }
+    }
+
+    /// Fails a step that is accurate enough and has a singularity of H between its ends.
+    #[inline(always)]
+    fn refuse_across(&self, attempt: Attempt, state: &State<V>) -> Result<Attempt, StepFailure> {
+        if self.system.may_be_singular() && attempt.error <= 1.0 {
+            check_between(self.system, state.q.as_slice(), self.method.end(&self.workspace))?;
+        }
+        Ok(attempt)
     }
 
     /// The next step over this one, by a controller that sees how the error changes (K. Gustafsson, ACM TOMS 20 (1994) 496-517).

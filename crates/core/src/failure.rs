@@ -280,7 +280,7 @@ pub enum StepFailure {
     /// No small change of (q, p) brings H to what K asks for.
     #[error(
         "the projection fails: K is off by {excess:e} after the step, and no change of q and p within the error allowed \
-         makes up for it: allow a larger error, or take adaptive-collocation"
+         makes up for it: take a smaller step, allow a larger error, or take a method of collocation"
     )]
     ProjectionFailed {
         /// What the step adds to K.
@@ -310,19 +310,20 @@ pub enum StepFailure {
         /// How far K would move, in roundings of what it is made of.
         roundings: f64,
     },
-    /// V is singular between the ends of the edge along which a coordinate would move. A mean of ∂V/∂q along it exists, and would
-    /// keep K across the pole.
+    /// H is singular between the ends of the step: on the edge along which a coordinate moves, or on
+    /// the straight line from q to where the step leads. A mean of ∂H/∂q exists across a pole, and
+    /// would keep K.
     #[error(
-        "V is singular between q{} = {from:?} and {to:?}, where the step would lead: no step crosses a singularity, take a smaller \
-         one, or end before the motion itself meets it",
+        "H is singular between the ends of the step, in which q{} goes from {from:?} to {to:?}: no step crosses a singularity, \
+         take a smaller one, or end before the motion itself meets it",
         dof + 1
     )]
     AcrossSingularity {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom that moves, or moves furthest, from 0.
         dof: usize,
-        /// Where the edge starts.
+        /// Its coordinate before the step.
         from: f64,
-        /// Where it would end.
+        /// Its coordinate after the step.
         to: f64,
     },
     /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on it.

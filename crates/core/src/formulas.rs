@@ -1,6 +1,7 @@
 //! A system from its formulas alone, each written once for every scalar.
 
-use crate::{Damping, Drag, Line, Scalar, Separable, Slope, System, edge};
+use crate::singularity::{Sight, between, diverges, enclosed, is_singular};
+use crate::{Damping, Drag, Interval, Line, Scalar, Separable, Slope, System, edge};
 
 /// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
 ///
@@ -25,6 +26,12 @@ pub trait Formulas: Send + Sync {
     fn damping(&self) -> Damping {
         Damping::GENERAL
     }
+
+    /// Whether V may be singular where q is finite. Steps are then examined, by V in intervals, and
+    /// refused across a singularity; a V without any is spared the time by `false`.
+    fn may_be_singular(&self) -> bool {
+        true
+    }
 }
 
 /// The system of [`Formulas`], in any scalar. Its edges are exact to roundings at any length.
@@ -37,6 +44,20 @@ pub struct FromFormulas<F>(pub F);
 /// The most degrees of freedom for which arguments lie on the stack.
 const FEW: usize = 64;
 
+/// Calls `f` with n numbers, given by index.
+#[inline(always)]
+fn with_entries<T: Scalar, R>(n: usize, entry: impl Fn(usize) -> T, f: impl FnOnce(&[T]) -> R) -> R {
+    if n <= 4 {
+        let room: [_; 4] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        f(&room[..n])
+    } else if n <= FEW {
+        let room: [_; FEW] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        f(&room[..n])
+    } else {
+        f(&(0..n).map(entry).collect::<Vec<_>>())
+    }
+}
+
 /// Calls `f` with n constants, given by index, but for entry j, which is `at`.
 #[inline(always)]
 fn along<T: Scalar, R>(
@@ -46,16 +67,7 @@ fn along<T: Scalar, R>(
     at: Slope<T>,
     f: impl FnOnce(&[Slope<T>]) -> R,
 ) -> R {
-    let number = |i: usize| if i == j { at } else { Slope::constant(entry(i)) };
-    if n <= 4 {
-        let room: [_; 4] = std::array::from_fn(|i| if i < n { number(i) } else { at });
-        f(&room[..n])
-    } else if n <= FEW {
-        let room: [_; FEW] = std::array::from_fn(|i| if i < n { number(i) } else { at });
-        f(&room[..n])
-    } else {
-        f(&(0..n).map(number).collect::<Vec<_>>())
-    }
+    with_entries(n, |i| if i == j { at } else { Slope::constant(entry(i)) }, f)
 }
 
 impl<F: Formulas> FromFormulas<F> {
@@ -63,6 +75,24 @@ impl<F: Formulas> FromFormulas<F> {
     #[inline(always)]
     fn potential<T: Scalar>(&self, q: &[T], j: usize, at: Slope<T>) -> Slope<T> {
         along(q.len(), |i| q[i], j, at, |q| self.0.potential(q))
+    }
+
+    /// Whether V is singular somewhere on a line, given its coordinates at a share of it.
+    #[cold]
+    fn is_singular(&self, n: usize, line: impl Fn(usize, Interval) -> Interval) -> bool {
+        let value = |share: f64| {
+            let point = |i| line(i, Interval::from_f64(share)).to_f64();
+            with_entries(n, point, |q| self.0.potential(q))
+        };
+        is_singular([0.0, 1.0], |share| {
+            if with_entries(n, |i| line(i, share), |q| self.0.potential(q)).is_bounded() {
+                Sight::Clear
+            } else if diverges(share.to_f64(), 1.0, value) {
+                Sight::Pole
+            } else {
+                Sight::Border
+            }
+        })
     }
 
     /// D_j with q_j and v_j from one place to another.
@@ -96,6 +126,18 @@ impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
     fn damping(&self) -> Damping {
         self.0.damping()
     }
+
+    fn may_be_singular(&self) -> bool {
+        self.0.may_be_singular()
+    }
+
+    fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        (0..T::LANES).any(|lane| {
+            self.is_singular(from.len(), |i, share| {
+                between(enclosed(from[i], lane), enclosed(to[i], lane), share)
+            })
+        })
+    }
 }
 
 impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
@@ -113,6 +155,15 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
 
     fn has_exact_edges(&self) -> bool {
         true
+    }
+
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        (0..T::LANES).any(|lane| {
+            self.is_singular(q.len(), |i, share| {
+                let from = enclosed(q[i], lane);
+                if i == j { between(from, enclosed(to, lane), share) } else { from }
+            })
+        })
     }
 
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {

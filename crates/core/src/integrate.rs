@@ -1,7 +1,8 @@
 //! The time loop.
 
 use crate::{
-    Effort, Grid, InputError, IntegrateError, Mask, Method, Observer, RunError, Scalar, State, System, Vector,
+    Effort, Grid, InputError, IntegrateError, Mask, Method, Observer, RunError, Scalar, State, StepFailure,
+    System, Vector,
 };
 use std::ops::ControlFlow;
 
@@ -62,6 +63,8 @@ where
         return Ok(effort);
     }
     let mut done = 0;
+    let guarded = system.may_be_singular() && !method.refuses_singularities();
+    let mut guard = guarded.then(|| state.clone());
     let mut before = state.clone();
     // What a step takes once it changes nothing.
     let mut idle = None;
@@ -75,7 +78,12 @@ where
             let taken = match idle {
                 // Nor do those that follow, to the bit.
                 Some(each) => Ok(Effort::times(each, count)),
-                None => method.steps(system, grid.h, count, &mut current, workspace),
+                None => match &mut guard {
+                    Some(before) => {
+                        guarded_steps(method, system, grid.h, count, [before, &mut current], workspace)
+                    }
+                    None => method.steps(system, grid.h, count, &mut current, workspace),
+                },
             };
             match taken {
                 Ok(spent) => {
@@ -102,6 +110,52 @@ where
         before.copy(state);
     }
     Ok(effort)
+}
+
+/// Takes `count` steps one at a time and refuses the first that crosses a singularity of H, as
+/// [`Method::steps`] does what fails.
+#[inline(never)]
+fn guarded_steps<V, S, M>(
+    method: &M,
+    system: &S,
+    h: V::Scalar,
+    count: u64,
+    [before, state]: [&mut State<V>; 2],
+    workspace: &mut M::Workspace,
+) -> Result<Effort, (u64, StepFailure)>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let mut effort = Effort::default();
+    for done in 0..count {
+        before.copy(state);
+        effort += method.steps(system, h, 1, state, workspace).map_err(|(_, failure)| (done, failure))?;
+        if let Err(failure) = check_between(system, before.q.as_slice(), state.q.as_slice()) {
+            state.copy(before);
+            return Err((done, failure));
+        }
+    }
+    Ok(effort)
+}
+
+/// Refuses a step between whose ends H is singular.
+///
+/// # Errors
+/// [`StepFailure::AcrossSingularity`], with the coordinate that moves furthest.
+pub(crate) fn check_between<T, S>(system: &S, from: &[T], to: &[T]) -> Result<(), StepFailure>
+where
+    T: Scalar,
+    S: System<T> + ?Sized,
+{
+    if !system.is_singular_between(from, to) {
+        return Ok(());
+    }
+    let moved = |j: usize| (to[j] - from[j]).abs().to_f64();
+    let dof = (0..to.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0);
+    let [from, to] = [from, to].map(|q| q.get(dof).map_or(0.0, |q| q.to_f64()));
+    Err(StepFailure::AcrossSingularity { dof, from, to })
 }
 
 /// What a step takes that changes nothing, if this is one. Its workspace is its own: that of the loop stays in registers.

@@ -30,6 +30,7 @@ mod observer;
 mod order_raising;
 mod phase_plane;
 mod scalar;
+pub mod singularity;
 pub mod solver;
 mod state;
 mod system;

@@ -33,6 +33,13 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         false
     }
 
+    /// Whether a step refuses by itself to cross a singularity of H. The time loop examines the steps
+    /// of every other method ([`System::is_singular_between`]).
+    #[inline(always)]
+    fn refuses_singularities(&self) -> bool {
+        false
+    }
+
     /// Takes `count` steps at which no one looks, the same to the bit as one after the other. A method that gains by it may
     /// take several at a time.
     ///

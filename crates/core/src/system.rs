@@ -47,6 +47,22 @@ pub trait System<T: Scalar>: Send + Sync {
     /// analytic wherever they are defined. Taylor series are not carried across a zero.
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
+
+    /// Whether H may be singular where (q, p) is finite. Only then are steps examined by
+    /// [`System::is_singular_between`].
+    #[inline(always)]
+    fn may_be_singular(&self) -> bool {
+        false
+    }
+
+    /// Whether H is singular somewhere on the straight line between two points of the coordinates.
+    ///
+    /// A method that keeps K can step across a pole and keep K there. The time loops refuse a step
+    /// whose ends have a singularity between them ([`crate::StepFailure::AcrossSingularity`]).
+    #[inline(always)]
+    fn is_singular_between(&self, _from: &[T], _to: &[T]) -> bool {
+        false
+    }
 }
 
 /// What is known of the dissipative force D for all (q, p).
@@ -144,14 +160,9 @@ pub trait Separable<T: Scalar>: System<T> {
         false
     }
 
-    /// Can V be singular where q is finite? What [`Separable::is_singular_along`] says is asked only then.
-    #[inline(always)]
-    fn may_be_singular(&self) -> bool {
-        false
-    }
-
-    /// Is V singular between q and the point with coordinate j moved to `to`? An exact mean keeps K even
-    /// across a pole, so that a step that leads there is refused by this alone.
+    /// Whether V is singular between q and the point with coordinate j moved to `to`. An exact mean
+    /// keeps K even across a pole, so only this refuses a step that leads there. It is asked where
+    /// [`System::may_be_singular`].
     #[inline(always)]
     fn is_singular_along(&self, _q: &[T], _j: usize, _to: T) -> bool {
         false

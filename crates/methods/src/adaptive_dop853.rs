@@ -255,6 +255,11 @@ where
     }
 
     #[inline]
+    fn end<'a>(&self, workspace: &'a Workspace<V>) -> &'a [V::Scalar] {
+        workspace.q.as_slice()
+    }
+
+    #[inline]
     fn accept(&self, state: &mut State<V>, workspace: &mut Workspace<V>) {
         workspace.write(state);
         workspace.begun = false;

@@ -67,9 +67,9 @@ where
         let n = state.dof();
         let dissipative = !system.damping().zero;
         let effort = workspace.find(system, h, state)?;
-        let Workspace { q, p, w, .. } = workspace;
+        let Workspace { q, p, w, energy, .. } = workspace;
         let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_slice());
-        let mut finite = V::Scalar::zero().is_finite();
+        let mut finite = energy.is_finite();
         for j in 0..n {
             finite = finite.and(q1[j].is_finite()).and(p1[j].is_finite());
         }
@@ -81,6 +81,7 @@ where
                 (Quantity::Coordinate, q1),
                 (Quantity::Momentum, p1),
                 (Quantity::Reservoir, w1),
+                (Quantity::Energy, &[*energy]),
             ]));
         }
         state.q.as_mut_slice().copy_from_slice(q1);

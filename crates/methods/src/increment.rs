@@ -92,6 +92,11 @@ where
         true
     }
 
+    #[inline(always)]
+    fn refuses_singularities(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn step(
         &self,

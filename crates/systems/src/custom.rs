@@ -37,6 +37,7 @@ pub use structure::Structure;
 
 use crate::expression::graph::{Input, Node};
 use crate::expression::program::Point;
+use afterbay_core::singularity::{between, enclosed};
 use afterbay_core::{
     Block, Coupling, Curvature, Damping, Drag, InputError, Interval, Line, Mask, Quantity, Scalar, Separable,
     System, check,
@@ -207,27 +208,19 @@ impl<T: Scalar> Custom<T> {
         }
     }
 
-    /// Has the part of V no value somewhere between q and q with q_j moved to `to`?
+    /// Whether the part of V has no value somewhere between q and q with q_j moved to `to`.
     #[cold]
     fn is_singular(&self, part: &Part, q: &[T], j: usize, to: T) -> bool {
-        // What is rounded to f64 may be a unit in the last place away.
-        let enclosed = |x: T, lane: usize| {
-            let x = x.lane(lane);
-            if T::EPSILON < f64::EPSILON / 4.0 {
-                Interval::new(x.next_down(), x.next_up())
-            } else {
-                Interval::from_f64(x)
-            }
-        };
         let frame = self.frame(part);
         (0..T::LANES).any(|lane| {
             part.program.is_singular(
-                |k| enclosed(frame[k], lane),
-                |input| match input {
-                    Input::Coordinate(i) => enclosed(q[i as usize], lane),
-                    Input::Momentum(_) | Input::Velocity(_) | Input::End => Interval::WHOLE,
-                },
                 [q[j].lane(lane), to.lane(lane)],
+                |k| enclosed(frame[k], lane),
+                |input, end| match input {
+                    Input::Coordinate(i) => enclosed(q[i as usize], lane),
+                    Input::End => end,
+                    Input::Momentum(_) | Input::Velocity(_) => Interval::WHOLE,
+                },
             )
         })
     }
@@ -325,6 +318,30 @@ impl<T: Scalar> System<T> for Custom<T> {
             part.program.run(self.frame(part), &point, |_, x| put(x));
         }
     }
+
+    #[inline(always)]
+    fn may_be_singular(&self) -> bool {
+        self.shape.may_be_singular
+    }
+
+    #[cold]
+    fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        let Potential::Programs { value, .. } = &self.shape.potential else { return false };
+        let frame = self.frame(value);
+        (0..T::LANES).any(|lane| {
+            value.program.is_singular(
+                [0.0, 1.0],
+                |k| enclosed(frame[k], lane),
+                |input, share| match input {
+                    Input::Coordinate(i) => {
+                        let [from, to] = [from, to].map(|q| enclosed(q[i as usize], lane));
+                        between(from, to, share)
+                    }
+                    Input::Momentum(_) | Input::Velocity(_) | Input::End => Interval::WHOLE,
+                },
+            )
+        })
+    }
 }
 
 impl<T: Scalar> Separable<T> for Custom<T> {
@@ -361,11 +378,6 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     #[inline(always)]
     fn has_exact_edges(&self) -> bool {
         true
-    }
-
-    #[inline(always)]
-    fn may_be_singular(&self) -> bool {
-        self.shape.may_be_singular
     }
 
     #[inline(always)]

@@ -89,6 +89,13 @@ where
         with!(workspace, engine => engine.attempt(system, h, state))
     }
 
+    fn end<'a>(&self, workspace: &'a Workspace<V>) -> &'a [V::Scalar] {
+        match &workspace.0 {
+            Order::Eight(engine) => engine.end_of_attempt(),
+            Order::Sixteen(engine) => engine.end_of_attempt(),
+        }
+    }
+
     fn accept(&self, state: &mut State<V>, workspace: &mut Workspace<V>) {
         with!(workspace, engine => engine.accept(state));
     }

@@ -300,6 +300,12 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         self.kept_h = Some(self.h);
     }
 
+    /// The coordinates at the end of the step tried.
+    #[inline]
+    pub(super) fn end_of_attempt(&self) -> &[V::Scalar] {
+        self.end.q.as_slice()
+    }
+
     /// The end of the step tried, from `state` or from another.
     #[inline]
     pub(super) fn write(&self, state: &mut State<V>, from: Option<&State<V>>) {

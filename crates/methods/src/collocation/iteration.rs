@@ -9,6 +9,7 @@ use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
 use super::progress::{LIMIT, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
+use crate::adaptive::Projection;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
@@ -21,6 +22,8 @@ const BENT: f64 = 8.0;
 
 /// The roundings that each of the N terms of a sum may add to it.
 const SUMMED: f64 = 0.5;
+/// The furthest that restoring K may move z, as a share of its largest entry.
+const FURTHEST: f64 = 1e-8;
 /// Unknowns up to which the equations are made with the workspace, so that no step allocates.
 const FEW: usize = 2048;
 
@@ -53,6 +56,8 @@ pub struct Workspace<V: Vector> {
     pub(super) w: V,
     /// The step that made it, if there was one.
     made_by: Option<V::Scalar>,
+    /// Σ Δw_j
+    gained: V::Scalar,
     defect: f64,
 }
 
@@ -85,6 +90,7 @@ impl<V: Vector> Workspace<V> {
             p: zeros(),
             w: zeros(),
             made_by: None,
+            gained: V::Scalar::zero(),
             defect: 0.0,
         }
     }
@@ -135,10 +141,14 @@ impl<V: Vector> Workspace<V> {
             let scale = self.end(system, h, state, level, start)?;
             // Where more nodes change nothing, it may be the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
-            if self.defect <= ROUNDINGS
+            let resolved = self.defect <= ROUNDINGS;
+            if resolved
                 || (settled && self.defect <= SUMMED * state.dof() as f64)
                 || (settled && self.defect * scale <= BENT * self.terms(system, h, state))
             {
+                if !resolved {
+                    self.restore(system, h, state, level, start)?;
+                }
                 self.made_by = Some(h);
                 return Ok(effort);
             }
@@ -300,15 +310,57 @@ impl<V: Vector> Workspace<V> {
             let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
             return Err(StepFailure::non_finite(&parts));
         }
-        // What a rounding of z makes of H.
+        self.gained = gained;
+        Ok(self.weigh(system, start))
+    }
+
+    /// Sets the defect of the new state. Returns what a rounding of K is a share of.
+    #[inline]
+    fn weigh<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, start: V::Scalar) -> f64 {
+        let Self { slopes, q, p, gained, .. } = self;
+        let (q, p, zero) = (q.as_slice(), p.as_slice(), V::Scalar::zero());
         let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
         system.gradient(q, p, hq, hp);
-        let terms = (0..n).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
+        let terms = (0..q.len()).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
         let end = system.energy(q, p);
         let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
-        let defect = (end - start + gained).abs().to_f64();
+        let defect = (end - start + *gained).abs().to_f64();
         self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale) };
-        Ok(scale)
+        scale
+    }
+
+    /// Moves the new state along ∇H until K is what it was to roundings of its ends. The roundings of
+    /// a long step are those of the work along it, which may be much larger.
+    #[cold]
+    fn restore<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+        start: V::Scalar,
+    ) -> Result<(), StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let before = self.defect;
+        let Self { slopes, q, p, gained, .. } = self;
+        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
+        let mut end = system.energy(q, p);
+        let projection = Projection {
+            slope: [slopes.hq[0].as_slice(), slopes.hp[0].as_slice()],
+            target: start - *gained,
+            size: start.abs().to_f64() + gained.abs().to_f64(),
+            scales: [1.0; 2],
+            allowed: FURTHEST * largest(q).max(largest(p)),
+        };
+        let moved = projection.apply(system, [q, p], &mut end).is_ok();
+        self.weigh(system, start);
+        // Not a number is worse as well.
+        if !(moved || self.defect <= before) {
+            self.end(system, h, state, level, start)?;
+        }
+        Ok(())
     }
 }
 

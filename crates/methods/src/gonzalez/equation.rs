@@ -6,7 +6,7 @@ use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 
 /// The new state while it is being made.
 #[derive(Clone, Debug)]
-pub struct Workspace<V> {
+pub struct Workspace<V: Vector> {
     pub(super) jacobian: Jacobian,
     pub(super) dissipative: bool,
     /// Δz
@@ -24,6 +24,8 @@ pub struct Workspace<V> {
     pub(super) q: V,
     pub(super) p: V,
     pub(super) w: V,
+    /// H(z1)
+    pub(super) energy: V::Scalar,
     /// ∇H at z1
     ends: [V; 2],
     /// A Δz to come back to
@@ -82,6 +84,7 @@ impl<V: Vector> Workspace<V> {
             q: zeros(),
             p: zeros(),
             w: zeros(),
+            energy: V::Scalar::zero(),
             ends: [zeros(), zeros()],
             kept: [zeros(), zeros()],
             missing: reals(),

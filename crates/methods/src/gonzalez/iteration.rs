@@ -6,7 +6,7 @@
 //! out that corrections are small because it is large.)
 
 use super::equation::Workspace;
-use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// Corrections before an iteration is given up.
 const LIMIT: u32 = 40;
@@ -58,7 +58,13 @@ impl<V: Vector> Workspace<V> {
             Err(stalled) => stalled,
         };
         let spent = self.follow(system, h, state, stalled)?;
-        if self.balances(system, h, state) { Ok(effort(spent)) } else { Err(self.unbalanced(spent).failure) }
+        if self.balances(system, h, state) {
+            return Ok(effort(spent));
+        }
+        if self.energy.is_finite().all() {
+            return Err(self.unbalanced(spent).failure);
+        }
+        Err(StepFailure::non_finite(&[(Quantity::Energy, &[self.energy])]))
     }
 
     #[cold]

@@ -77,8 +77,10 @@ impl<V: Vector> Workspace<V> {
         let largest = |z: &V| z.as_slice().iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
-        // What is no number is said elsewhere.
-        !(most + square + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off).any()
+        self.energy = end;
+        let lost = (most + square + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
+        // Far out H may be infinite where z is not. A state that is not finite is reported with the step.
+        !lost.or(V::Scalar::from_f64(f64::MAX).lt(off)).any()
     }
 
     /// The degree of freedom with the largest correction, and that correction.

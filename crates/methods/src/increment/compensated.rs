@@ -93,6 +93,11 @@ where
         Ok(Workspace { carried, before: Before::new(n), order, friction: Friction::new(&self.exact)? })
     }
 
+    #[inline(always)]
+    fn refuses_singularities(&self) -> bool {
+        true
+    }
+
     fn step(
         &self,
         system: &S,

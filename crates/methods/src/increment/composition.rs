@@ -73,8 +73,8 @@ impl Composition {
         Self { fractions: weights.iter().flat_map(halves).collect() }
     }
 
-    /// The fractions as numbers of the working precision.
-    pub(super) fn fractions<T: Scalar>(&self) -> impl Iterator<Item = T> {
+    /// The fraction of the step that each sweep takes, in the order of the sweeps. They add up to 1.
+    pub fn fractions<T: Scalar>(&self) -> impl Iterator<Item = T> {
         self.fractions.iter().map(|&[high, low]| T::from_f64(high) + T::from_f64(low))
     }
 }

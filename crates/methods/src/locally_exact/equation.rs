@@ -4,11 +4,18 @@ use super::slopes::Slopes;
 use crate::linear_flow::LinearFlow;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
+/// The most rounding of h λ that is let into the iteration,
+const NOISY: f64 = 1e-3;
+/// but for a λ without which K would move by more roundings of H than this.
+const FELT: f64 = 16.0;
+
 /// The new state while it is being made.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     pub(super) dissipative: bool,
     pub(super) linear: bool,
+    /// Whether λ is told from the rounding of H; decided once in a step.
+    pub(super) resolved: Option<bool>,
     pub(super) slopes: Slopes<V>,
     pub(super) flow: LinearFlow<V>,
     /// Δz
@@ -34,6 +41,7 @@ impl<V: Vector> Workspace<V> {
         Self {
             dissipative: !system.damping().zero,
             linear: system.is_linear(),
+            resolved: None,
             slopes: Slopes::new(system),
             flow: LinearFlow::new(n),
             dz: pair(),
@@ -66,14 +74,14 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// ∇̄H, D̄, S and R of Δz, where H was `start` at z0; then u(0) = f̄ - ½ A Δz.
-    pub(super) fn evaluate<S>(&mut self, system: &S, start: V::Scalar)
+    pub(super) fn evaluate<S>(&mut self, system: &S, h: V::Scalar, start: V::Scalar)
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let [q, p] = &self.mean;
         let [hq, hp] = &mut self.gradient;
         system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
-        let lambda = if self.linear { V::Scalar::zero() } else { self.lambda(system, start) };
+        let lambda = if self.linear { V::Scalar::zero() } else { self.lambda(system, h, start) };
         for (slope, dz) in self.gradient.iter_mut().zip(&self.dz) {
             let pairs = slope.as_mut_slice().iter_mut().zip(dz.as_slice());
             pairs.for_each(|(slope, &dz)| *slope = lambda.mul_add(dz, *slope));
@@ -97,8 +105,14 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// λ = [H(z1) - H(z0) - ∇H(z̄)·Δz] / |Δz|², 0 where rounding decides it.
-    fn lambda<S: Curvature<V::Scalar> + ?Sized>(&self, system: &S, start: V::Scalar) -> V::Scalar {
+    /// λ = [H(z1) - H(z0) - ∇H(z̄)·Δz] / |Δz|².
+    ///
+    /// λ = 0 where its rounding would be felt by the iteration and K moves by no more than a few
+    /// roundings of H without it, as beside a point of rest.
+    fn lambda<S>(&mut self, system: &S, h: V::Scalar, start: V::Scalar) -> V::Scalar
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
         let zero = V::Scalar::zero();
         let (mut along, mut square) = (zero, zero);
         for (slope, dz) in self.gradient.iter().zip(&self.dz) {
@@ -111,6 +125,10 @@ impl<V: Vector> Workspace<V> {
             return zero;
         }
         let end = system.energy(self.end[0].as_slice(), self.end[1].as_slice());
-        (end - start - along) / square
+        let (excess, rounding) =
+            (end - start - along, V::Scalar::EPSILON * (start.abs() + end.abs()).to_f64());
+        let felt = (h.abs() / square).to_f64() * rounding > NOISY;
+        let resolved = !felt || excess.abs().to_f64() > FELT * rounding;
+        if *self.resolved.get_or_insert(resolved) { excess / square } else { zero }
     }
 }

@@ -1,11 +1,19 @@
 //! The simple iteration for Δz, and w along the path found.
 
 use super::equation::Workspace;
+use crate::adaptive::Projection;
 use crate::bend::bend;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
-/// Iterations before it is given up.
-const LIMIT: u32 = 100;
+/// The most iterations. An iteration that contracts by 0.93 reaches 31 digits within them.
+const LIMIT: u32 = 1000;
+/// Updates in a row none of which is the smallest so far: in the noise of the equation, and far from it.
+const STALLED: [u32; 2] = [2, 8];
+/// K is restored where it is off by more than so many roundings of its ends,
+const RESTORED: f64 = 16.0;
+/// by moving z by no more than this share of its largest entry; more than so many may not be left.
+const FURTHEST: f64 = 1e-8;
+const KEPT: f64 = 256.0;
 /// An update is lost in rounding where it is so many roundings of z,
 const LOST: f64 = 1.0;
 /// and noise where it is no more than so many and no longer shrinks.
@@ -25,7 +33,8 @@ impl<V: Vector> Workspace<V> {
         let start = state.energy(system);
         let mut effort = Effort::default();
         self.dz.iter_mut().for_each(|part| part.as_mut_slice().fill(V::Scalar::zero()));
-        let (mut before, mut waited, mut last) = (f64::INFINITY, 0, 0);
+        self.resolved = None;
+        let (mut before, mut least, mut waited, mut last) = (f64::INFINITY, f64::INFINITY, 0, 0);
         for iterations in 1..=LIMIT {
             self.walk(system, h, state, start, false)?;
             let (update, moved, dof) = self.take(state);
@@ -34,15 +43,26 @@ impl<V: Vector> Workspace<V> {
             let ratio = update / before;
             // λ Δz is known to ε|H|/|Δz|, which is more than a rounding of z where Δz is short.
             let noise = NOISE * V::Scalar::EPSILON + NOISE * h.to_f64().abs() * self.roughness(state, start);
-            let noisy = update <= noise && ratio > 0.5;
+            waited = if update < least { 0 } else { waited + 1 };
+            least = least.min(update);
             // Of a linear system the first path is the solution.
-            if self.linear || update <= LOST * V::Scalar::EPSILON || noisy {
-                return self.finish(system, h, state, start, effort);
+            if self.linear || update <= LOST * V::Scalar::EPSILON {
+                return self.finish(system, h, state, start, effort, FURTHEST);
             }
-            waited = if ratio >= 1.0 { waited + 1 } else { 0 };
-            if !update.is_finite() || waited == 3 || iterations == LIMIT {
-                if self.is_noise(system, h, state, moved) {
-                    return self.finish(system, h, state, start, effort);
+            // What still shrinks is noise only where K shows none of it.
+            let small = update <= noise;
+            if small && waited >= STALLED[0] {
+                return self.finish(system, h, state, start, effort, FURTHEST);
+            }
+            if small
+                && ratio > 0.5
+                && let Ok(effort) = self.finish(system, h, state, start, effort, 0.0)
+            {
+                return Ok(effort);
+            }
+            if !update.is_finite() || waited >= STALLED[1] || iterations == LIMIT {
+                if waited > 0 && self.is_noise(system, h, state, moved) {
+                    return self.finish(system, h, state, start, effort, FURTHEST);
                 }
                 return Err(StepFailure::NotContracting { dof, iterations, ratio });
             }
@@ -51,7 +71,8 @@ impl<V: Vector> Workspace<V> {
         Err(StepFailure::NotContracting { dof: last, iterations: LIMIT, ratio: 1.0 })
     }
 
-    /// The last path, with its books.
+    /// Follows the last path once more, with w along it; K may be restored by a move of z no longer
+    /// than the share `furthest` of its largest entry.
     fn finish<S>(
         &mut self,
         system: &S,
@@ -59,6 +80,7 @@ impl<V: Vector> Workspace<V> {
         state: &State<V>,
         start: V::Scalar,
         effort: Effort,
+        furthest: f64,
     ) -> Result<Effort, StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -66,7 +88,48 @@ impl<V: Vector> Workspace<V> {
         self.walk(system, h, state, start, true)?;
         self.take(state);
         self.place(state);
-        Ok(effort)
+        match self.restore(system, state, start, furthest) {
+            Ok(()) => Ok(effort),
+            Err(excess) => Err(StepFailure::ProjectionFailed { excess }),
+        }
+    }
+
+    /// Moves the new state along ∇H where K is off by more than roundings of its ends, which those of
+    /// a long step may be. What K is off by after that is the error, where it is more than rounding.
+    fn restore<S>(&mut self, system: &S, state: &State<V>, start: V::Scalar, furthest: f64) -> Result<(), f64>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let n = state.dof();
+        let Self { end: [q, p], w, gradient: [hq, hp], .. } = self;
+        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_slice());
+        let (hq, hp, w0) = (hq.as_mut_slice(), hp.as_mut_slice(), state.w.as_slice());
+        system.gradient(q, p, hq, hp);
+        let zero = V::Scalar::zero();
+        let (mut gained, mut size) = (zero, start.abs());
+        for j in 0..n {
+            gained += w[j] - w0[j];
+            size += w[j].abs() + w0[j].abs() + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs();
+        }
+        let mut energy = system.energy(q, p);
+        let target = start - gained;
+        let roundings = |energy: V::Scalar| {
+            let off = (energy - target).abs().to_f64();
+            if off == 0.0 { 0.0 } else { off / (V::Scalar::EPSILON * (size + energy.abs()).to_f64()) }
+        };
+        if roundings(energy) <= RESTORED {
+            return Ok(());
+        }
+        let largest = |z: &[V::Scalar]| z.iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        let projection = Projection {
+            slope: [hq, hp],
+            target,
+            size: size.to_f64(),
+            scales: [1.0; 2],
+            allowed: furthest * largest(q).max(largest(p)),
+        };
+        let restored = projection.apply(system, [q, p], &mut energy).is_ok();
+        if restored || roundings(energy) <= KEPT { Ok(()) } else { Err((energy - target).to_f64()) }
     }
 
     /// Is what an end moved by the rounding of the forces? Next to a point of rest away from the origin these are differences of
@@ -94,7 +157,7 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.place(state);
-        self.evaluate(system, start);
+        self.evaluate(system, h, start);
         let books = books && self.dissipative;
         let Self { slopes, flow, dz, gradient, d, rest, w, scratch, .. } = self;
         let [middle_q, middle_p, sq, sp, a, b] = scratch;

@@ -25,6 +25,11 @@ where
     }
 
     #[inline(always)]
+    fn refuses_singularities(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn step(
         &self,
         system: &S,

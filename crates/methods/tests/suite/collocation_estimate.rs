@@ -63,6 +63,10 @@ where
         Ok(attempt)
     }
 
+    fn end<'a>(&self, step: &'a Self::Workspace) -> &'a [V::Scalar] {
+        Adaptive::<V, S>::end(&AdaptiveCollocation, &step.inner)
+    }
+
     fn accept(&self, state: &mut State<V>, step: &mut Self::Workspace) {
         Adaptive::<V, S>::accept(&AdaptiveCollocation, state, &mut step.inner);
         let Step { before, h, error, allowed, .. } = step;

@@ -27,6 +27,7 @@ mod increment_local_orders;
 mod increment_nets;
 mod k_is_kept;
 mod k_is_lost;
+mod k_on_expressions;
 mod linear_exact;
 mod linear_scenes;
 mod locally_exact;

@@ -1,34 +1,15 @@
-//! Where an expression has no value along an edge: poles, logarithms of 0, roots of negative numbers.
+//! Where an expression has no value along a line: poles, logarithms of 0, roots of negative numbers.
 //!
-//! The program of the expression is run on intervals over the edge. Where a divisor or the argument
-//! of a logarithm may be 0, or that of a root or an inverse sine outside its range, the edge is
-//! halved until nothing is left to doubt.
+//! The program of the expression is run on intervals over parts of the line
+//! ([`afterbay_core::singularity`]). What is looked for is a divisor or the argument of a logarithm
+//! that may be 0, and the argument of a root or an inverse sine that may be outside its range.
 
 use super::function::Function;
 use super::graph::{Graph, Input, Kinds, Node, Term};
 use super::program::{Instruction, Program, REGISTERS, Register};
+use afterbay_core::singularity::{Sight, is_singular};
 use afterbay_core::{Interval, Scalar};
 use std::collections::HashSet;
-
-/// Runs of the program after which what is in doubt is taken for singular.
-const MOST: usize = 4096;
-/// Halves that may wait.
-const DEPTH: usize = 64;
-/// The share of the ends of an edge below which it is not halved.
-const SHORTEST: f64 = 1e-18;
-
-/// What a run over an interval shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Sight {
-    /// There is a value everywhere.
-    Clear,
-    /// There may be none in parts, if not by rounding alone.
-    Border,
-    /// A divisor or the argument of a logarithm may be 0.
-    Pole,
-    /// There is no value anywhere.
-    Outside,
-}
 
 impl Graph {
     /// Can the node be singular where what it is made of is finite, as far as its form tells?
@@ -75,60 +56,30 @@ impl Graph {
 }
 
 impl Program {
-    /// Is what the program computes singular somewhere as the end of the edge goes between two
-    /// numbers? The frame and the inputs are given as intervals.
+    /// Whether what the program computes is singular somewhere on a line, given the ends of the
+    /// parameter of the line, the frame, and the inputs over a part of the line.
     #[inline(never)]
     pub(crate) fn is_singular(
         &self,
+        line: [f64; 2],
         frame: impl Fn(usize) -> Interval,
-        input: impl Fn(Input) -> Interval,
-        edge: [f64; 2],
+        input: impl Fn(Input, Interval) -> Interval,
     ) -> bool {
         match self.registers {
-            0..=16 => self.search::<16>(frame, input, edge),
-            17..=64 => self.search::<64>(frame, input, edge),
-            _ => self.search::<REGISTERS>(frame, input, edge),
+            0..=16 => self.search::<16>(line, frame, input),
+            17..=64 => self.search::<64>(line, frame, input),
+            _ => self.search::<REGISTERS>(line, frame, input),
         }
     }
 
     fn search<const N: usize>(
         &self,
+        line: [f64; 2],
         frame: impl Fn(usize) -> Interval,
-        input: impl Fn(Input) -> Interval,
-        [from, to]: [f64; 2],
+        input: impl Fn(Input, Interval) -> Interval,
     ) -> bool {
-        if !(from.is_finite() && to.is_finite()) {
-            return false;
-        }
         let mut registers = [Interval::zero(); N];
-        let shortest = SHORTEST * (from.abs() + to.abs());
-        // Each half is halved before the other is looked at: no more wait than there are halvings.
-        let mut waiting = [(0.0, 0.0); DEPTH];
-        let mut count = 1_usize;
-        waiting[0] = (from.min(to), from.max(to));
-        for _ in 0..MOST {
-            let Some(last) = count.checked_sub(1) else { return false };
-            count = last;
-            let (low, high) = waiting[last];
-            let end = Interval::new(low, high);
-            let sight = self.sight(&mut registers, &frame, |x| match x {
-                Input::End => end,
-                _ => input(x),
-            });
-            let middle = 0.5 * low + 0.5 * high;
-            let divisible = high - low > shortest && low < middle && middle < high && count + 2 <= DEPTH;
-            match sight {
-                Sight::Clear => {}
-                Sight::Outside => return true,
-                _ if divisible => {
-                    waiting[count..count + 2].copy_from_slice(&[(middle, high), (low, middle)]);
-                    count += 2;
-                }
-                Sight::Border => {}
-                Sight::Pole => return true,
-            }
-        }
-        true
+        is_singular(line, |part| self.sight(&mut registers, &frame, |x| input(x, part)))
     }
 
     /// One run over an interval.

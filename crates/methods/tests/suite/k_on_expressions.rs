@@ -1,0 +1,394 @@
+//! K on random expressions at any step size, for every method that claims it; and no step across a
+//! singularity.
+
+use afterbay_core::{
+    Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable,
+    State, StepFailure, System, Tolerance, View, integrate,
+};
+use afterbay_methods::registry::{ADAPTIVE, METHODS, Row, Run, adaptive, separable, single};
+use afterbay_methods::{Composition, Increment, Rk4};
+use afterbay_systems::{Custom, Description, Friction};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+/// Terms of a random potential: any mixture of them has poles nowhere.
+const TERMS: [&str; 14] = [
+    "cos(q1 - q2)",
+    "exp(-q1^2)",
+    "tanh(2*q1)*q2",
+    "log(1 + q1^2 + q2^2)",
+    "sqrt(1 + (q1 - q2)^2)",
+    "atan(q1 + 3*q2)",
+    "cosh(q1/3)",
+    "abs(q1)^3",
+    "q1^2*q2^2/4",
+    "(q1^2 - 1)^2",
+    "1/(2 + sin(q1)*cos(q2))",
+    "asin(sin(q1)/2)",
+    "sin(exp(sin(q2)))",
+    "(1 + q1^2)^1.3",
+];
+
+const FRICTIONS: [&str; 4] = ["c*p", "c*abs(p)*p", "c*(q1^2 - 1)*p", "c*p/(1 + q1^2)"];
+
+/// The most steps of an adaptive run that are looked at.
+const MOST: usize = 20_000;
+/// Steps taken one after the other.
+const STEPS: u64 = 3;
+
+fn custom(potential: &str, friction: &str, n: usize, c: f64) -> Custom<f64> {
+    let force = |j: usize| friction.replace('p', &format!("p{j}"));
+    let friction = Friction::Forces((1..=n).map(force).collect());
+    let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
+    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+}
+
+fn bind<T: Scalar>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
+    let one = System::<T>::dof(system) == 1;
+    let bound = if one { single(row, system.clone()) } else { separable(row, system.clone()) };
+    match bound {
+        Ok(run) => Some(run),
+        Err(InputError::Unsupported { .. }) => None,
+        Err(error) => panic!("{}: {error}", row.name),
+    }
+}
+
+/// The size of what K is made of: p², q ∂V/∂q, V and w.
+fn size<T: Scalar>(system: &Custom<T>, state: &State<Vec<T>>) -> f64 {
+    let rest = vec![T::zero(); state.dof()];
+    let squares: f64 = state.p.iter().map(|p| p.to_f64().powi(2)).sum();
+    let slopes = |j: usize| (system.partial(&state.q, j, state.q[j]) * state.q[j]).to_f64().abs();
+    let slopes: f64 = (0..state.dof()).map(slopes).sum();
+    let gains: f64 = state.w.iter().map(|w| w.to_f64().abs()).sum();
+    1.0 + squares + slopes + gains + system.energy(&state.q, &rest).to_f64().abs()
+}
+
+/// The largest size of K between the pairs of sweeps of a composition, some of which run backwards.
+fn largest_within<T: Scalar>(system: &Custom<T>, of: &Composition, h: T, start: &State<Vec<T>>) -> f64 {
+    let pair = Increment::new(Composition::pair());
+    let (mut state, mut workspace) = (start.clone(), pair.workspace(system).unwrap());
+    let fractions: Vec<T> = of.fractions().collect();
+    fractions.chunks(2).fold(0.0, |most: f64, pair_of| {
+        let share = pair_of.iter().fold(T::zero(), |sum, &share| sum + share);
+        let _ = pair.step(system, share * h, &mut state, &mut workspace);
+        most.max(size(system, &state))
+    })
+}
+
+/// What the steps of a method did.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    taken: u32,
+    failed: u32,
+    /// The largest change of K in a step, over the size of what K is made of.
+    worst: f64,
+}
+
+impl Count {
+    /// Compares K at the end of each step with K before; `within` gives the size of K inside a step
+    /// from a state.
+    fn look<T: Scalar>(
+        &mut self,
+        system: &Custom<T>,
+        states: &[State<Vec<T>>],
+        within: impl Fn(&State<Vec<T>>) -> f64,
+    ) {
+        for pair in states.windows(2) {
+            let drift = (pair[1].total(system) - pair[0].total(system)).to_f64().abs();
+            let share = drift / (size(system, &pair[0]) + size(system, &pair[1]) + within(&pair[0]));
+            self.taken += 1;
+            self.worst = self.worst.max(if share.is_nan() { f64::INFINITY } else { share });
+        }
+    }
+
+    /// A failure must have a name that fits a smooth system.
+    fn fail(&mut self, error: &IntegrateError, label: &str) {
+        self.failed += 1;
+        let IntegrateError::Run(RunError { failure, .. }) = error else { panic!("{label}: {error}") };
+        let misplaced = matches!(
+            failure,
+            StepFailure::AcrossSingularity { .. }
+                | StepFailure::EdgeUnresolved { .. }
+                | StepFailure::BalanceLost { .. }
+                | StepFailure::Pole { .. }
+        );
+        assert!(!misplaced, "{label}: {failure}");
+    }
+}
+
+fn run<T: Scalar>(
+    count: &mut Count,
+    row: &Row,
+    run: &Run<T>,
+    system: &Custom<T>,
+    h: T,
+    start: &State<Vec<T>>,
+    label: &str,
+) {
+    let (mut states, mut state) = (Vec::new(), start.clone());
+    let mut show = |_: u64, at: View<'_, T>| {
+        states.push(State { q: at.q.to_vec(), p: at.p.to_vec(), w: at.w.to_vec(), t: at.t });
+        ControlFlow::Continue(())
+    };
+    if let Err(error) = run.run(Grid { h, steps: STEPS }, &mut state, 1, &mut show) {
+        count.fail(&error, label);
+    }
+    let composition = match row.name {
+        "increment-4" => Some(Composition::suzuki4()),
+        "increment-6" => Some(Composition::yoshida6()),
+        "increment-8" => Some(Composition::kahan_li8()),
+        _ => None,
+    };
+    count.look(system, &states, |from| {
+        composition.as_ref().map_or(0.0, |of| largest_within(system, of, h, from))
+    });
+}
+
+/// A random system with one or two degrees of freedom, a step and a start.
+#[derive(Clone, Debug)]
+struct Case {
+    potential: String,
+    friction: &'static str,
+    n: usize,
+    c: f64,
+    h: f64,
+    q: [f64; 2],
+    p: [f64; 2],
+}
+
+fn case(terms: &'static [&'static str]) -> impl Strategy<Value = Case> {
+    let picks = prop::collection::vec((0..terms.len(), 0.1..2.0_f64), 1..4);
+    let numbers = (-6.0..2.0_f64, 0.0..1.0_f64, any::<bool>(), 0..FRICTIONS.len());
+    let scale =
+        prop_oneof![3 => Just(1.0), 1 => Just(0.0), 1 => (-300.0..0.0_f64).prop_map(|x| 10f64.powf(x))];
+    let momenta = (prop::array::uniform2(-4.0..4.0_f64), scale).prop_map(|(p, scale)| p.map(|p| p * scale));
+    let places = (prop::array::uniform2(-2.0..2.0_f64), momenta);
+    (picks, numbers, places).prop_map(move |(picks, (exponent, c, alone, friction), (q, p))| {
+        let n = if alone { 1 } else { 2 };
+        let wells = (1..=n).map(|j| format!("q{j}^2/20"));
+        let terms = picks.into_iter().map(|(term, scale)| format!("{scale:?}*{}", terms[term]));
+        let potential = wells.chain(terms).collect::<Vec<_>>().join(" + ");
+        let potential = if alone { potential.replace("q2", "0.3") } else { potential };
+        Case { potential, friction: FRICTIONS[friction], n, c, h: 10f64.powf(exponent), q, p }
+    })
+}
+
+/// Runs every method on random cases and gives what it did, by its name.
+fn count<T: Scalar>(
+    cases: u32,
+    terms: &'static [&'static str],
+    linear: bool,
+) -> BTreeMap<&'static str, Count> {
+    let counts = std::cell::RefCell::new(BTreeMap::<_, Count>::new());
+    TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(cases) })
+        .run(&case(terms), |case| {
+            let friction = if linear { "c*p" } else { case.friction };
+            let plain = custom(&case.potential, friction, case.n, case.c);
+            let system = plain.map(T::from_f64);
+            let lift = |x: &[f64]| x[..case.n].iter().map(|&x| T::from_f64(x)).collect::<Vec<_>>();
+            let start = State::new(lift(&case.q), lift(&case.p)).unwrap();
+            for row in METHODS.iter().filter(|row| row.keeps_k) {
+                let Some(bound) = bind(row, &system) else { continue };
+                let mut counts = counts.borrow_mut();
+                let label = format!("{} on {case:?}", row.name);
+                let count = counts.entry(row.name).or_default();
+                let before = count.worst;
+                run(count, row, &bound, &system, T::from_f64(case.h), &start, &label);
+                if count.worst > before.max(1e3 * T::EPSILON) {
+                    println!("{:.1e} {label}", count.worst);
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    counts.into_inner()
+}
+
+/// Each method keeps K to `bound`, and takes some of its steps.
+fn judge(counts: &BTreeMap<&'static str, Count>, bound: f64, share: f64) {
+    for (name, count) in counts {
+        println!("{name}: {count:?}");
+    }
+    for (name, count) in counts {
+        assert!(count.worst <= bound, "{name}: {count:?}");
+        let taken = f64::from(count.taken) / f64::from(count.taken + count.failed);
+        assert!(taken > share, "{name}: {count:?}");
+    }
+}
+
+#[test]
+fn every_method_keeps_k_on_random_expressions() {
+    let counts = count::<f64>(150, &TERMS, false);
+    assert!(counts.len() > 15, "{counts:?}");
+    judge(&counts, 3e-13, 0.2);
+}
+
+#[test]
+fn every_method_keeps_k_on_random_expressions_in_31_digits() {
+    judge(&count::<Quad>(12, &TERMS, false), 1e-26, 0.2);
+}
+
+#[test]
+fn linear_exact_keeps_k_on_random_linear_systems() {
+    let counts = count::<f64>(60, &["q1*q2/9", "(q1 - q2)^2", "30*q1^2"], true);
+    assert!(counts.contains_key("linear-exact"));
+    judge(&counts, 3e-13, 0.2);
+}
+
+#[test]
+fn every_adaptive_method_keeps_k_on_random_expressions() {
+    let counts = std::cell::RefCell::new(BTreeMap::<_, Count>::new());
+    TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(60) })
+        .run(&case(&TERMS), |case| {
+            let system = custom(&case.potential, case.friction, case.n, case.c);
+            let start = State::new(case.q[..case.n].to_vec(), case.p[..case.n].to_vec()).unwrap();
+            for row in ADAPTIVE {
+                let bound = adaptive(&row, system.clone()).unwrap();
+                let (mut states, mut state) = (Vec::new(), start.clone());
+                let mut show = |_: u64, at: View<'_, f64>| {
+                    states.push(State { q: at.q.to_vec(), p: at.p.to_vec(), w: at.w.to_vec(), t: at.t });
+                    if states.len() < MOST { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+                };
+                // A tolerance from 1e-1 to 1e-12 by the step of the case.
+                let relative = case.h.powi(2).clamp(1e-12, 0.1);
+                let tolerance = Tolerance::all(relative);
+                let mut counts = counts.borrow_mut();
+                let count = counts.entry(row.name).or_default();
+                if let Err(error) = bound.run(&tolerance, 3.0, &mut state, &mut show) {
+                    count.fail(&error, &format!("{} on {case:?}", row.name));
+                }
+                if states.len() == MOST {
+                    println!("{} goes on after {MOST} steps at t = {} of {case:?}", row.name, state.t);
+                }
+                count.look(&system, &states, |_| 0.0);
+            }
+            Ok(())
+        })
+        .unwrap();
+    judge(&counts.into_inner(), 3e-13, 0.9);
+}
+
+/// V = 1/q² for a degree of freedom, 1/(q1 - q2)² for two.
+struct Repelling {
+    n: usize,
+}
+
+impl Formulas for Repelling {
+    fn dof(&self) -> usize {
+        self.n
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let r = if self.n == 1 { q[0] } else { q[0] - q[1] };
+        T::one() / (r * r)
+    }
+    fn friction<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        T::from_f64(0.1) * v[j]
+    }
+}
+
+/// Steps are refused by name where they cross the singularity between q1 and `wall`, and no state
+/// lies beyond.
+fn no_step_crosses<S>(bind: impl Fn(&Row) -> Option<Run<f64>>, n: usize, system: &S) -> [u32; 2]
+where
+    S: Separable<f64>,
+{
+    let [mut refused, mut stayed] = [0; 2];
+    for row in METHODS {
+        let Some(run) = bind(row) else { continue };
+        for h in [0.01, 0.3, 1.0, 4.0] {
+            let (q, p) = if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
+            let mut state = State::new(q, p).unwrap();
+            let mut beyond = false;
+            let mut show = |_: u64, at: View<'_, f64>| {
+                beyond |= if n == 1 { at.q[0] <= 0.0 } else { at.q[0] <= at.q[1] };
+                ControlFlow::Continue(())
+            };
+            let outcome = run.run(Grid { h, steps: 20 }, &mut state, 1, &mut show);
+            assert!(!beyond, "{}, h = {h}, {n}", row.name);
+            match outcome {
+                Err(IntegrateError::Run(RunError {
+                    failure: StepFailure::AcrossSingularity { dof, from, to },
+                    ..
+                })) => {
+                    assert!(dof < n && from != to && state.q[dof] == from, "{}", row.name);
+                    refused += 1;
+                }
+                _ => stayed += 1,
+            }
+            assert!(system.energy(&state.q, &state.p).is_finite());
+        }
+    }
+    [refused, stayed]
+}
+
+#[test]
+fn no_method_steps_across_a_singularity() {
+    for n in [1, 2] {
+        let written = custom(if n == 1 { "1/q1^2" } else { "1/(q1 - q2)^2" }, "c*p", n, 0.1);
+        let found = no_step_crosses(|row| bind(row, &written), n, &written);
+        println!("{n}: {found:?}");
+        assert!(found[0] > 5 && found[1] > 20, "{found:?}");
+        let formulas = FromFormulas(Repelling { n });
+        let found = formulas_do_not_cross(n, &formulas);
+        assert!(found > 3, "{found}");
+    }
+}
+
+/// Increments on [`Formulas`]: the steps refused.
+fn formulas_do_not_cross(n: usize, system: &FromFormulas<Repelling>) -> u32 {
+    let mut refused = 0;
+    for h in [0.01, 0.1, 0.3, 1.0, 4.0] {
+        for four in [false, true] {
+            let composition = if four { Composition::suzuki4() } else { Composition::pair() };
+            let (q, p) = if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
+            let mut state = State::new(q, p).unwrap();
+            let mut beyond = false;
+            let mut look = |_: u64, at: &State<Vec<f64>>| {
+                beyond |= if n == 1 { at.q[0] <= 0.0 } else { at.q[0] <= at.q[1] };
+                ControlFlow::Continue(())
+            };
+            let grid = Grid { h, steps: 20 };
+            for rk4 in [false, true] {
+                let mut state = state.clone();
+                let outcome = if rk4 {
+                    integrate(&Rk4, system, grid, &mut state, &mut look)
+                } else {
+                    integrate(&Increment::new(composition.clone()), system, grid, &mut state, &mut look)
+                };
+                if let Err(IntegrateError::Run(error)) = outcome {
+                    refused += u32::from(matches!(error.failure, StepFailure::AcrossSingularity { .. }));
+                }
+            }
+            assert!(!beyond, "h = {h}, {n}");
+            state.t = 0.0;
+        }
+    }
+    refused
+}
+
+/// A function that a step may cross: it has a value everywhere, and an enclosure does not show it.
+struct Touching;
+
+impl Formulas for Touching {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        (q[0] * q[0] + q[1] * q[1]).sqrt() + T::one() / (T::one() + q[0] * q[0])
+    }
+    fn friction<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
+        T::zero()
+    }
+}
+
+#[test]
+fn a_root_at_zero_is_no_singularity() {
+    let system = FromFormulas(Touching);
+    let crossed = |from: [f64; 2], to: [f64; 2]| System::<f64>::is_singular_between(&system, &from, &to);
+    for (from, to) in [([-1.0, 0.0], [1.0, 0.0]), ([-3.0, 1.0], [7.0, -2.0]), ([1.0, 1.0], [-1.0, -1.0])] {
+        assert!(!crossed(from, to) && !crossed(to, from), "{from:?} {to:?}");
+    }
+    assert!(!Separable::<f64>::is_singular_along(&system, &[-1.0, 0.0], 0, 2.0));
+}
