@@ -30,17 +30,16 @@ mod ridges;
 mod shape;
 mod structure;
 
-pub use crate::expression::parse::Problem;
+pub use afterbay_expression::Problem;
 pub use description::{Description, Friction};
 pub use failure::{CustomError, Place};
 pub use structure::Structure;
 
-use crate::expression::graph::{Input, Node};
-use crate::expression::program::Point;
 use afterbay_core::{
     Block, Coupling, Curvature, Damping, Drag, InputError, Interval, Line, Mask, Quantity, Scalar, Separable,
     System, check,
 };
+use afterbay_expression::{Input, Node, Point};
 use shape::{Edge, Part, Potential, Resistance, Shape};
 use std::sync::Arc;
 

@@ -13,7 +13,6 @@ mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
 mod duffing;
-mod expression;
 mod fput_chain;
 mod modified_van_der_pol;
 mod order_raising;

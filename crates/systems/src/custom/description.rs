@@ -1,8 +1,9 @@
 //! What a user says of a system, and how it is read.
 
 use super::failure::{CustomError, Place};
-use crate::expression::graph::{Graph, Input, Kinds, Node};
-use crate::expression::parse::{MOST_DEGREES, Names, is_name, is_reserved, parse};
+use afterbay_expression::{
+    Graph, Input, Kinds, MOST_DEGREES, Names, Node, ParseError, is_name, is_reserved, parse,
+};
 use std::ops::Range;
 
 /// A system in words: the texts of its expressions.
@@ -176,7 +177,7 @@ impl Reader {
     ) -> Result<(Node, usize), CustomError> {
         let names = Names { parameters: &self.names, dof, coordinates, momenta };
         let parsed = parse(&mut self.graph, &names, text)
-            .map_err(|(span, problem)| CustomError::Expression { place, span, problem })?;
+            .map_err(|ParseError { span, problem }| CustomError::Expression { place, span, problem })?;
         self.used.iter_mut().zip(&parsed.used).for_each(|(used, &also)| *used |= also);
         self.places.extend(parsed.places.into_iter().map(|(node, span)| (place, node, span)));
         Ok((parsed.node, parsed.dof))

@@ -1,7 +1,7 @@
 //! Why a description is no system.
 
-use crate::expression::parse::Problem;
 use afterbay_core::InputError;
+use afterbay_expression::Problem;
 use std::fmt;
 use std::ops::Range;
 use thiserror::Error;

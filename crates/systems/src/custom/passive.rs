@@ -1,9 +1,8 @@
 //! Where friction is zero, and where it is owed that it takes energy only: by form and parameters, not by sampling.
 
 use super::shape::Shape;
-use crate::expression::graph::{Input, Node};
-use crate::expression::structure::Sign;
 use afterbay_core::{Mask, Passive, Scalar};
+use afterbay_expression::{Input, Node, Sign};
 use std::collections::BTreeMap;
 
 /// D = 0

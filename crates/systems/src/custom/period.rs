@@ -2,8 +2,7 @@
 //! and cosines of one frequency, or of its multiples, alone.
 
 use super::Custom;
-use crate::expression::function::Function;
-use crate::expression::graph::{Input, Kinds, Node, Term};
+use afterbay_expression::{Function, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
 /// How a term depends on one coordinate.

@@ -1,8 +1,7 @@
 //! A polynomial of degree 4 or less along one coordinate, its coefficients made of the others.
 
-use crate::expression::graph::{Graph, Node};
-use crate::expression::monomial::Monomial;
 use afterbay_core::{Line, Scalar};
+use afterbay_expression::{Graph, Monomial, Node};
 use std::ops::Range;
 
 /// Coefficients, from the power 1 on.

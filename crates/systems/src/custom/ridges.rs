@@ -4,9 +4,8 @@
 //! for W(ℓ² + d) it is (r + s) W[r² + d, s² + d]. Horner's rule gives that quotient without a difference. Up to the fourth degree all
 //! is written out; where there are many coordinates, what does not depend on the one before is done for some at once.
 
-use crate::expression::graph::{Graph, Node};
-use crate::expression::ridge::Ridge;
 use afterbay_core::{Line, Scalar};
+use afterbay_expression::{Graph, Node, Ridge};
 use std::ops::Range;
 
 /// A ridge polynomial along a coordinate.

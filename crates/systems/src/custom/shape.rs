@@ -5,10 +5,8 @@ use super::failure::{CustomError, Place};
 use super::polynomial::Polynomial;
 use super::ridges::{Links, Wanted};
 use super::structure::{Structure, linear};
-use crate::expression::graph::{Graph, Input, Kinds, Node};
-use crate::expression::program::{BLOCK, Program, REGISTERS, TooManyRegisters};
-use crate::expression::ridge::Ridge;
 use afterbay_core::Block;
+use afterbay_expression::{BLOCK, Graph, Input, Kinds, Node, Program, REGISTERS, Ridge, TooManyRegisters};
 use std::ops::Range;
 
 /// The most nodes of the graph, and the most instructions of all programs.
@@ -200,11 +198,11 @@ impl Builder {
     }
 
     fn part(&mut self, program: Program) -> Part {
-        self.instructions += program.len();
+        self.instructions += program.size();
         let start = self.frames.len();
-        self.frames.extend_from_slice(&program.frame);
+        self.frames.extend_from_slice(program.frame_nodes());
         let zero = self.graph.number(0.0);
-        self.frames.resize(start + program.frame.len().next_multiple_of(BLOCK), zero);
+        self.frames.resize(start + program.frame_nodes().len().next_multiple_of(BLOCK), zero);
         Part { program, frame: start..self.frames.len() }
     }
 

@@ -1,7 +1,7 @@
 //! What a system is by the form of its expressions.
 
-use crate::expression::graph::{Graph, Input, Kinds, Node};
 use afterbay_core::Coupling;
+use afterbay_expression::{Graph, Input, Kinds, Node};
 
 /// What follows from the form of V and D alone.
 #[derive(Clone, Debug, PartialEq, Eq)]

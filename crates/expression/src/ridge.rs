@@ -1,50 +1,52 @@
-//! Expressions that are sums of ridge polynomials, each a polynomial in one linear form of the coordinates.
+//! Sums of ridge polynomials. A ridge polynomial is a polynomial in one linear form of the coordinates.
 //!
-//! Products are multiplied out only by c ℓᵏ: (q1 - 1)^4 is a fourth power of q1 - 1 and (q1^2 - 1)^2 a square of q1² - 1, which lose
-//! nothing near 1.
+//! Only factors c ℓᵏ are multiplied out. (q1 - 1)^4 stays a fourth power of q1 - 1 and (q1^2 - 1)^2 a
+//! square of q1² - 1, so that no digits are lost near q1 = 1.
 
-use super::graph::{Graph, Input, Kinds, Node, Term};
+use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
-/// The largest degree.
-const LARGEST: usize = 16;
+/// The largest degree of a ridge polynomial.
+const LARGEST_DEGREE: usize = 16;
 
-/// ℓ = Σ a_i q_i + b of one or two coordinates, with closed a_i and b.
+/// A linear form ℓ = Σ a_i q_i + b of one or two coordinates, with closed a_i and b.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Form {
+pub struct Form {
     /// i and a_i
     first: (u32, Node),
     second: Option<(u32, Node)>,
     /// b
-    pub(crate) offset: Node,
+    pub offset: Node,
 }
 
 impl Form {
     /// The coordinates and their weights.
-    pub(crate) fn weights(self) -> impl Iterator<Item = (u32, Node)> + Clone {
+    pub fn weights(self) -> impl Iterator<Item = (u32, Node)> + Clone {
         std::iter::once(self.first).chain(self.second)
     }
 }
 
-/// What a polynomial is in: y = ℓ, or y = ℓ² + c.
+/// The variable y of a ridge polynomial: y = ℓ, or y = ℓ² + c.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Base {
-    pub(crate) form: Form,
-    /// c, closed, where y is a square.
-    pub(crate) shift: Option<Node>,
+pub struct Base {
+    /// ℓ
+    pub form: Form,
+    /// The closed node c if y = ℓ² + c; none if y = ℓ.
+    pub shift: Option<Node>,
 }
 
-/// Σ c_k yᵏ
+/// A ridge polynomial Σ c_k yᵏ.
 #[derive(Clone, Debug)]
-pub(crate) struct Ridge {
-    pub(crate) base: Base,
-    /// c_k from k = 0, one at least, closed.
-    pub(crate) coefficients: Vec<Node>,
+pub struct Ridge {
+    /// y
+    pub base: Base,
+    /// The closed nodes c_0, c_1, ..; at least one.
+    pub coefficients: Vec<Node>,
 }
 
 impl Graph {
-    /// The node as a sum of ridge polynomials, one at least, if it is written as one.
-    pub(crate) fn ridges(&mut self, of: Node) -> Option<Vec<Ridge>> {
+    /// The node as a sum of one or more ridge polynomials, if it is written as one.
+    pub fn ridges(&mut self, of: Node) -> Option<Vec<Ridge>> {
         let mut known: HashMap<Node, Ridge> = HashMap::new();
         for node in self.cone(&[of], Kinds::ALL) {
             if let Some(ridge) = self.ridge(node, &known) {
@@ -53,7 +55,7 @@ impl Graph {
         }
         let (mut constant, one) = (self.number(0.0), self.number(1.0));
         let (mut ridges, mut places) = (Vec::<Ridge>::new(), HashMap::new());
-        // Every term with what it is multiplied by.
+        // Each pending term with its factor.
         let mut stack = vec![(of, one)];
         while let Some((node, factor)) = stack.pop() {
             if self.closed(node) {
@@ -88,7 +90,7 @@ impl Graph {
         Some(ridges)
     }
 
-    /// The node as one ridge polynomial, if it is written as one of what is known.
+    /// The node as one ridge polynomial, given the operands that are.
     fn ridge(&mut self, node: Node, known: &HashMap<Node, Ridge>) -> Option<Ridge> {
         match self.term(node) {
             Term::Input(Input::Coordinate(j)) => Some(self.coordinate(j)),
@@ -116,13 +118,13 @@ impl Graph {
         }
     }
 
-    /// q_j
+    /// The polynomial q_j.
     fn coordinate(&mut self, j: u32) -> Ridge {
         let (zero, one) = (self.number(0.0), self.number(1.0));
         self.first_power(Form { first: (j, one), second: None, offset: zero })
     }
 
-    /// ℓ
+    /// The polynomial ℓ.
     fn first_power(&mut self, form: Form) -> Ridge {
         let coefficients = vec![self.number(0.0), self.number(1.0)];
         Ridge { base: Base { form, shift: None }, coefficients }
@@ -181,15 +183,15 @@ impl Graph {
         {
             return Some(product);
         }
-        // Where both are powers of the same ℓ + b or ℓ² + c.
+        // Both may be powers of the same ℓ + b or ℓ² + c.
         let [a, b] = [a, b].map(|x| if self.is_monomial(x) { Some(x.clone()) } else { self.whole(x) });
         self.multiplied(&a?, &b?)
     }
 
-    /// The product of two polynomials in the same.
+    /// The product of two polynomials in the same variable.
     fn multiplied(&mut self, a: &Ridge, b: &Ridge) -> Option<Ridge> {
         let count = a.coefficients.len() + b.coefficients.len() - 1;
-        if a.base != b.base || count > LARGEST + 1 {
+        if a.base != b.base || count > LARGEST_DEGREE + 1 {
             return None;
         }
         let mut coefficients = vec![self.number(0.0); count];
@@ -202,7 +204,7 @@ impl Graph {
         Some(Ridge { base: a.base, coefficients })
     }
 
-    /// b + c ℓ, or a + s ℓ² with a number s, as what powers are of.
+    /// b + c ℓ, or a + s ℓ² with a constant s, as a variable of which powers are taken.
     fn whole(&mut self, ridge: &Ridge) -> Option<Ridge> {
         if let Some(form) = self.linear_form(ridge) {
             return Some(self.first_power(form));
@@ -217,13 +219,13 @@ impl Graph {
         })
     }
 
-    /// c yᵏ
+    /// Whether the polynomial is c yᵏ.
     fn is_monomial(&self, ridge: &Ridge) -> bool {
         let below = &ridge.coefficients[..ridge.coefficients.len() - 1];
         below.iter().all(|&x| self.is_zero(x))
     }
 
-    /// b + c ℓ as a form.
+    /// b + c ℓ as a linear form.
     fn linear_form(&mut self, ridge: &Ridge) -> Option<Form> {
         let (Base { form, shift: None }, &[b, c]) = (ridge.base, &ridge.coefficients[..]) else {
             return None;
@@ -237,7 +239,7 @@ impl Graph {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     /// Degrees of what a node is the sum of, and whether in a square.
     fn degrees(build: impl Fn(&mut Graph, [Node; 2]) -> Node) -> Option<Vec<(usize, bool)>> {

@@ -2,50 +2,59 @@
 //!
 //! A node's operands come before it, so that every pass is a loop.
 
-use super::function::Function;
+use crate::function::Function;
 use afterbay_core::Scalar;
 use std::collections::{HashMap, HashSet};
 
-/// An expression in the graph.
+/// An expression in a [`Graph`]. It means nothing in another graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Node(u32);
+pub struct Node(u32);
 
-/// What is given at evaluation. Degrees of freedom are counted from 0.
+/// A number given at evaluation. Degrees of freedom are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) enum Input {
+pub enum Input {
     /// q_j
     Coordinate(u32),
     /// p_j
     Momentum(u32),
     /// v_j = p_j/m_j
     Velocity(u32),
-    /// Where the coordinate that moves goes to.
+    /// The end of the edge along which a divided difference is taken.
     End,
 }
 
-/// A node's meaning.
+/// The operation of a node and its operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Term {
+pub enum Term {
     /// The bits of an `f64`.
     Constant(u64),
+    /// π
     Pi,
+    /// The parameter of this index.
     Parameter(u32),
+    /// An input.
     Input(Input),
+    /// -a
     Negative(Node),
+    /// a + b
     Sum(Node, Node),
+    /// a - b
     Difference(Node, Node),
+    /// a b
     Product(Node, Node),
+    /// a/b
     Quotient(Node, Node),
+    /// φ(a)
     Of(Function, Node),
     /// φ[a, b] = (φ(b) - φ(a))/(b - a)
     Divided(Function, Node, Node),
-    /// The derivative of φ[a, b] by b, for steering.
+    /// The derivative of φ[a, b] by b. Newton's method uses it; it is not differentiated again.
     Bend(Function, Node, Node),
 }
 
 impl Term {
-    /// The nodes it is made of.
-    pub(crate) fn operands(self) -> impl Iterator<Item = Node> {
+    /// The operands, in order.
+    pub fn operands(self) -> impl Iterator<Item = Node> {
         let (a, b) = match self {
             Self::Constant(_) | Self::Pi | Self::Parameter(_) | Self::Input(_) => (None, None),
             Self::Negative(a) | Self::Of(_, a) => (Some(a), None),
@@ -60,18 +69,23 @@ impl Term {
     }
 }
 
-/// Kinds of inputs, as bits.
+/// A set of kinds of inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kinds(u8);
+pub struct Kinds(u8);
 
 impl Kinds {
-    pub(crate) const COORDINATES: Self = Self(1);
-    pub(crate) const MOMENTA: Self = Self(2);
-    pub(crate) const VELOCITIES: Self = Self(4);
-    pub(crate) const END: Self = Self(8);
-    pub(crate) const ALL: Self = Self(15);
+    /// q_j
+    pub const COORDINATES: Self = Self(1);
+    /// p_j
+    pub const MOMENTA: Self = Self(2);
+    /// v_j
+    pub const VELOCITIES: Self = Self(4);
+    /// The end of an edge.
+    pub const END: Self = Self(8);
+    /// All of them.
+    pub const ALL: Self = Self(15);
 
-    pub(crate) fn meets(self, other: Self) -> bool {
+    fn meets(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 
@@ -85,53 +99,64 @@ impl Kinds {
     }
 }
 
-/// The graph. Nodes are added and never removed.
+/// Expressions that share their equal terms. Nodes are added and never removed.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Graph {
+pub struct Graph {
     terms: Vec<Term>,
-    /// What each node depends on.
+    /// The kinds of inputs each node depends on.
     kinds: Vec<Kinds>,
     places: HashMap<Term, Node>,
 }
 
 impl Graph {
-    pub(crate) fn len(&self) -> usize {
+    /// The number of nodes.
+    pub fn len(&self) -> usize {
         self.terms.len()
     }
 
-    pub(crate) fn term(&self, node: Node) -> Term {
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The operation of a node.
+    ///
+    /// # Panics
+    /// If the node is of another, larger graph.
+    pub fn term(&self, node: Node) -> Term {
         self.terms[node.0 as usize]
     }
 
-    /// Does the node depend on an input of these kinds?
-    pub(crate) fn depends(&self, node: Node, kinds: Kinds) -> bool {
+    /// Whether the node depends on an input of these kinds.
+    pub fn depends(&self, node: Node, kinds: Kinds) -> bool {
         self.kinds[node.0 as usize].meets(kinds)
     }
 
-    /// Does it depend on no input: is it made of constants and parameters?
-    pub(crate) fn closed(&self, node: Node) -> bool {
+    /// Whether the node is made of constants and parameters alone.
+    pub fn closed(&self, node: Node) -> bool {
         !self.depends(node, Kinds::ALL)
     }
 
-    /// Its value, if it is a constant.
-    pub(crate) fn constant(&self, node: Node) -> Option<f64> {
+    /// The value of a node that is a constant.
+    pub fn constant(&self, node: Node) -> Option<f64> {
         match self.term(node) {
             Term::Constant(bits) => Some(f64::from_bits(bits)),
             _ => None,
         }
     }
 
-    pub(crate) fn is_zero(&self, node: Node) -> bool {
+    /// Whether the node is the constant 0.
+    pub fn is_zero(&self, node: Node) -> bool {
         self.constant(node) == Some(0.0)
     }
 
     /// The node of that term, if there is one.
-    pub(super) fn find(&self, term: Term) -> Option<Node> {
+    pub(crate) fn find(&self, term: Term) -> Option<Node> {
         self.places.get(&term).copied()
     }
 
     /// The node of that term, a new one if there is none.
-    pub(super) fn insert(&mut self, term: Term) -> Node {
+    pub(crate) fn insert(&mut self, term: Term) -> Node {
         if let Some(&node) = self.places.get(&term) {
             return node;
         }
@@ -146,13 +171,14 @@ impl Graph {
         node
     }
 
-    /// The nodes `roots` are made of as far as they depend on these kinds, in the order of their age.
-    pub(crate) fn cone(&self, roots: &[Node], kinds: Kinds) -> Vec<Node> {
+    /// The nodes among `roots` and their operands, at any depth, that depend on these kinds. Operands
+    /// come before the nodes they enter.
+    pub fn cone(&self, roots: &[Node], kinds: Kinds) -> Vec<Node> {
         self.reach(roots, |x| self.depends(x, kinds))
     }
 
-    /// The nodes `roots` are made of.
-    pub(crate) fn all(&self, roots: &[Node]) -> Vec<Node> {
+    /// `roots` and all their operands, at any depth. Operands come before the nodes they enter.
+    pub fn all(&self, roots: &[Node]) -> Vec<Node> {
         self.reach(roots, |_| true)
     }
 
@@ -169,8 +195,11 @@ impl Graph {
         nodes
     }
 
-    /// The values of `nodes`, which come after what they are made of.
-    pub(crate) fn evaluate<T: Scalar>(
+    /// The values of `nodes`. Each must stand behind its operands, as [`Graph::all`] orders them.
+    ///
+    /// # Panics
+    /// If a node is a parameter beyond the last of `parameters`.
+    pub fn evaluate<T: Scalar>(
         &self,
         nodes: &[Node],
         parameters: &[T],
@@ -198,8 +227,8 @@ impl Graph {
         values
     }
 
-    /// The inputs of these kinds a node depends on, in order.
-    pub(crate) fn inputs(&self, node: Node, kinds: Kinds) -> Vec<Input> {
+    /// The inputs of these kinds that a node depends on, in ascending order.
+    pub fn inputs(&self, node: Node, kinds: Kinds) -> Vec<Input> {
         let cone = self.cone(&[node], kinds).into_iter();
         let mut inputs: Vec<Input> = cone
             .filter_map(|x| match self.term(x) {
@@ -211,8 +240,8 @@ impl Graph {
         inputs
     }
 
-    /// The node with others in the place of some of its inputs.
-    pub(crate) fn substitute(
+    /// The node with its inputs of these kinds replaced by other nodes.
+    pub fn substitute(
         &mut self,
         root: Node,
         kinds: Kinds,
@@ -233,8 +262,8 @@ impl Graph {
         images.get(&root).copied().unwrap_or(root)
     }
 
-    /// The same term of other operands.
-    pub(crate) fn rebuild(&mut self, term: Term, a: Option<Node>, b: Option<Node>) -> Option<Node> {
+    /// The same operation on the operands a and b.
+    fn rebuild(&mut self, term: Term, a: Option<Node>, b: Option<Node>) -> Option<Node> {
         Some(match (term, a, b) {
             (Term::Negative(_), Some(a), _) => self.negative(a),
             (Term::Of(function, _), Some(a), _) => self.of(function, a),

@@ -1,4 +1,4 @@
-//! From text to the graph.
+//! Parsing: from text to nodes of a graph.
 //!
 //! ```text
 //! sum     = product (("+" | "-") product)*
@@ -8,10 +8,10 @@
 //! atom    = number | name | function "(" sum ")" | "(" sum ")"
 //! ```
 //!
-//! Text and nesting are bounded, so that time and stack are.
+//! Bounds on the length and on the nesting of a text bound the time and the stack that parsing takes.
 
-use super::function;
-use super::graph::{Graph, Input, Node};
+use crate::function;
+use crate::graph::{Graph, Input, Node};
 use std::ops::Range;
 use thiserror::Error;
 use winnow::Parser as _;
@@ -21,38 +21,38 @@ use winnow::stream::{LocatingSlice, Location};
 use winnow::token::{any, one_of, take_while};
 
 /// The longest expression, in bytes.
-pub(crate) const LONGEST: usize = 1 << 16;
+const LONGEST: usize = 1 << 16;
 /// The deepest nesting of parentheses, signs and powers.
-pub(crate) const DEEPEST: usize = 256;
-/// The most degrees of freedom.
-pub(crate) const MOST_DEGREES: usize = 100_000;
+const DEEPEST: usize = 256;
+/// The largest index of a coordinate or momentum.
+pub const MOST_DEGREES: usize = 100_000;
 
 /// What is wrong with an expression.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Problem {
-    /// Something else should stand here.
+    /// A symbol or word that the grammar does not allow here.
     #[error("{found} where {expected} should be")]
     Unexpected {
-        /// What stands there.
+        /// The symbol or word.
         found: String,
-        /// What should.
+        /// What the grammar allows.
         expected: &'static str,
     },
-    /// A name nobody gave.
+    /// A name that is not defined.
     #[error("{name} is not known{}", nearest.as_ref().map(|x| format!(": do you mean {x}?")).unwrap_or_default())]
     Unknown {
         /// The name.
         name: String,
-        /// The one most like it, if any is.
+        /// The most similar known name, if one is similar.
         nearest: Option<String>,
     },
-    /// A number that `f64` has no room for.
+    /// A number outside the range of `f64`.
     #[error("{text} is too large or too small for a number")]
     Number {
         /// As it was written.
         text: String,
     },
-    /// q or p with an index that none has.
+    /// A coordinate or momentum with an invalid index.
     #[error(
         "{name} is no coordinate or momentum: they are counted from 1, without leading zeros, up to {}",
         MOST_DEGREES
@@ -69,54 +69,69 @@ pub enum Problem {
         /// N
         dof: usize,
     },
-    /// A coordinate or momentum where there is no place for it.
+    /// A coordinate or momentum where [`Names`] does not allow it.
     #[error("{name} has no place here: {rule}")]
     NoPlace {
         /// As it was written.
         name: String,
-        /// What may stand here.
+        /// The rule.
         rule: &'static str,
     },
-    /// Too long a text.
+    /// A text that is too long.
     #[error("{bytes} bytes are more than {LONGEST}")]
     TooLong {
         /// Its length.
         bytes: usize,
     },
-    /// Parentheses, signs or powers in one another.
+    /// Parentheses, signs or powers that are nested too deeply.
     #[error("nested deeper than {DEEPEST}")]
     TooDeep,
 }
 
-/// What names mean.
-pub(crate) struct Names<'a> {
-    pub(crate) parameters: &'a [String],
-    /// N, if it is known.
-    pub(crate) dof: Option<usize>,
-    /// Whether q and p may stand in the expression, and the rule where one may not.
-    pub(crate) coordinates: Result<(), &'static str>,
-    pub(crate) momenta: Result<(), &'static str>,
+/// The names that an expression may mention.
+pub struct Names<'a> {
+    /// The parameters, in the order of their values.
+    pub parameters: &'a [String],
+    /// The number of degrees of freedom, if it is known.
+    pub dof: Option<usize>,
+    /// Whether coordinates are allowed; if not, the rule that a message quotes.
+    pub coordinates: Result<(), &'static str>,
+    /// Whether momenta are allowed; if not, the rule that a message quotes.
+    pub momenta: Result<(), &'static str>,
 }
 
-/// An expression read.
+/// A parsed expression.
 #[derive(Debug)]
-pub(crate) struct Parsed {
-    pub(crate) node: Node,
-    /// Where each operation stands in the text, what it is made of first.
-    pub(crate) places: Vec<(Node, Range<usize>)>,
-    /// Which parameters it mentions.
-    pub(crate) used: Vec<bool>,
-    /// One more than the largest index of a coordinate or momentum.
-    pub(crate) dof: usize,
+pub struct Parsed {
+    /// Its node in the graph.
+    pub node: Node,
+    /// The bytes each operation takes in the text, operands first.
+    pub places: Vec<(Node, Range<usize>)>,
+    /// Whether it mentions each of the parameters.
+    pub used: Vec<bool>,
+    /// The largest index of a coordinate or momentum, counted from 1; 0 if there is none.
+    pub dof: usize,
 }
 
 type Text<'s> = LocatingSlice<&'s str>;
-type Failure = (Range<usize>, Problem);
 
-/// Reads an expression into the graph.
-pub(crate) fn parse(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Parsed, Failure> {
+/// A text is no expression.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("bytes {}..{}: {problem}", span.start, span.end)]
+pub struct ParseError {
+    /// The bytes of the text that are wrong.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// Parses an expression and adds its nodes to the graph.
+///
+/// # Errors
+/// [`ParseError`]
+pub fn parse(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Parsed, ParseError> {
     if text.len() > LONGEST {
-        return Err((0..text.len(), Problem::TooLong { bytes: text.len() }));
+        return Err(ParseError { span: 0..text.len(), problem: Problem::TooLong { bytes: text.len() } });
     }
     let (used, node) = (vec![false; names.parameters.len()], graph.number(0.0));
     let parsed = Parsed { node, places: Vec::new(), used, dof: 0 };
@@ -129,13 +144,13 @@ pub(crate) fn parse(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<
     Ok(Parsed { node, ..reader.parsed })
 }
 
-/// Is it a name: letters, digits and underscores, no digit first?
-pub(crate) fn is_name(text: &str) -> bool {
+/// Whether the text is a name: letters, digits and underscores, no digit first.
+pub fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(in_name)
 }
 
-/// Does the name mean something already?
-pub(crate) fn is_reserved(name: &str) -> bool {
+/// Whether the name is a constant, a function, a coordinate or a momentum.
+pub fn is_reserved(name: &str) -> bool {
     name == "pi" || function::NAMES.contains(&name) || index(name).is_some()
 }
 
@@ -170,13 +185,13 @@ impl Reader<'_, '_> {
         next.ok().flatten()
     }
 
-    /// The start of what comes next.
+    /// The start of the next token.
     fn start(&mut self) -> usize {
         self.space();
         self.text.current_token_start()
     }
 
-    fn unexpected(&mut self, expected: &'static str) -> Failure {
+    fn unexpected(&mut self, expected: &'static str) -> ParseError {
         let start = self.start();
         let mut rest = self.text;
         let next: Result<char, EmptyError> = any.parse_next(&mut rest);
@@ -189,16 +204,16 @@ impl Reader<'_, '_> {
             Ok(c) => (c.to_string(), c.len_utf8()),
             Err(_) => ("the end".to_owned(), 0),
         };
-        (start..start + length, Problem::Unexpected { found, expected })
+        ParseError { span: start..start + length, problem: Problem::Unexpected { found, expected } }
     }
 
-    /// The operation between `start` and here.
+    /// Records that the operation takes the text from `start` to the current position.
     fn operation(&mut self, start: usize, node: Node) -> Node {
         self.parsed.places.push((node, start..self.text.previous_token_end()));
         node
     }
 
-    fn sum(&mut self) -> Result<Node, Failure> {
+    fn sum(&mut self) -> Result<Node, ParseError> {
         let start = self.start();
         let mut sum = self.product()?;
         while let Some(sign) = self.symbol(&['+', '-']) {
@@ -209,7 +224,7 @@ impl Reader<'_, '_> {
         Ok(sum)
     }
 
-    fn product(&mut self) -> Result<Node, Failure> {
+    fn product(&mut self) -> Result<Node, ParseError> {
         let start = self.start();
         let mut product = self.factor()?;
         while let Some(sign) = self.symbol(&['*', '/']) {
@@ -223,10 +238,10 @@ impl Reader<'_, '_> {
         Ok(product)
     }
 
-    fn factor(&mut self) -> Result<Node, Failure> {
+    fn factor(&mut self) -> Result<Node, ParseError> {
         let start = self.start();
         if self.depth > DEEPEST {
-            return Err((start..start, Problem::TooDeep));
+            return Err(ParseError { span: start..start, problem: Problem::TooDeep });
         }
         self.depth += 1;
         let factor = match self.symbol(&['+', '-']) {
@@ -241,7 +256,7 @@ impl Reader<'_, '_> {
         Ok(factor)
     }
 
-    fn power(&mut self) -> Result<Node, Failure> {
+    fn power(&mut self) -> Result<Node, ParseError> {
         let start = self.start();
         let base = self.atom()?;
         if self.symbol(&['^']).is_none() {
@@ -252,7 +267,7 @@ impl Reader<'_, '_> {
         Ok(self.operation(start, power))
     }
 
-    fn atom(&mut self) -> Result<Node, Failure> {
+    fn atom(&mut self) -> Result<Node, ParseError> {
         let start = self.start();
         if self.symbol(&['(']).is_some() {
             let sum = self.sum()?;
@@ -266,7 +281,7 @@ impl Reader<'_, '_> {
         let Ok(name) = name else { return Err(self.unexpected("a number, a name or a parenthesis")) };
         let span = start..self.text.previous_token_end();
         if !function::NAMES.contains(&name) {
-            return self.variable(name).map_err(|problem| (span, problem));
+            return self.variable(name).map_err(|problem| ParseError { span, problem });
         }
         if self.symbol(&['(']).is_none() {
             return Err(self.unexpected("the parenthesis of a function"));
@@ -275,19 +290,19 @@ impl Reader<'_, '_> {
         self.close()?;
         match self.graph.call(name, argument) {
             Some(node) => Ok(self.operation(start, node)),
-            None => Err((span, self.unknown(name))),
+            None => Err(ParseError { span, problem: self.unknown(name) }),
         }
     }
 
-    fn close(&mut self) -> Result<(), Failure> {
+    fn close(&mut self) -> Result<(), ParseError> {
         match self.symbol(&[')']) {
             Some(_) => Ok(()),
             None => Err(self.unexpected("an operator or a closing parenthesis")),
         }
     }
 
-    /// Digits with a point among them and an exponent after them, if there are any.
-    fn number(&mut self) -> Result<Option<Node>, Failure> {
+    /// A decimal number with an optional point and an optional exponent, if one stands here.
+    fn number(&mut self) -> Result<Option<Node>, ParseError> {
         let start = self.start();
         let digits =
             |least: usize| take_while::<_, Text<'_>, EmptyError>(least.., |c: char| c.is_ascii_digit());
@@ -304,7 +319,10 @@ impl Reader<'_, '_> {
         };
         match text.parse::<f64>() {
             Ok(x) if !lost(x) => Ok(Some(self.graph.number(x))),
-            _ => Err((span, Problem::Number { text: text.chars().take(64).collect() })),
+            _ => {
+                let problem = Problem::Number { text: text.chars().take(64).collect() };
+                Err(ParseError { span, problem })
+            }
         }
     }
 
@@ -340,7 +358,7 @@ impl Reader<'_, '_> {
         Ok(self.graph.input(if of_q { Input::Coordinate(j) } else { Input::Momentum(j) }))
     }
 
-    /// With the known name most like it, if one is.
+    /// The error for an unknown name, with the most similar known name.
     fn unknown(&self, name: &str) -> Problem {
         let known = self.names.parameters.iter().map(String::as_str).chain(function::NAMES).chain(["pi"]);
         let short: String = name.chars().take(64).collect();

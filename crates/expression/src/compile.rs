@@ -1,19 +1,20 @@
-//! From nodes to a program: products fused with sums, registers used again once a value is no longer needed.
+//! Compilation of nodes to a program. Products are fused with the sums they enter, and a register is
+//! reused once its value is no longer needed.
 
-use super::graph::{Graph, Kinds, Node, Term};
-use super::program::{Instruction, Program, REGISTERS, Register, TooManyRegisters};
+use crate::graph::{Graph, Kinds, Node, Term};
+use crate::program::{Instruction, Program, REGISTERS, Register, TooManyRegisters};
 use std::collections::{HashMap, HashSet};
 
-/// With no more inputs than these, all are loaded at the start.
-const FEW: usize = 8;
+/// The largest number of inputs that are all loaded at the start of a run.
+const PRELOADED: usize = 8;
 
-/// What is computed at once: a term, or a product with the sum it enters.
+/// One instruction to be: a term, or a product with the sum it enters.
 #[derive(Clone, Copy)]
 enum Operation {
     Term(Term),
     ProductSum(Node, Node, Node),
     ProductDifference(Node, Node, Node),
-    /// The derivative of this divided difference, which is computed with it.
+    /// The derivative of this divided difference. The same instruction computes both.
     Bend(Node),
 }
 
@@ -30,11 +31,12 @@ impl Operation {
 
 struct Compiler<'a> {
     graph: &'a Graph,
-    /// How many open nodes of the program ask for a node.
+    /// The number of nodes of the program that have this node as an operand; results count twice more.
     uses: HashMap<Node, u32>,
 }
 
-/// The program that computes `results` and keeps them, and computes those `given` with their index and gives them.
+/// The program that keeps `results` in registers to the end and gives each of `given` with its index
+/// as soon as it is computed.
 pub(super) fn compile(
     graph: &Graph,
     results: &[Node],
@@ -45,12 +47,12 @@ pub(super) fn compile(
     for node in graph.cone(&roots, Kinds::ALL) {
         graph.term(node).operands().for_each(|x| *uses.entry(x).or_insert(0) += 1);
     }
-    // A result is wanted for itself.
+    // A result keeps a register of its own and is not fused into a sum.
     roots.iter().for_each(|&x| *uses.entry(x).or_insert(0) += 2);
     let compiler = Compiler { graph, uses };
     let order = compiler.order(&roots);
 
-    // Frame and inputs, and when each value is needed for the last time.
+    // The frame, the inputs, and the last time each value is needed.
     let (mut frame, mut inputs, mut last) = (Vec::new(), Vec::new(), HashMap::new());
     for (time, &node) in order.iter().enumerate() {
         match graph.term(node) {
@@ -60,7 +62,7 @@ pub(super) fn compile(
         }
     }
     last.extend(results.iter().map(|&x| (x, order.len())));
-    let preloaded = if inputs.len() <= FEW { std::mem::take(&mut inputs) } else { Vec::new() };
+    let preloaded = if inputs.len() <= PRELOADED { std::mem::take(&mut inputs) } else { Vec::new() };
     let mut wanted: HashMap<Node, Vec<u32>> = HashMap::new();
     given.iter().for_each(|&(index, x)| wanted.entry(x).or_default().push(index));
 
@@ -98,7 +100,7 @@ pub(super) fn compile(
         code.push(match operation {
             Operation::ProductSum(..) => Instruction::ProductSum { to, a, b, c },
             Operation::ProductDifference(..) => Instruction::ProductDifference { to, a, b, c },
-            // Computed with the divided difference, which comes before.
+            // The instruction of the divided difference, which comes before, has computed it.
             Operation::Bend(_) => continue,
             Operation::Term(term) => match term {
                 Term::Divided(function, ..) => Instruction::Divided { function, to, bend, a, b },
@@ -114,7 +116,7 @@ pub(super) fn compile(
             },
         });
         give(&mut code, node, to);
-        // Nobody asks for it again: a result that was given.
+        // A result that was given and is no operand.
         if !last.contains_key(&node) && bank.places.remove(&node).is_some() {
             bank.free.push(to);
         }
@@ -134,7 +136,7 @@ pub(super) fn compile(
 }
 
 impl Compiler<'_> {
-    /// A product that only one sum asks for is computed with it.
+    /// The operation of a node. A product that enters one sum only is fused with it.
     fn operation(&self, node: Node) -> Operation {
         let fused = |x: Node| match self.graph.term(x) {
             Term::Product(a, b) if self.uses.get(&x) == Some(&1) && !self.graph.closed(x) => Some((a, b)),
@@ -158,13 +160,14 @@ impl Compiler<'_> {
         }
     }
 
-    /// The derivative of a divided difference, if the program asks for it.
+    /// The derivative of a divided difference, if the program uses it.
     fn bend(&self, node: Node) -> Option<Node> {
         let Term::Divided(function, a, b) = self.graph.term(node) else { return None };
         self.graph.find(Term::Bend(function, a, b)).filter(|bend| self.uses.contains_key(bend))
     }
 
-    /// Operands before what they enter, each as late as it goes; what is closed has none.
+    /// All nodes of the program, operands before the nodes they enter and close to them. Closed nodes
+    /// are in the frame, so that their operands are left out.
     fn order(&self, roots: &[Node]) -> Vec<Node> {
         let (mut order, mut seen) = (Vec::new(), HashSet::new());
         for &root in roots {

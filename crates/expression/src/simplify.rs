@@ -1,32 +1,38 @@
 //! New terms of a graph, simplified where that is exact.
 //!
-//! For finite numbers it is for x + 0, x - x, x·1, x·0, √(x x) and signs, and for factors that are powers of two, which move out of products.
-//! Constants are folded only where the result is exact: 1/3 is left to the scalar the expression is evaluated in.
+//! Exact for finite numbers are x + 0, x - x, x·1, x·0, √(x x) and changes of sign, and factors
+//! that are powers of two, which move out of products. Constants are folded only where the result
+//! is exact: 1/3 is computed in the scalar the expression is evaluated in.
 
-use super::function::Function;
-use super::graph::{Graph, Input, Node, Term};
+use crate::function::Function;
+use crate::graph::{Graph, Input, Node, Term};
 
 impl Graph {
-    pub(crate) fn number(&mut self, x: f64) -> Node {
-        // One zero is enough.
+    /// The constant x.
+    pub fn number(&mut self, x: f64) -> Node {
+        // -0 and 0 become one node.
         self.insert(Term::Constant((x + 0.0).to_bits()))
     }
 
-    pub(crate) fn pi(&mut self) -> Node {
+    /// π
+    pub fn pi(&mut self) -> Node {
         self.insert(Term::Pi)
     }
 
-    pub(crate) fn parameter(&mut self, index: u32) -> Node {
+    /// The parameter of this index.
+    pub fn parameter(&mut self, index: u32) -> Node {
         self.insert(Term::Parameter(index))
     }
 
-    pub(crate) fn input(&mut self, input: Input) -> Node {
+    /// An input.
+    pub fn input(&mut self, input: Input) -> Node {
         self.insert(Term::Input(input))
     }
 
-    pub(crate) fn of(&mut self, function: Function, x: Node) -> Node {
+    /// φ(x)
+    pub fn of(&mut self, function: Function, x: Node) -> Node {
         match (function, self.term(x)) {
-            // A root of a square has a kink, and its slope a + or - there rather than 0/0.
+            // √(a²) = |a|: at a = 0 its derivative is a sign, where that of the root would be 0/0.
             (Function::Sqrt, Term::Product(a, b)) if a == b => self.insert(Term::Of(Function::Abs, a)),
             _ => self.insert(Term::Of(function, x)),
         }
@@ -42,7 +48,8 @@ impl Graph {
         self.insert(Term::Bend(function, a, b))
     }
 
-    pub(crate) fn negative(&mut self, a: Node) -> Node {
+    /// -a
+    pub fn negative(&mut self, a: Node) -> Node {
         match self.term(a) {
             Term::Constant(bits) => self.number(-f64::from_bits(bits)),
             Term::Negative(b) => b,
@@ -55,7 +62,8 @@ impl Graph {
         }
     }
 
-    pub(crate) fn sum(&mut self, a: Node, b: Node) -> Node {
+    /// a + b
+    pub fn sum(&mut self, a: Node, b: Node) -> Node {
         if let (Some(x), Some(y)) = (self.constant(a), self.constant(b)) {
             let sum = x + y;
             let back = sum - x;
@@ -76,7 +84,8 @@ impl Graph {
         }
     }
 
-    pub(crate) fn difference(&mut self, a: Node, b: Node) -> Node {
+    /// a - b
+    pub fn difference(&mut self, a: Node, b: Node) -> Node {
         match (self.term(a), self.term(b)) {
             _ if a == b => self.number(0.0),
             _ if self.is_zero(b) => a,
@@ -94,7 +103,8 @@ impl Graph {
         }
     }
 
-    pub(crate) fn product(&mut self, a: Node, b: Node) -> Node {
+    /// a b
+    pub fn product(&mut self, a: Node, b: Node) -> Node {
         let (a, b) = if self.first(b, a) { (b, a) } else { (a, b) };
         if let (Some(x), Some(y)) = (self.constant(a), self.constant(b))
             && let Some(product) = exact_product(x, y)
@@ -135,7 +145,7 @@ impl Graph {
         }
     }
 
-    /// Constants come first in a product, then what is closed, then by age.
+    /// The order of the factors of a product: constants, other closed nodes, then the older node.
     fn first(&self, a: Node, b: Node) -> bool {
         let key = |x: Node| (self.constant(x).is_none(), !self.closed(x), x);
         key(a) < key(b)
@@ -145,7 +155,8 @@ impl Graph {
         self.constant(node).is_some_and(power_of_two)
     }
 
-    pub(crate) fn quotient(&mut self, a: Node, b: Node) -> Node {
+    /// a/b
+    pub fn quotient(&mut self, a: Node, b: Node) -> Node {
         if let Some(y) = self.constant(b).filter(|&y| y != 0.0) {
             if power_of_two(y) {
                 let inverse = self.number(y.recip());
@@ -174,8 +185,9 @@ impl Graph {
         }
     }
 
-    /// a^b: by repeated squaring for a whole number b, with a root where 2b is one, else e^(b ln a).
-    pub(crate) fn power(&mut self, a: Node, b: Node) -> Node {
+    /// a^b: by repeated squaring where b is a whole number, with a square root where 2b is one, and
+    /// as e^(b ln a) otherwise.
+    pub fn power(&mut self, a: Node, b: Node) -> Node {
         match self.constant(b) {
             Some(exponent) if exponent.abs() <= LARGEST_POWER && (2.0 * exponent).fract() == 0.0 => {
                 let size = exponent.abs();
@@ -210,22 +222,29 @@ impl Graph {
     }
 }
 
-/// Whole numbers beyond are even, and every power of a number but ±1 is 0 or infinite.
+/// The largest exponent that is treated as a whole number. Every f64 above 2⁵³ ≈ 9e15 is even, and
+/// the power of any number but ±1 is 0 or infinite there.
 const LARGEST_POWER: f64 = 9e15;
 
-/// Is a product with it exact?
+/// Below this size the remainder of a product or quotient may underflow: 2⁻⁵³ of it nears the
+/// smallest normal f64, 2e-308.
+const SMALLEST: f64 = 1e-290;
+
+/// Whether x is ±2ᵏ, so that a product with it is exact.
 fn power_of_two(x: f64) -> bool {
     x.is_normal() && x.to_bits() << 12 == 0
 }
 
+/// x y, if that has no rounding error.
 fn exact_product(x: f64, y: f64) -> Option<f64> {
     let product = x * y;
-    let large = product.abs() > 1e-290 || x == 0.0 || y == 0.0;
+    let large = product.abs() > SMALLEST || x == 0.0 || y == 0.0;
     (product.is_finite() && large && x.mul_add(y, -product) == 0.0).then_some(product)
 }
 
+/// x/y, if that has no rounding error.
 fn exact_quotient(x: f64, y: f64) -> Option<f64> {
     let quotient = x / y;
-    let large = quotient.abs() > 1e-290 && x.abs() > 1e-290 || x == 0.0;
+    let large = quotient.abs() > SMALLEST && x.abs() > SMALLEST || x == 0.0;
     (quotient.is_finite() && large && quotient.mul_add(y, -x) == 0.0).then_some(quotient)
 }

@@ -1,16 +1,19 @@
-//! Straight-line programs: what some nodes need and nothing else, in registers on the stack.
+//! Straight-line programs, run in registers on the stack.
 //!
-//! What depends on no input has been computed before, once for all evaluations, and lies in the frame a run begins with.
+//! A program computes the operands of its results and nothing else. Nodes that depend on no input
+//! are computed once, before all runs. They make up the frame that a run starts from.
 
-use super::compile::compile;
-use super::function::Function;
-use super::graph::{Graph, Input, Node};
+use crate::compile::compile;
+use crate::function::Function;
+use crate::graph::{Graph, Input, Node};
 use afterbay_core::Scalar;
+use thiserror::Error;
 
-/// The most registers a program may have.
-pub(crate) const REGISTERS: usize = 1024;
-/// Frames are copied in blocks of this many, and filled up to whole ones.
-pub(crate) const BLOCK: usize = 8;
+/// The largest number of registers of a program.
+pub const REGISTERS: usize = 1024;
+/// Entries in a block of a frame. A frame is copied block by block, so that its length is padded to
+/// a multiple.
+pub const BLOCK: usize = 8;
 
 pub(super) type Register = u16;
 
@@ -71,21 +74,24 @@ pub(super) enum Instruction {
         a: Register,
         b: Register,
     },
-    /// The result of this index is in the register.
+    /// Gives the register as the result of this index.
     Give {
         index: u32,
         a: Register,
     },
 }
 
-/// Where the inputs are read.
+/// The inputs of a run. Parts that a program does not read may be empty.
 #[derive(Clone, Copy)]
-pub(crate) struct Point<'a, T> {
-    pub(crate) q: &'a [T],
-    pub(crate) p: &'a [T],
-    pub(crate) v: &'a [T],
-    /// The end of the edge, or the coordinate moved.
-    pub(crate) end: T,
+pub struct Point<'a, T> {
+    /// Coordinates.
+    pub q: &'a [T],
+    /// Momenta.
+    pub p: &'a [T],
+    /// Velocities.
+    pub v: &'a [T],
+    /// The end of an edge, or the value of the coordinate that [`Program::moving`] replaced.
+    pub end: T,
 }
 
 impl<T: Copy> Point<'_, T> {
@@ -100,30 +106,38 @@ impl<T: Copy> Point<'_, T> {
     }
 }
 
-/// A program with its results.
+/// A compiled set of nodes. It is evaluated without heap allocation.
 #[derive(Clone, Debug)]
-pub(crate) struct Program {
-    /// Register k holds entry k of the frame at the start, and the inputs follow.
-    pub(crate) frame: Box<[Node]>,
+pub struct Program {
+    /// Register k starts with entry k of the frame. The inputs follow.
+    pub(super) frame: Box<[Node]>,
     pub(super) inputs: Box<[Input]>,
     pub(super) code: Box<[Instruction]>,
-    /// The registers of the results, unless they are given on the way.
+    /// The registers of the results that are read at the end of a run.
     pub(super) results: Box<[Register]>,
     pub(super) registers: usize,
 }
 
-/// A program needs more registers than there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct TooManyRegisters;
+/// A program needs more than [`REGISTERS`] values at one time.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("more than {REGISTERS} values are needed at one time")]
+pub struct TooManyRegisters;
 
 impl Program {
-    /// For a few results, all at the end of a run.
-    pub(crate) fn new(graph: &Graph, results: &[Node]) -> Result<Self, TooManyRegisters> {
+    /// The program of a few results, which [`Program::results`] reads at the end of a run.
+    ///
+    /// # Errors
+    /// [`TooManyRegisters`]
+    pub fn new(graph: &Graph, results: &[Node]) -> Result<Self, TooManyRegisters> {
         compile(graph, results, &[])
     }
 
-    /// For many, each given as soon as it is there: some programs, if it takes too many registers in one. A result is given with its index.
-    pub(crate) fn many(graph: &Graph, results: &[(u32, Node)]) -> Result<Vec<Self>, TooManyRegisters> {
+    /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as it
+    /// is computed. Results that need too many registers together are spread over several programs.
+    ///
+    /// # Errors
+    /// [`TooManyRegisters`], if a single result needs more than there are.
+    pub fn many(graph: &Graph, results: &[(u32, Node)]) -> Result<Vec<Self>, TooManyRegisters> {
         let (mut programs, mut stack) = (Vec::new(), vec![results]);
         while let Some(part) = stack.pop() {
             match compile(graph, &[], part) {
@@ -138,8 +152,8 @@ impl Program {
         Ok(programs)
     }
 
-    /// The same with the end of the edge in the place of q_j.
-    pub(crate) fn moving(mut self, j: u32) -> Self {
+    /// The program with [`Input::End`] read in the place of q_j.
+    pub fn moving(mut self, j: u32) -> Self {
         let moved = |input: &mut Input| {
             if *input == Input::Coordinate(j) {
                 *input = Input::End;
@@ -154,21 +168,40 @@ impl Program {
         self
     }
 
-    /// The length of its code.
-    pub(crate) fn len(&self) -> usize {
+    /// The nodes of the frame, in order.
+    pub fn frame_nodes(&self) -> &[Node] {
+        &self.frame
+    }
+
+    /// The frame for these values of the parameters, padded with zeros to whole blocks.
+    ///
+    /// # Panics
+    /// If the program mentions a parameter beyond the last.
+    pub fn frame<T: Scalar>(&self, graph: &Graph, parameters: &[T]) -> Vec<T> {
+        let values = graph.evaluate(&graph.all(&self.frame), parameters, |_| T::zero());
+        let mut frame: Vec<T> = self.frame.iter().filter_map(|x| values.get(x).copied()).collect();
+        frame.resize(frame.len().next_multiple_of(BLOCK), T::zero());
+        frame
+    }
+
+    /// The number of instructions, entries of the frame and inputs.
+    pub fn size(&self) -> usize {
         self.code.len() + self.frame.len() + self.inputs.len()
     }
 
-    /// The results.
+    /// The values of the first K results of [`Program::new`] at a point.
+    ///
+    /// # Panics
+    /// If the program reads beyond the end of a part of the point.
     #[inline]
-    pub(crate) fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+    pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
         if self.registers > 16 {
             return self.large_results(frame, point);
         }
         self.last::<T, 16, K>(frame, point)
     }
 
-    /// Apart, so that a small program does not reserve the registers of a large one.
+    /// A separate function, so that a small program does not reserve the registers of a large one.
     #[inline(never)]
     fn large_results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
         match self.registers {
@@ -186,9 +219,12 @@ impl Program {
         results
     }
 
-    /// Gives every result with its index.
+    /// Calls `give` with the index and the value of every result of [`Program::many`].
+    ///
+    /// # Panics
+    /// If the program reads beyond the end of a part of the point.
     #[inline]
-    pub(crate) fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
+    pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
         if self.registers > 16 {
             return self.large_run(frame, point, give);
         }
@@ -203,7 +239,8 @@ impl Program {
         }
     }
 
-    /// N is a power of two, and every register below it.
+    /// Runs the program in N registers. N is a power of two, so that the mask makes every index valid
+    /// without a bounds check; all registers of the program are below N.
     #[inline(always)]
     fn execute<T: Scalar, const N: usize>(
         &self,
@@ -214,7 +251,7 @@ impl Program {
     ) {
         let at = |register: Register| register as usize & (N - 1);
         let mut blocks = r.as_chunks_mut::<BLOCK>().0.iter_mut().zip(frame.as_chunks::<BLOCK>().0);
-        // The first apart: a copy of known length is no call.
+        // The first block is copied on its own: its known length makes the copy a few instructions.
         if let Some((r, x)) = blocks.next() {
             *r = *x;
             blocks.for_each(|(r, x)| *r = *x);

@@ -1,22 +1,24 @@
-//! Polynomials as they are written: sums of monomials, products of sums left alone.
+//! Polynomials written as sums of monomials. Products of sums are not multiplied out.
 
-use super::graph::{Graph, Input, Kinds, Node, Term};
+use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
-/// The largest sum of powers of a monomial.
-const LARGEST: usize = 16;
+/// The largest degree of a monomial.
+const LARGEST_DEGREE: usize = 16;
 
-/// c Π q_i, c closed, the q_i in order and each as often as its power.
+/// A monomial c Π q_i.
 #[derive(Clone, Debug)]
-pub(crate) struct Monomial {
-    pub(crate) coefficient: Node,
-    pub(crate) factors: Vec<u32>,
+pub struct Monomial {
+    /// c, a closed node.
+    pub coefficient: Node,
+    /// The indices i in ascending order, each as often as its power.
+    pub factors: Vec<u32>,
 }
 
 impl Graph {
-    /// The node as a sum of monomials, if it is written as one: nothing is multiplied out but closed
-    /// factors, so that nothing is lost where the terms of a product cancel.
-    pub(crate) fn monomials(&mut self, of: Node) -> Option<Vec<Monomial>> {
+    /// The node as a sum of monomials, if it is written as one. Only closed factors are multiplied out,
+    /// so that no digits are lost where the terms of a product cancel.
+    pub fn monomials(&mut self, of: Node) -> Option<Vec<Monomial>> {
         let one = self.number(1.0);
         let mut known: HashMap<Node, Monomial> = HashMap::new();
         for node in self.cone(&[of], Kinds::ALL) {
@@ -60,7 +62,7 @@ impl Graph {
         Some(sum)
     }
 
-    /// The node as one monomial, if it is written as one of what is known.
+    /// The node as one monomial, given the operands that are monomials.
     fn monomial(&mut self, node: Node, known: &HashMap<Node, Monomial>) -> Option<Monomial> {
         let one = self.number(1.0);
         let scaled = |graph: &mut Self, a: &Node, by: Node| {
@@ -80,7 +82,7 @@ impl Graph {
                 let mut factors = [&a.factors[..], &b.factors[..]].concat();
                 factors.sort_unstable();
                 let coefficient = self.product(a.coefficient, b.coefficient);
-                (factors.len() <= LARGEST).then_some(Monomial { coefficient, factors })
+                (factors.len() <= LARGEST_DEGREE).then_some(Monomial { coefficient, factors })
             }
             Term::Quotient(a, c) if self.closed(c) => {
                 let monomial = known.get(&a)?;
@@ -94,7 +96,7 @@ impl Graph {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     fn power(graph: &mut Graph, of: Node, exponent: f64) -> Node {
         let exponent = graph.number(exponent);

@@ -1,21 +1,24 @@
-//! What follows from the form of an expression alone: degrees, signs, and where it is not analytic.
+//! Properties that the form of an expression shows: degrees, signs, summands, and points where it is
+//! not analytic.
 
-use super::function::Function;
-use super::graph::{Graph, Input, Kinds, Node, Term};
+use crate::function::Function;
+use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
 /// The least and the largest degree of the monomials of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Degrees {
-    pub(crate) least: u32,
-    pub(crate) most: u32,
+pub struct Degrees {
+    /// The least degree.
+    pub least: u32,
+    /// The largest degree.
+    pub most: u32,
 }
 
 impl Degrees {
     const NONE: Self = Self { least: 0, most: 0 };
 
-    /// Are all monomials of this degree?
-    pub(crate) fn are(self, degree: u32) -> bool {
+    /// Whether all monomials have this degree.
+    pub fn are(self, degree: u32) -> bool {
         self.least == degree && self.most == degree
     }
 
@@ -30,14 +33,14 @@ impl Degrees {
 }
 
 impl Graph {
-    /// The degrees of a node as a polynomial in the inputs of these kinds, if it is one; what else there is may be any function. The zero
-    /// has degree 0.
-    pub(crate) fn degrees(&self, of: Node, kinds: Kinds) -> Option<Degrees> {
+    /// The degrees of a node as a polynomial in the inputs of these kinds, if it is one. It may depend
+    /// on other inputs in any way. The constant 0 has degree 0.
+    pub fn degrees(&self, of: Node, kinds: Kinds) -> Option<Degrees> {
         self.degrees_in(of, kinds, |_| true)
     }
 
-    /// The same in one input.
-    pub(crate) fn degrees_by(&self, of: Node, by: Input) -> Option<Degrees> {
+    /// The degrees of a node as a polynomial in one input, if it is one.
+    pub fn degrees_by(&self, of: Node, by: Input) -> Option<Degrees> {
         self.degrees_in(of, Kinds::ALL, |input| input == by)
     }
 
@@ -62,8 +65,23 @@ impl Graph {
         degrees.get(&of).copied().unwrap_or(Some(Degrees::NONE))
     }
 
-    /// The nodes between whose zeros the others are analytic: x of |x|, √x and ln x.
-    pub(crate) fn kinks(&self, of: &[Node]) -> Vec<Node> {
+    /// The terms whose sum the node is, with their signs.
+    pub fn summands(&mut self, of: Node) -> Vec<Node> {
+        let (mut summands, mut stack) = (Vec::new(), vec![(of, false)]);
+        while let Some((node, negative)) = stack.pop() {
+            match self.term(node) {
+                Term::Sum(a, b) => stack.extend([(b, negative), (a, negative)]),
+                Term::Difference(a, b) => stack.extend([(b, !negative), (a, negative)]),
+                Term::Negative(a) => stack.push((a, !negative)),
+                _ if self.is_zero(node) => {}
+                _ => summands.push(if negative { self.negative(node) } else { node }),
+            }
+        }
+        summands
+    }
+
+    /// The nodes at whose zeros `of` may not be analytic: x of |x|, √x and ln x.
+    pub fn kinks(&self, of: &[Node]) -> Vec<Node> {
         let mut kinks: Vec<Node> = self
             .cone(of, Kinds::ALL)
             .into_iter()
@@ -77,8 +95,9 @@ impl Graph {
         kinks
     }
 
-    /// The sign of a node beside that of one input, given what is known of the closed nodes.
-    pub(crate) fn sign(&self, of: Node, beside: Input, closed: impl Fn(Node) -> Sign) -> Sign {
+    /// The sign of a node, by its form. It may be relative to the sign of the input `beside`; `closed`
+    /// gives the signs of closed nodes.
+    pub fn sign(&self, of: Node, beside: Input, closed: impl Fn(Node) -> Sign) -> Sign {
         let mut signs: HashMap<Node, Sign> = HashMap::new();
         let cone = self.cone(&[of], Kinds::ALL);
         for node in cone {
@@ -92,7 +111,7 @@ impl Graph {
                 Term::Difference(a, b) => at(a).plus(at(b).opposite()),
                 Term::Product(a, b) if a == b && at(a) != Sign::Zero => Sign::NotNegative,
                 Term::Product(a, b) => at(a).times(at(b)),
-                // Where the divisor is 0 there is no number.
+                // A quotient by 0 is not a number, so that a divisor of one sign is taken for nonzero.
                 Term::Quotient(a, b) if at(b) != Sign::Zero => at(a).times(at(b)),
                 Term::Of(function, a) => at(a).under(function),
                 _ => Sign::Unknown,
@@ -103,16 +122,20 @@ impl Graph {
     }
 }
 
-/// The sign of a number for all states.
+/// The sign of a node at every state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sign {
+pub enum Sign {
+    /// = 0
     Zero,
+    /// ≥ 0
     NotNegative,
+    /// ≤ 0
     NotPositive,
-    /// Not of the other sign than a number it is compared with.
+    /// Its product with the input it is compared with is ≥ 0.
     Along,
-    /// Not of the same sign as that.
+    /// Its product with that input is ≤ 0.
     Against,
+    /// The form does not tell.
     Unknown,
 }
 
@@ -146,7 +169,7 @@ impl Sign {
         }
     }
 
-    /// Of a function of it.
+    /// The sign of the function at a number of this sign.
     fn under(self, function: Function) -> Self {
         match function {
             Function::Abs if self == Self::Zero => Self::Zero,
@@ -156,7 +179,7 @@ impl Sign {
             | Function::Cosh
             | Function::Sech
             | Function::Acos => Self::NotNegative,
-            // Odd, and monotone.
+            // Odd and increasing functions.
             Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => self,
             Function::Log | Function::Sin | Function::Cos => Self::Unknown,
         }

@@ -1,36 +1,48 @@
 //! The functions an expression may call: their names, values in any scalar, and derivatives.
 
-use super::graph::{Graph, Node};
+use crate::graph::{Graph, Node};
 use afterbay_core::{Line, Scalar, divided};
 
 /// A function of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Function {
+pub enum Function {
+    /// |x|
     Abs,
-    /// -1, 0 or 1: the derivative of |x|, and no name of its own.
+    /// The sign of x, -1, 0 or 1: the derivative of |x|. A text cannot name it.
     Sign,
+    /// √x
     Sqrt,
+    /// eˣ
     Exp,
+    /// The natural logarithm.
     Log,
+    /// sin x
     Sin,
+    /// cos x
     Cos,
+    /// The inverse sine.
     Asin,
+    /// The inverse cosine.
     Acos,
+    /// The inverse tangent.
     Atan,
+    /// sinh x
     Sinh,
+    /// cosh x
     Cosh,
+    /// tanh x
     Tanh,
-    /// 1/cosh: of the derivative of tanh, and no name of its own.
+    /// 1/cosh x, of which the derivative of tanh is the square. A text cannot name it.
     Sech,
 }
 
-/// Every name that is a function. The tangent is the quotient of sine and cosine.
+/// The names of all functions. The tangent is the quotient of sine and cosine.
 pub(crate) const NAMES: [&str; 13] =
     ["abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"];
 
 impl Graph {
-    /// The function of that name at x.
-    pub(crate) fn call(&mut self, name: &str, x: Node) -> Option<Node> {
+    /// The function of that name at x; none if there is no such function.
+    pub fn call(&mut self, name: &str, x: Node) -> Option<Node> {
         let function = match name {
             "abs" => Function::Abs,
             "sqrt" => Function::Sqrt,
@@ -53,7 +65,7 @@ impl Graph {
         Some(self.of(function, x))
     }
 
-    /// f'(x), where `value` is f(x).
+    /// f'(x), given x and f(x).
     pub(crate) fn slope(&mut self, function: Function, x: Node, value: Node) -> Node {
         let one = self.number(1.0);
         match function {
@@ -71,7 +83,8 @@ impl Graph {
                 self.negative(sin)
             }
             Function::Asin | Function::Acos => {
-                // With one rounding, in one instruction; (1 - x)(1 + x) would cancel in its derivative.
+                // 1 - x² is one fused instruction with one rounding. The derivative of (1 - x)(1 + x)
+                // would cancel.
                 let square = self.product(x, x);
                 let rest = self.difference(one, square);
                 let root = self.of(Function::Sqrt, rest);
@@ -86,7 +99,7 @@ impl Graph {
             Function::Sinh => self.of(Function::Cosh, x),
             Function::Cosh => self.of(Function::Sinh, x),
             Function::Tanh => {
-                // 1 - tanh² would cancel, and cosh² be no number at |x| > 355.
+                // 1 - tanh² would cancel, and cosh² would overflow at |x| > 355.
                 let sech = self.of(Function::Sech, x);
                 self.product(sech, sech)
             }
@@ -100,9 +113,9 @@ impl Graph {
 }
 
 impl Function {
-    /// f(x), composed of what every scalar has, without cancellation.
+    /// f(x), from the operations of [`Scalar`], without cancellation.
     #[inline]
-    pub(crate) fn at<T: Scalar>(self, x: T) -> T {
+    pub fn at<T: Scalar>(self, x: T) -> T {
         let (zero, one) = (T::zero(), T::one());
         match self {
             Self::Abs => x.abs(),
@@ -112,7 +125,7 @@ impl Function {
             Self::Log => x.ln(),
             Self::Sin => x.sin_cos().0,
             Self::Cos => x.sin_cos().1,
-            // The half and the quarter of the angle: no divisor is 0, and nothing cancels near ±1.
+            // By the half and the quarter of the angle no divisor is 0 and nothing cancels near ±1.
             Self::Asin => {
                 let half = (x / (one + ((one - x) * (one + x)).sqrt())).atan();
                 half + half
@@ -143,9 +156,9 @@ impl Function {
         }
     }
 
-    /// f[a, b] with its derivative by b, without cancellation at any width.
+    /// f[a, b] and its derivative by b, without cancellation for any b - a.
     #[inline]
-    pub(crate) fn divided<T: Scalar>(self, a: T, b: T) -> Line<T> {
+    pub fn divided<T: Scalar>(self, a: T, b: T) -> Line<T> {
         match self {
             Self::Abs => divided::abs(a, b),
             Self::Sqrt => divided::sqrt(a.sqrt(), b.sqrt()),
@@ -159,7 +172,7 @@ impl Function {
             Self::Sinh => divided::sinh(a, b),
             Self::Cosh => divided::cosh(a, b),
             Self::Tanh => divided::tanh(a, b),
-            // Of no potential: they have no names, and are derivatives.
+            // A text cannot name these two, so that no potential contains them: a plain quotient will do.
             Self::Sign | Self::Sech => {
                 let still = (b - a).abs().le(T::zero());
                 let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);

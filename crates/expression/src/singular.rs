@@ -4,9 +4,9 @@
 //! of a logarithm may be 0, or that of a root or an inverse sine outside its range, the edge is
 //! halved until nothing is left to doubt.
 
-use super::function::Function;
-use super::graph::{Graph, Input, Kinds, Node, Term};
-use super::program::{Instruction, Program, REGISTERS, Register};
+use crate::function::Function;
+use crate::graph::{Graph, Input, Kinds, Node, Term};
+use crate::program::{Instruction, Program, REGISTERS, Register};
 use afterbay_core::{Interval, Scalar};
 use std::collections::HashSet;
 
@@ -32,7 +32,7 @@ enum Sight {
 
 impl Graph {
     /// Can the node be singular where what it is made of is finite, as far as its form tells?
-    pub(crate) fn may_be_singular(&self, of: Node) -> bool {
+    pub fn may_be_singular(&self, of: Node) -> bool {
         let (mut least, mut positive) = (HashSet::new(), HashSet::new());
         let all = self.all(&[of]);
         for &node in &all {
@@ -78,7 +78,7 @@ impl Program {
     /// Is what the program computes singular somewhere as the end of the edge goes between two
     /// numbers? The frame and the inputs are given as intervals.
     #[inline(never)]
-    pub(crate) fn is_singular(
+    pub fn is_singular(
         &self,
         frame: impl Fn(usize) -> Interval,
         input: impl Fn(Input) -> Interval,
