@@ -14,49 +14,28 @@
 //! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]).
 //! It knows no method and no system by name.
 
-mod adaptive;
-pub mod check;
-mod coupling;
-mod curvature;
-pub mod divided;
-pub mod edge;
-mod exact;
-mod failure;
-mod formulas;
-mod grid;
-mod integrate;
-mod method;
-mod observer;
-mod order_raising;
-mod phase_plane;
-mod scalar;
+mod error;
+mod numbers;
+mod quantity;
+mod run;
 pub mod solver;
-mod state;
 mod system;
 pub mod taylor;
-mod tolerance;
-mod uniform;
-mod vector;
-mod view;
+pub mod validate;
 
-pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
-pub use coupling::Coupling;
-pub use curvature::{Block, Curvature};
-pub use exact::ExactFlow;
-pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
-pub use formulas::{Formulas, FromFormulas};
-pub use grid::Grid;
-pub use integrate::{integrate, integrate_in};
-pub use method::{Effort, Method};
-pub use observer::{Every, Observer};
-pub use order_raising::{Correction, Misprinted, OrderRaising};
-pub use phase_plane::{Mean, PhasePlane, Resistance, Slopes};
-pub use qd::Quad;
-pub use scalar::{Certainty, Corrected, Ends, Interval, Lanewise, Mask, Scalar, Series, Slope};
-pub use state::State;
-pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
-pub use tolerance::Tolerance;
-pub use uniform::Uniform;
-pub use vector::Vector;
-pub use view::View;
-pub use wide::{f64x4, f64x8};
+pub use error::{InputError, IntegrateError, RunError, StepFailure};
+pub use numbers::{
+    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Slope, Vector, divided,
+    edge, f64x4, f64x8,
+};
+pub use quantity::{Block, Quantity};
+pub use run::{
+    Adaptive, Attempt, Effort, Every, Grid, Method, Observer, Statistics, Tolerance, integrate, integrate_in,
+    integrate_within, sample_within,
+};
+pub use system::{
+    Correction, Coupling, Curvature, Damping, Drag, ExactFlow, Formulas, FromFormulas, Linear, Mean,
+    Misprinted, OrderRaising, Passive, PhasePlane, Resistance, Separable, Slopes, State, System, Uniform,
+    View,
+};
+pub use validate as check;

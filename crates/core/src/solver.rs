@@ -10,7 +10,8 @@ mod several;
 pub use fixed_point::FixedPoint;
 pub use newton::Newton;
 
-use crate::{Scalar, StepFailure};
+use crate::error::StepFailure;
+use crate::numbers::Scalar;
 
 /// A way to solve `x = start - F(1, x)` to rounding.
 pub trait Solver {

@@ -2,7 +2,9 @@
 
 use super::newton::{Grain, Point, grain};
 use super::{Equation, Root, Solver};
-use crate::{Mask, Quantity, Scalar, StepFailure};
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::Quantity;
 
 /// `x ← start - F(1, x)`, until the update no longer shrinks. (The paper's tolerance of 1e-18 is below the rounding
 /// of `f64` and is never reached there.) Contracts where |∂F/∂x| < 1, which bounds the step.

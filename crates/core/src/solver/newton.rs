@@ -23,7 +23,8 @@ mod grain;
 mod twice;
 
 use super::{Equation, Root, Sample, Solver};
-use crate::{Mask, Scalar, StepFailure};
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar};
 use course::carefully;
 use follow::follow;
 use std::hint::cold_path;

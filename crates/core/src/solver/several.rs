@@ -1,7 +1,7 @@
 //! Has an equation more than one solution?
 
 use super::Equation;
-use crate::Scalar;
+use crate::numbers::Scalar;
 
 /// How far from x is looked, in powers of 2 of its size.
 const REACH: i32 = 30;

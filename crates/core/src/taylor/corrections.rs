@@ -1,7 +1,8 @@
 //! The exact δ of a step of modDG, by series in h.
 
 use super::expand;
-use crate::{Correction, Scalar, Separable, Series, State};
+use crate::numbers::{Scalar, Series};
+use crate::system::{Correction, Separable, State};
 
 /// δ of the equation for q and of the equation for p at (q, p), for any system with one degree of freedom:
 /// the quotients `Δq m / p̄` and `-Δp / (ΔV/Δq + D̄)` along the exact flow, as series in h.

@@ -11,7 +11,8 @@
 //! so that a bound of c over [0, 1] bounds what the stride adds to the error by τ c/M.
 
 use super::Expansion;
-use crate::{Interval, Scalar, Series, State, System, Vector};
+use crate::numbers::{Interval, Scalar, Series, Vector};
+use crate::system::{State, System};
 
 /// What a stride may add to the error of q, p and w, in roundings of the largest of each.
 pub(super) const ALLOWED: f64 = 16.0;

@@ -2,7 +2,8 @@
 
 use super::kink::first_zero;
 use super::reach::{reach, sizes};
-use crate::{Scalar, Series, State, System, Vector};
+use crate::numbers::{Scalar, Series, Vector};
+use crate::system::{State, System};
 
 /// Fills in the Taylor coefficients in time of q, p and w from their constant terms.
 ///

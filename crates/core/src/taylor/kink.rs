@@ -1,6 +1,6 @@
 //! The time to the first kink on the way.
 
-use crate::{Scalar, Series};
+use crate::numbers::{Scalar, Series};
 
 /// A time up to which the series has no zero, infinite if it has none on the `way` from 0: the zero of
 ///

@@ -1,6 +1,6 @@
 //! How far a Taylor polynomial may be trusted, judged by all of its coefficients.
 
-use crate::{Scalar, Series};
+use crate::numbers::{Scalar, Series};
 
 /// The largest entries of each coefficient of series that belong together.
 pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M] {

@@ -1,7 +1,9 @@
 //! Flows followed by series, beside what is known of them.
 
 use super::*;
-use crate::{InputError, Interval, Quad, Scalar, Series, State, System};
+use crate::error::InputError;
+use crate::numbers::{Interval, Quad, Scalar, Series};
+use crate::system::{State, System};
 
 /// H = Σ (p_j² + q_j²)/2 + q1⁴/4 + (q1 - q2)²/2, D_j = c (1 + q_j²) v_j
 struct Pair {

@@ -2,7 +2,9 @@
 
 use super::defect::ALLOWED;
 use super::{Defect, Expansion, Sampled};
-use crate::{InputError, Scalar, Series, State, System, Vector};
+use crate::error::InputError;
+use crate::numbers::{Scalar, Series, Vector};
+use crate::system::{State, System};
 
 /// How a flow is followed.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Two points between which x + F passes `start`.
 
-use crate::{Mask, Scalar};
+use crate::numbers::{Mask, Scalar};
 
 /// Points with residuals of opposite signs, in each lane; as far away as can be where none is seen
 /// yet.

@@ -4,7 +4,7 @@ use super::bracket::Bracket;
 use super::grain::{Grain, Point, grain};
 use super::twice::{Correction, Twice};
 use super::{Equation, GENTLE, Outcome, Sample};
-use crate::{Mask, Scalar};
+use crate::numbers::{Mask, Scalar};
 use std::hint::cold_path;
 
 /// Corrections before the direct iteration is given up.

@@ -3,8 +3,10 @@
 use super::course::carefully;
 use super::twice::{Twice, twice};
 use super::{Equation, Outcome, Root, is_gentle};
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::Quantity;
 use crate::solver::several::several;
-use crate::{Mask, Quantity, Scalar, StepFailure};
 use std::hint::cold_path;
 
 /// The shortest step in s of the continuation.

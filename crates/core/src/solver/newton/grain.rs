@@ -1,7 +1,7 @@
 //! The rounding of F, as it is seen.
 
+use crate::numbers::{Mask, Scalar};
 use crate::solver::Equation;
-use crate::{Mask, Scalar};
 
 /// A point where F has been evaluated.
 #[derive(Clone, Copy)]

@@ -4,7 +4,7 @@ mod convergence;
 
 use super::twice::Twice;
 use super::*;
-use crate::f64x8;
+use crate::numbers::f64x8;
 use qd::Quad;
 
 /// x + s (a x + b x³) = start

@@ -1,7 +1,7 @@
 //! Two evaluations and two corrections: the ordinary step.
 
 use super::{Equation, Root, Sample, is_gentle};
-use crate::{Mask, Scalar};
+use crate::numbers::{Mask, Scalar};
 use std::hint::cold_path;
 
 /// Two evaluations, or the first of them, and what they show.

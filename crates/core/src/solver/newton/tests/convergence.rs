@@ -1,8 +1,9 @@
 //! Equations whose updates stop at the rounding of F: each is solved, alone and in lanes to the bit.
 
 use super::random;
+use crate::error::StepFailure;
+use crate::numbers::f64x8;
 use crate::solver::{FixedPoint, Newton, Sample, Solver};
-use crate::{StepFailure, f64x8};
 
 /// F, ∂F/∂x, and the size of the terms F is made of.
 type Force = fn(&Case, f64, f64) -> [f64; 3];

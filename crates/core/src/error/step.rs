@@ -1,0 +1,201 @@
+//! Steps that cannot be taken.
+
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::Quantity;
+use thiserror::Error;
+
+/// Why a step could not be taken. The state is as it was before the step.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StepFailure {
+    /// The step would give a number that is not finite.
+    #[error("{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here", dof + 1)]
+    NonFinite {
+        /// Which vector.
+        quantity: Quantity,
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The value it would have.
+        value: f64,
+    },
+    /// The simple iteration moves away from the solution.
+    #[error(
+        "the fixed-point iteration of degree of freedom {} does not contract (updates change by the factor \
+         {} after {iterations} iterations): take a smaller step or Newton's method",
+        dof + 1,
+        factor(*ratio)
+    )]
+    NotContracting {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Iterations done.
+        iterations: u32,
+        /// The last update over the one before.
+        ratio: f64,
+    },
+    /// Newton's iteration finds no solution that continues from h → 0, within the iterations it has.
+    #[error(
+        "Newton's iteration of degree of freedom {} stalls (last update {update:e} after {iterations} iterations): \
+         it finds no solution that continues from h = 0, take a smaller step",
+        dof + 1
+    )]
+    NewtonStalled {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Iterations done.
+        iterations: u32,
+        /// The last update.
+        update: f64,
+    },
+    /// The solution that continues from h → 0 is lost where the equation is seen to have several: the branch it is on meets
+    /// another and ends, or forks.
+    #[error(
+        "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and none is seen to continue \
+         from h = 0 to its end: take a smaller step",
+        dof + 1
+    )]
+    SeveralSolutions {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The share of the step at which they are seen.
+        share: f64,
+    },
+    /// The linear equation of the step has no solution.
+    #[error("the equation of degree of freedom {} is singular (its slope is {slope:e}): take another step", dof + 1)]
+    Singular {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The slope.
+        slope: f64,
+    },
+    /// The equations of the step do not fit in the memory allowed.
+    #[error(
+        "the equations of the step have {unknowns} unknowns, and their matrices would take {bytes:.1e} bytes: take a step \
+         so short that simple iteration contracts, or an explicit method"
+    )]
+    TooLarge {
+        /// The unknowns of one system of equations.
+        unknowns: usize,
+        /// What all of their matrices would take.
+        bytes: f64,
+    },
+    /// No small change of (q, p) brings H to what K asks for.
+    #[error(
+        "the projection fails: K is off by {excess:e} after the step, and no change of q and p within the error allowed \
+         makes up for it: allow a larger error, or take adaptive-collocation"
+    )]
+    ProjectionFailed {
+        /// What the step adds to K.
+        excess: f64,
+    },
+    /// δ is not finite: its denominator vanishes.
+    #[error("δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it", dof + 1)]
+    Pole {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The denominator: p for δ(q), V' + D for δ(p).
+        denominator: f64,
+    },
+    /// Steps accurate enough become so short that t + h = t.
+    #[error("the step shrinks to {h:e}, and t + h = t: allow a larger error, or end before")]
+    Vanishes {
+        /// The step.
+        h: f64,
+    },
+    /// A quadrature does not resolve H along the step, and K would be lost.
+    #[error(
+        "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): take a smaller step"
+    )]
+    Unresolved {
+        /// The nodes of the quadrature.
+        nodes: usize,
+        /// How far K would move, in roundings of what it is made of.
+        roundings: f64,
+    },
+    /// V is singular between the ends of the edge along which a coordinate would move. A mean of ∂V/∂q along it exists, and would
+    /// keep K across the pole.
+    #[error(
+        "V is singular between q{} = {from:?} and {to:?}, where the step would lead: no step crosses a singularity, take a smaller \
+         one, or end before the motion itself meets it",
+        dof + 1
+    )]
+    AcrossSingularity {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Where the edge starts.
+        from: f64,
+        /// Where it would end.
+        to: f64,
+    },
+    /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on it.
+    #[error(
+        "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a smaller step, or give the edge in \
+         closed form",
+        dof + 1
+    )]
+    EdgeUnresolved {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Where the edge starts.
+        from: f64,
+        /// Where it ends.
+        to: f64,
+    },
+    /// The means along the edges of a step do not add up to what H changes by.
+    #[error(
+        "the means along the edges of the step do not add up to the increment of H (K would move by {roundings:.0} roundings): \
+         H changes between the points they are taken from, or is another function; take a smaller step, or give the edges in \
+         closed form"
+    )]
+    BalanceLost {
+        /// How far K would move, in roundings of what it is made of.
+        roundings: f64,
+    },
+    /// The step is too long for the flow of the linearised system to be followed.
+    #[error(
+        "h times the rates of the linearised system is more than {limit:e}, or about that: take a smaller step"
+    )]
+    TooLong {
+        /// The limit.
+        limit: f64,
+    },
+    /// No point near the end of an explicit step keeps K.
+    #[error(
+        "no relaxation root: K is off by {excess:e} after the explicit step, and no step near it keeps K: take another \
+         step size (a smaller one if K grows), or an implicit method"
+    )]
+    NoRelaxationRoot {
+        /// What the explicit step adds to K.
+        excess: f64,
+    },
+}
+
+/// A factor in words: one of many digits says no more than how large it is.
+fn factor(x: f64) -> String {
+    if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
+}
+
+impl StepFailure {
+    /// The first entry that is not finite among the parts of a state that was about to be taken.
+    #[cold]
+    pub fn non_finite<T: Scalar>(parts: &[(Quantity, &[T])]) -> Self {
+        for &(quantity, part) in parts {
+            if let Some(dof) = part.iter().position(|x| !x.is_finite().all()) {
+                return Self::NonFinite { quantity, dof, value: part[dof].to_f64() };
+            }
+        }
+        Self::NonFinite { quantity: Quantity::Force, dof: 0, value: f64::NAN }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_are_short() {
+        let says = |ratio| StepFailure::NotContracting { dof: 0, iterations: 3, ratio }.to_string();
+        for (ratio, factor) in [(1.5, " 1.500 "), (1.25e300, " 1.25e300 "), (f64::NAN, " NaN ")] {
+            assert!(says(ratio).contains(factor), "{}", says(ratio));
+        }
+    }
+}

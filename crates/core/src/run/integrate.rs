@@ -1,0 +1,122 @@
+//! The time loop.
+
+use super::grid::Grid;
+use super::method::{Effort, Method};
+use super::observer::Observer;
+use crate::error::{InputError, IntegrateError, RunError};
+use crate::numbers::{Mask, Scalar, Vector};
+use crate::system::{State, System};
+use std::ops::ControlFlow;
+
+/// Steps between two looks for what has come to rest.
+const BURST: u64 = 1024;
+
+/// Carries `state` over the grid, showing `observer` the states it asks for; the times are `t + n h` from the state's own t.
+///
+/// # Errors
+/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply: nothing was done.
+/// [`IntegrateError::Run`] if a step fails: `state` is then that of the last good step.
+pub fn integrate<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    state.check(system.dof())?;
+    integrate_in(method, system, grid, state, &mut method.workspace(system)?, observer)
+}
+
+/// [`integrate`] in a workspace that is there already: one made for the method and the system and not stepped with, or any one where
+/// the method says that these are as good ([`Method::is_memoryless`]).
+///
+/// # Errors
+/// Those of [`integrate`].
+#[inline(always)]
+pub fn integrate_in<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    workspace: &mut M::Workspace,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    state.check(system.dof())?;
+    let mut effort = Effort::default();
+    let start = state.t;
+    let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
+    let end = time(grid.steps);
+    if end + grid.h == end || !end.is_finite().all() {
+        return Err(InputError::TimeStalled { t: end.to_f64(), h: grid.h.to_f64() }.into());
+    }
+    if observer.observe(0, state).is_break() {
+        return Ok(effort);
+    }
+    let mut done = 0;
+    let mut before = state.clone();
+    // What a step takes once it changes nothing.
+    let mut idle = None;
+    while done < grid.steps {
+        let settled = grid.steps.min(done + BURST);
+        // The state moves to a place of its own, whose address no one else has: small ones live in registers.
+        let mut current = std::mem::replace(state, State::vacant());
+        let mut outcome = Ok(ControlFlow::Continue(()));
+        while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
+            let count = observer.next(done).min(settled).saturating_sub(done).max(1);
+            let taken = match idle {
+                // Nor do those that follow, to the bit.
+                Some(each) => Ok(Effort::times(each, count)),
+                None => method.steps(system, grid.h, count, &mut current, workspace),
+            };
+            match taken {
+                Ok(spent) => {
+                    effort += spent;
+                    done += count;
+                    current.t = time(done);
+                    outcome = Ok(observer.observe(done, &current));
+                }
+                Err((good, failure)) => {
+                    done += good;
+                    current.t = time(done);
+                    outcome = Err(RunError { step: done + 1, t: current.t.to_f64(), failure });
+                }
+            }
+        }
+        *state = current;
+        state.settle();
+        if outcome?.is_break() {
+            break;
+        }
+        if idle.is_none() && done < grid.steps && method.is_memoryless() && state.stands_where(&before) {
+            idle = left_alone(method, system, grid.h, state);
+        }
+        before.copy(state);
+    }
+    Ok(effort)
+}
+
+/// What a step takes that changes nothing, if this is one. Its workspace is its own: that of the loop stays in registers.
+#[cold]
+#[inline(never)]
+fn left_alone<V, S, M>(method: &M, system: &S, h: V::Scalar, state: &State<V>) -> Option<Effort>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let (mut next, mut workspace) = (state.clone(), method.workspace(system).ok()?);
+    let spent = method.steps(system, h, 1, &mut next, &mut workspace).ok()?;
+    next.stands_where(state).then_some(spent)
+}

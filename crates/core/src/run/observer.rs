@@ -1,0 +1,72 @@
+//! What is looked at while a run goes on.
+
+use crate::numbers::Vector;
+use crate::system::State;
+use std::ops::ControlFlow;
+
+/// Sees the state at every step of a run it asks for, the initial one (step 0) included, and may end the run.
+/// A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an observer, and `()` looks at nothing.
+pub trait Observer<V: Vector> {
+    /// The state after `step` steps. `Break` ends the run there.
+    fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()>;
+
+    /// The step to look at after `step`: every one, unless said otherwise. States before that may be shown too, or not.
+    #[inline(always)]
+    fn next(&self, step: u64) -> u64 {
+        step + 1
+    }
+}
+
+impl<V: Vector> Observer<V> for () {
+    #[inline(always)]
+    fn observe(&mut self, _step: u64, _state: &State<V>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn next(&self, _step: u64) -> u64 {
+        u64::MAX
+    }
+}
+
+impl<V: Vector, F: FnMut(u64, &State<V>) -> ControlFlow<()>> Observer<V> for F {
+    #[inline(always)]
+    fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()> {
+        self(step, state)
+    }
+}
+
+/// Passes on every `stride`-th step only, the initial state included.
+#[derive(Clone, Debug)]
+pub struct Every<O> {
+    stride: u64,
+    next: u64,
+    inner: O,
+}
+
+impl<O> Every<O> {
+    /// Every `stride`-th step (0 counts as 1) goes to `inner`.
+    pub fn new(stride: u64, inner: O) -> Self {
+        Self { stride: stride.max(1), next: 0, inner }
+    }
+}
+
+impl<V: Vector, O: Observer<V>> Observer<V> for Every<O> {
+    #[inline(always)]
+    fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()> {
+        if step != self.next {
+            return ControlFlow::Continue(());
+        }
+        self.next = self.next.saturating_add(self.stride);
+        if V::LEN.is_some() {
+            // A copy to look at leaves the address of the original to the loop alone, and the original in registers.
+            return self.inner.observe(step, &state.clone());
+        }
+        self.inner.observe(step, state)
+    }
+
+    #[inline(always)]
+    fn next(&self, _step: u64) -> u64 {
+        self.next
+    }
+}

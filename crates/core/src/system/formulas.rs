@@ -1,0 +1,128 @@
+//! A system from its formulas alone, each written once for every scalar.
+
+use super::dissipation::{Damping, Drag};
+use super::hamiltonian::System;
+use super::separable::Separable;
+use crate::numbers::{Line, Scalar, Slope, edge};
+
+/// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
+///
+/// [`FromFormulas`] makes a system of it: gradients, edges and the derivatives of D come from the
+/// formulas by slope arithmetic ([`Slope`]).
+pub trait Formulas: Send + Sync {
+    /// N
+    fn dof(&self) -> usize;
+
+    /// V(q)
+    fn potential<T: Scalar>(&self, q: &[T]) -> T;
+
+    /// D_j(q, v), made of no velocity but that of j unless [`Formulas::damping`] says that it couples them.
+    fn friction<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
+
+    /// m_j > 0
+    fn mass(&self, _j: usize) -> f64 {
+        1.0
+    }
+
+    /// What is known of D beforehand.
+    fn damping(&self) -> Damping {
+        Damping::GENERAL
+    }
+}
+
+/// The system of [`Formulas`], in any scalar. Its edges are exact to roundings at any length.
+///
+/// A gradient takes N evaluations of V, an edge three: give [`Separable`] by hand where V is a sum over
+/// many neighbours. Up to 64 degrees of freedom nothing is allocated.
+#[derive(Clone, Copy, Debug)]
+pub struct FromFormulas<F>(pub F);
+
+/// The most degrees of freedom for which arguments lie on the stack.
+const FEW: usize = 64;
+
+/// Calls `f` with n constants, given by index, but for entry j, which is `at`.
+#[inline(always)]
+fn along<T: Scalar, R>(
+    n: usize,
+    entry: impl Fn(usize) -> T,
+    j: usize,
+    at: Slope<T>,
+    f: impl FnOnce(&[Slope<T>]) -> R,
+) -> R {
+    let number = |i: usize| if i == j { at } else { Slope::constant(entry(i)) };
+    if n <= 4 {
+        let room: [_; 4] = std::array::from_fn(|i| if i < n { number(i) } else { at });
+        f(&room[..n])
+    } else if n <= FEW {
+        let room: [_; FEW] = std::array::from_fn(|i| if i < n { number(i) } else { at });
+        f(&room[..n])
+    } else {
+        f(&(0..n).map(number).collect::<Vec<_>>())
+    }
+}
+
+impl<F: Formulas> FromFormulas<F> {
+    /// V with q_j from one place to another.
+    #[inline(always)]
+    fn potential<T: Scalar>(&self, q: &[T], j: usize, at: Slope<T>) -> Slope<T> {
+        along(q.len(), |i| q[i], j, at, |q| self.0.potential(q))
+    }
+
+    /// D_j with q_j and v_j from one place to another.
+    #[inline(always)]
+    fn friction<T: Scalar>(&self, [q, p]: [&[T]; 2], j: usize, at: [Slope<T>; 2]) -> Slope<T> {
+        let v = |i: usize| p[i] / T::from_f64(self.0.mass(i));
+        along(q.len(), |i| q[i], j, at[0], |q| along(q.len(), v, j, at[1], |v| self.0.friction(q, v, j)))
+    }
+}
+
+impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let twice = (0..p.len()).fold(T::zero(), |sum, j| sum + p[j] * p[j] / T::from_f64(self.0.mass(j)));
+        twice.half() + self.0.potential(q)
+    }
+
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        for j in 0..q.len() {
+            (hq[j], hp[j]) = (self.partial(q, j, q[j]), p[j] / T::from_f64(self.0.mass(j)));
+        }
+    }
+
+    fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        d.iter_mut().enumerate().for_each(|(j, d)| *d = self.0.friction(q, v, j));
+    }
+
+    fn damping(&self) -> Damping {
+        self.0.damping()
+    }
+}
+
+impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
+    fn mass(&self, j: usize) -> T {
+        T::from_f64(self.0.mass(j))
+    }
+
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        self.potential(q, j, Slope::between(at, at)).slope
+    }
+
+    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        edge::of_potential(q[j], to, |at| self.potential(q, j, at))
+    }
+
+    fn has_exact_edges(&self) -> bool {
+        true
+    }
+
+    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+        let (m, at) = (T::from_f64(self.0.mass(j)), q[j]);
+        let v = p[j] / m;
+        let by_q = self.friction([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
+        let by_v = self.friction([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
+        Drag { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
+    }
+}

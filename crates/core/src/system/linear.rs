@@ -1,0 +1,12 @@
+//! Linear systems.
+
+use super::separable::Separable;
+use crate::numbers::Scalar;
+
+/// V = ½ Σ k_ij q_i q_j, m_j = 1 and D_j = b_j p_j: the flow is linear, and an implicit step has a closed form.
+pub trait Linear<T: Scalar>: Separable<T> {
+    /// k_ij = k_ji
+    fn stiffness(&self, i: usize, j: usize) -> T;
+    /// b_j
+    fn friction(&self, j: usize) -> T;
+}
