@@ -6,7 +6,7 @@ use crate::quantity::Quantity;
 use crate::system::{Passive, System};
 
 /// What is known of D beforehand.
-pub(super) fn damping<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
+pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
     let (damping, n) = (system.damping(), system.dof());
     let refuse = |quantity, dof, found, rule| {
         Err(InputError::Contradiction { quantity, dof, given: 0.0, found, rule })

@@ -2,7 +2,7 @@
 
 use super::around::{Fields, Place, around, finite, starts};
 use super::coupling::coupling;
-use super::dissipation::damping;
+use super::dissipation::dissipation;
 use super::gradient::{gradient, unit_mass};
 use crate::error::InputError;
 use crate::quantity::Quantity;
@@ -34,6 +34,6 @@ pub fn system<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Resu
     if system.unit_mass() {
         unit_mass(&places)?;
     }
-    damping(system, &places)?;
+    dissipation(system, &places)?;
     starts(&places).iter().try_for_each(|Place { q, p, .. }| coupling(system, q, p))
 }
