@@ -1,6 +1,6 @@
-//! A system whose type says that nothing dissipates: what `damping()` answers folds away.
+//! A system whose type says that nothing dissipates: what `dissipation_form()` answers folds away.
 
-use afterbay_core::{Damping, Drag, Line, Separable, System};
+use afterbay_core::{DissipationForm, Drag, Line, Separable, System};
 use afterbay_systems::Duffing;
 
 /// The Duffing oscillator without its damping.
@@ -25,8 +25,8 @@ impl System<f64> for Conservative {
         d[0] = 0.0;
     }
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 

@@ -1,7 +1,7 @@
 //! A pendulum, a Morse bond and the system of Hénon and Heiles written in Rust, each with its edges
 //! in closed form: what the custom systems of the same expressions are measured against.
 
-use afterbay_core::{Damping, Drag, Line, Separable, System};
+use afterbay_core::{DissipationForm, Drag, Line, Separable, System};
 
 /// V = g (1 - cos q), D = c p
 pub struct Pendulum {
@@ -54,8 +54,8 @@ macro_rules! rubbed {
                 d.iter_mut().zip(v).for_each(|(d, v)| *d = self.c * v);
             }
             #[inline]
-            fn damping(&self) -> Damping {
-                Damping::LINEAR
+            fn dissipation_form(&self) -> DissipationForm {
+                DissipationForm::LINEAR
             }
             #[inline]
             fn unit_mass(&self) -> bool {

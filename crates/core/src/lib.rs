@@ -34,7 +34,7 @@ pub use run::{
     integrate_within, sample_within,
 };
 pub use system::{
-    Correction, Coupling, Curvature, Damping, Drag, ExactFlow, Formulas, FromFormulas, Linear, Mean,
+    Correction, Coupling, Curvature, DissipationForm, Drag, ExactFlow, Formulas, FromFormulas, Linear, Mean,
     Misprinted, OrderRaising, Passive, PhasePlane, Resistance, Separable, Slopes, State, System, Uniform,
     View,
 };

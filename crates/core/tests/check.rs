@@ -5,7 +5,8 @@
 mod caught;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Quantity, Separable, System, check,
+    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Line, Passive, Quantity, Separable,
+    System, check,
 };
 use caught::*;
 
@@ -105,7 +106,7 @@ impl System<f64> for Told {
             _ => {}
         }
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = match self.0 {
             Lie::PassiveEach | Lie::None => Passive::Each,
             Lie::PassiveInSum => Passive::InSum,
@@ -115,7 +116,7 @@ impl System<f64> for Told {
             self.0,
             Lie::PassiveEach | Lie::ChainOfDrags | Lie::PassiveInSum | Lie::DragOfOtherMomenta
         );
-        Damping { zero: self.0 == Lie::Zero, passive, linear, coupled: self.0 == Lie::PassiveInSum }
+        DissipationForm { zero: self.0 == Lie::Zero, passive, linear, coupled: self.0 == Lie::PassiveInSum }
     }
     fn coupling(&self) -> Coupling {
         if self.0 == Lie::PassiveInSum { Coupling::Dense } else { Coupling::Chain }

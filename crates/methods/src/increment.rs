@@ -192,7 +192,7 @@ where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
-    let damping = system.damping();
+    let damping = system.dissipation_form();
     // Friction that couples the momenta is not the sweep's.
     let dissipative = !damping.zero && !damping.coupled;
     let mut evaluations = 0;

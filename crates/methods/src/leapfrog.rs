@@ -46,7 +46,7 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         check::masses(system)?;
-        if system.damping().coupled {
+        if system.dissipation_form().coupled {
             let why =
                 "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
             return Err(InputError::Unsupported { method: "leapfrog", why });
@@ -81,7 +81,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let n = state.dof();
-        let damping = system.damping();
+        let damping = system.dissipation_form();
         let (half_h, one) = (h.half(), V::Scalar::one());
         let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1 } = workspace;
         let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());

@@ -36,8 +36,8 @@ pub use failure::{CustomError, Place};
 pub use structure::Structure;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Interval, Line, Mask, Quantity, Scalar, Separable,
-    System, check,
+    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Interval, Line, Mask, Quantity, Scalar,
+    Separable, System, check,
 };
 use afterbay_expression::{Input, Node, Point};
 use shape::{Edge, Part, Potential, Resistance, Shape};
@@ -57,7 +57,7 @@ pub struct Custom<T> {
     frames: Vec<T>,
     /// γ_j of D_j = γ_j p_j, and γ_j m_j of D_j = γ_j m_j v_j; nothing where D is not so simple.
     rates: Vec<[T; 2]>,
-    damping: Damping,
+    damping: DissipationForm,
 }
 
 impl Custom<f64> {
@@ -162,9 +162,9 @@ impl<T: Scalar> Custom<T> {
         let structure = &shape.structure;
         let zero = passive::zero(&shape, at);
         let damping = if zero {
-            Damping::NONE
+            DissipationForm::NONE
         } else {
-            Damping {
+            DissipationForm {
                 zero,
                 passive: passive::passive(&shape, at),
                 linear: structure.linear_friction,
@@ -308,7 +308,7 @@ impl<T: Scalar> System<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         self.damping
     }
 

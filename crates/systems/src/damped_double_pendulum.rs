@@ -28,7 +28,7 @@
 mod phase_plane;
 
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Block, Coupling, Curvature, Damping, InputError, Passive, Scalar, System};
+use afterbay_core::{Block, Coupling, Curvature, DissipationForm, InputError, Passive, Scalar, System};
 
 /// Two point masses m on rods of length l under gravity g, with D_j = c_j q_j'.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,10 +130,10 @@ impl<T: Scalar> System<T> for DampedDoublePendulum<T> {
 
     /// D_j depends on both momenta, so it is linear only where there is none.
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = self.c.into_iter().all(not_negative);
         let zero = passive && self.c.into_iter().all(|c| not_negative(-c));
-        Damping { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
+        DissipationForm { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
     }
 
     #[inline(always)]
@@ -191,10 +191,13 @@ mod tests {
 
     #[test]
     fn it_is_passive_if_both_rods_are() {
-        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().damping();
-        assert_eq!(damping([0.0, -0.0]), Damping::NONE);
-        assert_eq!(damping([0.0, 0.1]), Damping { passive: Passive::Each, ..Damping::GENERAL });
-        assert_eq!(damping([0.1, -0.1]), Damping::GENERAL);
+        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().dissipation_form();
+        assert_eq!(damping([0.0, -0.0]), DissipationForm::NONE);
+        assert_eq!(
+            damping([0.0, 0.1]),
+            DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
+        );
+        assert_eq!(damping([0.1, -0.1]), DissipationForm::GENERAL);
     }
 
     #[test]

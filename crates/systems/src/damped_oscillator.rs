@@ -16,7 +16,7 @@ mod order_raising;
 
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Block, Curvature, Damping, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System,
+    Block, Curvature, DissipationForm, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System,
 };
 
 /// V = k q²/2 with D = b p.
@@ -69,12 +69,12 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.b);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.b),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -147,11 +147,11 @@ mod tests {
 
     #[test]
     fn the_sign_of_b_decides() {
-        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(-0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     #[test]

@@ -15,7 +15,9 @@
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, DissipationForm, Drag, InputError, Line, Passive, Scalar, Separable, System,
+};
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,12 +71,12 @@ impl<T: Scalar> System<T> for Duffing<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.c);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.c),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -138,11 +140,11 @@ mod tests {
 
     #[test]
     fn the_sign_of_c_decides() {
-        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(-0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     #[test]

@@ -18,8 +18,8 @@
 
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System, Uniform,
-    f64x8,
+    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Line, Passive, Scalar, Separable, System,
+    Uniform, f64x8,
 };
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
@@ -114,12 +114,12 @@ impl<T: Scalar> System<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.c);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.c),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 
@@ -208,10 +208,10 @@ mod tests {
 
     #[test]
     fn the_sign_of_c_decides() {
-        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     /// One mass hangs on two bonds of length q: V = q² + β q⁴/2.

@@ -15,7 +15,7 @@
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
 use crate::{Duffing, VanDerPol};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{Block, Curvature, DissipationForm, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,8 +67,8 @@ impl<T: Scalar> System<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        self.force.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.force.dissipation_form()
     }
 }
 
@@ -135,7 +135,7 @@ mod tests {
     fn without_a_cubic_term_it_is_van_der_pol() {
         let (system, plain) = (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
         let (q, p, to) = ([0.7], [-1.3], 0.9);
-        assert_eq!(system.damping(), plain.damping());
+        assert_eq!(system.dissipation_form(), plain.dissipation_form());
         assert_eq!(system.drag(&q, &p, 0), plain.drag(&q, &p, 0));
         assert_eq!(system.edge(&q, 0, to), plain.edge(&q, 0, to));
         assert_eq!(system.delta_q(q[0], p[0]), plain.delta_q(q[0], p[0]));

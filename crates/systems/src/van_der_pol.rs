@@ -13,7 +13,7 @@
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{Block, Curvature, DissipationForm, Drag, InputError, Line, Scalar, Separable, System};
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,9 +70,9 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let zero = not_negative(self.mu) && not_negative(-self.mu);
-        if zero { Damping::NONE } else { Damping::LINEAR }
+        if zero { DissipationForm::NONE } else { DissipationForm::LINEAR }
     }
 }
 
@@ -128,10 +128,10 @@ mod tests {
 
     #[test]
     fn only_without_mu_is_it_passive() {
-        let damping = |mu: f64| VanDerPol::new(mu).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
+        let damping = |mu: f64| VanDerPol::new(mu).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
         for mu in [5.0, -5.0] {
-            assert_eq!(damping(mu), Damping::LINEAR);
+            assert_eq!(damping(mu), DissipationForm::LINEAR);
         }
     }
 

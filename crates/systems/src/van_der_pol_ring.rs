@@ -17,7 +17,8 @@
 
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System, Uniform, f64x8,
+    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Line, Scalar, Separable, System, Uniform,
+    f64x8,
 };
 
 /// V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], around the circle, with D_j = -μ (1 - q_j²) p_j.
@@ -93,8 +94,8 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        self.single.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.single.dissipation_form()
     }
 
     #[inline(always)]
@@ -180,9 +181,9 @@ mod tests {
 
     #[test]
     fn only_without_mu_is_it_passive() {
-        let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(5.0), Damping::LINEAR);
+        let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(5.0), DissipationForm::LINEAR);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Block, Curvature, Damping, Drag, InputError, Passive, Quantity, Separable, System, check,
+    Block, Curvature, DissipationForm, Drag, InputError, Passive, Quantity, Separable, System, check,
 };
 use proptest::prelude::*;
 
@@ -29,8 +29,8 @@ impl System<f64> for Well {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = if v[0] == 0.0 { 0.0 } else { 0.1 * v[0].signum() };
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
     }
 }
 
@@ -92,8 +92,8 @@ impl System<f64> for Twisted {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         (d[0], d[1]) = (self.c * (v[0] + v[1] / 2.0), self.c * (v[1] + v[0] / 2.0));
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::InSum, coupled: true, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::InSum, coupled: true, ..DissipationForm::GENERAL }
     }
 }
 

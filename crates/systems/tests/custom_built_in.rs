@@ -46,7 +46,7 @@ where
     B: Separable<f64> + Curvature<f64>,
 {
     let n = built_in.dof();
-    prop_assert_eq!((own.dof(), own.damping()), (n, built_in.damping()));
+    prop_assert_eq!((own.dof(), own.dissipation_form()), (n, built_in.dissipation_form()));
     // One alone may be called a chain.
     prop_assert!(own.coupling() == built_in.coupling() || n == 1);
     let close = |what: &str, a: f64, b: f64| {

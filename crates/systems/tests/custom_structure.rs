@@ -2,7 +2,7 @@
 
 #![cfg(test)]
 
-use afterbay_core::{Coupling, Damping, Passive, System, f64x8};
+use afterbay_core::{Coupling, DissipationForm, Passive, System, f64x8};
 use afterbay_systems::{Custom, Description, Friction};
 
 fn texts(x: &[&str]) -> Vec<String> {
@@ -76,18 +76,19 @@ fn who_acts_on_whom() {
     }
 }
 
-const EACH: Damping = Damping { zero: false, passive: Passive::Each, linear: true, coupled: false };
+const EACH: DissipationForm =
+    DissipationForm { zero: false, passive: Passive::Each, linear: true, coupled: false };
 
 #[test]
 fn friction() {
-    let active = Damping { passive: Passive::No, ..EACH };
-    let curved = Damping { linear: false, ..EACH };
-    let in_sum = Damping { passive: Passive::InSum, coupled: true, ..EACH };
-    let coupled = Damping { passive: Passive::No, coupled: true, ..EACH };
+    let active = DissipationForm { passive: Passive::No, ..EACH };
+    let curved = DissipationForm { linear: false, ..EACH };
+    let in_sum = DissipationForm { passive: Passive::InSum, coupled: true, ..EACH };
+    let coupled = DissipationForm { passive: Passive::No, coupled: true, ..EACH };
     for (forces, expected) in [
-        (["0", "0"], Damping::NONE),
+        (["0", "0"], DissipationForm::NONE),
         (["c*p1", "2*c*p2"], EACH),
-        (["z*p1", "z*p2"], Damping::NONE),
+        (["z*p1", "z*p2"], DissipationForm::NONE),
         (["z*p1", "p2"], EACH),
         (["-d*p1", "p2"], EACH),
         (["d*p1", "p2"], active),
@@ -97,15 +98,15 @@ fn friction() {
         (["p1*q1^3", "p2"], active),
         (["c*abs(p1)*p1", "p2"], curved),
         (["p1^3", "tanh(c*p2)"], curved),
-        (["p1^2", "p2"], Damping { passive: Passive::No, linear: false, ..EACH }),
-        (["p1 + 1", "p2"], Damping { passive: Passive::No, linear: false, ..EACH }),
+        (["p1^2", "p2"], DissipationForm { passive: Passive::No, linear: false, ..EACH }),
+        (["p1 + 1", "p2"], DissipationForm { passive: Passive::No, linear: false, ..EACH }),
         (["c*(p1 - p2)", "c*(p2 - p1)"], in_sum),
         (["2*p1 + p2", "p1 + p2"], in_sum),
         // Only the symmetric part exerts power.
         (["p1 - 5*p2", "5*p1 + p2"], in_sum),
         (["p1 + 2*p2", "2*p1 + p2"], coupled),
         (["q1^2*(p1 - p2)", "q1^2*(p2 - p1)"], coupled),
-        (["p1*p2^2", "p2"], Damping { linear: false, coupled: true, ..EACH }),
+        (["p1*p2^2", "p2"], DissipationForm { linear: false, coupled: true, ..EACH }),
     ] {
         let all = [("c", 0.3), ("d", -0.5), ("z", 0.0)];
         let parameters: Vec<_> =
@@ -113,7 +114,7 @@ fn friction() {
         // exp has no c and no d, but a p.
         let parameters: Vec<_> =
             parameters.into_iter().filter(|x| x.0 != "d" || forces[0].contains('d')).collect();
-        let found = system("q1^2 + q2^2", Friction::Forces(texts(&forces)), &parameters).damping();
+        let found = system("q1^2 + q2^2", Friction::Forces(texts(&forces)), &parameters).dissipation_form();
         assert_eq!(found, expected, "{forces:?}");
     }
 }
@@ -122,16 +123,28 @@ fn friction() {
 fn a_friction_matrix() {
     for (rows, masses, expected) in [
         ([["2", "0"], ["0", "q1^2"]], ["1", "3"], EACH),
-        ([["1", "-1"], ["-1", "1"]], ["1", "3"], Damping { passive: Passive::InSum, coupled: true, ..EACH }),
-        ([["1", "-1"], ["-1", "0.9"]], ["1", "3"], Damping { passive: Passive::No, coupled: true, ..EACH }),
-        ([["0", "0"], ["0", "0"]], ["1", "3"], Damping::NONE),
-        ([["0", "1"], ["1", "5"]], ["1", "3"], Damping { passive: Passive::No, coupled: true, ..EACH }),
-        ([["p1^2", "0"], ["0", "1"]], ["1", "3"], Damping { linear: false, ..EACH }),
+        (
+            [["1", "-1"], ["-1", "1"]],
+            ["1", "3"],
+            DissipationForm { passive: Passive::InSum, coupled: true, ..EACH },
+        ),
+        (
+            [["1", "-1"], ["-1", "0.9"]],
+            ["1", "3"],
+            DissipationForm { passive: Passive::No, coupled: true, ..EACH },
+        ),
+        ([["0", "0"], ["0", "0"]], ["1", "3"], DissipationForm::NONE),
+        (
+            [["0", "1"], ["1", "5"]],
+            ["1", "3"],
+            DissipationForm { passive: Passive::No, coupled: true, ..EACH },
+        ),
+        ([["p1^2", "0"], ["0", "1"]], ["1", "3"], DissipationForm { linear: false, ..EACH }),
     ] {
         let friction = Friction::Matrix(rows.iter().map(|row| texts(row)).collect());
         let potential = "q1^2 + q2^2".to_owned();
         let description = Description { potential, friction, masses: texts(&masses), parameters: Vec::new() };
-        assert_eq!(Custom::new(&description).unwrap().damping(), expected, "{rows:?}");
+        assert_eq!(Custom::new(&description).unwrap().dissipation_form(), expected, "{rows:?}");
     }
 }
 
@@ -156,10 +169,10 @@ fn friction_follows_the_velocity() {
 fn parameters_change_without_compiling_and_lanes_may_differ() {
     let friction = || Friction::Forces(texts(&["c*p1"]));
     let custom = system("k*q1^2/2", friction(), &[("k", 2.0), ("c", 0.5)]);
-    assert_eq!(custom.damping(), EACH);
+    assert_eq!(custom.dissipation_form(), EACH);
     let active = custom.with("c", -0.5).unwrap();
-    assert_eq!(active.damping().passive, Passive::No);
-    assert_eq!(custom.with("c", 0.0).unwrap().damping(), Damping::NONE);
+    assert_eq!(active.dissipation_form().passive, Passive::No);
+    assert_eq!(custom.with("c", 0.0).unwrap().dissipation_form(), DissipationForm::NONE);
     assert_eq!(active.parameters().collect::<Vec<_>>(), [("k", 2.0), ("c", -0.5)]);
     assert_eq!(active.energy(&[3.0], &[1.0]), 9.5);
     assert_eq!(custom.with("b", 1.0).unwrap_err().to_string(), "there is no parameter b");
@@ -171,8 +184,8 @@ fn parameters_change_without_compiling_and_lanes_may_differ() {
     assert_eq!(energies, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]);
     // One lane that feeds is enough to make it active.
     let mixed = lanes.with("c", ramp - f64x8::from(1.0)).unwrap();
-    assert_eq!(mixed.damping().passive, Passive::No);
-    assert_eq!(lanes.with("c", ramp).unwrap().damping(), EACH);
+    assert_eq!(mixed.dissipation_form().passive, Passive::No);
+    assert_eq!(lanes.with("c", ramp).unwrap().dissipation_form(), EACH);
 }
 
 /// The periods of the coordinates of V with the forces D_j.

@@ -93,7 +93,7 @@ pub struct Pick {
 /// Those of the input, and of the reference. What goes wrong in a run is why its method does not
 /// qualify.
 pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result<Pick, IntegrateError> {
-    let owed = problem.model.subject::<f64>()?.damping().passive != Passive::No;
+    let owed = problem.model.subject::<f64>()?.dissipation_form().passive != Passive::No;
     let mut pick = Pick {
         wanted,
         qualified: Vec::new(),

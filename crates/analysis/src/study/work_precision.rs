@@ -136,7 +136,7 @@ struct Watch<'a> {
 impl<'a> Watch<'a> {
     fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
         let (subject, start) = (problem.model.subject::<f64>()?, problem.start::<f64>()?);
-        let passivity = Passivity::new(subject.damping().passive, &start.w);
+        let passivity = Passivity::new(subject.dissipation_form().passive, &start.w);
         Ok(Self { total: start.total(&*subject), subject, drift: 0.0, steps: 0, passivity, progress })
     }
 

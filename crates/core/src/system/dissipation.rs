@@ -4,7 +4,7 @@ use crate::numbers::{Mask, Scalar};
 
 /// What is known of the dissipative force D for all (q, p).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Damping {
+pub struct DissipationForm {
     /// D = 0: there is no reservoir to keep.
     pub zero: bool,
     /// Where the reservoir only fills, whatever the state.
@@ -58,7 +58,7 @@ impl Passive {
     }
 }
 
-impl Damping {
+impl DissipationForm {
     /// Nothing is known.
     pub const GENERAL: Self = Self { zero: false, passive: Passive::No, linear: false, coupled: false };
     /// D_j = γ_j(q) p_j, active.

@@ -1,6 +1,6 @@
 //! A system from its formulas alone, each written once for every scalar.
 
-use super::dissipation::{Damping, Drag};
+use super::dissipation::{DissipationForm, Drag};
 use super::hamiltonian::System;
 use super::separable::Separable;
 use crate::numbers::{Line, Scalar, Slope, edge};
@@ -16,7 +16,7 @@ pub trait Formulas: Send + Sync {
     /// V(q)
     fn potential<T: Scalar>(&self, q: &[T]) -> T;
 
-    /// D_j(q, v), made of no velocity but that of j unless [`Formulas::damping`] says that it couples them.
+    /// D_j(q, v), made of no velocity but that of j unless [`Formulas::dissipation_form`] says that it couples them.
     fn friction<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
 
     /// m_j > 0
@@ -25,8 +25,8 @@ pub trait Formulas: Send + Sync {
     }
 
     /// What is known of D beforehand.
-    fn damping(&self) -> Damping {
-        Damping::GENERAL
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::GENERAL
     }
 }
 
@@ -96,8 +96,8 @@ impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
         d.iter_mut().enumerate().for_each(|(j, d)| *d = self.0.friction(q, v, j));
     }
 
-    fn damping(&self) -> Damping {
-        self.0.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.0.dissipation_form()
     }
 }
 

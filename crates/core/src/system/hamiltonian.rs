@@ -1,7 +1,7 @@
 //! What every system tells of itself.
 
 use super::coupling::Coupling;
-use super::dissipation::Damping;
+use super::dissipation::DissipationForm;
 use crate::numbers::Scalar;
 
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
@@ -29,8 +29,8 @@ pub trait System<T: Scalar>: Send + Sync {
 
     /// What is known of D beforehand; methods take the shortest way it allows.
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        Damping::GENERAL
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::GENERAL
     }
 
     /// Is H = Σ p_j²/2 + V(q)? Velocities are then momenta, and need not be computed.

@@ -4,7 +4,7 @@ use super::hamiltonian::System;
 use crate::numbers::{Scalar, edge};
 
 /// A system whose H may be followed along one coordinate or one momentum at a time, separable or not, with D_j depending on
-/// no velocity but that of j unless [`crate::Damping::coupled`] is said.
+/// no velocity but that of j unless [`crate::DissipationForm::coupled`] is said.
 ///
 /// `at` is a point (q_j, p_j) of the plane of `j`; the entries j of the slices `q` and `p` are not looked at. Where the coupling
 /// is local each of these costs O(1).

@@ -4,7 +4,7 @@ use super::dissipation::Drag;
 use super::hamiltonian::System;
 use crate::numbers::{Line, Scalar, edge};
 
-/// H = Σ p_j²/(2 m_j) + V(q), and D_j depending on no momentum but p_j unless [`crate::Damping::coupled`] is said.
+/// H = Σ p_j²/(2 m_j) + V(q), and D_j depending on no momentum but p_j unless [`crate::DissipationForm::coupled`] is said.
 pub trait Separable<T: Scalar>: System<T> {
     /// m_j > 0
     #[inline(always)]
@@ -48,6 +48,6 @@ pub trait Separable<T: Scalar>: System<T> {
     }
 
     /// D_j at (q, p) with its derivatives by q_j and p_j. The derivatives steer Newton's iteration and need not be exact,
-    /// but for `by_p` where [`crate::Damping::linear`] is claimed: it then stands for D itself.
+    /// but for `by_p` where [`crate::DissipationForm::linear`] is claimed: it then stands for D itself.
     fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T>;
 }

@@ -7,7 +7,7 @@ use crate::system::{Passive, System};
 
 /// What is known of D beforehand.
 pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
-    let (damping, n) = (system.damping(), system.dof());
+    let (damping, n) = (system.dissipation_form(), system.dof());
     let refuse = |quantity, dof, found, rule| {
         Err(InputError::Contradiction { quantity, dof, given: 0.0, found, rule })
     };
@@ -20,7 +20,7 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
         if damping.zero
             && let Some(dof) = fields.d.iter().position(|&d| d != 0.0)
         {
-            return refuse(Quantity::Dissipation, dof, fields.d[dof], "damping() says it is zero");
+            return refuse(Quantity::Dissipation, dof, fields.d[dof], "dissipation_form() says it is zero");
         }
         let losses: Vec<f64> = fields.d.iter().zip(&fields.hp).map(|(d, v)| d * v).collect();
         match damping.passive {
@@ -29,12 +29,22 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
                 let total: f64 = losses.iter().sum();
                 if total < slacks.iter().sum() {
                     let worst = (0..n).min_by(|&i, &j| losses[i].total_cmp(&losses[j])).unwrap_or(0);
-                    return refuse(Quantity::TotalLoss, worst, total, "damping() says it is never negative");
+                    return refuse(
+                        Quantity::TotalLoss,
+                        worst,
+                        total,
+                        "dissipation_form() says it is never negative",
+                    );
                 }
             }
             Passive::Each => {
                 if let Some(dof) = (0..n).find(|&j| losses[j] < slacks[j]) {
-                    return refuse(Quantity::Loss, dof, losses[dof], "damping() says it is never negative");
+                    return refuse(
+                        Quantity::Loss,
+                        dof,
+                        losses[dof],
+                        "dissipation_form() says it is never negative",
+                    );
                 }
             }
         }
@@ -53,7 +63,7 @@ fn linear<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), I
             let (a, b, found) = (fields.d[dof], one.d[dof], both.d[dof]);
             let size = a.abs() + b.abs() + found.abs() + most(places, |place| place.fields.d[dof]);
             if (a + b - found).abs() > rounding(n) * size {
-                let rule = "damping() says D is linear in p: D of a sum must be the sum of D";
+                let rule = "dissipation_form() says D is linear in p: D of a sum must be the sum of D";
                 let quantity = Quantity::Dissipation;
                 return Err(InputError::Contradiction { quantity, dof, given: a + b, found, rule });
             }

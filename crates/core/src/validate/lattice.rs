@@ -18,7 +18,7 @@ const QUANTITIES: [Quantity; 5] =
 /// Those of [`separable()`], and [`InputError::Contradiction`] of the first member that obeys another law.
 pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     separable(s, q, p)?;
-    let (n, lanes, linear) = (q.len(), s.lanes(), s.damping().linear);
+    let (n, lanes, linear) = (q.len(), s.lanes(), s.dissipation_form().linear);
     let places = around(s, q, p);
     for dof in 0..n {
         let steepest = most(&places, |place| place.fields.hq[dof]);

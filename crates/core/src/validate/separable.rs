@@ -38,10 +38,10 @@ pub fn separable<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
         parts(s, q, &places, dof)?;
         starts(&places).iter().try_for_each(|place| increments(s, &place.q, dof))?;
     }
-    if s.damping().coupled {
+    if s.dissipation_form().coupled {
         return Ok(());
     }
-    let rule = "D_j of a separable system depends on no other momentum, unless damping() says it is coupled";
+    let rule = "D_j of a separable system depends on no other momentum, unless dissipation_form() says it is coupled";
     starts(&places)
         .iter()
         .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, |i, j| i != j, &[Block::Dp], rule))
@@ -57,7 +57,7 @@ fn parts<S: Separable<f64> + ?Sized>(
     let rounding = rounding(start.len());
     let steepest = most(places, |place| place.fields.hq[dof]);
     let strongest = most(places, |place| place.fields.d[dof]);
-    let damping = s.damping();
+    let damping = s.dissipation_form();
     for Place { q, p, fields } in places {
         let same = |quantity, given: f64, found: f64, off: f64, slack: f64, rule| {
             // What is no number is not the same either.
@@ -79,7 +79,7 @@ fn parts<S: Separable<f64> + ?Sized>(
         let rule = "drag() must give the D of dissipation()";
         same(Quantity::Dissipation, drag.value, d, drag.value - d, rounding * strongest, rule)?;
         if damping.linear && !damping.coupled {
-            let rule = "by_p of drag() must be D over p where damping() says it is linear";
+            let rule = "by_p of drag() must be D over p where dissipation_form() says it is linear";
             let off = drag.by_p * p[dof] - d;
             same(Quantity::Friction, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
         }

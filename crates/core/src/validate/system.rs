@@ -9,7 +9,7 @@ use crate::quantity::Quantity;
 use crate::system::System;
 
 /// Is the system at (q, p), and around it, what it says it is? Checks the gradient against the energy, and what is
-/// claimed by [`System::unit_mass`], [`System::damping`] and [`System::coupling`].
+/// claimed by [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
 ///
 /// # Errors
 /// [`InputError::Length`] where q or p are not as long as [`System::dof`] says, [`InputError::NotFinite`] where they or

@@ -81,7 +81,7 @@ where
             let (quantity, found) = (Quantity::Coordinate, self.exact.dof());
             return Err(InputError::Length { quantity, expected: n, found });
         }
-        if self.exact.damping() != system.damping() {
+        if self.exact.dissipation_form() != system.dissipation_form() {
             let why = "the system in corrected numbers has another damping";
             return Err(InputError::Unsupported { method: "increment", why });
         }
@@ -170,7 +170,7 @@ impl<P> Compensated<P> {
         S: Separable<V::Scalar> + ?Sized,
         P: Separable<Corrected<V::Scalar>>,
     {
-        let damping = system.damping();
+        let damping = system.dissipation_form();
         let dissipative = !damping.zero && !damping.coupled;
         let (q, p) = (state.q.as_mut_slice(), state.p.as_mut_slice());
         let State { q: exact_q, p: exact_p, w, .. } = carried;

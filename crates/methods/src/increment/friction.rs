@@ -53,7 +53,7 @@ impl<V: Vector> Friction<V> {
     where
         S: Separable<V::Scalar> + ?Sized,
     {
-        let (damping, n) = (system.damping(), system.dof());
+        let (damping, n) = (system.dissipation_form(), system.dof());
         let refuse = |why| Err(InputError::Unsupported { method: "increment", why });
         if !damping.coupled {
             return Ok(None);

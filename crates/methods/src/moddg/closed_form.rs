@@ -67,7 +67,7 @@ where
             q1 = V::Scalar::select(regular, q1, delta_q.mul_add(v, q0));
             p1 = V::Scalar::select(regular, p1, (one + one).mul_add(v, -p0));
         }
-        let w1 = (!system.damping().zero).then(|| (delta_w * b * v).mul_add(v, w0));
+        let w1 = (!system.dissipation_form().zero).then(|| (delta_w * b * v).mul_add(v, w0));
         let singular = |failure| match sigma == V::Scalar::zero() {
             true => StepFailure::Singular { dof: 0, slope: 0.0 },
             false => failure,

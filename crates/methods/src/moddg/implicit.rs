@@ -34,7 +34,7 @@ where
     ) -> Result<Effort, StepFailure> {
         let [q, p, w] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
         let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q, p)?;
-        let dissipative = !system.damping().zero;
+        let dissipative = !system.dissipation_form().zero;
         let mass = system.mass(0);
         let coordinate = Coordinate {
             dof: 0,

@@ -22,7 +22,7 @@ fn only_fills<S: Curvature<f64>>(
 ) -> u32 {
     let mut state = State::new(q, p).unwrap();
     let mut workspace = LocallyExact.workspace(system).unwrap();
-    let passive = system.damping().passive;
+    let passive = system.dissipation_form().passive;
     assert!(passive != Passive::No, "{name} owes nothing");
     for step in 0..steps {
         let before = state.clone();

@@ -1,6 +1,6 @@
 //! The systems: everyone acting on everyone, with friction of every kind, and a chain of Toda's.
 
-use afterbay_core::{Block, Coupling, Curvature, Damping, Drag, Passive, Separable, State, System};
+use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Drag, Passive, Separable, State, System};
 
 /// What D is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,10 +79,10 @@ impl System<f64> for Web {
             }
         }
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = if self.g == 0.0 { Passive::Each } else { Passive::InSum };
         let coupled = self.g != 0.0 || self.rubs != Rubs::Linearly;
-        Damping { zero: false, passive, linear: self.rubs == Rubs::Linearly, coupled }
+        DissipationForm { zero: false, passive, linear: self.rubs == Rubs::Linearly, coupled }
     }
     fn unit_mass(&self) -> bool {
         true
@@ -159,8 +159,8 @@ impl System<f64> for Toda {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d.iter_mut().zip(v).for_each(|(d, v)| *d = self.c * v);
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain

@@ -1,8 +1,8 @@
 //! Methods that choose their steps: K and passivity at every step, what their flags say, refusals and failures.
 
 use afterbay_core::{
-    Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, State, StepFailure, System,
-    Tolerance, View,
+    Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StepFailure,
+    System, Tolerance, View,
 };
 use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, adaptive};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
@@ -43,7 +43,7 @@ where
     S: Curvature<f64> + Clone + 'static,
 {
     let (mut state, mut last) = (start.clone(), start.clone());
-    let passive = system.damping().passive;
+    let passive = system.dissipation_form().passive;
     let (mut worst, mut taken) = (0.0_f64, false);
     let statistics =
         adaptive(row, system.clone()).unwrap().run(tolerance, end, &mut state, &mut |_, state| {
@@ -132,8 +132,8 @@ impl System<f64> for Gate {
     fn dissipation(&self, q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = if (q[0] - self.at).abs() < 0.02 { 1e-3 * v[0] } else { 0.0 };
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
     }
 }
 
@@ -236,8 +236,8 @@ impl System<f64> for Cliff {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = 0.1 * v[0];
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
 }
 

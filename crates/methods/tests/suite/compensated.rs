@@ -2,8 +2,8 @@
 
 use crate::rubbed;
 use afterbay_core::{
-    Corrected, Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable,
-    State, StepFailure, System, Vector, f64x8, integrate,
+    Corrected, DissipationForm, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar,
+    Separable, State, StepFailure, System, Vector, f64x8, integrate,
 };
 use afterbay_methods::{Compensated, Composition, Increment};
 use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
@@ -201,8 +201,8 @@ impl System<f64> for Torn {
     fn dissipation(&self, q: &[f64], p: &[f64], v: &[f64], d: &mut [f64]) {
         self.chain.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        self.chain.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.chain.dissipation_form()
     }
 }
 

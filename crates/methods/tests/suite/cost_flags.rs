@@ -1,7 +1,7 @@
 //! What the registry says a step costs, of every row, against what a system is asked.
 
 use afterbay_core::{
-    Coupling, Curvature, Damping, Drag, Effort, Grid, InputError, Line, Separable, State, System,
+    Coupling, Curvature, DissipationForm, Drag, Effort, Grid, InputError, Line, Separable, State, System,
 };
 use afterbay_methods::registry::{Cost, METHODS, Needs, Row, find, linear, separable};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -46,8 +46,8 @@ impl System<f64> for Counted {
         self.count(1, q.len());
         self.system.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        System::<f64>::damping(&self.system)
+    fn dissipation_form(&self) -> DissipationForm {
+        System::<f64>::dissipation_form(&self.system)
     }
     fn coupling(&self) -> Coupling {
         System::<f64>::coupling(&self.system)

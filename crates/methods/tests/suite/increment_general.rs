@@ -402,8 +402,8 @@ impl System<f64> for Far {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
-    fn damping(&self) -> afterbay_core::Damping {
-        afterbay_core::Damping::NONE
+    fn dissipation_form(&self) -> afterbay_core::DissipationForm {
+        afterbay_core::DissipationForm::NONE
     }
 }
 

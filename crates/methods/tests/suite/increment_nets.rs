@@ -1,6 +1,6 @@
 //! Coordinate increments on nets of springs between all pairs: K, passivity, names, and what failures advise.
 
-use afterbay_core::{Damping, Drag, Line, Method, Passive, Separable, State, StepFailure, System};
+use afterbay_core::{DissipationForm, Drag, Line, Method, Passive, Separable, State, StepFailure, System};
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
 
@@ -72,12 +72,12 @@ impl System<f64> for Net {
     fn dissipation(&self, q: &[f64], p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.iter_mut().enumerate().for_each(|(j, d)| *d = self.drag(q, p, j).value);
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let zero = self.friction.iter().all(|&c| c == 0.0);
-        Damping {
+        DissipationForm {
             zero,
             passive: Passive::each_if(self.friction.iter().all(|&c| c >= 0.0)),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -123,8 +123,8 @@ impl System<f64> for Frictionless {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(f64::NAN);
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::many;
 use afterbay_core::{
-    Block, Curvature, Damping, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series, State,
-    StepFailure, System, View,
+    Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series,
+    State, StepFailure, System, View,
 };
 use afterbay_methods::LinearExact;
 use afterbay_methods::registry::{self, METHODS, Run};
@@ -59,8 +59,8 @@ impl<T: Scalar> System<T> for Web {
             }
         }
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::InSum, coupled: true, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::InSum, coupled: true, ..DissipationForm::GENERAL }
     }
 }
 
@@ -187,7 +187,7 @@ fn checked<S: Curvature<f64>>(
         let size = f64::EPSILON / 2.0 * (scale(&before) + scale(&state));
         let off = (state.total(system) - before.total(system)).abs() / (size + f64::MIN_POSITIVE);
         prop_assert!(off < 16.0 * (1.0 + h * rate), "K is off by {} roundings", off);
-        prop_assert!(!system.damping().passive.violated(&before.w, &state.w));
+        prop_assert!(!system.dissipation_form().passive.violated(&before.w, &state.w));
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Linear systems that only lose energy, and what a step does to states measured by it.
 
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, IntegrateError, Line, Passive, Separable, State,
-    System,
+    Block, Coupling, Curvature, DissipationForm, Drag, InputError, IntegrateError, Line, Passive, Separable,
+    State, System,
 };
 use afterbay_methods::registry::{Row, Run, linear, nonlinear, separable, uniform};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -54,8 +54,8 @@ impl System<f64> for Network {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d.iter_mut().zip(&self.friction).zip(v).for_each(|((d, c), v)| *d = c * v);
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain

@@ -1,7 +1,9 @@
 //! Systems as seen in the plane of one degree of freedom.
 
 use super::systems::{Springs, Twisted};
-use afterbay_core::{Damping, Drag, Passive, PhasePlane, Resistance, Scalar, Separable, Slopes, System};
+use afterbay_core::{
+    DissipationForm, Drag, Passive, PhasePlane, Resistance, Scalar, Separable, Slopes, System,
+};
 
 /// A system known by its slopes alone, with its own edges put aside.
 pub(crate) struct BySlopes<S>(pub(crate) S);
@@ -26,8 +28,11 @@ impl<T: Scalar> System<T> for Curved {
             d[j] = self.resistance(q, p, j, [q[j], p[j]], v[j]).value;
         }
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::each_if(self.0.iter().all(|&c| c >= 0.0)), ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm {
+            passive: Passive::each_if(self.0.iter().all(|&c| c >= 0.0)),
+            ..DissipationForm::GENERAL
+        }
     }
 }
 
@@ -85,8 +90,8 @@ impl<T: Scalar, S: System<T>> System<T> for BySlopes<S> {
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         self.0.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        self.0.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.0.dissipation_form()
     }
 }
 
@@ -147,8 +152,8 @@ impl System<f64> for Endless {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 

@@ -1,6 +1,6 @@
 //! Three masses whose friction couples their momenta.
 
-use afterbay_core::{Damping, Drag, Passive, Scalar, Separable, System};
+use afterbay_core::{DissipationForm, Drag, Passive, Scalar, Separable, System};
 
 /// H = Σ [p_j²/(2 m_j) + q_j²/2] + (q_{j+1} - q_j)⁴/4, m = 1, 1.7, 0.6; D = c R ∂H/∂p, R symmetric and positive definite.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +31,8 @@ impl<T: Scalar> System<T> for Rubbed {
                 .fold(T::zero(), |sum, (&r, &v)| sum + T::from_f64(self.c) * T::from_f64(r) * v);
         }
     }
-    fn damping(&self) -> Damping {
-        Damping { zero: false, passive: Passive::InSum, linear: true, coupled: true }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true }
     }
 }
 

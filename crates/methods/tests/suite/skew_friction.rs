@@ -2,12 +2,15 @@
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Damping, Drag, Grid, Method, Passive, Scalar, Separable, State, System, integrate};
+use afterbay_core::{
+    DissipationForm, Drag, Grid, Method, Passive, Scalar, Separable, State, System, integrate,
+};
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
 use slope::slope;
 
-const PASSIVE: Damping = Damping { zero: false, passive: Passive::InSum, linear: true, coupled: true };
+const PASSIVE: DissipationForm =
+    DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true };
 
 /// Three masses on springs with D = R(q) p, R = A Aᵀ + s(q) S: S is skew and s vanishes at q = 0.
 #[derive(Clone, Debug)]
@@ -40,7 +43,7 @@ impl<T: Scalar> System<T> for Gyre {
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
         (0..3).for_each(|j| d[j] = self.drag(q, v, j).value);
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         PASSIVE
     }
 }

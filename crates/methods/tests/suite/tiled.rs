@@ -1,8 +1,8 @@
 //! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the bit.
 
 use afterbay_core::{
-    Coupling, Damping, Drag, Effort, Every, Grid, InputError, IntegrateError, Method, RunError, Scalar,
-    Separable, State, StepFailure, System, Uniform, f64x8, integrate,
+    Coupling, DissipationForm, Drag, Effort, Every, Grid, InputError, IntegrateError, Method, RunError,
+    Scalar, Separable, State, StepFailure, System, Uniform, f64x8, integrate,
 };
 use afterbay_methods::{Composition, Increment, Tiled};
 use afterbay_systems::{FputChain, VanDerPolRing};
@@ -247,8 +247,8 @@ impl<T: Scalar> System<T> for Masses<T> {
     fn dissipation(&self, _q: &[T], _p: &[T], _v: &[T], d: &mut [T]) {
         d.fill(T::zero());
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain

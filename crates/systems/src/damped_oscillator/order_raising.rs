@@ -34,7 +34,7 @@ impl<T: Scalar> DampedOscillator<T> {
     /// δ without damping, when it is a number: both poles are gone. It is 2 tan(ωh/2)/ω.
     fn undamped(&self) -> Option<Correction<T>> {
         let third = self.k / T::from_f64(12.0);
-        self.damping().zero.then_some(Correction { third, fourth: T::zero() })
+        self.dissipation_form().zero.then_some(Correction { third, fourth: T::zero() })
     }
 }
 

@@ -177,7 +177,7 @@ impl<'a> Bench<'a> {
         let mut watch = Watch {
             bench: self,
             drift: 0.0,
-            passivity: Passivity::new(self.subject.damping().passive, &state.w),
+            passivity: Passivity::new(self.subject.dissipation_form().passive, &state.w),
             steps: 0,
             next: 0.0,
             samples: 0,
