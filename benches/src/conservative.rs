@@ -1,6 +1,6 @@
 //! A system whose type says that nothing dissipates: what `dissipation_form()` answers folds away.
 
-use afterbay_core::{DissipationForm, Drag, Line, Separable, System};
+use afterbay_core::{Dissipation, DissipationForm, Line, Separable, System};
 use afterbay_systems::Duffing;
 
 /// The Duffing oscillator without its damping.
@@ -44,7 +44,7 @@ impl Separable<f64> for Conservative {
         true
     }
     #[inline(always)]
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }
 }

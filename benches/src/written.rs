@@ -1,7 +1,7 @@
 //! A pendulum, a Morse bond and the system of Hénon and Heiles written in Rust, each with its edges
 //! in closed form: what the custom systems of the same expressions are measured against.
 
-use afterbay_core::{DissipationForm, Drag, Line, Separable, System};
+use afterbay_core::{Dissipation, DissipationForm, Line, Separable, System};
 
 /// V = g (1 - cos q), D = c p
 pub struct Pendulum {
@@ -93,8 +93,8 @@ impl Separable<f64> for Pendulum {
         true
     }
     #[inline]
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[0], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[0], by_q: 0.0, by_p: self.c }
     }
 }
 
@@ -128,8 +128,8 @@ impl Separable<f64> for Morse {
         true
     }
     #[inline]
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[0], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[0], by_q: 0.0, by_p: self.c }
     }
 }
 
@@ -155,7 +155,7 @@ impl Separable<f64> for HenonHeiles {
         true
     }
     #[inline]
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[j], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[j], by_q: 0.0, by_p: self.c }
     }
 }

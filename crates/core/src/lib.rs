@@ -34,8 +34,8 @@ pub use run::{
     integrate_within, sample_within,
 };
 pub use system::{
-    Correction, Coupling, Curvature, DissipationForm, Drag, ExactFlow, Formulas, FromFormulas, Linear, Mean,
-    Misprinted, OrderRaising, Passive, PhasePlane, Resistance, Separable, Slopes, State, System, Uniform,
-    View,
+    Correction, Coupling, Curvature, Dissipation, DissipationForm, ExactFlow, Formulas, FromFormulas, Linear,
+    Mean, Misprinted, OrderRaising, Passive, PhasePlane, Resistance, Separable, Slopes, State, System,
+    Uniform, View,
 };
 pub use validate as check;

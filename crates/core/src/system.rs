@@ -29,7 +29,7 @@ mod state;
 mod state_ref;
 
 pub use coupling::Coupling;
-pub use dissipation::{DissipationForm, Drag, Passive};
+pub use dissipation::{Dissipation, DissipationForm, Passive};
 pub use exact_flow::ExactFlow;
 pub use formulas::{Formulas, FromFormulas};
 pub use hamiltonian::System;

@@ -5,7 +5,7 @@
 mod caught;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Line, Passive, Quantity, Separable,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Quantity, Separable,
     System, check,
 };
 use caught::*;
@@ -151,14 +151,14 @@ impl Separable<f64> for Told {
         };
         Line { value, ..honest }
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let by_p = Self::gamma(q[j]) / Self::m(j);
         let by_q = 0.6 * q[j] * p[j] / Self::m(j);
         match self.0 {
-            Lie::DragValue => Drag { value: 0.9 * by_p * p[j], by_q, by_p },
-            Lie::DragByMomentum => Drag { value: by_p * p[j], by_q, by_p: 1.0 },
-            Lie::DragOfOtherMomenta if j == 1 => Drag { value: by_p * p[j] + 0.01 * p[0], by_q, by_p },
-            _ => Drag { value: by_p * p[j], by_q, by_p },
+            Lie::DragValue => Dissipation { value: 0.9 * by_p * p[j], by_q, by_p },
+            Lie::DragByMomentum => Dissipation { value: by_p * p[j], by_q, by_p: 1.0 },
+            Lie::DragOfOtherMomenta if j == 1 => Dissipation { value: by_p * p[j] + 0.01 * p[0], by_q, by_p },
+            _ => Dissipation { value: by_p * p[j], by_q, by_p },
         }
     }
 }
@@ -300,7 +300,7 @@ fn parts_that_are_not_those_of_the_system() {
     assert_caught(parts(Lie::Partial), Quantity::Partial, 0, "∂V/∂q1");
     assert_eq!(parts(Lie::NoMass), Err(InputError::Mass { dof: 1, value: -1.5 }));
     assert_eq!(assert_caught(parts(Lie::OtherMass), Quantity::Mass, 3, "m4 is given as 2.0")[0], 2.0);
-    assert_caught(parts(Lie::DragValue), Quantity::Dissipation, 0, "drag()");
+    assert_caught(parts(Lie::DragValue), Quantity::Dissipation, 0, "dissipation_of()");
     let [given, found] = assert_caught(parts(Lie::DragByMomentum), Quantity::Friction, 0, "by_p");
     assert!(given == 1.0 && (found - Told::gamma(Q[0])).abs() < 1e-15);
     assert_entry(parts(Lie::DragOfOtherMomenta), (Block::Dp, 1, 0), "∂D2/∂p1");

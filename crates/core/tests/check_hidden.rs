@@ -4,7 +4,9 @@
 
 mod caught;
 
-use afterbay_core::{Block, Coupling, Curvature, Drag, Quantity, Scalar, Separable, System, Uniform, check};
+use afterbay_core::{
+    Block, Coupling, Curvature, Dissipation, Quantity, Scalar, Separable, System, Uniform, check,
+};
 use caught::*;
 
 /// H = Σ (p_j² + q_j²)/2 and D_j = 0.3 p_j for four, and a product that vanishes at rest with everything its lie forgets.
@@ -49,10 +51,10 @@ impl Separable<f64> for AtRest {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         at
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let mut d = [0.0; N];
         self.dissipation(q, p, p, &mut d);
-        Drag { value: d[j], by_q: 0.0, by_p: 0.3 }
+        Dissipation { value: d[j], by_q: 0.0, by_p: 0.3 }
     }
 }
 
@@ -109,9 +111,9 @@ impl<T: Scalar> Separable<T> for Row {
     fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
         at
     }
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let by_p = T::from_f64(0.3) / self.mass(j);
-        Drag { value: by_p * p[j], by_q: T::zero(), by_p }
+        Dissipation { value: by_p * p[j], by_q: T::zero(), by_p }
     }
 }
 

@@ -6,7 +6,7 @@
 //! ```
 
 use afterbay_core::solver::{Equation, Root, Sample, Solver};
-use afterbay_core::{Drag, Mask, Scalar, Separable, StepFailure};
+use afterbay_core::{Dissipation, Mask, Scalar, Separable, StepFailure};
 
 /// A coordinate before its step.
 pub(crate) struct Coordinate<T> {
@@ -41,11 +41,11 @@ pub(crate) struct Along<'a, T, S: ?Sized> {
 impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
     /// D at the middle of the edge and the mean momentum v.
     #[inline(always)]
-    fn drag(&mut self, middle: T, v: T) -> Drag<T> {
+    fn dissipation_of(&mut self, middle: T, v: T) -> Dissipation<T> {
         let Self { system, j, ref mut q, ref mut p } = *self;
         let from = std::mem::replace(&mut q[j], middle);
         p[j] = v;
-        let drag = system.drag(q, p, j);
+        let drag = system.dissipation_of(q, p, j);
         q[j] = from;
         drag
     }
@@ -69,7 +69,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
             let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
             return Sample { value: pull * edge.value, slope: bend * edge.slope, rough, blur };
         }
-        let drag = self.along.drag(width.half().mul_add(v, q0), v);
+        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v);
         let by_q = pull.half().mul_add(drag.by_q, by_q);
         Sample {
             value: pull.mul_add(edge.value, pull * drag.value),
@@ -184,8 +184,11 @@ impl<T: Scalar> Coordinate<T> {
         let Self { q: q0, p: p0, steps: [rate, _, drain], dissipative, .. } = *self;
         let v = root.x;
         let q = rate.mul_add(v, q0);
-        let dw =
-            if dissipative { drain * along.drag(rate.half().mul_add(v, q0), v).value * v } else { T::zero() };
+        let dw = if dissipative {
+            drain * along.dissipation_of(rate.half().mul_add(v, q0), v).value * v
+        } else {
+            T::zero()
+        };
         let p = T::from_f64(2.0).mul_add(v, -p0);
         Moved { q, p, dw, evaluations: u64::from(root.evaluations) }
     }

@@ -98,14 +98,14 @@ where
         if !single && !known {
             at.copy_from_slice(q0);
             system.gradient(q0, p0, force, velocity);
-            (0..n).for_each(|j| rate[j] = system.drag(q0, p0, j).by_p);
+            (0..n).for_each(|j| rate[j] = system.dissipation_of(q0, p0, j).by_p);
         }
         for j in 0..n {
             let force = if single { system.partial(q0, j, q0[j]) } else { force[j] };
             let kicked = (-half_h).mul_add(force, p0[j]);
             let step = over_mass(h, j);
             if damping.linear {
-                let by_p = if single { system.drag(q0, p0, j).by_p } else { rate[j] };
+                let by_p = if single { system.dissipation_of(q0, p0, j).by_p } else { rate[j] };
                 let keep = half_h.mul_add(by_p, one).recip();
                 p_half[j] = kicked * keep;
                 drag[j] = by_p * p_half[j];
@@ -113,7 +113,7 @@ where
             } else {
                 let root = Newton.solve(j, kicked, |s, p| {
                     p_half[j] = p;
-                    let drag = system.drag(q0, p_half, j);
+                    let drag = system.dissipation_of(q0, p_half, j);
                     Sample {
                         value: s * half_h * drag.value,
                         slope: s * half_h * drag.by_p,
@@ -122,7 +122,7 @@ where
                     }
                 })?;
                 p_half[j] = root.x;
-                drag[j] = system.drag(q0, p_half, j).value;
+                drag[j] = system.dissipation_of(q0, p_half, j).value;
                 q1[j] = step.mul_add(p_half[j], q0[j]);
                 effort.iterations += u64::from(root.evaluations);
             }
@@ -134,7 +134,7 @@ where
         }
         for j in 0..n {
             let force = if single { system.partial(q1, j, q1[j]) } else { force[j] };
-            let drag1 = system.drag(q1, p_half, j);
+            let drag1 = system.dissipation_of(q1, p_half, j);
             if !single {
                 rate[j] = drag1.by_p;
             }
@@ -171,7 +171,7 @@ where
 {
     cold_path();
     for j in 0..state.dof() {
-        let drag = system.drag(state.q.as_slice(), state.p.as_slice(), j);
+        let drag = system.dissipation_of(state.q.as_slice(), state.p.as_slice(), j);
         let slope = half_h.mul_add(drag.by_p, V::Scalar::one());
         if slope == V::Scalar::zero() {
             return StepFailure::Singular { dof: j, slope: 0.0 };

@@ -36,8 +36,8 @@ pub use failure::{CustomError, Place};
 pub use structure::Structure;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Interval, Line, Mask, Quantity, Scalar,
-    Separable, System, check,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Interval, Line, Mask, Quantity,
+    Scalar, Separable, System, check,
 };
 use afterbay_expression::{Input, Node, Point};
 use shape::{Edge, Part, Potential, Resistance, Shape};
@@ -378,7 +378,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let [value, by_q, by_p] = match &self.shape.resistance {
             Resistance::Constant(_) => match self.rates.get(j) {
                 Some(&[rate, _]) => [rate * p[j], T::zero(), rate],
@@ -390,7 +390,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
             }
             Resistance::General { drags, .. } => self.run(&drags[j], q, p, T::zero()),
         };
-        Drag { value, by_q, by_p }
+        Dissipation { value, by_q, by_p }
     }
 }
 

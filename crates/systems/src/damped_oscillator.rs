@@ -16,7 +16,8 @@ mod order_raising;
 
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Block, Curvature, DissipationForm, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Linear, Passive, Scalar, Separable,
+    System,
 };
 
 /// V = k q²/2 with D = b p.
@@ -97,8 +98,8 @@ impl<T: Scalar> Separable<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
     }
 }
 
@@ -158,6 +159,6 @@ mod tests {
     fn as_a_linear_system_it_is_the_same() {
         let system = DampedOscillator::new(2.0, 0.3).unwrap();
         assert_eq!(system.partial(&[0.0], 0, 1.0), system.stiffness(0, 0));
-        assert_eq!(system.drag(&[0.0], &[1.0], 0).value, system.friction(0));
+        assert_eq!(system.dissipation_of(&[0.0], &[1.0], 0).value, system.friction(0));
     }
 }

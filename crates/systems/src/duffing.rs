@@ -16,7 +16,7 @@
 
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Block, Curvature, DissipationForm, Drag, InputError, Line, Passive, Scalar, Separable, System,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Scalar, Separable, System,
 };
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
@@ -101,8 +101,8 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
     }
 }
 

@@ -18,8 +18,8 @@
 
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Line, Passive, Scalar, Separable, System,
-    Uniform, f64x8,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Scalar, Separable,
+    System, Uniform, f64x8,
 };
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
@@ -151,8 +151,8 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
-        Drag { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        Dissipation { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
     }
 }
 
@@ -223,6 +223,6 @@ mod tests {
         assert_eq!(chain.energy(&q, &p), duffing.energy(&q, &p));
         assert_eq!(chain.partial(&q, 0, to), duffing.partial(&q, 0, to));
         assert_eq!(chain.edge(&q, 0, to), duffing.edge(&q, 0, to));
-        assert_eq!(chain.drag(&q, &p, 0), duffing.drag(&q, &p, 0));
+        assert_eq!(chain.dissipation_of(&q, &p, 0), duffing.dissipation_of(&q, &p, 0));
     }
 }

@@ -15,7 +15,9 @@
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
 use crate::{Duffing, VanDerPol};
-use afterbay_core::{Block, Curvature, DissipationForm, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+};
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,8 +91,8 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        self.force.drag(q, p, j)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.force.dissipation_of(q, p, j)
     }
 }
 
@@ -103,7 +105,7 @@ impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
                 put(block, i, j, x);
             }
         });
-        let drag = self.drag(q, p, 0);
+        let drag = self.dissipation_of(q, p, 0);
         put(Block::Dq, 0, 0, drag.by_q);
         put(Block::Dp, 0, 0, drag.by_p);
     }
@@ -136,7 +138,7 @@ mod tests {
         let (system, plain) = (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
         let (q, p, to) = ([0.7], [-1.3], 0.9);
         assert_eq!(system.dissipation_form(), plain.dissipation_form());
-        assert_eq!(system.drag(&q, &p, 0), plain.drag(&q, &p, 0));
+        assert_eq!(system.dissipation_of(&q, &p, 0), plain.dissipation_of(&q, &p, 0));
         assert_eq!(system.edge(&q, 0, to), plain.edge(&q, 0, to));
         assert_eq!(system.delta_q(q[0], p[0]), plain.delta_q(q[0], p[0]));
     }

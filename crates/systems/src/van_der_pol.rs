@@ -13,7 +13,9 @@
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, DissipationForm, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+};
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,16 +95,16 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
         let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
-        Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
+        Dissipation { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
     }
 }
 
 impl<T: Scalar> Curvature<T> for VanDerPol<T> {
     #[inline(always)]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let drag = self.drag(q, p, 0);
+        let drag = self.dissipation_of(q, p, 0);
         put(Block::Hqq, 0, 0, T::one());
         put(Block::Hpp, 0, 0, T::one());
         put(Block::Dq, 0, 0, drag.by_q);
@@ -138,7 +140,7 @@ mod tests {
     #[test]
     fn the_strip_drives_and_the_rest_damps() {
         let system = VanDerPol::new(3.0).unwrap();
-        let power = |q: f64| system.drag(&[q], &[2.0], 0).value * 2.0;
+        let power = |q: f64| system.dissipation_of(&[q], &[2.0], 0).value * 2.0;
         assert_eq!((power(0.0), power(1.0), power(-2.0)), (-12.0, 0.0, 36.0));
     }
 }

@@ -17,8 +17,8 @@
 
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Drag, InputError, Line, Scalar, Separable, System, Uniform,
-    f64x8,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+    Uniform, f64x8,
 };
 
 /// V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], around the circle, with D_j = -μ (1 - q_j²) p_j.
@@ -123,8 +123,8 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        self.single.drag(&q[j..], &p[j..], 0)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.single.dissipation_of(&q[j..], &p[j..], 0)
     }
 }
 
@@ -150,7 +150,7 @@ impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
                 put(Block::Hqq, j, left, -twice);
             }
             put(Block::Hpp, j, j, T::one());
-            let drag = self.drag(q, p, j);
+            let drag = self.dissipation_of(q, p, j);
             put(Block::Dq, j, j, drag.by_q);
             put(Block::Dp, j, j, drag.by_p);
         }
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(ring.energy(&q, &p), single.energy(&q, &p));
         assert_eq!(ring.partial(&q, 0, to), single.partial(&q, 0, to));
         assert_eq!(ring.edge(&q, 0, to), single.edge(&q, 0, to));
-        assert_eq!(ring.drag(&q, &p, 0), single.drag(&q, &p, 0));
+        assert_eq!(ring.dissipation_of(&q, &p, 0), single.dissipation_of(&q, &p, 0));
     }
 
     #[test]

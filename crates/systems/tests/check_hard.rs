@@ -4,7 +4,7 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Block, Curvature, DissipationForm, Drag, InputError, Passive, Quantity, Separable, System, check,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Passive, Quantity, Separable, System, check,
 };
 use proptest::prelude::*;
 
@@ -38,8 +38,8 @@ impl Separable<f64> for Well {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         (self.slope)(at)
     }
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: if p[0] == 0.0 { 0.0 } else { 0.1 * p[0].signum() }, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: if p[0] == 0.0 { 0.0 } else { 0.1 * p[0].signum() }, by_q: 0.0, by_p: 0.0 }
     }
 }
 

@@ -72,7 +72,7 @@ where
             close("edge", a.value, b.value)?;
             close("slope of edge", a.slope, b.slope)?;
         }
-        let (a, b) = (own.drag(q, p, j), built_in.drag(q, p, j));
+        let (a, b) = (own.dissipation_of(q, p, j), built_in.dissipation_of(q, p, j));
         close("drag", a.value, b.value)?;
         close("drag by q", a.by_q, b.by_q)?;
         close("drag by p", a.by_p, b.by_p)?;
@@ -302,7 +302,7 @@ proptest! {
                 close("edge", a.value, b.value)?;
                 close("slope of edge", a.slope, b.slope)?;
             }
-            let (a, b) = (own.drag(q, p, j), program.drag(q, p, j));
+            let (a, b) = (own.dissipation_of(q, p, j), program.dissipation_of(q, p, j));
             close("drag", a.value, b.value)?;
             close("drag by q", a.by_q, b.by_q)?;
             close("drag by p", a.by_p, b.by_p)?;

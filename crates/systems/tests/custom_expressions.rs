@@ -224,7 +224,7 @@ proptest! {
         }
         let mut d = [0.0; N];
         custom.dissipation(&q, &p, &p, &mut d);
-        let drag = custom.drag(&q, &p, 0);
+        let drag = custom.dissipation_of(&q, &p, 0);
         let mut derivatives = [0.0; 2 * N];
         custom.curvature(&q, &p, |block, i, j, x| match block {
             Block::Dq => { assert_eq!(i, 0); derivatives[j] = x }

@@ -14,8 +14,9 @@ fn evaluate<T: Scalar>(custom: &Custom<T>) {
         custom.gradient(&q, &p, &mut hq, &mut hp);
         custom.dissipation(&q, &p, &hp, &mut d);
         for j in 0..n {
-            sum +=
-                custom.partial(&q, j, p[0]) + custom.edge(&q, j, p[0]).value + custom.drag(&q, &p, j).value;
+            sum += custom.partial(&q, j, p[0])
+                + custom.edge(&q, j, p[0]).value
+                + custom.dissipation_of(&q, &p, j).value;
         }
         custom.curvature(&q, &p, |_, _, _, x| sum += x);
         assert!(sum.is_finite().all() && custom.mass(0) == T::one());

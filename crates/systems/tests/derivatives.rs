@@ -51,7 +51,7 @@ fn gradients_are_derivatives(system: &Trio, q: f64, p: f64) {
     assert_close(system.plain.partial(&[q], 0, q), hq[0], force);
 
     system.plain.dissipation(&[q], &[p], &[p], &mut d);
-    let drag = system.plain.drag(&[q], &[p], 0);
+    let drag = system.plain.dissipation_of(&[q], &[p], 0);
     let of = |(q, p): ([Dual64; 1], [Dual64; 1])| {
         let mut d = [Dual64::from_f64(0.0)];
         system.dual.dissipation(&q, &p, &p, &mut d);

@@ -135,7 +135,7 @@ where
         assert_close(line.re, edge.value, size);
         assert_close(edge.slope, line.eps, size);
 
-        let drag = plain.drag(q, p, j);
+        let drag = plain.dissipation_of(q, p, j);
         assert_close(drag.value, d[j], size);
         assert_close(drag.by_q, fields(dual, &along(q, Some(j)), &along(p, None))[2][j].eps, size);
         assert_close(drag.by_p, fields(dual, &along(q, None), &along(p, Some(j)))[2][j].eps, size);

@@ -9,7 +9,7 @@ pub struct DissipationForm {
     pub zero: bool,
     /// Where the reservoir only fills, whatever the state.
     pub passive: Passive,
-    /// D is linear in p. Where it is not coupled, D_j = γ_j(q) p_j, and `by_p` of [`crate::Separable::drag`] is γ_j.
+    /// D is linear in p. Where it is not coupled, D_j = γ_j(q) p_j, and `by_p` of [`crate::Separable::dissipation_of`] is γ_j.
     pub linear: bool,
     /// D_j may depend on the momenta of others, as in D = C p.
     pub coupled: bool,
@@ -69,7 +69,7 @@ impl DissipationForm {
 
 /// The dissipative force on one degree of freedom, and how it changes with that degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drag<T> {
+pub struct Dissipation<T> {
     /// D_j
     pub value: T,
     /// ∂D_j/∂q_j

@@ -1,6 +1,6 @@
 //! A system from its formulas alone, each written once for every scalar.
 
-use super::dissipation::{DissipationForm, Drag};
+use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
 use super::separable::Separable;
 use crate::numbers::{Line, Scalar, Slope, edge};
@@ -118,11 +118,11 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
         true
     }
 
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let (m, at) = (T::from_f64(self.0.mass(j)), q[j]);
         let v = p[j] / m;
         let by_q = self.friction([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
         let by_v = self.friction([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
-        Drag { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
+        Dissipation { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
     }
 }

@@ -1,6 +1,6 @@
 //! Systems whose energy is a sum of kinetic and potential energy.
 
-use super::dissipation::Drag;
+use super::dissipation::Dissipation;
 use super::hamiltonian::System;
 use crate::numbers::{Line, Scalar, edge};
 
@@ -49,5 +49,5 @@ pub trait Separable<T: Scalar>: System<T> {
 
     /// D_j at (q, p) with its derivatives by q_j and p_j. The derivatives steer Newton's iteration and need not be exact,
     /// but for `by_p` where [`crate::DissipationForm::linear`] is claimed: it then stands for D itself.
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T>;
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T>;
 }

@@ -75,11 +75,11 @@ fn parts<S: Separable<f64> + ?Sized>(
         let mass = s.mass(dof);
         let rule = "mass() must be p over ∂H/∂p";
         same(Quantity::Mass, mass, p[dof] / hp, mass * hp - p[dof], rounding * p[dof].abs(), rule)?;
-        let drag = s.drag(q, p, dof);
-        let rule = "drag() must give the D of dissipation()";
+        let drag = s.dissipation_of(q, p, dof);
+        let rule = "dissipation_of() must give the D of dissipation()";
         same(Quantity::Dissipation, drag.value, d, drag.value - d, rounding * strongest, rule)?;
         if damping.linear && !damping.coupled {
-            let rule = "by_p of drag() must be D over p where dissipation_form() says it is linear";
+            let rule = "by_p of dissipation_of() must be D over p where dissipation_form() says it is linear";
             let off = drag.by_p * p[dof] - d;
             same(Quantity::Friction, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
         }

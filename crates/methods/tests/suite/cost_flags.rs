@@ -1,7 +1,8 @@
 //! What the registry says a step costs, of every row, against what a system is asked.
 
 use afterbay_core::{
-    Coupling, Curvature, DissipationForm, Drag, Effort, Grid, InputError, Line, Separable, State, System,
+    Coupling, Curvature, Dissipation, DissipationForm, Effort, Grid, InputError, Line, Separable, State,
+    System,
 };
 use afterbay_methods::registry::{Cost, METHODS, Needs, Row, find, linear, separable};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -66,9 +67,9 @@ impl Separable<f64> for Counted {
     fn has_exact_edges(&self) -> bool {
         Separable::<f64>::has_exact_edges(&self.system)
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         self.count(1, 1);
-        self.system.drag(q, p, j)
+        self.system.dissipation_of(q, p, j)
     }
 }
 

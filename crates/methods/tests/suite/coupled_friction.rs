@@ -3,8 +3,8 @@
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    DissipationForm, Drag, Grid, InputError, Method, Passive, Scalar, Separable, State, StepFailure, System,
-    integrate,
+    Dissipation, DissipationForm, Grid, InputError, Method, Passive, Scalar, Separable, State, StepFailure,
+    System, integrate,
 };
 use afterbay_methods::{Composition, Increment, Leapfrog, Rk4};
 use allocation_counter::measure;
@@ -97,10 +97,10 @@ impl<T: Scalar> Separable<T> for Chain {
         let right = q.get(j + 1).map_or(T::zero(), |&next| pull(at - next));
         at + left + right
     }
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let of = |k: usize| self.resistance(q, j, k) / T::from_f64(self.masses[k]);
         let value = (0..q.len()).fold(T::zero(), |sum, k| of(k).mul_add(p[k], sum));
-        Drag { value, by_q: T::zero(), by_p: of(j) }
+        Dissipation { value, by_q: T::zero(), by_p: of(j) }
     }
 }
 

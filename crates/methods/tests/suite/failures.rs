@@ -2,7 +2,7 @@
 
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
-    Block, Curvature, Drag, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
+    Block, Curvature, Dissipation, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
     RunError, Separable, State, StepFailure, System, View, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
@@ -38,8 +38,8 @@ impl Separable<f64> for Wall {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         Self::force(at)
     }
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.1 * p[0], by_q: 0.0, by_p: 0.1 }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.1 * p[0], by_q: 0.0, by_p: 0.1 }
     }
 }
 
@@ -66,8 +66,8 @@ impl Separable<f64> for Pair {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         if j == 1 && at > 1.0 { f64::NAN } else { q[1 - j] }
     }
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Linear systems that only lose energy, and what a step does to states measured by it.
 
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Drag, InputError, IntegrateError, Line, Passive, Separable,
-    State, System,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, IntegrateError, Line, Passive,
+    Separable, State, System,
 };
 use afterbay_methods::registry::{Row, Run, linear, nonlinear, separable, uniform};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -73,9 +73,9 @@ impl Separable<f64> for Network {
         let slope = (self.spring[j] + self.spring[j + 1]) / 2.0;
         Line { value: self.at(q, j, (q[j] + to) / 2.0), slope }
     }
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let by_p = self.friction[j] / self.mass[j];
-        Drag { value: by_p * p[j], by_q: 0.0, by_p }
+        Dissipation { value: by_p * p[j], by_q: 0.0, by_p }
     }
 }
 

@@ -214,7 +214,7 @@ fn global_orders_on_modified_van_der_pol() {
 fn points_are_away_from_the_poles() {
     fn far<S: OrderRaising<f64>>(system: &S) -> bool {
         POINTS.iter().all(|&(q, p)| {
-            let force = system.partial(&[q], 0, q) + system.drag(&[q], &[p], 0).value;
+            let force = system.partial(&[q], 0, q) + system.dissipation_of(&[q], &[p], 0).value;
             p.abs() > 0.5 && force.abs() > 0.5
         })
     }

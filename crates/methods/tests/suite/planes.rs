@@ -2,7 +2,7 @@
 
 use super::systems::{Springs, Twisted};
 use afterbay_core::{
-    DissipationForm, Drag, Passive, PhasePlane, Resistance, Scalar, Separable, Slopes, System,
+    Dissipation, DissipationForm, Passive, PhasePlane, Resistance, Scalar, Separable, Slopes, System,
 };
 
 /// A system known by its slopes alone, with its own edges put aside.
@@ -115,8 +115,8 @@ impl Separable<f64> for Springs {
             sum + if a == j { pull(b) } else { 0.0 } + if b == j { pull(a) } else { 0.0 }
         })
     }
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[j], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[j], by_q: 0.0, by_p: self.c }
     }
 }
 
