@@ -36,7 +36,7 @@ pub use hamiltonian::System;
 pub use hessian::Curvature;
 pub use lattice::Uniform;
 pub use linear::Linear;
-pub use nonseparable::{Mean, PhasePlane, Resistance, Slopes};
+pub use nonseparable::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
 pub use separable::Separable;
 pub use state::State;

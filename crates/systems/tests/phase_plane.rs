@@ -121,7 +121,7 @@ proptest! {
         close(edge.by_other, by_other, 1e-14 * size(p))?;
         let mut d = [0.0; 2];
         system.dissipation(&q, &p, &p, &mut d);
-        let found = system.resistance(&q, &p, j, at, p[j]);
+        let found = system.plane_dissipation(&q, &p, j, at, p[j]);
         prop_assert!(found.value == d[j] && found.by_v * p[j] == d[j]);
     }
 }

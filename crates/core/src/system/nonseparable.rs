@@ -45,7 +45,7 @@ pub trait PhasePlane<T: Scalar>: System<T> {
     }
 
     /// D_j at `at`, given the velocity `v` of j. The derivatives steer Newton's iteration and need not be exact.
-    fn resistance(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> Resistance<T>;
+    fn plane_dissipation(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> PlaneDissipation<T>;
 }
 
 /// Derivatives of H by q_j and p_j.
@@ -76,7 +76,7 @@ pub struct Mean<T> {
 
 /// The dissipative force on one degree of freedom, and how it changes with that degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resistance<T> {
+pub struct PlaneDissipation<T> {
     /// D_j
     pub value: T,
     /// ∂D_j/∂q_j at a given velocity

@@ -418,15 +418,15 @@ impl PhasePlane<f64> for Far {
             hpp: 1.0,
         }
     }
-    fn resistance(
+    fn plane_dissipation(
         &self,
         _q: &[f64],
         _p: &[f64],
         _j: usize,
         _at: [f64; 2],
         _v: f64,
-    ) -> afterbay_core::Resistance<f64> {
-        afterbay_core::Resistance { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
+    ) -> afterbay_core::PlaneDissipation<f64> {
+        afterbay_core::PlaneDissipation { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
     }
 }
 

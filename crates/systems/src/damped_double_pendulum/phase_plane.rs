@@ -11,7 +11,7 @@
 //! exact at any length of the edge. H is quadratic in p_j: its mean slope is that at the middle.
 
 use super::DampedDoublePendulum;
-use afterbay_core::{Mean, PhasePlane, Resistance, Scalar, Slopes};
+use afterbay_core::{Mean, PhasePlane, PlaneDissipation, Scalar, Slopes};
 
 /// sin x / x, and its derivative.
 #[inline(always)]
@@ -112,8 +112,8 @@ impl<T: Scalar> PhasePlane<T> for DampedDoublePendulum<T> {
     }
 
     #[inline(always)]
-    fn resistance(&self, _q: &[T], _p: &[T], j: usize, _at: [T; 2], v: T) -> Resistance<T> {
+    fn plane_dissipation(&self, _q: &[T], _p: &[T], j: usize, _at: [T; 2], v: T) -> PlaneDissipation<T> {
         let c = self.c[j];
-        Resistance { value: c * v, by_q: T::zero(), by_p: T::zero(), by_v: c }
+        PlaneDissipation { value: c * v, by_q: T::zero(), by_p: T::zero(), by_v: c }
     }
 }
