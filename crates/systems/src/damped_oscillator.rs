@@ -124,7 +124,7 @@ impl<T: Scalar> Linear<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn friction(&self, _j: usize) -> T {
+    fn dissipation_rate(&self, _j: usize) -> T {
         self.b
     }
 }
@@ -159,6 +159,6 @@ mod tests {
     fn as_a_linear_system_it_is_the_same() {
         let system = DampedOscillator::new(2.0, 0.3).unwrap();
         assert_eq!(system.partial(&[0.0], 0, 1.0), system.stiffness(0, 0));
-        assert_eq!(system.dissipation_of(&[0.0], &[1.0], 0).value, system.friction(0));
+        assert_eq!(system.dissipation_of(&[0.0], &[1.0], 0).value, system.dissipation_rate(0));
     }
 }

@@ -17,7 +17,7 @@ pub trait Formulas: Send + Sync {
     fn potential<T: Scalar>(&self, q: &[T]) -> T;
 
     /// D_j(q, v), made of no velocity but that of j unless [`Formulas::dissipation_form`] says that it couples them.
-    fn friction<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
+    fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
 
     /// m_j > 0
     fn mass(&self, _j: usize) -> f64 {
@@ -70,9 +70,9 @@ impl<F: Formulas> FromFormulas<F> {
 
     /// D_j with q_j and v_j from one place to another.
     #[inline(always)]
-    fn friction<T: Scalar>(&self, [q, p]: [&[T]; 2], j: usize, at: [Slope<T>; 2]) -> Slope<T> {
+    fn dissipation_between<T: Scalar>(&self, [q, p]: [&[T]; 2], j: usize, at: [Slope<T>; 2]) -> Slope<T> {
         let v = |i: usize| p[i] / T::from_f64(self.0.mass(i));
-        along(q.len(), |i| q[i], j, at[0], |q| along(q.len(), v, j, at[1], |v| self.0.friction(q, v, j)))
+        along(q.len(), |i| q[i], j, at[0], |q| along(q.len(), v, j, at[1], |v| self.0.dissipation(q, v, j)))
     }
 }
 
@@ -93,7 +93,7 @@ impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
     }
 
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
-        d.iter_mut().enumerate().for_each(|(j, d)| *d = self.0.friction(q, v, j));
+        d.iter_mut().enumerate().for_each(|(j, d)| *d = self.0.dissipation(q, v, j));
     }
 
     fn dissipation_form(&self) -> DissipationForm {
@@ -121,8 +121,8 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let (m, at) = (T::from_f64(self.0.mass(j)), q[j]);
         let v = p[j] / m;
-        let by_q = self.friction([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
-        let by_v = self.friction([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
+        let by_q = self.dissipation_between([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
+        let by_v = self.dissipation_between([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
         Dissipation { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
     }
 }

@@ -8,5 +8,5 @@ pub trait Linear<T: Scalar>: Separable<T> {
     /// k_ij = k_ji
     fn stiffness(&self, i: usize, j: usize) -> T;
     /// b_j
-    fn friction(&self, j: usize) -> T;
+    fn dissipation_rate(&self, j: usize) -> T;
 }

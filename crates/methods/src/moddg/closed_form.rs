@@ -43,7 +43,7 @@ where
         let one = V::Scalar::one();
         let [q0, p0, w0] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
         let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q0, p0)?;
-        let (k, b) = (system.stiffness(0, 0), system.friction(0));
+        let (k, b) = (system.stiffness(0, 0), system.dissipation_rate(0));
 
         let friction = (delta_q * k).half() + b;
         let sigma = delta_p.half().mul_add(friction, one);

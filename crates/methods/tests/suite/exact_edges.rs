@@ -79,7 +79,7 @@ impl Formulas for Written {
     fn potential<T: Scalar>(&self, q: &[T]) -> T {
         T::from_f64(self.g) * (T::one() - q[0].sin_cos().1)
     }
-    fn friction<T: Scalar>(&self, _q: &[T], v: &[T], _j: usize) -> T {
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], _j: usize) -> T {
         T::from_f64(self.c) * v[0].abs() * v[0]
     }
 }

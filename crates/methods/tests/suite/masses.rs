@@ -45,7 +45,7 @@ impl Linear<f64> for Weights<1> {
     fn stiffness(&self, _i: usize, _j: usize) -> f64 {
         1.0
     }
-    fn friction(&self, _j: usize) -> f64 {
+    fn dissipation_rate(&self, _j: usize) -> f64 {
         0.0
     }
 }

@@ -164,7 +164,7 @@ fn without_dissipation_every_reservoir_stays_exactly_as_it_was() {
     check(ModifiedVanDerPol::new(0.0, 1.0, 0.5).unwrap());
     let undamped = DampedOscillator::new(1.0, -0.0).unwrap();
     check(undamped);
-    assert!(undamped.friction(0) == 0.0);
+    assert!(undamped.dissipation_rate(0) == 0.0);
 }
 
 /// Two masses 2 and 3 on springs with a quartic coupling, each with a friction of its own.
