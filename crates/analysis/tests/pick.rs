@@ -7,7 +7,7 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Wanted};
 use afterbay_core::{Grid, Tolerance, View};
 use afterbay_methods::registry::{find, find_adaptive};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 fn custom(potential: &str, dissipation: &str) -> Model {
     let description = Description {
         potential: potential.to_owned(),
-        friction: Friction::Forces(vec![dissipation.to_owned()]),
+        dissipation: DissipationText::Forces(vec![dissipation.to_owned()]),
         ..Default::default()
     };
     Model::Custom(Custom::new(&description).expect("a system"))

@@ -7,7 +7,7 @@ use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, View};
 use afterbay_methods::registry::{METHODS, Row, find};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 use std::collections::BTreeMap;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -213,11 +213,15 @@ fn references_know_rest_decay_and_their_end() {
 
 fn custom(potential: &str, dissipation: &str) -> Model {
     let friction = match dissipation {
-        "" => Friction::None,
-        text => Friction::Forces(vec![text.to_owned()]),
+        "" => DissipationText::None,
+        text => DissipationText::Forces(vec![text.to_owned()]),
     };
-    let description =
-        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters: Vec::new() };
+    let description = Description {
+        potential: potential.to_owned(),
+        dissipation: friction,
+        masses: Vec::new(),
+        parameters: Vec::new(),
+    };
     Model::Custom(Custom::new(&description).expect("a system"))
 }
 

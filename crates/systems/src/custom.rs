@@ -31,7 +31,7 @@ mod shape;
 mod structure;
 
 pub use afterbay_expression::Problem;
-pub use description::{Description, Friction};
+pub use description::{Description, DissipationText};
 pub use failure::{CustomError, Place};
 pub use structure::Structure;
 

@@ -19,7 +19,7 @@ mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
-pub use custom::{Custom, CustomError, Description, Friction, Place, Problem, Structure};
+pub use custom::{Custom, CustomError, Description, DissipationText, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;

@@ -5,15 +5,16 @@
 
 use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, Series, State, System, check, taylor};
 use afterbay_systems::{
-    Custom, DampedOscillator, Description, Duffing, FputChain, Friction, ModifiedVanDerPol, VanDerPol,
+    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
     VanDerPolRing,
 };
 use proptest::prelude::*;
 
 fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let (potential, friction) = (potential.to_owned(), Friction::Forces(forces));
-    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+    let (potential, friction) = (potential.to_owned(), DissipationText::Forces(forces));
+    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
+        .unwrap()
 }
 
 fn chain(n: usize, beta: f64, c: f64) -> Custom<f64> {
@@ -147,16 +148,16 @@ proptest! {
         };
         let friction = if matrix {
             let entry = |i: usize, j: usize| if i == j || frictions[i].3 { rate(i.min(j)) } else { "0".to_owned() };
-            Friction::Matrix((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
+            DissipationText::Matrix((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
         } else {
             let force = |j: usize| {
                 let other = if frictions[j].3 { j } else { frictions[j].1 % n };
                 format!("{}*p{}", rate(j), other + 1)
             };
-            Friction::Forces((0..n).map(force).collect())
+            DissipationText::Forces((0..n).map(force).collect())
         };
         let masses = masses[..n].iter().map(|m| format!("{m:?}")).collect();
-        let own = Custom::new(&Description { potential, friction, masses, parameters: Vec::new() }).unwrap();
+        let own = Custom::new(&Description { potential, dissipation: friction, masses, parameters: Vec::new() }).unwrap();
         let (q, p) = (&q[..n], &p[..n]);
         for outcome in [check::separable(&own, q, p), check::curvature(&own, q, p)] {
             prop_assert!(outcome.is_ok(), "{}", outcome.unwrap_err());

@@ -7,7 +7,7 @@
 #![cfg(test)]
 
 use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, System};
-use afterbay_systems::{Custom, CustomError, Description, Friction};
+use afterbay_systems::{Custom, CustomError, Description, DissipationText};
 use num_dual::{Dual64, DualNum, HyperDual64};
 use proptest::prelude::*;
 
@@ -168,9 +168,11 @@ fn tree(momenta: bool, functions: &'static [&'static str]) -> impl Strategy<Valu
 fn system(potential: &Tree, friction: Option<&Tree>, parameter: f64) -> Option<Custom<f64>> {
     // The parameter must be used.
     let zero = || "0".to_owned();
-    let friction = Friction::Forces(vec![friction.map_or_else(zero, Tree::text), "0*a".to_owned(), zero()]);
+    let friction =
+        DissipationText::Forces(vec![friction.map_or_else(zero, Tree::text), "0*a".to_owned(), zero()]);
     let parameters = vec![("a".to_owned(), parameter)];
-    let description = Description { potential: potential.text(), friction, parameters, masses: Vec::new() };
+    let description =
+        Description { potential: potential.text(), dissipation: friction, parameters, masses: Vec::new() };
     match Custom::new(&description) {
         Ok(system) => Some(system),
         // Some constants have no value: 1/(2 - 2).

@@ -3,17 +3,21 @@
 #![cfg(test)]
 
 use afterbay_core::{InputError, Quad, Series, State, taylor};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 type Wide = Series<Quad, 24>;
 
 fn system(potential: &str, dissipation: &str) -> Custom<f64> {
     let friction = match dissipation {
-        "" => Friction::None,
-        text => Friction::Forces(vec![text.to_owned()]),
+        "" => DissipationText::None,
+        text => DissipationText::Forces(vec![text.to_owned()]),
     };
-    let description =
-        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters: Vec::new() };
+    let description = Description {
+        potential: potential.to_owned(),
+        dissipation: friction,
+        masses: Vec::new(),
+        parameters: Vec::new(),
+    };
     Custom::new(&description).unwrap()
 }
 

@@ -3,7 +3,7 @@
 #![cfg(test)]
 
 use afterbay_core::{Curvature, Mask, Quad, Scalar, Separable, System, f64x8};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 fn evaluate<T: Scalar>(custom: &Custom<T>) {
     let n = custom.dof();
@@ -33,8 +33,10 @@ fn evaluation_allocates_nothing() {
         terms.join(" + ")
     };
     for n in [2, 8, 40] {
-        let friction = Friction::Forces((1..=n).map(|j| format!("p{j}*(1 + q1^2) + p1*0.1")).collect());
-        let description = Description { potential: pairs(n), friction, ..Description::default() };
+        let friction =
+            DissipationText::Forces((1..=n).map(|j| format!("p{j}*(1 + q1^2) + p1*0.1")).collect());
+        let description =
+            Description { potential: pairs(n), dissipation: friction, ..Description::default() };
         let custom = Custom::new(&description).unwrap();
         evaluate(&custom);
         evaluate(&custom.map(Quad::from_f64));

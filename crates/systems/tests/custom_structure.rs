@@ -3,16 +3,20 @@
 #![cfg(test)]
 
 use afterbay_core::{Coupling, DissipationForm, Passive, System, f64x8};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 fn texts(x: &[&str]) -> Vec<String> {
     x.iter().map(|&x| x.to_owned()).collect()
 }
 
-fn system(potential: &str, friction: Friction, parameters: &[(&str, f64)]) -> Custom<f64> {
+fn system(potential: &str, friction: DissipationText, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let description =
-        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters };
+    let description = Description {
+        potential: potential.to_owned(),
+        dissipation: friction,
+        masses: Vec::new(),
+        parameters,
+    };
     Custom::new(&description).unwrap_or_else(|error| panic!("{potential}: {error}"))
 }
 
@@ -39,7 +43,7 @@ fn degrees_and_linearity() {
         ("0*q2 + q1^2 + q2 - q2", Some(2), vec![Some(2), Some(0)], true),
     ] {
         let n = degrees.len();
-        let friction = Friction::Forces((1..=n).map(|j| format!("0.5*p{j}")).collect());
+        let friction = DissipationText::Forces((1..=n).map(|j| format!("0.5*p{j}")).collect());
         let structure = system(potential, friction, &[]).structure().clone();
         assert_eq!(
             (structure.degree, structure.degrees, structure.linear),
@@ -64,7 +68,7 @@ fn who_acts_on_whom() {
         ("sin(q1)*cos(q2) + 0*q1*q3 + q1*q3 - q3*q1 + q3".to_owned(), Coupling::Chain),
         ("q1*q2".to_owned(), Coupling::Chain),
     ] {
-        assert_eq!(system(&potential, Friction::None, &[]).coupling(), expected, "{potential}");
+        assert_eq!(system(&potential, DissipationText::None, &[]).coupling(), expected, "{potential}");
     }
     // D counts too.
     for (forces, expected) in [
@@ -72,7 +76,10 @@ fn who_acts_on_whom() {
         (["p1*q3^2", "p2", "p3"], Coupling::Ring),
         (["p1", "p2", "p3 - p1"], Coupling::Ring),
     ] {
-        assert_eq!(system("q1^2 + q2^2 + q3^2", Friction::Forces(texts(&forces)), &[]).coupling(), expected);
+        assert_eq!(
+            system("q1^2 + q2^2 + q3^2", DissipationText::Forces(texts(&forces)), &[]).coupling(),
+            expected
+        );
     }
 }
 
@@ -114,7 +121,8 @@ fn friction() {
         // exp has no c and no d, but a p.
         let parameters: Vec<_> =
             parameters.into_iter().filter(|x| x.0 != "d" || forces[0].contains('d')).collect();
-        let found = system("q1^2 + q2^2", Friction::Forces(texts(&forces)), &parameters).dissipation_form();
+        let found =
+            system("q1^2 + q2^2", DissipationText::Forces(texts(&forces)), &parameters).dissipation_form();
         assert_eq!(found, expected, "{forces:?}");
     }
 }
@@ -141,9 +149,10 @@ fn a_friction_matrix() {
         ),
         ([["p1^2", "0"], ["0", "1"]], ["1", "3"], DissipationForm { linear: false, ..EACH }),
     ] {
-        let friction = Friction::Matrix(rows.iter().map(|row| texts(row)).collect());
+        let friction = DissipationText::Matrix(rows.iter().map(|row| texts(row)).collect());
         let potential = "q1^2 + q2^2".to_owned();
-        let description = Description { potential, friction, masses: texts(&masses), parameters: Vec::new() };
+        let description =
+            Description { potential, dissipation: friction, masses: texts(&masses), parameters: Vec::new() };
         assert_eq!(Custom::new(&description).unwrap().dissipation_form(), expected, "{rows:?}");
     }
 }
@@ -153,21 +162,26 @@ fn a_friction_matrix() {
 fn friction_follows_the_velocity() {
     let make = |friction| {
         let masses = texts(&["2", "3"]);
-        Custom::new(&Description { potential: "q1*q2".to_owned(), friction, masses, parameters: Vec::new() })
-            .unwrap()
+        Custom::new(&Description {
+            potential: "q1*q2".to_owned(),
+            dissipation: friction,
+            masses,
+            parameters: Vec::new(),
+        })
+        .unwrap()
     };
-    let forces = make(Friction::Forces(texts(&["4*p1", "p2*abs(p2)*q1"])));
+    let forces = make(DissipationText::Forces(texts(&["4*p1", "p2*abs(p2)*q1"])));
     let mut d = [0.0; 2];
     forces.dissipation(&[5.0, 0.0], &[f64::NAN; 2], &[0.5, -2.0], &mut d);
     assert_eq!(d, [4.0, -180.0]);
     let rows = vec![texts(&["4", "q2"]), texts(&["q2", "p1^2"])];
-    make(Friction::Matrix(rows)).dissipation(&[5.0, 7.0], &[3.0, 0.0], &[0.5, -2.0], &mut d);
+    make(DissipationText::Matrix(rows)).dissipation(&[5.0, 7.0], &[3.0, 0.0], &[0.5, -2.0], &mut d);
     assert_eq!(d, [-12.0, -14.5]);
 }
 
 #[test]
 fn parameters_change_without_compiling_and_lanes_may_differ() {
-    let friction = || Friction::Forces(texts(&["c*p1"]));
+    let friction = || DissipationText::Forces(texts(&["c*p1"]));
     let custom = system("k*q1^2/2", friction(), &[("k", 2.0), ("c", 0.5)]);
     assert_eq!(custom.dissipation_form(), EACH);
     let active = custom.with("c", -0.5).unwrap();
@@ -192,10 +206,10 @@ fn parameters_change_without_compiling_and_lanes_may_differ() {
 fn periods(potential: &str, forces: &[&str]) -> Vec<Option<f64>> {
     let description = Description {
         potential: potential.to_owned(),
-        friction: if forces.is_empty() {
-            Friction::None
+        dissipation: if forces.is_empty() {
+            DissipationText::None
         } else {
-            Friction::Forces(forces.iter().map(|&force| force.to_owned()).collect())
+            DissipationText::Forces(forces.iter().map(|&force| force.to_owned()).collect())
         },
         parameters: vec![("k".to_owned(), 3.0)],
         ..Default::default()

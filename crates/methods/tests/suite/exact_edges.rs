@@ -5,7 +5,7 @@ use afterbay_core::{
     System, integrate,
 };
 use afterbay_methods::{Composition, Increment, ModDg};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 use proptest::prelude::*;
 
 /// The pendulum of the README (g = 1) and of the guide (g = 9.81), known by its force alone.
@@ -247,9 +247,10 @@ fn an_edge_that_is_no_mean_is_refused() {
 }
 
 fn custom(potential: &str, n: usize, c: f64) -> Custom<f64> {
-    let friction = Friction::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
+    let friction = DissipationText::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
+        .unwrap()
 }
 
 #[test]

@@ -12,7 +12,7 @@ pub struct Description {
     /// V(q)
     pub potential: String,
     /// D
-    pub friction: Friction,
+    pub dissipation: DissipationText,
     /// m_j > 0, made of numbers and parameters; none: all are 1.
     pub masses: Vec<String>,
     /// Names and values. Every one must be used.
@@ -21,7 +21,7 @@ pub struct Description {
 
 /// What a user says of D. A p_j in it is m_j v_j where a discrete gradient puts its own velocity.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub enum Friction {
+pub enum DissipationText {
     /// D = 0
     #[default]
     None,
@@ -47,10 +47,10 @@ pub(super) struct Reading {
 impl Description {
     /// N, where the lists say it.
     fn dof(&self) -> Option<usize> {
-        let rows = match &self.friction {
-            Friction::None => 0,
-            Friction::Forces(rows) => rows.len(),
-            Friction::Matrix(rows) => rows.len(),
+        let rows = match &self.dissipation {
+            DissipationText::None => 0,
+            DissipationText::Forces(rows) => rows.len(),
+            DissipationText::Matrix(rows) => rows.len(),
         };
         [self.masses.len(), rows].into_iter().find(|&n| n > 0)
     }
@@ -84,9 +84,9 @@ impl Description {
             }
         }
         let (mut forces, mut frictions) = (Vec::new(), Vec::new());
-        match &self.friction {
-            Friction::None => {}
-            Friction::Forces(texts) => {
+        match &self.dissipation {
+            DissipationText::None => {}
+            DissipationText::Forces(texts) => {
                 count("dissipation", texts.len())?;
                 for (j, text) in texts.iter().enumerate() {
                     let force = reader.read(Place::Dissipation(j), text, Some(dof), Ok(()), Ok(()))?.0;
@@ -104,7 +104,7 @@ impl Description {
                     ));
                 }
             }
-            Friction::Matrix(rows) => {
+            DissipationText::Matrix(rows) => {
                 count("friction matrix", rows.len())?;
                 for (i, row) in rows.iter().enumerate() {
                     count("row of the friction matrix", row.len())?;
