@@ -26,18 +26,18 @@ pub enum Quantity {
     /// D
     Dissipation,
     /// ∂D_j/∂p_j
-    Friction,
+    DissipationSlope,
     /// D_j ∂H/∂p_j, what the reservoir gains.
-    Loss,
+    ReservoirRate,
     /// Σ D_j ∂H/∂p_j
-    TotalLoss,
+    TotalReservoirRate,
 }
 
 impl Quantity {
     /// Its name with the degree of freedom, counted from 1, where it belongs to one.
     pub(crate) fn of(self, dof: usize) -> String {
         match self {
-            Self::Energy | Self::TotalLoss => self.to_string(),
+            Self::Energy | Self::TotalReservoirRate => self.to_string(),
             _ => format!("{self}{}", dof + 1),
         }
     }
@@ -57,9 +57,9 @@ impl std::fmt::Display for Quantity {
             Self::Increment => "the mean of ∂V/∂q",
             Self::Mass => "m",
             Self::Dissipation => "D",
-            Self::Friction => "∂D/∂p of ",
-            Self::Loss => "w'",
-            Self::TotalLoss => "Σ w'",
+            Self::DissipationSlope => "∂D/∂p of ",
+            Self::ReservoirRate => "w'",
+            Self::TotalReservoirRate => "Σ w'",
         })
     }
 }

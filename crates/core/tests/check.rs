@@ -275,11 +275,11 @@ fn gradients_that_are_not_derivatives() {
 fn damping_that_is_another() {
     let [given, found] = assert_caught(told(Lie::Zero), Quantity::Dissipation, 0, "D1 is given as 0.0");
     assert_eq!([given, found], [0.0, Told::gamma(Q[0]) * P[0]]);
-    let [_, found] = assert_caught(told(Lie::PassiveEach), Quantity::Loss, 1, "w'2 is given as 0.0");
+    let [_, found] = assert_caught(told(Lie::PassiveEach), Quantity::ReservoirRate, 1, "w'2 is given as 0.0");
     assert!(found < 0.0);
     let error = told(Lie::PassiveInSum).unwrap_err();
     assert!(
-        matches!(error, InputError::Contradiction { quantity: Quantity::TotalLoss, dof: 2, .. }),
+        matches!(error, InputError::Contradiction { quantity: Quantity::TotalReservoirRate, dof: 2, .. }),
         "{error}"
     );
     assert!(error.to_string().contains("Σ w' is given as 0.0 and found to be -"), "{error}");
@@ -301,7 +301,7 @@ fn parts_that_are_not_those_of_the_system() {
     assert_eq!(parts(Lie::NoMass), Err(InputError::Mass { dof: 1, value: -1.5 }));
     assert_eq!(assert_caught(parts(Lie::OtherMass), Quantity::Mass, 3, "m4 is given as 2.0")[0], 2.0);
     assert_caught(parts(Lie::DragValue), Quantity::Dissipation, 0, "dissipation_of()");
-    let [given, found] = assert_caught(parts(Lie::DragByMomentum), Quantity::Friction, 0, "by_p");
+    let [given, found] = assert_caught(parts(Lie::DragByMomentum), Quantity::DissipationSlope, 0, "by_p");
     assert!(given == 1.0 && (found - Told::gamma(Q[0])).abs() < 1e-15);
     assert_entry(parts(Lie::DragOfOtherMomenta), (Block::Dp, 1, 0), "∂D2/∂p1");
 }

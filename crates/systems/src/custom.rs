@@ -167,8 +167,8 @@ impl<T: Scalar> Custom<T> {
             DissipationForm {
                 zero,
                 passive: passive::passive(&shape, at),
-                linear: structure.linear_friction,
-                coupled: structure.coupled_friction,
+                linear: structure.linear_dissipation,
+                coupled: structure.coupled_dissipation,
             }
         };
         let frames = shape.frames.iter().map(at).collect();

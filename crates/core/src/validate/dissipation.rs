@@ -30,7 +30,7 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
                 if total < slacks.iter().sum() {
                     let worst = (0..n).min_by(|&i, &j| losses[i].total_cmp(&losses[j])).unwrap_or(0);
                     return refuse(
-                        Quantity::TotalLoss,
+                        Quantity::TotalReservoirRate,
                         worst,
                         total,
                         "dissipation_form() says it is never negative",
@@ -40,7 +40,7 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
             Passive::Each => {
                 if let Some(dof) = (0..n).find(|&j| losses[j] < slacks[j]) {
                     return refuse(
-                        Quantity::Loss,
+                        Quantity::ReservoirRate,
                         dof,
                         losses[dof],
                         "dissipation_form() says it is never negative",

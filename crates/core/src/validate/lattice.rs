@@ -8,8 +8,13 @@ use crate::quantity::Quantity;
 use crate::system::{Coupling, Separable, Uniform};
 
 /// What is compared of a member, in this order.
-const QUANTITIES: [Quantity; 5] =
-    [Quantity::Mass, Quantity::Partial, Quantity::Increment, Quantity::Dissipation, Quantity::Friction];
+const QUANTITIES: [Quantity; 5] = [
+    Quantity::Mass,
+    Quantity::Partial,
+    Quantity::Increment,
+    Quantity::Dissipation,
+    Quantity::DissipationSlope,
+];
 
 /// [`separable()`], and the mass, ∂V/∂q_j, its mean along edges, D_j and, where D is linear, ∂D_j/∂p_j of every member against
 /// those of the middle of `[q_{j-1}, q_j, q_{j+1}]`: of the system itself, and of each of its lanes. O(N).
@@ -44,7 +49,7 @@ pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), I
                     let (given, found) = (given[k], found[k]);
                     // What is no number is not the same either.
                     let same = (given - found).abs() <= rounding(n) * sizes[k];
-                    if !same && (linear || quantity != Quantity::Friction) {
+                    if !same && (linear || quantity != Quantity::DissipationSlope) {
                         let rule = "every member of a uniform system obeys the law of the middle of three";
                         return Err(InputError::Contradiction { quantity, dof, given, found, rule });
                     }

@@ -81,7 +81,7 @@ fn parts<S: Separable<f64> + ?Sized>(
         if damping.linear && !damping.coupled {
             let rule = "by_p of dissipation_of() must be D over p where dissipation_form() says it is linear";
             let off = drag.by_p * p[dof] - d;
-            same(Quantity::Friction, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
+            same(Quantity::DissipationSlope, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
         }
     }
     Ok(())

@@ -277,11 +277,11 @@ impl Builder {
         frictions: &[Node],
     ) -> Result<Resistance, CustomError> {
         let constant = drags.iter().all(|x| self.graph.closed(x[2]));
-        if structure.linear_friction && !structure.coupled_friction && constant {
+        if structure.linear_dissipation && !structure.coupled_dissipation && constant {
             return Ok(Resistance::Constant(drags.iter().map(|x| x[2]).collect()));
         }
-        if structure.linear_friction
-            && !structure.coupled_friction
+        if structure.linear_dissipation
+            && !structure.coupled_dissipation
             && let Some(links) = self.rates(drags)?
         {
             return Ok(Resistance::Linear(links));

@@ -15,9 +15,9 @@ pub struct Structure {
     /// Who acts on whom.
     pub coupling: Coupling,
     /// D is linear in p, D(q, 0) = 0.
-    pub linear_friction: bool,
+    pub linear_dissipation: bool,
     /// A D_j mentions the momenta of others.
-    pub coupled_friction: bool,
+    pub coupled_dissipation: bool,
 }
 
 impl Structure {
@@ -35,14 +35,15 @@ impl Structure {
             let degrees = graph.degrees_by(slope, Input::Coordinate(j as u32))?;
             Some(if graph.is_zero(slope) { 0 } else { degrees.most.saturating_add(1) })
         };
-        let linear_friction = forces.iter().all(|&x| linear(graph, x, Kinds::MOMENTA));
-        let (mut pairs, mut coupled_friction) = (Vec::new(), false);
+        let linear_dissipation = forces.iter().all(|&x| linear(graph, x, Kinds::MOMENTA));
+        let (mut pairs, mut coupled_dissipation) = (Vec::new(), false);
         for (fields, momenta) in [(slopes, false), (forces, true)] {
             for (j, &field) in fields.iter().enumerate() {
                 for input in graph.inputs(field, Kinds::ALL) {
                     if let Input::Coordinate(i) | Input::Momentum(i) = input {
                         pairs.push((i as usize, j));
-                        coupled_friction |= momenta && matches!(input, Input::Momentum(_)) && i as usize != j;
+                        coupled_dissipation |=
+                            momenta && matches!(input, Input::Momentum(_)) && i as usize != j;
                     }
                 }
             }
@@ -54,8 +55,8 @@ impl Structure {
             degrees: slopes.iter().enumerate().map(along).collect(),
             linear: smooth && second.into_iter().all(|node| graph.closed(node)),
             coupling,
-            linear_friction,
-            coupled_friction,
+            linear_dissipation,
+            coupled_dissipation,
         }
     }
 }
