@@ -79,7 +79,7 @@ fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
 
 /// The largest of what two states are apart by.
 fn apart(found: &Solution<f64>, other: &State<Vec<f64>>) -> f64 {
-    found.errors(found.len() - 1, other.view()).map(|x| x.error).into_iter().fold(0.0, f64::max)
+    found.errors(found.len() - 1, other.state_ref()).map(|x| x.error).into_iter().fold(0.0, f64::max)
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn a_stiff_chain_has_a_reference_worth_the_name() {
     let dop853 = scene.model.bind_adaptive(find_adaptive("adaptive-dop853").expect("a method"));
     let mut state = scene.start::<f64>().expect("a state");
     let tolerance = afterbay_core::Tolerance::all(1e-12);
-    let see = &mut |_: u64, _: afterbay_core::View<'_, f64>| ControlFlow::Continue(());
+    let see = &mut |_: u64, _: afterbay_core::StateRef<'_, f64>| ControlFlow::Continue(());
     dop853.expect("it applies").run(&tolerance, scene.end, &mut state, see).expect("a run");
     println!("doubt {doubt:e}, apart {:e}", apart(&found, &state));
     assert!(doubt < 1e-6 && apart(&found, &state) < 1e-5, "{doubt:e} {:e}", apart(&found, &state));

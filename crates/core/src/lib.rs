@@ -35,7 +35,7 @@ pub use run::{
 };
 pub use system::{
     Correction, Coupling, Curvature, Dissipation, DissipationForm, ExactFlow, Formulas, FromFormulas, Linear,
-    Mean, Misprinted, OrderRaising, Passive, PhasePlane, PlaneDissipation, Separable, Slopes, State, System,
-    Uniform, View,
+    Mean, Misprinted, OrderRaising, Passive, PhasePlane, PlaneDissipation, Separable, Slopes, State,
+    StateRef, System, Uniform,
 };
 pub use validate as check;

@@ -40,4 +40,4 @@ pub use nonseparable::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
 pub use separable::Separable;
 pub use state::State;
-pub use state_ref::View;
+pub use state_ref::StateRef;

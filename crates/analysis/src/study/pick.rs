@@ -17,7 +17,7 @@ mod trial;
 use super::Problem;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError, Passive, Tolerance, View};
+use afterbay_core::{Grid, IntegrateError, Passive, StateRef, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, METHODS, Row};
 use dense::Dense;
 use rayon::prelude::*;
@@ -186,7 +186,7 @@ fn finer(
     let Some(finer) = setting.finer() else { return Ok(None) };
     let follow = |setting: Setting, parts: u64| -> Result<Option<Vec<f64>>, IntegrateError> {
         let (mut state, mut seen) = (problem.start::<f64>()?, Vec::new());
-        let look = &mut |_: u64, state: View<'_, f64>| {
+        let look = &mut |_: u64, state: StateRef<'_, f64>| {
             if matches!(setting, Setting::Steps(..)) {
                 seen.extend([state.q, state.p, state.w].concat());
             }

@@ -1,7 +1,7 @@
 //! The state of a system: coordinates, momenta and what the reservoir holds.
 
 use super::hamiltonian::System;
-use super::state_ref::View;
+use super::state_ref::StateRef;
 use crate::error::InputError;
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::quantity::Quantity;
@@ -59,26 +59,26 @@ impl<V: Vector> State<V> {
 
     /// The state to look at.
     #[inline(always)]
-    pub fn view(&self) -> View<'_, V::Scalar> {
-        View { q: self.q.as_slice(), p: self.p.as_slice(), w: self.w.as_slice(), t: self.t }
+    pub fn state_ref(&self) -> StateRef<'_, V::Scalar> {
+        StateRef { q: self.q.as_slice(), p: self.p.as_slice(), w: self.w.as_slice(), t: self.t }
     }
 
     /// Σ w_j
     #[inline]
     pub fn reservoir(&self) -> V::Scalar {
-        self.view().reservoir()
+        self.state_ref().reservoir()
     }
 
     /// H(q, p)
     #[inline]
     pub fn energy<S: System<V::Scalar> + ?Sized>(&self, system: &S) -> V::Scalar {
-        self.view().energy(system)
+        self.state_ref().energy(system)
     }
 
     /// K = H(q, p) + Σ w_j, the quantity the exact flow keeps.
     #[inline]
     pub fn total<S: System<V::Scalar> + ?Sized>(&self, system: &S) -> V::Scalar {
-        self.view().total(system)
+        self.state_ref().total(system)
     }
 
     /// Becomes `other`, of the same length.

@@ -5,7 +5,7 @@ use crate::numbers::Scalar;
 
 /// (q, p, w) at time t; slices of length N.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View<'a, T> {
+pub struct StateRef<'a, T> {
     /// Coordinates.
     pub q: &'a [T],
     /// Canonical momenta.
@@ -16,7 +16,7 @@ pub struct View<'a, T> {
     pub t: T,
 }
 
-impl<T: Scalar> View<'_, T> {
+impl<T: Scalar> StateRef<'_, T> {
     /// Σ w_j
     #[inline]
     pub fn reservoir(&self) -> T {

@@ -3,7 +3,7 @@
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
     Block, Curvature, Dissipation, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
-    RunError, Separable, State, StepFailure, System, View, integrate,
+    RunError, Separable, State, StateRef, StepFailure, System, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
 use afterbay_methods::registry::{METHODS, Needs, Run, find, linear, nonlinear};
@@ -299,8 +299,8 @@ fn divergence_ends_before_the_numbers_do() {
         for run in [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))] {
             let mut last = state(2.3, -3.1);
             let mut count = 0;
-            let mut show = |n: u64, seen: View<'_, f64>| {
-                let View { q: &[q], p: &[p], w: &[w], t } = seen else { panic!("{seen:?}") };
+            let mut show = |n: u64, seen: StateRef<'_, f64>| {
+                let StateRef { q: &[q], p: &[p], w: &[w], t } = seen else { panic!("{seen:?}") };
                 let state = State { q: [q], p: [p], w: [w], t };
                 assert!(state.check(1).is_ok(), "{name} shows {state:?}");
                 (count, last) = (n, state);

@@ -3,7 +3,7 @@
 use crate::many;
 use afterbay_core::{
     Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series,
-    State, StepFailure, System, View,
+    State, StateRef, StepFailure, System,
 };
 use afterbay_methods::LinearExact;
 use afterbay_methods::registry::{self, METHODS, Run};
@@ -227,7 +227,7 @@ fn runs_of_a_bound_method_do_not_feel_each_other() {
         let end = |run: &Run<f64>, h: f64, within: bool| {
             let mut state = State::new([1.0], [0.5]).unwrap();
             let grid = Grid::new(h, 3.0).unwrap();
-            let mut look = |_: u64, _: View<'_, f64>| {
+            let mut look = |_: u64, _: StateRef<'_, f64>| {
                 if within {
                     let mut other = State::new([0.2], [-0.5]).unwrap();
                     run.run(grid, &mut other, u64::MAX, &mut |_, _| ControlFlow::Continue(())).unwrap();
