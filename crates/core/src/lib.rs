@@ -11,7 +11,7 @@
 //! [`Corrected`] numbers). It holds the time loops ([`integrate`], and [`integrate_within`] a
 //! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`], [`edge`]),
 //! systems from their formulas alone ([`Formulas`]), the solvers of scalar equations ([`solver`]),
-//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]).
+//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`validate`]).
 //! It knows no method and no system by name.
 
 mod error;
@@ -38,4 +38,3 @@ pub use system::{
     Mean, Misprinted, OrderRaising, Passive, PhasePlane, PlaneDissipation, Separable, Slopes, State,
     StateRef, System, Uniform,
 };
-pub use validate as check;

@@ -6,7 +6,7 @@ mod caught;
 
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Quantity, Separable,
-    System, check,
+    System, validate,
 };
 use caught::*;
 
@@ -200,18 +200,18 @@ impl Curvature<f64> for Told {
 }
 
 fn told(lie: Lie) -> Caught {
-    check::system(&Told(lie), &Q, &P)
+    validate::system(&Told(lie), &Q, &P)
 }
 
 fn parts(lie: Lie) -> Caught {
     // What the parts say is not seen by those who do not look at them.
     assert_eq!(told(lie), Ok(()));
-    check::separable(&Told(lie), &Q, &P)
+    validate::separable(&Told(lie), &Q, &P)
 }
 
 fn entries(lie: Lie) -> Caught {
     assert_eq!(told(lie), Ok(()));
-    check::curvature(&Told(lie), &Q, &P)
+    validate::curvature(&Told(lie), &Q, &P)
 }
 
 #[test]
@@ -222,8 +222,8 @@ fn the_truth_passes() {
         ([1e-9, 0.0, -3e-8, 0.0], [0.0, 1e-12, 0.0, 0.0]),
         ([1e3; N], [-1e7; N]),
     ] {
-        assert_eq!(check::separable(&Told(Lie::None), &q, &p), Ok(()));
-        assert_eq!(check::curvature(&Told(Lie::None), &q, &p), Ok(()));
+        assert_eq!(validate::separable(&Told(Lie::None), &q, &p), Ok(()));
+        assert_eq!(validate::curvature(&Told(Lie::None), &q, &p), Ok(()));
     }
 }
 
@@ -231,9 +231,9 @@ fn the_truth_passes() {
 fn lengths_that_do_not_match() {
     let wrong = |quantity, expected, found| Err(InputError::Length { quantity, expected, found });
     assert_eq!(told(Lie::Length), wrong(Quantity::Coordinate, N + 1, N));
-    assert_eq!(check::system(&Told(Lie::None), &Q, &P[1..]), wrong(Quantity::Momentum, N, N - 1));
-    assert_eq!(check::separable(&Told(Lie::None), &Q[2..], &P), wrong(Quantity::Coordinate, N, N - 2));
-    assert_eq!(check::curvature(&Told(Lie::None), &[], &[]), wrong(Quantity::Coordinate, N, 0));
+    assert_eq!(validate::system(&Told(Lie::None), &Q, &P[1..]), wrong(Quantity::Momentum, N, N - 1));
+    assert_eq!(validate::separable(&Told(Lie::None), &Q[2..], &P), wrong(Quantity::Coordinate, N, N - 2));
+    assert_eq!(validate::curvature(&Told(Lie::None), &[], &[]), wrong(Quantity::Coordinate, N, 0));
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn what_is_no_number() {
         );
         assert_eq!(error.to_string(), says);
     }
-    let error = check::system(&Told(Lie::None), &[0.0, f64::NAN, 0.0, 0.0], &P).unwrap_err();
+    let error = validate::system(&Told(Lie::None), &[0.0, f64::NAN, 0.0, 0.0], &P).unwrap_err();
     assert_eq!(error.to_string(), "q2 = NaN is not finite");
 }
 
@@ -267,8 +267,8 @@ fn gradients_that_are_not_derivatives() {
     assert_caught(told(Lie::Velocity), Quantity::Velocity, 2, "∂H/∂p3");
     // At rest every slope is 0, right or wrong.
     let rest = [0.0; N];
-    assert_caught(check::system(&Told(Lie::SlopeOffBy(1.0)), &rest, &rest), Quantity::Slope, 2, "∂H/∂q3");
-    assert_caught(check::system(&Told(Lie::Velocity), &rest, &rest), Quantity::Velocity, 2, "∂H/∂p3");
+    assert_caught(validate::system(&Told(Lie::SlopeOffBy(1.0)), &rest, &rest), Quantity::Slope, 2, "∂H/∂q3");
+    assert_caught(validate::system(&Told(Lie::Velocity), &rest, &rest), Quantity::Velocity, 2, "∂H/∂p3");
 }
 
 #[test]

@@ -34,7 +34,7 @@ use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Moved};
 use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, check,
+    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
 use before::Before;
 use friction::Friction;
@@ -81,7 +81,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        check::masses(system)?;
+        validate::masses(system)?;
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
         Ok(Workspace { before: Before::new(n), order, friction: Friction::new(system)? })

@@ -12,7 +12,7 @@
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
+    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, validate,
 };
 use std::hint::cold_path;
 
@@ -45,7 +45,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        check::masses(system)?;
+        validate::masses(system)?;
         if system.dissipation_form().coupled {
             let why =
                 "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";

@@ -37,7 +37,7 @@ pub use structure::Structure;
 
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Interval, Line, Mask, Quantity,
-    Scalar, Separable, System, check,
+    Scalar, Separable, System, validate,
 };
 use afterbay_expression::{Input, Node, Point};
 use shape::{Edge, Part, Potential, Resistance, Shape};
@@ -190,7 +190,7 @@ impl<T: Scalar> Custom<T> {
                 });
             }
         }
-        check::masses(&self)?;
+        validate::masses(&self)?;
         Ok(self)
     }
 

@@ -4,7 +4,8 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Block, Curvature, Dissipation, DissipationForm, InputError, Passive, Quantity, Separable, System, check,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Passive, Quantity, Separable, System,
+    validate,
 };
 use proptest::prelude::*;
 
@@ -128,7 +129,7 @@ proptest! {
     #[test]
     fn wells(q in number(), p in number()) {
         for (name, well) in WELLS {
-            let outcome = check::separable(&well, &[q], &[p]);
+            let outcome = validate::separable(&well, &[q], &[p]);
             // Where V ends there is nothing to check.
             let ends = !((well.v)(q).is_finite() && (well.slope)(q).is_finite());
             let refused = matches!(outcome, Err(InputError::NotFinite { .. }));
@@ -141,7 +142,7 @@ proptest! {
         // An energy of 1e10 hides what is 1e-3 of a displacement.
         for (name, well) in WELLS.into_iter().filter(|(name, _)| *name != "offset") {
             let other = Well { slope: |_| 0.123, ..well };
-            let outcome = check::system(&other, &[q], &[p.clamp(-10.0, 10.0)]);
+            let outcome = validate::system(&other, &[q], &[p.clamp(-10.0, 10.0)]);
             let caught = matches!(outcome, Err(InputError::Contradiction { quantity: Quantity::Slope, dof: 0, .. }));
             prop_assert!(caught || !(well.v)(q).is_finite(), "{name}: {outcome:?}");
         }
@@ -149,12 +150,12 @@ proptest! {
 
     #[test]
     fn twisted(kappa in -2.0..2.0_f64, c in 0.0..2.0_f64, q in [number(), number()], p in [number(), number()]) {
-        prop_assert_eq!(check::curvature(&Twisted { kappa, c, off: 0.0 }, &q, &p), Ok(()));
+        prop_assert_eq!(validate::curvature(&Twisted { kappa, c, off: 0.0 }, &q, &p), Ok(()));
     }
 
     #[test]
     fn lies_about_the_twist(q in prop::array::uniform2(-2.0..2.0_f64), p in prop::array::uniform2(-2.0..2.0_f64)) {
-        let outcome = check::curvature(&Twisted { kappa: 0.3, c: 0.1, off: 0.01 }, &q, &p);
+        let outcome = validate::curvature(&Twisted { kappa: 0.3, c: 0.1, off: 0.01 }, &q, &p);
         let caught = matches!(
             outcome,
             Err(InputError::ContradictionBetween { block: Block::Hqp, row: 0, column: 1, .. })

@@ -3,7 +3,7 @@
 
 #![cfg(test)]
 
-use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, Series, State, System, check, taylor};
+use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, Series, State, System, taylor, validate};
 use afterbay_systems::{
     Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
     VanDerPolRing,
@@ -159,7 +159,7 @@ proptest! {
         let masses = masses[..n].iter().map(|m| format!("{m:?}")).collect();
         let own = Custom::new(&Description { potential, dissipation: friction, masses, parameters: Vec::new() }).unwrap();
         let (q, p) = (&q[..n], &p[..n]);
-        for outcome in [check::separable(&own, q, p), check::curvature(&own, q, p)] {
+        for outcome in [validate::separable(&own, q, p), validate::curvature(&own, q, p)] {
             prop_assert!(outcome.is_ok(), "{}", outcome.unwrap_err());
         }
     }
@@ -178,8 +178,8 @@ fn functions_are_what_they_say() {
     ] {
         let own = custom(potential, vec!["0.1*p1".to_owned(), "0.2*p2*(1 + sin(q1)^2)".to_owned()], &[]);
         let (q, p) = ([0.7, -0.4], [0.3, 1.1]);
-        assert_eq!(check::separable(&own, &q, &p), Ok(()), "{potential}");
-        assert_eq!(check::curvature(&own, &q, &p), Ok(()), "{potential}");
+        assert_eq!(validate::separable(&own, &q, &p), Ok(()), "{potential}");
+        assert_eq!(validate::curvature(&own, &q, &p), Ok(()), "{potential}");
     }
 }
 

@@ -99,7 +99,7 @@ pub enum InputError {
         /// The mass given.
         value: f64,
     },
-    /// A system that contradicts itself, see [`crate::check`].
+    /// A system that contradicts itself, see [`crate::validate`].
     #[error("{} is given as {given:?} and found to be {found:?}: {rule}", quantity.of(*dof))]
     Contradiction {
         /// What is contradicted.

@@ -8,7 +8,7 @@ use crate::numbers::f64x8;
 ///
 /// Degree of freedom j sees q_{j-1}, q_j and q_{j+1}; beyond the ends of a chain there is a wall, q_0 = q_{n+1} = 0. Its mass,
 /// partial derivative, edge and drag are those of the middle of three, `q = [q_{j-1}, q_j, q_{j+1}]`, whatever j:
-/// see [`crate::check::uniform`].
+/// see [`crate::validate::uniform`].
 pub trait Uniform: Separable<f64> {
     /// The same system in lanes.
     type Lanes: Separable<f64x8>;

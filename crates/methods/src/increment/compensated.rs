@@ -27,7 +27,7 @@ use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
     Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State, StepFailure,
-    Vector, check,
+    Vector, validate,
 };
 
 /// The storage V with corrected numbers in it.
@@ -85,8 +85,8 @@ where
             let why = "the system in corrected numbers has another damping";
             return Err(InputError::Unsupported { method: "increment", why });
         }
-        check::masses(system)?;
-        check::masses(&self.exact)?;
+        validate::masses(system)?;
+        validate::masses(&self.exact)?;
         let order = ordering("increment", self.increment.order.as_ref(), n)?;
         let zeros = || V::Of::<Corrected<V::Scalar>>::zeros(n);
         let carried = State { q: zeros(), p: zeros(), w: zeros(), t: Corrected::zero() };

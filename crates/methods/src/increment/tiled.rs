@@ -13,7 +13,7 @@ use super::tile::{TILE, Tile};
 use super::{Composition, advance};
 use afterbay_core::solver::{Equation, Newton, Root, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, check, f64x8,
+    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, f64x8, validate,
 };
 use bytemuck::{bytes_of, pod_read_unaligned};
 use rayon::prelude::*;
@@ -77,7 +77,7 @@ where
     type Workspace = Workspace;
 
     fn workspace(&self, system: &S) -> Result<Workspace, InputError> {
-        check::masses(system)?;
+        validate::masses(system)?;
         Self::fits(system)?;
         let n = system.dof();
         // A lane takes the mass of one for that of all: the ∂H/∂p of another would cost K.
