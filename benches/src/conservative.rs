@@ -36,11 +36,11 @@ impl Separable<f64> for Conservative {
         self.0.partial(q, j, at)
     }
     #[inline(always)]
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
-        self.0.edge(q, j, to)
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+        self.0.divided_difference(q, j, to)
     }
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline(always)]

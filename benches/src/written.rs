@@ -77,7 +77,7 @@ impl Separable<f64> for Pendulum {
         self.g * at.sin()
     }
     #[inline]
-    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
         let (middle, half) = ((q[0] + to) / 2.0, (to - q[0]) / 2.0);
         let ((sin, cos), (sin_half, cos_half)) = (middle.sin_cos(), half.sin_cos());
         let (sinc, bend) = if half.abs() < 1e-3 {
@@ -89,7 +89,7 @@ impl Separable<f64> for Pendulum {
         Line { value: self.g * sin * sinc, slope: self.g * (cos * sinc + sin * bend) / 2.0 }
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline]
@@ -105,7 +105,7 @@ impl Separable<f64> for Morse {
         2.0 * self.d * self.a * e * (1.0 - e)
     }
     #[inline]
-    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
         let (start, width) = ((-self.a * (q[0] - self.r)).exp(), to - q[0]);
         let x = -self.a * width;
         let shrinks = x.exp_m1();
@@ -124,7 +124,7 @@ impl Separable<f64> for Morse {
         }
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline]
@@ -139,7 +139,7 @@ impl Separable<f64> for HenonHeiles {
         if j == 0 { at + 2.0 * at * q[1] } else { at + q[0] * q[0] - at * at }
     }
     #[inline]
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let from = q[j];
         if j == 0 {
             let stiffness = 0.5 + q[1];
@@ -151,7 +151,7 @@ impl Separable<f64> for HenonHeiles {
         }
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline]

@@ -9,7 +9,7 @@
 //! [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`] and a failure are, and which
 //! numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], lanes [`f64x4`] and [`f64x8`],
 //! [`Corrected`] numbers). It holds the time loops ([`integrate`], and [`integrate_within`] a
-//! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`], [`edge`]),
+//! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`]),
 //! systems from their formulas alone ([`Formulas`]), the solvers of scalar equations ([`solver`]),
 //! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`validate`]).
 //! It knows no method and no system by name.
@@ -26,7 +26,7 @@ pub mod validate;
 pub use error::{InputError, IntegrateError, RunError, StepFailure};
 pub use numbers::{
     Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Slope, Vector, divided,
-    edge, f64x4, f64x8,
+    f64x4, f64x8, quadrature,
 };
 pub use quantity::{Block, Quantity};
 pub use run::{

@@ -4,18 +4,17 @@
 //! rounding of `f64`, SIMD lanes ([`f64x4`], [`f64x8`]), [`Corrected`] numbers that carry their
 //! rounding errors, [`Series`] for Taylor coefficients, [`Slope`] for divided differences,
 //! [`Interval`] for enclosures, and dual numbers (feature `num-dual`). Divided differences
-//! without cancellation are in [`divided`] and [`edge`].
+//! without cancellation are in [`divided`], means over an edge in [`quadrature`].
 
 mod corrected;
 pub mod divided;
 #[cfg(feature = "num-dual")]
 mod dual;
-pub mod edge;
 mod interval;
 mod lanes;
 mod line;
 mod quad;
-mod quadrature;
+pub mod quadrature;
 mod scalar;
 mod series;
 mod slope;

@@ -135,9 +135,9 @@ impl Separable<f64> for Told {
         // Forgets that the point is moved.
         if self.0 == Lie::Partial { Self::force(q, j, q[j]) } else { Self::force(q, j, at) }
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let from = q[j];
-        let honest = afterbay_core::edge::by_quadrature(from, to, |at| Self::force(q, j, at));
+        let honest = afterbay_core::divided::by_quadrature(from, to, |at| Self::force(q, j, at));
         let value = match self.0 {
             Lie::EdgeOffBy(off) if j == 1 => honest.value * (1.0 + off),
             Lie::EdgeIsPartial => Self::force(q, j, (from + to) / 2.0),

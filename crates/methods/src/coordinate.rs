@@ -63,7 +63,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
         let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, .. } = *self.coordinate;
         let (width, pull) = (share * rate, share * delta_p.half());
         let bend = width * pull;
-        let edge = self.along.system.edge(self.along.q, self.along.j, width.mul_add(v, q0));
+        let edge = self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
         let by_q = pull * edge.slope;
         if !dissipative {
             let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
@@ -105,7 +105,7 @@ impl<T: Scalar> Coordinate<T> {
         solver: &impl Solver,
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        if along.system.has_exact_edges() && !along.system.may_be_singular() {
+        if along.system.has_exact_divided_differences() && !along.system.may_be_singular() {
             let root = solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
             return Ok(self.moved(root, along));
         }
@@ -166,7 +166,7 @@ impl<T: Scalar> Coordinate<T> {
         let finite = |x: T| x.is_finite().all();
         let ends = finite(system.partial(q, j, self.q)) && finite(system.partial(q, j, to));
         match failure {
-            Some(_) if ends && !finite(system.edge(q, j, to).value) => {
+            Some(_) if ends && !finite(system.divided_difference(q, j, to).value) => {
                 Err(StepFailure::EdgeUnresolved { dof, from, to: end })
             }
             Some(failure) => Err(failure),

@@ -127,7 +127,7 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     before: [&[T]; 3],
     after: [&[T]; 3],
 ) -> Result<(), StepFailure> {
-    if system.has_exact_edges() {
+    if system.has_exact_divided_differences() {
         return Ok(());
     }
     let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);

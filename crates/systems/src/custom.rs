@@ -344,7 +344,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         match &self.shape.potential {
             Potential::Ridges { along, .. } => along.mean(&self.frames, q, j, to),
             Potential::Programs { edges, .. } => match &edges[j] {
@@ -358,7 +358,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 

@@ -87,13 +87,13 @@ impl<T: Scalar> Separable<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         let slope = self.k.half();
         Line { value: slope * (q[0] + to), slope }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 

@@ -89,14 +89,14 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
 
     /// `ΔV/Δq = (a + b) [α/2 + β/4 (a² + b²)]` between a and b.
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         let (sum, half_beta) = (q[0] + to, self.beta.half());
         let stiffness = half_beta.half().mul_add(to.mul_add(to, q[0] * q[0]), self.alpha.half());
         Line { value: sum * stiffness, slope: (half_beta * to).mul_add(sum, stiffness) }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 

@@ -138,7 +138,7 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
 
     /// The mean tension of the bond to the left less that of the bond to the right, each a polynomial.
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         let (left, right) = beside(q, j);
         let before = self.mean_tension(q[j] - left, to - left);
         let after = self.mean_tension(right - q[j], right - to);
@@ -146,7 +146,7 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
@@ -222,7 +222,7 @@ mod tests {
         let (q, p, to) = ([1.5], [-0.5], -0.75);
         assert_eq!(chain.energy(&q, &p), duffing.energy(&q, &p));
         assert_eq!(chain.partial(&q, 0, to), duffing.partial(&q, 0, to));
-        assert_eq!(chain.edge(&q, 0, to), duffing.edge(&q, 0, to));
+        assert_eq!(chain.divided_difference(&q, 0, to), duffing.divided_difference(&q, 0, to));
         assert_eq!(chain.dissipation_of(&q, &p, 0), duffing.dissipation_of(&q, &p, 0));
     }
 }

@@ -81,12 +81,12 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        self.potential.edge(q, j, to)
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        self.potential.divided_difference(q, j, to)
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
@@ -139,7 +139,7 @@ mod tests {
         let (q, p, to) = ([0.7], [-1.3], 0.9);
         assert_eq!(system.dissipation_form(), plain.dissipation_form());
         assert_eq!(system.dissipation_of(&q, &p, 0), plain.dissipation_of(&q, &p, 0));
-        assert_eq!(system.edge(&q, 0, to), plain.edge(&q, 0, to));
+        assert_eq!(system.divided_difference(&q, 0, to), plain.divided_difference(&q, 0, to));
         assert_eq!(system.delta_q(q[0], p[0]), plain.delta_q(q[0], p[0]));
     }
 }

@@ -85,12 +85,12 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         Line { value: (q[0] + to).half(), slope: T::one().half() }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 

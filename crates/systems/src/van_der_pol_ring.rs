@@ -113,12 +113,12 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
 
     /// V is quadratic: the mean is the derivative in the middle.
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         Line { value: self.partial(q, j, (q[j] + to).half()), slope: T::one().half() + self.coupling }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
@@ -192,7 +192,7 @@ mod tests {
         let (q, p, to) = ([0.75], [-1.25], -0.5);
         assert_eq!(ring.energy(&q, &p), single.energy(&q, &p));
         assert_eq!(ring.partial(&q, 0, to), single.partial(&q, 0, to));
-        assert_eq!(ring.edge(&q, 0, to), single.edge(&q, 0, to));
+        assert_eq!(ring.divided_difference(&q, 0, to), single.divided_difference(&q, 0, to));
         assert_eq!(ring.dissipation_of(&q, &p, 0), single.dissipation_of(&q, &p, 0));
     }
 

@@ -69,7 +69,7 @@ where
         close("mass", own.mass(j), built_in.mass(j))?;
         for to in [to, q[j], q[j] + 1e-9, -q[j]] {
             close("partial", own.partial(q, j, to), built_in.partial(q, j, to))?;
-            let (a, b) = (own.edge(q, j, to), built_in.edge(q, j, to));
+            let (a, b) = (own.divided_difference(q, j, to), built_in.divided_difference(q, j, to));
             close("edge", a.value, b.value)?;
             close("slope of edge", a.slope, b.slope)?;
         }
@@ -299,7 +299,7 @@ proptest! {
         for j in 0..n {
             for to in [to, q[j], q[j] + 1e-9] {
                 close("partial", own.partial(q, j, to), program.partial(q, j, to))?;
-                let (a, b) = (own.edge(q, j, to), program.edge(q, j, to));
+                let (a, b) = (own.divided_difference(q, j, to), program.divided_difference(q, j, to));
                 close("edge", a.value, b.value)?;
                 close("slope of edge", a.slope, b.slope)?;
             }

@@ -263,7 +263,7 @@ proptest! {
             let to = Quad::from_f64(q[j] + (to - q[j]) * 10f64.powi(-digits));
             let mut end = start.clone();
             end[j] = to;
-            let (edge, width) = (quad.edge(&start, j, to), to - start[j]);
+            let (edge, width) = (quad.divided_difference(&start, j, to), to - start[j]);
             let [a, b] = [&start, &end].map(|q| quad.energy(q, &rest));
             // Between two points there may be a pole; and where V is large its rounding is.
             let moderate = |x: [Quad; 3]| x.into_iter().all(|x| x.is_finite() && x.abs().to_f64() < 1e6);
@@ -272,13 +272,13 @@ proptest! {
                 let off = (edge.value * width - (b - a)).abs().to_f64();
                 prop_assert!(off < 1e-20, "{} along q{} from {} to {to:?}: {off:e}", tree.text(), j + 1, q[j]);
             }
-            let (on_none, slope) = (quad.edge(&start, j, start[j]).value, quad.partial(&start, j, start[j]));
+            let (on_none, slope) = (quad.divided_difference(&start, j, start[j]).value, quad.partial(&start, j, start[j]));
             if moderate([a, on_none, slope]) {
                 prop_assert!((on_none - slope).abs().to_f64() < 1e-20, "{}: {on_none:?} {slope:?}", tree.text());
             }
             let dual = |x: &[f64]| x.iter().map(|&x| Dual64::from_f64(x)).collect::<Vec<_>>();
-            let exact = custom.map(Dual64::from_f64).edge(&dual(&q), j, Dual64::new(to.to_f64(), 1.0)).value;
-            let edge = custom.edge(&q, j, to.to_f64());
+            let exact = custom.map(Dual64::from_f64).divided_difference(&dual(&q), j, Dual64::new(to.to_f64(), 1.0)).value;
+            let edge = custom.divided_difference(&q, j, to.to_f64());
             if along && Scalar::is_finite(exact) && exact.eps.abs() < 1e3 && exact.re.abs() < 1e3 {
                 prop_assert!((exact.eps - edge.slope).abs() < 1e-6, "{}: {exact:?} {edge:?}", tree.text());
             }

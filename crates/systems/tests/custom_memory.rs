@@ -15,7 +15,7 @@ fn evaluate<T: Scalar>(custom: &Custom<T>) {
         custom.dissipation(&q, &p, &hp, &mut d);
         for j in 0..n {
             sum += custom.partial(&q, j, p[0])
-                + custom.edge(&q, j, p[0]).value
+                + custom.divided_difference(&q, j, p[0]).value
                 + custom.dissipation_of(&q, &p, j).value;
         }
         custom.curvature(&q, &p, |_, _, _, x| sum += x);

@@ -64,7 +64,7 @@ fn gradients_are_derivatives(system: &Trio, q: f64, p: f64) {
 
 fn edges_are_divided_differences(system: &Trio, from: f64, to: f64) {
     let [a, b, _] = system.size;
-    let edge = system.plain.edge(&[from], 0, to);
+    let edge = system.plain.divided_difference(&[from], 0, to);
     let sum = from.abs() + to.abs();
     let squares = from * from + to * to;
     let size = sum * (a / 2.0 + b / 4.0 * squares);
@@ -80,7 +80,7 @@ fn edges_are_divided_differences(system: &Trio, from: f64, to: f64) {
     let blur = if from == to { 0.0 } else { 1e-30 * (a + b * squares) * squares / width.0.abs() };
     assert!((edge.value - exact.0).abs() <= 4.0 * f64::EPSILON * size + blur, "{edge:?} {exact:?}");
 
-    let dual = system.dual.edge(&[Dual64::from_f64(from)], 0, Dual64::new(to, 1.0));
+    let dual = system.dual.divided_difference(&[Dual64::from_f64(from)], 0, Dual64::new(to, 1.0));
     assert_close(dual.value.re, edge.value, size);
     assert_close(edge.slope, dual.value.eps, a / 2.0 + b * (squares + sum * sum));
 }

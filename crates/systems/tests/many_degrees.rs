@@ -116,9 +116,9 @@ where
         let moved: Vec<f64> = q.iter().enumerate().map(|(i, &x)| if i == j { to } else { x }).collect();
         assert_eq!(plain.partial(q, j, q[j]), hq[j]);
         assert_eq!(plain.partial(q, j, to), fields(plain, &moved, p)[0][j]);
-        assert_close(plain.edge(q, j, q[j]).value, hq[j], size);
+        assert_close(plain.divided_difference(q, j, q[j]).value, hq[j], size);
 
-        let edge = plain.edge(q, j, to);
+        let edge = plain.divided_difference(q, j, to);
         let (end, width) = (lift(&moved), Quad::from_f64(to) - Quad::from_f64(q[j]));
         let (exact, blur) = if to == q[j] {
             (quad.partial(&start, j, start[j]), 0.0)
@@ -131,7 +131,7 @@ where
             (edge.value - exact.0).abs() <= 8.0 * f64::EPSILON * size + blur,
             "{j}: {edge:?} {exact:?} of size {size}"
         );
-        let line = dual.edge(&along(q, None), j, Dual64::new(to, 1.0)).value;
+        let line = dual.divided_difference(&along(q, None), j, Dual64::new(to, 1.0)).value;
         assert_close(line.re, edge.value, size);
         assert_close(edge.slope, line.eps, size);
 

@@ -112,7 +112,7 @@ proptest! {
         prop_assert!(seen == 3 && off <= 1e-14 * size(p), "{seen} {off:e}");
         // On a short edge the closed form is what quadrature gives.
         let edge = system.along_q(&q, &p, j, [q[j], q[j] + 0.1], p[j]);
-        let [value, by_end, by_other] = afterbay_core::edge::mean(q[j], q[j] + 0.1, |at, share| {
+        let [value, by_end, by_other] = afterbay_core::quadrature::mean(q[j], q[j] + 0.1, |at, share| {
             let slopes = system.slopes(&q, &p, j, [at, p[j]]);
             [slopes.hq, share * slopes.hqq, slopes.hqp]
         });

@@ -21,9 +21,11 @@
 //! Computation 16 (2003).
 
 mod arcs;
+mod edge;
 pub(super) mod elementary;
 
 pub use arcs::{acos, asin};
+pub use edge::{by_quadrature, of_potential};
 pub use elementary::{abs, atan, cos, cosh, exp, ln, sin, sinh, sinh_cosh, sqrt, tanh};
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
 use super::separable::Separable;
-use crate::numbers::{Line, Scalar, Slope, edge};
+use crate::numbers::{Line, Scalar, Slope, divided};
 
 /// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
 ///
@@ -110,11 +110,11 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
         self.potential(q, j, Slope::between(at, at)).slope
     }
 
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        edge::of_potential(q[j], to, |at| self.potential(q, j, at))
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        divided::of_potential(q[j], to, |at| self.potential(q, j, at))
     }
 
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 

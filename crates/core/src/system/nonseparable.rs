@@ -1,7 +1,7 @@
 //! H as one degree of freedom sees it: in the plane of its q_j and p_j, the others held.
 
 use super::hamiltonian::System;
-use crate::numbers::{Scalar, edge};
+use crate::numbers::{Scalar, quadrature};
 
 /// A system whose H may be followed along one coordinate or one momentum at a time, separable or not, with D_j depending on
 /// no velocity but that of j unless [`crate::DissipationForm::coupled`] is said.
@@ -14,12 +14,12 @@ pub trait PhasePlane<T: Scalar>: System<T> {
 
     /// The mean of ∂H/∂q_j as q_j goes from one end to the other at a fixed `p_j`: ΔH/Δq_j without its cancellation.
     ///
-    /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature ([`edge::mean`]), on parts of
+    /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature ([`quadrature::mean`]), on parts of
     /// the edge where it must, and is NaN where these do not resolve it. Give the closed form where
     /// there is one, and say so in [`PhasePlane::has_exact_means`].
     #[inline]
     fn along_q(&self, q: &[T], p: &[T], j: usize, [from, to]: [T; 2], p_j: T) -> Mean<T> {
-        let [value, by_end, by_other] = edge::mean(from, to, |at, share| {
+        let [value, by_end, by_other] = quadrature::mean(from, to, |at, share| {
             let Slopes { hq, hqq, hqp, .. } = self.slopes(q, p, j, [at, p_j]);
             [hq, share * hqq, hqp]
         });
@@ -30,7 +30,7 @@ pub trait PhasePlane<T: Scalar>: System<T> {
     /// [`PhasePlane::along_q`].
     #[inline]
     fn along_p(&self, q: &[T], p: &[T], j: usize, q_j: T, [from, to]: [T; 2]) -> Mean<T> {
-        let [value, by_end, by_other] = edge::mean(from, to, |at, share| {
+        let [value, by_end, by_other] = quadrature::mean(from, to, |at, share| {
             let Slopes { hp, hpp, hqp, .. } = self.slopes(q, p, j, [q_j, at]);
             [hp, share * hpp, hqp]
         });

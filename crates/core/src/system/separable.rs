@@ -2,7 +2,7 @@
 
 use super::dissipation::Dissipation;
 use super::hamiltonian::System;
-use crate::numbers::{Line, Scalar, edge};
+use crate::numbers::{Line, Scalar, divided};
 
 /// H = Σ p_j²/(2 m_j) + V(q), and D_j depending on no momentum but p_j unless [`crate::DissipationForm::coupled`] is said.
 pub trait Separable<T: Scalar>: System<T> {
@@ -18,19 +18,19 @@ pub trait Separable<T: Scalar>: System<T> {
     /// The mean of ∂V/∂q_j along the edge from q to the point with coordinate j moved to `to`,
     /// `[V(.., to, ..) - V(q)] / (to - q_j)` without its cancellation, and its derivative by `to`.
     ///
-    /// The default integrates [`Separable::partial`] by Gauss-Legendre quadrature ([`edge::by_quadrature`]), on
+    /// The default integrates [`Separable::partial`] by Gauss-Legendre quadrature ([`divided::by_quadrature`]), on
     /// parts of the edge where it must, and is NaN where these do not resolve it. Where V is written for
-    /// every scalar, [`edge::of_potential`] is exact and faster, and [`crate::FromFormulas`] uses it
-    /// unasked. Give that or a closed form where there is one, and say so in [`Separable::has_exact_edges`].
+    /// every scalar, [`divided::of_potential`] is exact and faster, and [`crate::FromFormulas`] uses it
+    /// unasked. Give that or a closed form where there is one, and say so in [`Separable::has_exact_divided_differences`].
     #[inline]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        edge::by_quadrature(q[j], to, |at| self.partial(q, j, at))
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        divided::by_quadrature(q[j], to, |at| self.partial(q, j, at))
     }
 
-    /// Is [`Separable::edge`] exact to roundings on every edge? Where it is not, as by default, the
+    /// Is [`Separable::divided_difference`] exact to roundings on every edge? Where it is not, as by default, the
     /// methods that rest on it compare K before and after each step: give the energy without cancellation.
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         false
     }
 

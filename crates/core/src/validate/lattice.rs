@@ -72,5 +72,5 @@ fn beside(coupling: Coupling, q: &[f64], j: usize) -> [f64; 3] {
 /// What a member does as it is moved.
 fn member<T: Scalar>(s: &(impl Separable<T> + ?Sized), q: &[T], p: &[T], j: usize, to: T) -> [T; 5] {
     let drag = s.dissipation_of(q, p, j);
-    [s.mass(j), s.partial(q, j, to), s.edge(q, j, to).value, drag.value, drag.by_p]
+    [s.mass(j), s.partial(q, j, to), s.divided_difference(q, j, to).value, drag.value, drag.by_p]
 }

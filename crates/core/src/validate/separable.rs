@@ -5,7 +5,7 @@ use super::around::{Place, around, most, moved, reach, rounding, starts};
 use super::coupling::unmoved;
 use super::system;
 use crate::error::InputError;
-use crate::numbers::edge::by_quadrature;
+use crate::numbers::divided::by_quadrature;
 use crate::numbers::{Mask, Scalar};
 use crate::quantity::{Block, Quantity};
 use crate::system::Separable;
@@ -97,21 +97,20 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
         let size = (0..q.len()).fold(v.abs(), |size, i| size + (to[i] * s.partial(&to, i, to[i])).abs());
         Sample { value: vec![v], slope: vec![slope], size: vec![size] }
     };
-    let edges =
-        compare(from, reach(q), rounding, sample, |_, to, _| s.edge(q, dof, to).value).map_err(|lie| {
-            let rule = "edge() times the length must be V(to) - V(from)";
+    let edges = compare(from, reach(q), rounding, sample, |_, to, _| s.divided_difference(q, dof, to).value)
+        .map_err(|lie| {
+            let rule = "divided_difference() times the length must be V(to) - V(from)";
             InputError::Contradiction { quantity, dof, given: lie.given, found: lie.found, rule }
         })?;
     for Resolved { width, steepest } in edges {
         let slack = rounding * steepest * (1.0 + from.abs() / width.abs());
         for to in (1..=20).map(|k| from + width * 0.25_f64.powi(k)).chain([from]) {
-            let given = s.edge(q, dof, to).value;
+            let given = s.divided_difference(q, dof, to).value;
             let found = by_quadrature(from, to, |at| s.partial(q, dof, at)).value;
             if (given - found).abs() <= slack {
                 continue;
             }
-            let rule =
-                "edge() must be the mean of partial() on short edges too, and partial() itself on none";
+            let rule = "divided_difference() must be the mean of partial() on short edges too, and partial() itself on none";
             return Err(InputError::Contradiction { quantity, dof, given, found, rule });
         }
     }

@@ -60,12 +60,12 @@ impl Separable<f64> for Counted {
         self.count(0, 1);
         self.system.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         self.count(0, 1);
-        self.system.edge(q, j, to)
+        self.system.divided_difference(q, j, to)
     }
-    fn has_exact_edges(&self) -> bool {
-        Separable::<f64>::has_exact_edges(&self.system)
+    fn has_exact_divided_differences(&self) -> bool {
+        Separable::<f64>::has_exact_divided_differences(&self.system)
     }
     fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         self.count(1, 1);

@@ -230,7 +230,7 @@ impl Separable<f64> for Wrong {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.0.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
         let middle = (q[0] + to) / 2.0;
         Line { value: self.0.g * middle.sin(), slope: self.0.g * middle.cos() / 2.0 }
     }

@@ -92,7 +92,7 @@ impl Separable<f64> for Net {
         let springs: f64 = (0..q.len()).filter(|&i| i != j).map(|i| self.springs[i][j] * (at - q[i])).sum();
         self.wells[j][0] * at + self.wells[j][1] * at.powi(3) + springs
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let ([a, b], from) = (self.wells[j], q[j]);
         let others = || (0..q.len()).filter(|&i| i != j);
         let springs: f64 = others().map(|i| self.springs[i][j] * ((from - q[i]) + (to - q[i])) / 2.0).sum();
@@ -137,8 +137,8 @@ impl Separable<f64> for Frictionless {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.0.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
-        self.0.edge(q, j, to)
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+        self.0.divided_difference(q, j, to)
     }
     fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
         Dissipation { value: f64::NAN, by_q: f64::NAN, by_p: f64::NAN }

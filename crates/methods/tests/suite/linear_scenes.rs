@@ -69,7 +69,7 @@ impl Separable<f64> for Network {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.at(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let slope = (self.spring[j] + self.spring[j + 1]) / 2.0;
         Line { value: self.at(q, j, (q[j] + to) / 2.0), slope }
     }

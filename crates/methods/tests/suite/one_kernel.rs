@@ -91,8 +91,8 @@ impl<S: Separable<f64>> Separable<f64> for Unaware<S> {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.0.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> afterbay_core::Line<f64> {
-        self.0.edge(q, j, to)
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> afterbay_core::Line<f64> {
+        self.0.divided_difference(q, j, to)
     }
     fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         self.0.dissipation_of(q, p, j)

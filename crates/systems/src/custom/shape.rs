@@ -324,14 +324,14 @@ impl Builder {
         for (j, summands) in (0..).zip(along) {
             let zero = self.graph.number(0.0);
             let part = summands.into_iter().fold(zero, |sum, summand| self.graph.sum(sum, summand));
-            edges.push(self.edge(part, j)?);
+            edges.push(self.divided_difference(part, j)?);
             let doubtful = self.graph.may_be_singular(part);
             singular.push(if doubtful { Some(self.moving(j as usize, &[part])?) } else { None });
         }
         Ok((edges, singular))
     }
 
-    fn edge(&mut self, part: Node, j: u32) -> Result<Edge, CustomError> {
+    fn divided_difference(&mut self, part: Node, j: u32) -> Result<Edge, CustomError> {
         if let Some(monomials) = self.graph.monomials(part)
             && let Some(edge) = Polynomial::new(&mut self.graph, &mut self.frames, &monomials, j)
         {

@@ -5,11 +5,10 @@
 //! arithmetic. Where V' alone is known, Gauss-Legendre quadrature gives it as far as its nodes resolve V'
 //! ([`by_quadrature`]): on the edge, else on its halves and their halves, else not at all.
 
-pub use super::quadrature::mean;
-
-use super::line::Line;
-use super::scalar::Scalar;
-use super::slope::Slope;
+use crate::numbers::line::Line;
+use crate::numbers::quadrature::mean;
+use crate::numbers::scalar::Scalar;
+use crate::numbers::slope::Slope;
 
 /// The mean slope of `potential` over the edge from `a` to `b`, exact to roundings, and its derivative by `b`.
 ///
