@@ -49,10 +49,10 @@ pub struct Sample<T> {
     /// ∂F/∂x
     pub slope: T,
     /// What F changes by where its argument is rounded: this times the unit roundoff.
-    pub rough: T,
+    pub argument_rounding: T,
     /// The same of all F is made of, of which much may cancel. Corrections that no longer shrink are noise up to 64 roundings
     /// of it, which is what a large bound costs at most.
-    pub blur: T,
+    pub value_rounding: T,
 }
 
 /// A solution and what it took.

@@ -66,8 +66,13 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
         let edge = self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
         let by_q = pull * edge.slope;
         if !dissipative {
-            let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
-            return Sample { value: pull * edge.value, slope: bend * edge.slope, rough, blur };
+            let (argument_rounding, value_rounding) = ((by_q * q0).abs(), by_q.abs() * reach);
+            return Sample {
+                value: pull * edge.value,
+                slope: bend * edge.slope,
+                argument_rounding,
+                value_rounding,
+            };
         }
         let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v);
         let by_q = pull.half().mul_add(drag.by_q, by_q);
@@ -75,8 +80,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
             value: pull.mul_add(edge.value, pull * drag.value),
             // The slope of the mean last: all else waits for it.
             slope: bend.mul_add(edge.slope, bend.half().mul_add(drag.by_q, pull * drag.by_p)),
-            rough: (by_q * q0).abs(),
-            blur: by_q.abs() * reach,
+            argument_rounding: (by_q * q0).abs(),
+            value_rounding: by_q.abs() * reach,
         }
     }
 }
@@ -91,7 +96,12 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> 
         let Along { system, j, ref q, .. } = *self.0.along;
         if system.is_singular_along(q, j, (share * rate).mul_add(v, q0)) {
             let slope = T::from_f64(f64::NEG_INFINITY);
-            return Sample { value: T::zero(), slope, rough: T::zero(), blur: T::zero() };
+            return Sample {
+                value: T::zero(),
+                slope,
+                argument_rounding: T::zero(),
+                value_rounding: T::zero(),
+            };
         }
         self.0.at(share, v)
     }

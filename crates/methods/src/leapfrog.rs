@@ -117,8 +117,8 @@ where
                     Sample {
                         value: s * half_h * drag.value,
                         slope: s * half_h * drag.by_p,
-                        rough: V::Scalar::zero(),
-                        blur: V::Scalar::zero(),
+                        argument_rounding: V::Scalar::zero(),
+                        value_rounding: V::Scalar::zero(),
                     }
                 })?;
                 p_half[j] = root.x;

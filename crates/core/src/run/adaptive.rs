@@ -13,7 +13,7 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     type Workspace;
 
     /// A step that would grow by less stays as it is: more than 1 where much of what is computed for its length stays too.
-    const WORTH: f64 = 1.0;
+    const LEAST_GROWTH: f64 = 1.0;
 
     /// The workspace for a run over the time `span`.
     ///
@@ -59,7 +59,7 @@ pub struct Attempt {
     /// That grows like this power of h.
     pub order: u32,
     /// How much longer the next step may be for other reasons than its error.
-    pub reach: f64,
+    pub largest_growth: f64,
     /// What it cost.
     pub effort: Effort,
 }
@@ -299,16 +299,16 @@ where
         if !taken {
             // What is rejected twice does not follow the power of h.
             let factor = if cut { CUT } else { exp(-error / order).clamp(1.0 / GROWTH, 0.9) };
-            return factor.min(attempt.reach);
+            return factor.min(attempt.largest_growth);
         }
         let most = if cut { 1.0 } else { GROWTH };
         // What the error asks for, and what it asks for if it goes on to change as it did.
         let longer = if h == self.before_h { 0.0 } else { ln(h / self.before_h) };
         let trend = self.before - error + order * longer;
         let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / GROWTH, most);
-        let factor = factor.min(attempt.reach);
+        let factor = factor.min(attempt.largest_growth);
         (self.before_h, self.before) = (h, error.max(ln(CALM / SAFETY)));
-        if (1.0..M::WORTH).contains(&factor) { 1.0 } else { factor }
+        if (1.0..M::LEAST_GROWTH).contains(&factor) { 1.0 } else { factor }
     }
 }
 

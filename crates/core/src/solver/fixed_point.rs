@@ -54,7 +54,7 @@ impl Solver for FixedPoint {
             }
             if T::from_f64(f64::from(PATIENCE)).le(T::from_f64(f64::from(waited)) * gap).all() {
                 // What a contraction stops shrinking at is the noise of F, unless it never got close.
-                let small = T::from_f64(64.0 * T::EPSILON) * (start.abs() + x.abs() + f.blur);
+                let small = T::from_f64(64.0 * T::EPSILON) * (start.abs() + x.abs() + f.value_rounding);
                 let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);
                 // Where F rises, iterates alternate around the solution, by many roundings if F' is near 1.
                 let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
@@ -98,8 +98,8 @@ mod tests {
         move |s, x| Sample {
             value: -s * eccentricity * x.sin(),
             slope: -s * eccentricity * x.cos(),
-            rough: 0.0,
-            blur: 0.0,
+            argument_rounding: 0.0,
+            value_rounding: 0.0,
         }
     }
 
@@ -113,7 +113,12 @@ mod tests {
     #[test]
     fn says_that_it_does_not_contract() {
         let failure = FixedPoint
-            .solve(3, 1.0, |_, x| Sample { value: 2.0 * x, slope: 2.0, rough: 0.0, blur: 0.0 })
+            .solve(3, 1.0, |_, x| Sample {
+                value: 2.0 * x,
+                slope: 2.0,
+                argument_rounding: 0.0,
+                value_rounding: 0.0,
+            })
             .unwrap_err();
         let StepFailure::NotContracting { dof: 3, iterations: 4, ratio } = failure else {
             panic!("{failure}")

@@ -4,13 +4,13 @@
 //! of what it moves. With g(x) = x + F(x) - start and ε the unit roundoff, that rounding is
 //!
 //! ```text
-//! scale = ε (|x| + (|start| + rough) / (1 + F')) + the rounding of F / (1 + F')
+//! scale = ε (|x| + (|start| + argument_rounding) / (1 + F')) + the rounding of F / (1 + F')
 //! ```
 //!
-//! as a residual rounded by ε (|start| + rough) moves x by that much over g'. The rule is met in
+//! as a residual rounded by ε (|start| + argument_rounding) moves x by that much over g'. The rule is met in
 //! three ways. (1) The next update, computed from the last two (`Correction`), is below ε (|x| +
 //! ..): the ordinary end. (2) Updates that no longer shrink are below the rounding of F: the bound
-//! `blur` that the equation states, or the rounding that is seen, which is what F changes by
+//! `value_rounding` that the equation states, or the rounding that is seen, which is what F changes by
 //! between neighbouring numbers beyond its slope (`grain`). (3) Residuals of opposite signs stand
 //! closer to each other than `scale`: every update between them is below it (`Bracket`). The last
 //! needs no knowledge of F, and holds also where F jumps by its rounding: tails that underflow,

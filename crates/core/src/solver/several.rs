@@ -18,7 +18,8 @@ pub(super) fn several<T: Scalar>(s: T, x: T, start: T, equation: &mut impl Equat
     let mut excess = |at: T| -> Option<f64> {
         let f = equation.at(s, at);
         let value = (at - start + f.value).to_f64();
-        let size = at.abs() + start.abs() + f.value.abs() + f.rough.abs() + f.blur.abs();
+        let size =
+            at.abs() + start.abs() + f.value.abs() + f.argument_rounding.abs() + f.value_rounding.abs();
         let noise = ROUNDINGS * T::EPSILON * size.to_f64();
         value.is_finite().then_some(if value.abs() <= noise { 0.0 } else { value })
     };
@@ -66,7 +67,7 @@ mod tests {
     use crate::solver::Sample;
 
     fn of(f: impl Fn(f64) -> f64) -> impl FnMut(f64, f64) -> Sample<f64> {
-        move |s, x| Sample { value: s * f(x), slope: 0.0, rough: 0.0, blur: 0.0 }
+        move |s, x| Sample { value: s * f(x), slope: 0.0, argument_rounding: 0.0, value_rounding: 0.0 }
     }
 
     #[test]

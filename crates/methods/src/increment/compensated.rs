@@ -213,7 +213,7 @@ fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
     let residual = (coordinate.p - v - pull.value).nearest();
     let inverse = (T::one() + pull.slope.rounded()).recip();
     let correction = residual * inverse;
-    let sizes = coordinate.p.nearest().abs() + pull.blur.rounded();
+    let sizes = coordinate.p.nearest().abs() + pull.value_rounding.rounded();
     let enters = sizes.mul_add(inverse.abs(), root.x.abs());
     let evaluations = root.evaluations + 1;
     if correction.abs().le(T::from_f64(CORRECTION) * enters).all() {

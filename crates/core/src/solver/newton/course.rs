@@ -69,8 +69,8 @@ struct Course<T: Scalar> {
     rest: T,
     /// The last two points.
     seen: [Point<T>; 2],
-    rough: T,
-    blur: T,
+    argument_rounding: T,
+    value_rounding: T,
     /// The rounding of F that has been seen.
     rounding: T,
     /// Corrections that grew and may be noise.
@@ -95,8 +95,8 @@ impl<T: Scalar> Course<T> {
             correction: Correction::none(),
             rest: zero,
             seen: [Point { x: zero, slope: one, residual: zero }; 2],
-            rough: zero,
-            blur: zero,
+            argument_rounding: zero,
+            value_rounding: zero,
             rounding: zero,
             grown: zero,
             bracket: Bracket::none(),
@@ -119,8 +119,8 @@ impl<T: Scalar> Course<T> {
                 Point { x, slope: one + first.slope, residual: before },
                 Point { x: middle, slope: one + second.slope, residual },
             ],
-            rough: second.rough,
-            blur: second.blur,
+            argument_rounding: second.argument_rounding,
+            value_rounding: second.value_rounding,
             ..Self::new(twice)
         }
     }
@@ -168,7 +168,7 @@ impl<T: Scalar> Course<T> {
             end = self.within(end);
         }
         self.x = T::select(open, end, self.x);
-        (self.rough, self.blur) = (f.rough, f.blur);
+        (self.argument_rounding, self.value_rounding) = (f.argument_rounding, f.value_rounding);
     }
 
     /// The end of a correction, or the middle of the bracket where the correction would leave it or
@@ -192,7 +192,8 @@ impl<T: Scalar> Course<T> {
         let open = self.done.or(self.stalled).not();
         let Correction { previous, update, .. } = self.correction;
         let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
-        let scale = T::from_f64(T::EPSILON) * (start.abs() + self.rough).mul_add(steep, self.x.abs());
+        let scale =
+            T::from_f64(T::EPSILON) * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
         // Done where the next correction would be lost in rounding. A move to the middle tells
         // nothing of the next.
         let corrected = self.halved[0].or(self.halved[1]).not();
@@ -213,7 +214,7 @@ impl<T: Scalar> Course<T> {
         self.done = self.done.and(bent.not());
         // Corrections that shrink, however slowly, are none of noise; those of noise grow now and
         // then.
-        let noise = (T::from_f64(T::EPSILON) * self.blur).mul_add(steep, scale);
+        let noise = (T::from_f64(T::EPSILON) * self.value_rounding).mul_add(steep, scale);
         let seen = (self.rounding + self.rounding) * steep;
         let open = self.done.or(self.stalled).or(bent).not();
         let small = open.and(size.le(T::from_f64(ROUNDINGS).mul_add(noise, seen)));

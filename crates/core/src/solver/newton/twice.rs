@@ -75,7 +75,7 @@ pub(super) fn twice<T: Scalar, const DIRECT: bool>(
     let residual = start - middle - second.value;
     let (update, end) = (residual * inverse, residual.mul_add(inverse, middle));
     // Rounding as far as it takes the fewest operations to know, less than in `carefully`.
-    let scale = T::from_f64(T::EPSILON) * second.rough.mul_add(T::one().half(), end.abs());
+    let scale = T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
     let correction = Correction { previous, update, rest, missing };
     let lost = correction.lost(scale);
     let gentle = is_gentle(first.slope).and(is_gentle(missing));

@@ -25,7 +25,7 @@ impl Case {
         let by_q = s * h / 2.0;
         let [value, slope, _] = force(self, s, v);
         let reach = q.abs().max(left.abs()).max(right.abs());
-        Sample { value, slope, rough: by_q * q.abs(), blur: by_q * reach }
+        Sample { value, slope, argument_rounding: by_q * q.abs(), value_rounding: by_q * reach }
     }
 
     /// 64 roundings of x, of the start, of a position and of the terms of F, over 1 + F'.
@@ -122,8 +122,8 @@ fn check(name: &str, force: Force, steps: [f64; 2], sizes: [f64; 2]) {
             Sample {
                 value: each(|f| f.value),
                 slope: each(|f| f.slope),
-                rough: each(|f| f.rough),
-                blur: each(|f| f.blur),
+                argument_rounding: each(|f| f.argument_rounding),
+                value_rounding: each(|f| f.value_rounding),
             }
         });
         let lanes = together.unwrap_or_else(|e| panic!("{name}: {e}")).x.to_array();
