@@ -1,6 +1,6 @@
 //! The names by which messages call the quantities of a system.
 
-/// What a number stands for.
+/// The meaning of a number in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// q
@@ -27,14 +27,14 @@ pub enum Quantity {
     Dissipation,
     /// ∂D_j/∂p_j
     DissipationSlope,
-    /// D_j ∂H/∂p_j, what the reservoir gains.
+    /// w_j' = D_j ∂H/∂p_j, the power dissipated by one degree of freedom.
     ReservoirRate,
-    /// Σ D_j ∂H/∂p_j
+    /// Σ w_j', the power dissipated in all.
     TotalReservoirRate,
 }
 
 impl Quantity {
-    /// Its name with the degree of freedom, counted from 1, where it belongs to one.
+    /// The name, followed by the degree of freedom, counted from 1, for a quantity that belongs to one.
     pub(crate) fn of(self, dof: usize) -> String {
         match self {
             Self::Energy | Self::TotalReservoirRate => self.to_string(),
@@ -80,7 +80,7 @@ pub enum Block {
 }
 
 impl Block {
-    /// Its entry in this row and column, both counted from 0 here and from 1 in the name.
+    /// The name of an entry. Row and column are counted from 0 here and from 1 in the name.
     pub(crate) fn of(self, row: usize, column: usize) -> String {
         let (i, j) = (row.saturating_add(1), column.saturating_add(1));
         match self {

@@ -3,7 +3,7 @@
 use crate::quantity::{Block, Quantity};
 use thiserror::Error;
 
-/// Why nothing was computed: what was asked for cannot be done.
+/// A request that cannot be met. Nothing was computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InputError {
     /// A step size that is zero, negative or not finite.
@@ -18,7 +18,7 @@ pub enum InputError {
         /// The end asked for.
         end: f64,
     },
-    /// The end is not reached by whole steps.
+    /// An end that is no whole number of steps away.
     #[error("the end {end:?} is no multiple of the step h = {h:?}: take h = {nearest:?}")]
     NotAMultiple {
         /// The end asked for.
@@ -36,29 +36,28 @@ pub enum InputError {
         /// The step asked for.
         h: f64,
     },
-    /// A tolerance that is not a positive number, or one that roundings alone exceed.
+    /// A tolerance that is not a positive finite number, or is below the rounding errors of the scalar.
     #[error("the tolerance {name} = {value:?} must be finite and at least {least:e}")]
     Tolerance {
         /// Which of them.
         name: &'static str,
         /// The value given.
         value: f64,
-        /// The least there may be.
+        /// The least value allowed.
         least: f64,
     },
-    /// A study that needs the solution beyond its end: it leaves the numbers, or lies on a kink from there
-    /// on.
+    /// A study that needs the solution beyond a time at which it becomes infinite or stays on a kink.
     #[error("the solution cannot be followed beyond t = {t:?}: end before")]
     SolutionEnds {
         /// The time it was followed to.
         t: f64,
     },
-    /// More steps than anyone can wait for.
+    /// More steps than the limit.
     #[error("{steps:e} steps are more than {limit:e}: take larger steps or an earlier end")]
     Budget {
         /// The steps asked for.
         steps: f64,
-        /// The most there may be.
+        /// The limit.
         limit: f64,
     },
     /// A vector of the wrong length.
@@ -71,7 +70,7 @@ pub enum InputError {
         /// The length given.
         found: usize,
     },
-    /// A state that is not finite to begin with, or a system that is not at a state that is.
+    /// An initial state that is not finite, or a system that is not finite at a finite state.
     #[error("{} = {value:?} is not finite", quantity.of(*dof))]
     NotFinite {
         /// Which vector.
@@ -99,7 +98,7 @@ pub enum InputError {
         /// The mass given.
         value: f64,
     },
-    /// A system that contradicts itself, see [`crate::validate`].
+    /// A system whose functions contradict each other, see [`crate::validate`].
     #[error("{} is given as {given:?} and found to be {found:?}: {rule}", quantity.of(*dof))]
     Contradiction {
         /// What is contradicted.
@@ -110,10 +109,10 @@ pub enum InputError {
         given: f64,
         /// The value found.
         found: f64,
-        /// What should hold and does not.
+        /// The rule that is violated.
         rule: &'static str,
     },
-    /// The same of a derivative of one degree of freedom by another.
+    /// A system whose functions contradict a derivative of one degree of freedom by another.
     #[error("{} is given as {given:?} and found to be {found:?}: {rule}", block.of(*row, *column))]
     ContradictionBetween {
         /// Which derivative.
@@ -126,7 +125,7 @@ pub enum InputError {
         given: f64,
         /// The value found.
         found: f64,
-        /// What should hold and does not.
+        /// The rule that is violated.
         rule: &'static str,
     },
     /// A method that does not apply to this system.
@@ -134,7 +133,7 @@ pub enum InputError {
     Unsupported {
         /// The method.
         method: &'static str,
-        /// What it needs and the system does not have.
+        /// The property it needs and the system lacks.
         why: &'static str,
     },
 }

@@ -4,7 +4,7 @@ use super::input::InputError;
 use super::step::StepFailure;
 use thiserror::Error;
 
-/// A run that ended before its time. The state is that of the last good step.
+/// A run that failed before its end. The state is that of the last successful step.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("step {step} (from t = {t:?}): {failure}")]
 pub struct RunError {
@@ -12,12 +12,12 @@ pub struct RunError {
     pub step: u64,
     /// The time it started from.
     pub t: f64,
-    /// Why.
+    /// The reason.
     #[source]
     pub failure: StepFailure,
 }
 
-/// Why [`crate::integrate`] did not reach the end.
+/// The reason why [`crate::integrate`] did not reach the end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IntegrateError {
     /// Nothing was computed.
@@ -26,7 +26,7 @@ pub enum IntegrateError {
     /// A step failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// It was asked to stop.
+    /// The run was interrupted by its caller.
     #[error("interrupted")]
     Interrupted,
 }

@@ -4,10 +4,10 @@ use crate::numbers::{Mask, Scalar};
 use crate::quantity::Quantity;
 use thiserror::Error;
 
-/// Why a step could not be taken. The state is as it was before the step.
+/// The reason why a step failed. The state is unchanged.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepFailure {
-    /// The step would give a number that is not finite.
+    /// The step gives a number that is not finite.
     #[error("{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here", dof + 1)]
     NonFinite {
         /// Which vector.
@@ -17,7 +17,7 @@ pub enum StepFailure {
         /// The value it would have.
         value: f64,
     },
-    /// The simple iteration moves away from the solution.
+    /// The fixed-point iteration does not contract.
     #[error(
         "the fixed-point iteration of degree of freedom {} does not contract (updates change by the factor \
          {} after {iterations} iterations): take a smaller step or Newton's method",
@@ -32,7 +32,8 @@ pub enum StepFailure {
         /// The last update over the one before.
         ratio: f64,
     },
-    /// Newton's iteration finds no solution that continues from h → 0, within the iterations it has.
+    /// Newton's method finds no solution on the branch that starts at h = 0 within its limit of
+    /// iterations.
     #[error(
         "Newton's iteration of degree of freedom {} stalls (last update {update:e} after {iterations} iterations): \
          it finds no solution that continues from h = 0, take a smaller step",
@@ -46,8 +47,8 @@ pub enum StepFailure {
         /// The last update.
         update: f64,
     },
-    /// The solution that continues from h → 0 is lost where the equation is seen to have several: the branch it is on meets
-    /// another and ends, or forks.
+    /// The branch of solutions that starts at h = 0 ends at a fold or forks before the whole step, where
+    /// the equation has several solutions.
     #[error(
         "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and none is seen to continue \
          from h = 0 to its end: take a smaller step",
@@ -56,7 +57,7 @@ pub enum StepFailure {
     SeveralSolutions {
         /// Which degree of freedom, from 0.
         dof: usize,
-        /// The share of the step at which they are seen.
+        /// The share of the step at which several solutions are found.
         share: f64,
     },
     /// The linear equation of the step has no solution.
@@ -67,7 +68,7 @@ pub enum StepFailure {
         /// The slope.
         slope: f64,
     },
-    /// The equations of the step do not fit in the memory allowed.
+    /// The matrices of the equations exceed the memory allowed.
     #[error(
         "the equations of the step have {unknowns} unknowns, and their matrices would take {bytes:.1e} bytes: take a step \
          so short that simple iteration contracts, or an explicit method"
@@ -75,16 +76,16 @@ pub enum StepFailure {
     TooLarge {
         /// The unknowns of one system of equations.
         unknowns: usize,
-        /// What all of their matrices would take.
+        /// The memory that all of their matrices would take.
         bytes: f64,
     },
-    /// No small change of (q, p) brings H to what K asks for.
+    /// No small change of (q, p) restores K.
     #[error(
         "the projection fails: K is off by {excess:e} after the step, and no change of q and p within the error allowed \
          makes up for it: allow a larger error, or take adaptive-collocation"
     )]
     ProjectionFailed {
-        /// What the step adds to K.
+        /// The change of K over the step.
         excess: f64,
     },
     /// δ is not finite: its denominator vanishes.
@@ -95,20 +96,20 @@ pub enum StepFailure {
         /// The denominator: p for δ(q), V' + D for δ(p).
         denominator: f64,
     },
-    /// Steps accurate enough become so short that t + h = t.
+    /// The error control shortens the step until t + h = t.
     #[error("the step shrinks to {h:e}, and t + h = t: allow a larger error, or end before")]
     Vanishes {
         /// The step.
         h: f64,
     },
-    /// A quadrature does not resolve H along the step, and K would be lost.
+    /// A quadrature does not resolve H along the step, so that K would change.
     #[error(
         "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): take a smaller step"
     )]
     Unresolved {
         /// The nodes of the quadrature.
         nodes: usize,
-        /// How far K would move, in roundings of what it is made of.
+        /// The change of K, in rounding errors of its terms.
         roundings: f64,
     },
     /// V is singular between the ends of the edge along which a coordinate would move. A mean of ∂V/∂q along it exists, and would
@@ -140,17 +141,17 @@ pub enum StepFailure {
         /// Where it ends.
         to: f64,
     },
-    /// The means along the edges of a step do not add up to what H changes by.
+    /// The divided differences along the edges of a step do not add up to the change of H.
     #[error(
         "the means along the edges of the step do not add up to the increment of H (K would move by {roundings:.0} roundings): \
          H changes between the points they are taken from, or is another function; take a smaller step, or give the edges in \
          closed form"
     )]
     BalanceLost {
-        /// How far K would move, in roundings of what it is made of.
+        /// The change of K, in rounding errors of its terms.
         roundings: f64,
     },
-    /// The step is too long for the flow of the linearised system to be followed.
+    /// The step is too long for the flow of the linearised system to be computed.
     #[error(
         "h times the rates of the linearised system is more than {limit:e}, or about that: take a smaller step"
     )]
@@ -164,18 +165,18 @@ pub enum StepFailure {
          step size (a smaller one if K grows), or an implicit method"
     )]
     NoRelaxationRoot {
-        /// What the explicit step adds to K.
+        /// The change of K over the explicit step.
         excess: f64,
     },
 }
 
-/// A factor in words: one of many digits says no more than how large it is.
+/// A factor with three decimals, or in scientific notation if it is large.
 fn factor(x: f64) -> String {
     if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
 }
 
 impl StepFailure {
-    /// The first entry that is not finite among the parts of a state that was about to be taken.
+    /// The failure that names the first entry of `parts` that is not finite.
     #[cold]
     pub fn non_finite<T: Scalar>(parts: &[(Quantity, &[T])]) -> Self {
         for &(quantity, part) in parts {

@@ -1,18 +1,19 @@
 //! Which degrees of freedom act on each other.
 
-/// Which degrees of freedom act on each other: i on j where ∂H/∂q_j, ∂H/∂p_j or D_j may depend on q_i or p_i.
+/// The pattern of degrees of freedom that act on each other: i acts on j if ∂H/∂q_j, ∂H/∂p_j or D_j may
+/// depend on q_i or p_i.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Coupling {
     /// Neighbours in a row: |i - j| ≤ 1.
     Chain,
-    /// Neighbours in a circle: the first and the last too.
+    /// Neighbours in a circle, of which the first and the last are neighbours too.
     Ring,
-    /// Every one on every other.
+    /// Any pair.
     Dense,
 }
 
 impl Coupling {
-    /// May i and j, of `n` degrees of freedom, act on each other?
+    /// Whether i and j, of `n` degrees of freedom, may act on each other.
     pub fn joins(&self, n: usize, i: usize, j: usize) -> bool {
         let apart = i.abs_diff(j);
         match self {
@@ -22,7 +23,8 @@ impl Coupling {
         }
     }
 
-    /// Are two colours enough for `n` degrees of freedom, no two of a colour acting on each other?
+    /// Whether two colours suffice for `n` degrees of freedom, with none of one colour acting on
+    /// another of that colour.
     pub fn two_coloured(&self, n: usize) -> bool {
         match self {
             Self::Chain => true,
@@ -31,8 +33,9 @@ impl Coupling {
         }
     }
 
-    /// The `n` degrees of freedom colour by colour, no two of a colour acting on each other: red-black for a chain and
-    /// an even ring, a third colour for the last of an odd ring. What is dense stays in its natural order.
+    /// The `n` degrees of freedom ordered by colour, where none acts on another of its colour: red-black
+    /// for a chain and an even ring, and a third colour for the last of an odd ring. The dense pattern
+    /// keeps the natural order.
     pub fn coloured(&self, n: usize) -> Vec<usize> {
         let last = match self {
             Self::Dense => return (0..n).collect(),

@@ -1,44 +1,46 @@
-//! The dissipative force D: what is known of it beforehand, its values, and what passivity asks of a step.
+//! The dissipative force D: its form, its values, and the passivity of a step.
 
 use crate::numbers::{Mask, Scalar};
 
-/// What is known of the dissipative force D for all (q, p).
+/// Properties of the dissipative force D that hold at every (q, p).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DissipationForm {
-    /// D = 0: there is no reservoir to keep.
+    /// D = 0. Methods leave the reservoir untouched.
     pub zero: bool,
-    /// Where the reservoir only fills, whatever the state.
+    /// Whether the reservoir can only gain energy.
     pub passive: Passive,
-    /// D is linear in p. Where it is not coupled, D_j = γ_j(q) p_j, and `by_p` of [`crate::Separable::dissipation_of`] is γ_j.
+    /// D is linear in p. If it is not coupled, D_j = γ_j(q) p_j, and `by_p` of
+    /// [`crate::Separable::dissipation_of`] is γ_j.
     pub linear: bool,
-    /// D_j may depend on the momenta of others, as in D = C p.
+    /// D_j may depend on momenta other than p_j, as in D = C p.
     pub coupled: bool,
 }
 
-/// Where Δw ≥ 0 is owed: it is where D = R(q, p) ∂H/∂p with R positive semidefinite.
+/// The extent to which a system is passive. It is where D = R(q, p) ∂H/∂p with R positive semidefinite;
+/// every step should then satisfy Δw ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passive {
-    /// Nowhere: the system is active, or nothing is known.
+    /// The system is active, or nothing is known.
     No,
-    /// In the sum over the degrees of freedom, Σ D_j ∂H/∂p_j ≥ 0.
+    /// Σ_j D_j ∂H/∂p_j ≥ 0.
     InSum,
-    /// In each of them, D_j ∂H/∂p_j ≥ 0: R is diagonal.
+    /// D_j ∂H/∂p_j ≥ 0 for each j: R is diagonal.
     Each,
 }
 
 impl Passive {
-    /// In each degree of freedom if it is `true`, else nowhere.
+    /// [`Passive::Each`] if `passive`, else [`Passive::No`].
     pub fn each_if(passive: bool) -> Self {
         if passive { Self::Each } else { Self::No }
     }
 
-    /// Does a step that takes the reservoir from `before` to `after` violate passivity? This is the
-    /// one definition of a violation: Σ_j Δw_j < 0 where R is positive semidefinite, and any
-    /// Δw_j < 0 where R is diagonal as well.
+    /// Whether a step that changes the reservoir from `before` to `after` violates passivity. This is
+    /// the only definition of a violation: Σ_j Δw_j < 0 if R is positive semidefinite, and any
+    /// Δw_j < 0 if R is diagonal as well.
     ///
-    /// A step adds to w_j a few times, and each sum is rounded. So Δw_j counts as negative where it
-    /// is below -4 u (|w_j before| + |w_j after|), with u the unit roundoff, and the sum over j
-    /// where it is below the sum of these.
+    /// A step adds to w_j a few times, and each sum is rounded. So Δw_j counts as negative if it is
+    /// below -4 u (|w_j before| + |w_j after|), with u the unit roundoff, and the sum over j if it is
+    /// below the sum of these bounds.
     #[inline]
     pub fn violated<T: Scalar>(self, before: &[T], after: &[T]) -> T::Mask {
         let rounding = T::from_f64(4.0 * T::EPSILON);
@@ -67,7 +69,7 @@ impl DissipationForm {
     pub const NONE: Self = Self { zero: true, passive: Passive::Each, linear: true, coupled: false };
 }
 
-/// The dissipative force on one degree of freedom, and how it changes with that degree of freedom.
+/// The dissipative force on one degree of freedom and its derivatives by that degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dissipation<T> {
     /// D_j

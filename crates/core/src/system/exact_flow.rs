@@ -1,11 +1,11 @@
-//! Systems whose solution is known.
+//! Systems with a known solution.
 
 use super::hamiltonian::System;
 use super::state::State;
 use crate::numbers::{Scalar, Vector};
 
-/// A system that can be solved exactly.
+/// A system with a closed form of its solution.
 pub trait ExactFlow<T: Scalar>: System<T> {
-    /// Carries `state` along the exact flow, w included, over the time `h` (of either sign).
+    /// Moves `state`, w included, along the exact flow for the time `h`, which may be negative.
     fn flow<V: Vector<Scalar = T>>(&self, h: T, state: &mut State<V>);
 }

@@ -1,4 +1,4 @@
-//! A system from its formulas alone, each written once for every scalar.
+//! Systems defined by formulas that are written once for every scalar.
 
 use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
@@ -7,38 +7,41 @@ use crate::numbers::{Line, Scalar, Slope, divided};
 
 /// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
 ///
-/// [`FromFormulas`] makes a system of it: gradients, edges and the derivatives of D come from the
-/// formulas by slope arithmetic ([`Slope`]).
+/// [`FromFormulas`] makes a system of them: gradients, divided differences and the derivatives of D come
+/// from the formulas by slope arithmetic ([`Slope`]).
 pub trait Formulas: Send + Sync {
-    /// N
+    /// N, the number of degrees of freedom.
     fn dof(&self) -> usize;
 
     /// V(q)
     fn potential<T: Scalar>(&self, q: &[T]) -> T;
 
-    /// D_j(q, v), made of no velocity but that of j unless [`Formulas::dissipation_form`] says that it couples them.
+    /// D_j(q, v). It depends on no velocity but that of j, unless [`Formulas::dissipation_form`] is
+    /// coupled.
     fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
 
-    /// m_j > 0
+    /// The mass m_j > 0.
     fn mass(&self, _j: usize) -> f64 {
         1.0
     }
 
-    /// What is known of D beforehand.
+    /// The properties of D that hold at every state.
     fn dissipation_form(&self) -> DissipationForm {
         DissipationForm::GENERAL
     }
 }
 
-/// The system of [`Formulas`], in any scalar. Its edges are exact to roundings at any length.
+/// The system of [`Formulas`], in any scalar. Its divided differences are exact to roundings on edges of
+/// any length.
 ///
-/// A gradient takes N evaluations of V, an edge three: give [`Separable`] by hand where V is a sum over
-/// many neighbours. Up to 64 degrees of freedom nothing is allocated.
+/// A gradient takes N evaluations of V, a divided difference three. Where V is a sum over many
+/// neighbours, a [`Separable`] written by hand is faster. Up to 64 degrees of freedom nothing is
+/// allocated.
 #[derive(Clone, Copy, Debug)]
 pub struct FromFormulas<F>(pub F);
 
-/// The most degrees of freedom for which arguments lie on the stack.
-const FEW: usize = 64;
+/// The largest number of degrees of freedom whose arguments are stored on the stack.
+const MOST_ON_STACK: usize = 64;
 
 /// Calls `f` with n constants, given by index, but for entry j, which is `at`.
 #[inline(always)]
@@ -53,8 +56,8 @@ fn along<T: Scalar, R>(
     if n <= 4 {
         let room: [_; 4] = std::array::from_fn(|i| if i < n { number(i) } else { at });
         f(&room[..n])
-    } else if n <= FEW {
-        let room: [_; FEW] = std::array::from_fn(|i| if i < n { number(i) } else { at });
+    } else if n <= MOST_ON_STACK {
+        let room: [_; MOST_ON_STACK] = std::array::from_fn(|i| if i < n { number(i) } else { at });
         f(&room[..n])
     } else {
         f(&(0..n).map(number).collect::<Vec<_>>())
@@ -62,13 +65,13 @@ fn along<T: Scalar, R>(
 }
 
 impl<F: Formulas> FromFormulas<F> {
-    /// V with q_j from one place to another.
+    /// The slope of V along q_j.
     #[inline(always)]
     fn potential<T: Scalar>(&self, q: &[T], j: usize, at: Slope<T>) -> Slope<T> {
         along(q.len(), |i| q[i], j, at, |q| self.0.potential(q))
     }
 
-    /// D_j with q_j and v_j from one place to another.
+    /// The slope of D_j along q_j and v_j.
     #[inline(always)]
     fn dissipation_between<T: Scalar>(&self, [q, p]: [&[T]; 2], j: usize, at: [Slope<T>; 2]) -> Slope<T> {
         let v = |i: usize| p[i] / T::from_f64(self.0.mass(i));

@@ -1,4 +1,4 @@
-//! What every system tells of itself.
+//! The trait that every system implements.
 
 use super::coupling::Coupling;
 use super::dissipation::DissipationForm;
@@ -12,7 +12,7 @@ use crate::numbers::Scalar;
 ///
 /// All slices have length N, the number of degrees of freedom.
 pub trait System<T: Scalar>: Send + Sync {
-    /// N
+    /// N, the number of degrees of freedom.
     fn dof(&self) -> usize;
 
     /// H(q, p)
@@ -23,30 +23,31 @@ pub trait System<T: Scalar>: Send + Sync {
 
     /// Writes D(q, p) to `d`, given the velocities v = ∂H/∂p at (q, p).
     ///
-    /// Where D is friction, D = R(q, p) v, compute it from v: a discrete gradient puts its own mean velocity in its place,
-    /// and `D·v = vᵀ R v ≥ 0` then holds of the step as it does of the system.
+    /// Compute D = R(q, p) v from v. A discrete gradient passes its own mean velocity, so that
+    /// `D·v = vᵀ R v ≥ 0` holds for a step as it does for the system.
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
 
-    /// What is known of D beforehand; methods take the shortest way it allows.
+    /// The properties of D that hold at every state. Methods omit the work that they make unnecessary.
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
         DissipationForm::GENERAL
     }
 
-    /// Is H = Σ p_j²/2 + V(q)? Velocities are then momenta, and need not be computed.
+    /// Whether H = Σ p_j²/2 + V(q), so that velocities equal momenta and need not be computed.
     #[inline(always)]
     fn unit_mass(&self) -> bool {
         false
     }
 
-    /// Who acts on whom.
+    /// The pattern of degrees of freedom that act on each other.
     #[inline(always)]
     fn coupling(&self) -> Coupling {
         Coupling::Dense
     }
 
-    /// Gives `put` numbers at (q, p) between whose zeros ∇H and D are analytic: x where |x| is in them. None, where they are
-    /// analytic wherever they are defined. Taylor series are not carried across a zero.
+    /// Passes to `put` the value at (q, p) of every function at whose zeros ∇H or D may not be analytic,
+    /// such as x of |x|. The default passes none: ∇H and D are analytic wherever they are defined.
+    /// Taylor series are not continued across a zero.
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 }

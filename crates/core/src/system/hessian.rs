@@ -4,13 +4,15 @@ use super::hamiltonian::System;
 use crate::numbers::Scalar;
 use crate::quantity::Block;
 
-/// A system that knows its second derivatives.
+/// A system with second derivatives of H and first derivatives of D.
 pub trait Curvature<T: Scalar>: System<T> {
-    /// Gives every entry of every block at (q, p) that is not zero everywhere, always the same ones in the same order.
+    /// Passes every entry of every block at (q, p) to `put`: block, row, column, value. Entries that are
+    /// zero at all states are left out. Which entries are passed, and in which order, must not depend on
+    /// the state.
     fn curvature(&self, q: &[T], p: &[T], put: impl FnMut(Block, usize, usize, T));
 
-    /// Are the second derivatives the same at every state? H is then quadratic and D linear, constant forces allowed, and the
-    /// flow is that of a matrix.
+    /// Whether the second derivatives are the same at every state. H is then quadratic and D linear, apart
+    /// from constant forces, and the flow is a matrix exponential.
     #[inline(always)]
     fn is_linear(&self) -> bool {
         false

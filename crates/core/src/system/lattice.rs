@@ -3,16 +3,16 @@
 use super::separable::Separable;
 use crate::numbers::f64x8;
 
-/// A chain or a ring ([`crate::Coupling`]) whose degrees of freedom all obey the same law, so that eight of them can be moved
-/// side by side.
+/// A chain or a ring ([`crate::Coupling`]) of equal members, of which eight can be advanced in SIMD lanes.
 ///
-/// Degree of freedom j sees q_{j-1}, q_j and q_{j+1}; beyond the ends of a chain there is a wall, q_0 = q_{n+1} = 0. Its mass,
-/// partial derivative, edge and drag are those of the middle of three, `q = [q_{j-1}, q_j, q_{j+1}]`, whatever j:
-/// see [`crate::validate::uniform`].
+/// Degree of freedom j depends on q_{j-1}, q_j and q_{j+1}; the ends of a chain are fixed,
+/// q_0 = q_{n+1} = 0. Mass, partial derivative, divided difference and dissipation of every j are those
+/// of the middle member of a chain of three at `q = [q_{j-1}, q_j, q_{j+1}]`.
+/// [`crate::validate::uniform`] verifies this.
 pub trait Uniform: Separable<f64> {
-    /// The same system in lanes.
+    /// The system in lanes.
     type Lanes: Separable<f64x8>;
 
-    /// The same system, its parameters in every lane.
+    /// The system with its parameters repeated in every lane.
     fn lanes(&self) -> Self::Lanes;
 }

@@ -3,10 +3,11 @@
 use super::separable::Separable;
 use crate::numbers::Scalar;
 
-/// V = ½ Σ k_ij q_i q_j, m_j = 1 and D_j = b_j p_j: the flow is linear, and an implicit step has a closed form.
+/// A system with V = ½ Σ k_ij q_i q_j, m_j = 1 and D_j = b_j p_j. Its flow is linear, and an implicit
+/// step has a closed form.
 pub trait Linear<T: Scalar>: Separable<T> {
-    /// k_ij = k_ji
+    /// The stiffness k_ij = k_ji.
     fn stiffness(&self, i: usize, j: usize) -> T;
-    /// b_j
+    /// The coefficient b_j of D_j = b_j p_j.
     fn dissipation_rate(&self, j: usize) -> T;
 }

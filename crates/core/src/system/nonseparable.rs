@@ -1,22 +1,25 @@
-//! H as one degree of freedom sees it: in the plane of its q_j and p_j, the others held.
+//! H in the plane of one q_j and p_j, with all other coordinates and momenta fixed.
 
 use super::hamiltonian::System;
 use crate::numbers::{Scalar, quadrature};
 
-/// A system whose H may be followed along one coordinate or one momentum at a time, separable or not, with D_j depending on
-/// no velocity but that of j unless [`crate::DissipationForm::coupled`] is said.
+/// A system, separable or not, with derivatives and divided differences of H along one coordinate or one
+/// momentum at a time. D_j depends on no velocity but that of j, unless
+/// [`crate::DissipationForm::coupled`] is set.
 ///
-/// `at` is a point (q_j, p_j) of the plane of `j`; the entries j of the slices `q` and `p` are not looked at. Where the coupling
-/// is local each of these costs O(1).
+/// `at` is a point (q_j, p_j) of the plane of `j`. The entries j of the slices `q` and `p` are ignored.
+/// Each function costs O(1) if the coupling is local.
 pub trait PhasePlane<T: Scalar>: System<T> {
     /// The first and second derivatives of H in the plane.
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T>;
 
-    /// The mean of ∂H/∂q_j as q_j goes from one end to the other at a fixed `p_j`: ΔH/Δq_j without its cancellation.
+    /// The divided difference ΔH/Δq_j between two values of q_j at a fixed `p_j`, computed without
+    /// cancellation. It is the mean of ∂H/∂q_j along the edge.
     ///
-    /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature ([`quadrature::mean`]), on parts of
-    /// the edge where it must, and is NaN where these do not resolve it. Give the closed form where
-    /// there is one, and say so in [`PhasePlane::has_exact_means`].
+    /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature
+    /// ([`quadrature::mean`]). It subdivides the edge where needed and is NaN where the subdivision does
+    /// not resolve the integrand. Systems with a closed form state so in
+    /// [`PhasePlane::has_exact_means`].
     #[inline]
     fn along_q(&self, q: &[T], p: &[T], j: usize, [from, to]: [T; 2], p_j: T) -> Mean<T> {
         let [value, by_end, by_other] = quadrature::mean(from, to, |at, share| {
@@ -26,8 +29,8 @@ pub trait PhasePlane<T: Scalar>: System<T> {
         Mean { value, by_end, by_other }
     }
 
-    /// The mean of ∂H/∂p_j as p_j goes from one end to the other at a fixed `q_j`; default and accuracy as for
-    /// [`PhasePlane::along_q`].
+    /// The divided difference ΔH/Δp_j between two values of p_j at a fixed `q_j`, with default and
+    /// accuracy as for [`PhasePlane::along_q`].
     #[inline]
     fn along_p(&self, q: &[T], p: &[T], j: usize, q_j: T, [from, to]: [T; 2]) -> Mean<T> {
         let [value, by_end, by_other] = quadrature::mean(from, to, |at, share| {
@@ -37,18 +40,19 @@ pub trait PhasePlane<T: Scalar>: System<T> {
         Mean { value, by_end, by_other }
     }
 
-    /// Are the means exact to roundings on every edge? Where they are not, as by default, K is compared
-    /// before and after each step.
+    /// Whether the divided differences are exact to roundings on every edge. If not, which is the
+    /// default, methods compare K before and after each step.
     #[inline(always)]
     fn has_exact_means(&self) -> bool {
         false
     }
 
-    /// D_j at `at`, given the velocity `v` of j. The derivatives steer Newton's iteration and need not be exact.
+    /// D_j at `at`, given the velocity `v` of j. Newton's method uses the derivatives, which need not be
+    /// exact.
     fn plane_dissipation(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> PlaneDissipation<T>;
 }
 
-/// Derivatives of H by q_j and p_j.
+/// First and second derivatives of H by q_j and p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes<T> {
     /// ∂H/∂q_j
@@ -63,18 +67,18 @@ pub struct Slopes<T> {
     pub hpp: T,
 }
 
-/// The mean of a slope of H along an edge of the plane. The derivatives steer Newton's iteration.
+/// A divided difference of H along an edge of the plane. Newton's method uses the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean<T> {
-    /// The mean.
+    /// The divided difference.
     pub value: T,
     /// Its derivative by the end of the edge.
     pub by_end: T,
-    /// Its derivative by the variable held: p_j along q_j, q_j along p_j.
+    /// Its derivative by the fixed variable: p_j along q_j, q_j along p_j.
     pub by_other: T,
 }
 
-/// The dissipative force on one degree of freedom, and how it changes with that degree of freedom.
+/// The dissipative force on one degree of freedom and its derivatives by q_j, p_j and the velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneDissipation<T> {
     /// D_j

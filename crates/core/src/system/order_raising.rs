@@ -1,4 +1,4 @@
-//! The paper's way to higher order: h in the discrete equations becomes δ = h + δ₃h³ + δ₄h⁴ (paper, section 4).
+//! Order raising by a corrected step: δ = h + δ₃h³ + δ₄h⁴ in place of h (paper, section 4).
 
 use super::separable::Separable;
 use crate::numbers::Scalar;
@@ -26,8 +26,9 @@ impl<T: Scalar> Correction<T> {
     }
 }
 
-/// A system with one degree of freedom that knows its δ. With the exact solution in place of the discrete one,
-/// `Δq = δ(q) p̄` and `Δp = -δ(p) (ΔV/Δq + D̄)` define both. [`crate::taylor::corrections`] derives them for any system.
+/// A system with one degree of freedom and closed forms of δ. The exact solution defines both:
+/// `Δq = δ(q) p̄` and `Δp = -δ(p) (ΔV/Δq + D̄)`. [`crate::taylor::corrections`] computes them for any
+/// system.
 pub trait OrderRaising<T: Scalar>: Separable<T> {
     /// δ of the equation for q; its pole is p = 0.
     fn delta_q(&self, q: T, p: T) -> Correction<T>;
@@ -35,7 +36,7 @@ pub trait OrderRaising<T: Scalar>: Separable<T> {
     fn delta_p(&self, q: T, p: T) -> Correction<T>;
 }
 
-/// A system for which the paper prints δ, with its misprints.
+/// A system for which the paper prints δ with misprints.
 pub trait Misprinted<T: Scalar>: OrderRaising<T> {
     /// δ of the equation for q as printed.
     fn printed_delta_q(&self, q: T, p: T) -> Correction<T>;

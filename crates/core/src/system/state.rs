@@ -1,4 +1,4 @@
-//! The state of a system: coordinates, momenta and what the reservoir holds.
+//! The state of a system: coordinates, momenta and reservoir.
 
 use super::hamiltonian::System;
 use super::state_ref::StateRef;
@@ -7,7 +7,11 @@ use crate::numbers::{Mask, Scalar, Vector};
 use crate::quantity::Quantity;
 use std::hint::cold_path;
 
-/// (q, p, w) at time t. `w[j]` is the energy degree of freedom j has given up since the start.
+/// The size below which a coordinate or momentum counts as 0. Its square underflows, and it is far from
+/// the smallest normal f64, 2e-308, so that the products of a step do not become subnormal.
+const AT_REST: f64 = 1e-290;
+
+/// (q, p, w) at time t. `w[j]` is the energy that degree of freedom j has dissipated since the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<V: Vector> {
     /// Coordinates.
@@ -38,7 +42,7 @@ impl<V: Vector> State<V> {
         V::LEN.unwrap_or(self.q.as_slice().len())
     }
 
-    /// Is this a finite state of `dof` degrees of freedom?
+    /// Checks that the state is finite and has `dof` degrees of freedom.
     ///
     /// # Errors
     /// [`InputError::Length`] and [`InputError::NotFinite`], with the quantity and the index.
@@ -57,7 +61,7 @@ impl<V: Vector> State<V> {
         Ok(())
     }
 
-    /// The state to look at.
+    /// The state as borrowed slices.
     #[inline(always)]
     pub fn state_ref(&self) -> StateRef<'_, V::Scalar> {
         StateRef { q: self.q.as_slice(), p: self.p.as_slice(), w: self.w.as_slice(), t: self.t }
@@ -81,7 +85,7 @@ impl<V: Vector> State<V> {
         self.state_ref().total(system)
     }
 
-    /// Becomes `other`, of the same length.
+    /// Copies `other`, which has the same length.
     pub(crate) fn copy(&mut self, other: &Self) {
         let parts = [(&mut self.q, &other.q), (&mut self.p, &other.p), (&mut self.w, &other.w)];
         for (part, other) in parts {
@@ -90,21 +94,21 @@ impl<V: Vector> State<V> {
         self.t = other.t;
     }
 
-    /// Is it the same at another time?
+    /// Whether q, p and w are equal; the times may differ.
     pub(crate) fn stands_where(&self, other: &Self) -> bool {
         let parts = [(&self.q, &other.q), (&self.p, &other.p), (&self.w, &other.w)];
         parts.into_iter().all(|(part, other)| part.as_slice() == other.as_slice())
     }
 
-    /// A state to be replaced; costs nothing to make.
+    /// A placeholder without heap storage.
     pub(crate) fn vacant() -> Self {
         Self { q: V::zeros(0), p: V::zeros(0), w: V::zeros(0), t: V::Scalar::zero() }
     }
 
-    /// Sets what has decayed below 1e-290 to rest. Its energy is below the smallest number, and arithmetic on
-    /// the subnormal numbers a long decay ends in is six times slower.
+    /// Sets entries of q and p below [`AT_REST`] to 0. Their energy underflows, and arithmetic on the
+    /// subnormal numbers that end a long decay is six times slower.
     pub(crate) fn settle(&mut self) {
-        let rest = V::Scalar::from_f64(1e-290);
+        let rest = V::Scalar::from_f64(AT_REST);
         for part in [&mut self.q, &mut self.p] {
             for x in part.as_mut_slice() {
                 if x.abs().lt(rest).any() {

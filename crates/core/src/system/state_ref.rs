@@ -1,9 +1,9 @@
-//! A state as it is looked at: its storage forgotten.
+//! Borrowed states.
 
 use super::hamiltonian::System;
 use crate::numbers::Scalar;
 
-/// (q, p, w) at time t; slices of length N.
+/// (q, p, w) at time t as slices of length N, whatever the storage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateRef<'a, T> {
     /// Coordinates.
