@@ -1,6 +1,7 @@
 //! Runs: methods, grids of times and tolerances, the time loops, and observers.
 
 mod adaptive;
+mod controller;
 mod grid;
 mod integrate;
 mod method;

@@ -1,5 +1,6 @@
-//! The time loop with steps as long as a tolerance allows.
+//! The time loop with error control: steps as long as a tolerance allows.
 
+use super::controller::{CUT, Controller, LAST_STRETCH, MOST_CUTS, first};
 use super::method::Effort;
 use super::observer::Observer;
 use super::tolerance::Tolerance;
@@ -7,25 +8,26 @@ use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 
-/// A method that knows its own error.
+/// A method that estimates its own error.
 pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
-    /// Scratch space and the last step.
+    /// Scratch space and the last attempted step.
     type Workspace;
 
-    /// A step that would grow by less stays as it is: more than 1 where much of what is computed for its length stays too.
+    /// The least factor by which a step grows; at least 1. A step that could grow by less keeps its length.
+    /// Above 1 it pays for methods that reuse work as long as the step does not change.
     const LEAST_GROWTH: f64 = 1.0;
 
     /// The workspace for a run over the time `span`.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where the method does not apply to this system, [`InputError::Tolerance`] where it cannot
-    /// be that accurate.
+    /// [`InputError::Unsupported`] if the method does not apply to this system, [`InputError::Tolerance`] if
+    /// it cannot meet the tolerance.
     fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Self::Workspace, InputError>;
 
-    /// Computes the step h from `state`.
+    /// Computes the step h from `state`, which does not change, and estimates its error.
     ///
     /// # Errors
-    /// A [`StepFailure`]: a shorter step may go.
+    /// A [`StepFailure`]. A shorter step may succeed.
     fn attempt(
         &self,
         system: &S,
@@ -34,10 +36,11 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
         workspace: &mut Self::Workspace,
     ) -> Result<Attempt, StepFailure>;
 
-    /// Takes the step attempted last. The time in `state` is the caller's to set.
+    /// Moves `state` to the end of the step attempted last. The caller sets its time.
     fn accept(&self, state: &mut State<V>, workspace: &mut Self::Workspace);
 
-    /// The state the time h after `before`, which the step accepted last began with and led beyond that.
+    /// Computes the state at the time h after `before`, the initial state of the step accepted last, which
+    /// is longer than h.
     ///
     /// # Errors
     /// A [`StepFailure`].
@@ -51,55 +54,42 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     ) -> Result<Effort, StepFailure>;
 }
 
-/// A step to be taken or not.
+/// The estimates for an attempted step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attempt {
-    /// Its error over what is allowed of a step of its length.
+    /// The error as a share of the error allowed for a step of its length; accepted up to 1.
     pub error: f64,
-    /// That grows like this power of h.
+    /// The power of h by which this share grows.
     pub order: u32,
-    /// How much longer the next step may be for other reasons than its error.
+    /// The largest factor from this step to the next for reasons other than the error, such as stability.
     pub largest_growth: f64,
-    /// What it cost.
+    /// The work done.
     pub effort: Effort,
 }
 
-/// What a run did.
+/// The steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Steps taken.
     pub accepted: u64,
-    /// Steps that were not accurate enough.
+    /// Steps whose error was too large.
     pub rejected: u64,
     /// Steps that could not be computed.
     pub failed: u64,
-    /// The shortest and the longest step taken.
+    /// The shortest step taken.
     pub least: f64,
-    /// The longest.
+    /// The longest step taken.
     pub largest: f64,
-    /// What all of them cost.
+    /// The work done for all of them.
     pub effort: Effort,
 }
 
-/// The error a step aims at, over what is allowed.
-const SAFETY: f64 = 0.2;
-/// A step grows and shrinks by no more than this.
-const GROWTH: f64 = 5.0;
-/// The first step, over what it should be if solutions were no more than what they begin with.
-const START: f64 = 0.3;
-/// An error counts as no less, over what is allowed: of what the next step may be, and of what it says of a trend.
-const TINY: f64 = 1e-30;
-const CALM: f64 = 1e-3;
-/// What is left of a step that could not be computed, and how often in a row that is tried.
-const CUT: f64 = 0.5;
-const CUTS: u32 = 60;
-
-/// Carries `state` to the time `end`, showing every accepted step to `observer`.
+/// Integrates from `state` to the time `end` and passes every accepted step to `observer`.
 ///
 /// # Errors
-/// [`IntegrateError::Input`] if the state does not fit the system, the method does not apply or the tolerance or the end cannot
-/// be reached: nothing was done. [`IntegrateError::Run`] if steps fail however short, or shrink to nothing: `state` is then that of
-/// the last good step.
+/// [`IntegrateError::Input`] if the state does not fit the system, the method does not apply, or the
+/// tolerance or the end is invalid; nothing was computed then. [`IntegrateError::Run`] if steps fail at
+/// every length or shrink until t + h = t; `state` is then that of the last successful step.
 pub fn integrate_within<V, S, M, O>(
     method: &M,
     system: &S,
@@ -123,11 +113,11 @@ where
     Ok(run.statistics)
 }
 
-/// The same to the last of `times`, which ascend from the state's own, showing the states at these times to `observer`. They
-/// are as accurate as those of the steps, and K is kept as well there.
+/// Integrates from `state` to the last of `times`, which ascend from the time of the state, and passes the
+/// states at these times to `observer`. They are as accurate as the steps, and K is kept as well.
 ///
 /// # Errors
-/// As [`integrate_within`]; [`InputError::End`] where times do not ascend.
+/// Those of [`integrate_within`], and [`InputError::End`] if the times do not ascend.
 pub fn sample_within<V, S, M, O>(
     method: &M,
     system: &S,
@@ -163,7 +153,7 @@ where
             run.statistics.effort += match method.between(system, h, &before, &mut run.workspace, &mut shown)
             {
                 Ok(effort) => effort,
-                // What no single step leads to is reached by steps of its own.
+                // A state that cannot be computed within one step is reached by separate steps.
                 Err(_) => run.apart(&before, time, &mut shown)?,
             };
             shown.t = time;
@@ -176,17 +166,14 @@ where
     Ok(run.statistics)
 }
 
-/// A run on its way.
+/// A run with its step size and statistics.
 struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
     method: &'a M,
     system: &'a S,
     workspace: W,
     tolerance: Tolerance,
     end: V::Scalar,
-    h: f64,
-    /// The step before, and the logarithm of its error over what it aimed at.
-    before: f64,
-    before_h: f64,
+    controller: Controller,
     statistics: Statistics,
 }
 
@@ -213,20 +200,10 @@ where
         let h = first(system, state, tolerance).min(span);
         let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
         let tolerance = *tolerance;
-        Ok(Self {
-            method,
-            system,
-            workspace,
-            tolerance,
-            end,
-            h,
-            before: f64::INFINITY,
-            before_h: h,
-            statistics,
-        })
+        Ok(Self { method, system, workspace, tolerance, end, controller: Controller::new(h), statistics })
     }
 
-    /// Carries `shown` from `before` to a time, with the tolerance of the run.
+    /// Integrates from `before` to a time within the tolerance of the run, by steps apart from it.
     #[cold]
     fn apart(
         &self,
@@ -247,18 +224,18 @@ where
         RunError { step: self.statistics.accepted + 1, t: state.t.to_f64(), failure }
     }
 
-    /// One step that is accurate enough.
+    /// Takes one step within the tolerance.
     fn step(&mut self, state: &mut State<V>) -> Result<(), RunError> {
         let left = self.end - state.t;
         let mut cuts = 0;
         loop {
-            // No step is left that is much shorter than the others.
+            // The last step is not much shorter than those before.
             let rest = left.to_f64();
-            let last = rest <= self.h * 1.01;
-            let h = match rest / self.h {
+            let last = rest <= self.controller.h * LAST_STRETCH;
+            let h = match rest / self.controller.h {
                 _ if last => left,
                 steps if steps < 2.0 => left.half(),
-                _ => V::Scalar::from_f64(self.h),
+                _ => V::Scalar::from_f64(self.controller.h),
             };
             if state.t + h == state.t {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
@@ -267,16 +244,15 @@ where
                 Err(failure) => {
                     self.statistics.failed += 1;
                     cuts += 1;
-                    if cuts > CUTS {
+                    if cuts > MOST_CUTS {
                         return Err(self.failed(state, failure));
                     }
-                    self.h = CUT * h.to_f64();
+                    self.controller.h = CUT * h.to_f64();
                 }
                 Ok(attempt) => {
                     self.statistics.effort += attempt.effort;
                     let taken = attempt.error <= 1.0;
-                    let factor = self.factor(attempt, h.to_f64(), taken, cuts > 0);
-                    self.h = h.to_f64() * factor;
+                    self.controller.update(attempt, h.to_f64(), taken, cuts > 0, M::LEAST_GROWTH);
                     if taken {
                         self.method.accept(state, &mut self.workspace);
                         state.t = if last { self.end } else { state.t + h };
@@ -291,50 +267,4 @@ where
             }
         }
     }
-
-    /// The next step over this one, by a controller that sees how the error changes (K. Gustafsson, ACM TOMS 20 (1994) 496-517).
-    fn factor(&mut self, attempt: Attempt, h: f64, taken: bool, cut: bool) -> f64 {
-        let order = f64::from(attempt.order);
-        let error = ln(attempt.error.max(TINY) / SAFETY);
-        if !taken {
-            // What is rejected twice does not follow the power of h.
-            let factor = if cut { CUT } else { exp(-error / order).clamp(1.0 / GROWTH, 0.9) };
-            return factor.min(attempt.largest_growth);
-        }
-        let most = if cut { 1.0 } else { GROWTH };
-        // What the error asks for, and what it asks for if it goes on to change as it did.
-        let longer = if h == self.before_h { 0.0 } else { ln(h / self.before_h) };
-        let trend = self.before - error + order * longer;
-        let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / GROWTH, most);
-        let factor = factor.min(attempt.largest_growth);
-        (self.before_h, self.before) = (h, error.max(ln(CALM / SAFETY)));
-        if (1.0..M::LEAST_GROWTH).contains(&factor) { 1.0 } else { factor }
-    }
-}
-
-/// How long a step is need not be known to more than single precision, in which these take a third of the time.
-fn ln(x: f64) -> f64 {
-    f64::from((x as f32).ln())
-}
-
-fn exp(x: f64) -> f64 {
-    f64::from((x as f32).exp())
-}
-
-/// A step to begin with: of the time in which q or p would change by its size a share that a method of order 8 makes such
-/// errors of.
-fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
-    system: &S,
-    state: &State<V>,
-    tolerance: &Tolerance,
-) -> f64 {
-    let n = state.dof();
-    let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
-    system.gradient(state.q.as_slice(), state.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
-    system.dissipation(state.q.as_slice(), state.p.as_slice(), hp.as_slice(), d.as_mut_slice());
-    let largest = |x: &V| x.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
-    let size = largest(&state.q).max(largest(&state.p)).max(1e-6);
-    let rate = largest(&hq).max(largest(&hp)).max(largest(&d));
-    let h = START * tolerance.relative.powf(0.125) * size / rate;
-    if h.is_finite() { h } else { f64::MAX }
 }

@@ -3,7 +3,7 @@
 use crate::error::InputError;
 use crate::numbers::Scalar;
 
-/// The times `t_n = t0 + n h`, n = 0..=steps. Never accumulated, so they carry one rounding each.
+/// The times `t_n = t0 + n h`, n = 0..=steps. They are not accumulated, so that each has one rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid<T> {
     /// h
@@ -16,9 +16,9 @@ impl<T: Scalar> Grid<T> {
     /// The steps of size `h` that end at `end`, counted from 0.
     ///
     /// # Errors
-    /// [`InputError::Step`] and [`InputError::End`] for anything but a positive finite number,
-    /// [`InputError::TimeStalled`] where `end + h = end`, [`InputError::NotAMultiple`] where `end / h` is more than
-    /// rounding away from a whole number.
+    /// [`InputError::Step`] and [`InputError::End`] if a number is not positive and finite,
+    /// [`InputError::TimeStalled`] if `end + h = end`, [`InputError::NotAMultiple`] if `end / h` differs from a
+    /// whole number by more than rounding.
     pub fn new(h: f64, end: f64) -> Result<Self, InputError> {
         if !(end > 0.0 && end.is_finite()) {
             return Err(InputError::End { end });
@@ -38,8 +38,7 @@ impl<T: Scalar> Grid<T> {
     /// `steps` steps of size `h`.
     ///
     /// # Errors
-    /// [`InputError::Step`] for anything but a positive finite step, [`InputError::End`] where they lead beyond the
-    /// numbers.
+    /// [`InputError::Step`] if the step is not positive and finite, [`InputError::End`] if the end overflows.
     pub fn of(h: f64, steps: u64) -> Result<Self, InputError> {
         check_step(h)?;
         let end = h * steps as f64;

@@ -1,4 +1,4 @@
-//! The time loop.
+//! The time loop with a fixed step.
 
 use super::grid::Grid;
 use super::method::{Effort, Method};
@@ -8,14 +8,17 @@ use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
-/// Steps between two looks for what has come to rest.
-const BURST: u64 = 1024;
+/// Steps between two checks whether the state has come to rest. A choice: so many that the checks cost
+/// little beside the steps.
+const STEPS_BETWEEN_CHECKS: u64 = 1024;
 
-/// Carries `state` over the grid, showing `observer` the states it asks for; the times are `t + n h` from the state's own t.
+/// Integrates over the grid from `state` and passes the states that `observer` asks for. The times are
+/// `t + n h`, with t the time of the initial state.
 ///
 /// # Errors
-/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply: nothing was done.
-/// [`IntegrateError::Run`] if a step fails: `state` is then that of the last good step.
+/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply; nothing was
+/// computed then. [`IntegrateError::Run`] if a step fails; `state` is then that of the last successful
+/// step.
 pub fn integrate<V, S, M, O>(
     method: &M,
     system: &S,
@@ -33,8 +36,8 @@ where
     integrate_in(method, system, grid, state, &mut method.workspace(system)?, observer)
 }
 
-/// [`integrate`] in a workspace that is there already: one made for the method and the system and not stepped with, or any one where
-/// the method says that these are as good ([`Method::is_memoryless`]).
+/// [`integrate`] in a given workspace for the method and the system. It must be new, unless the method is
+/// memoryless ([`Method::is_memoryless`]).
 ///
 /// # Errors
 /// Those of [`integrate`].
@@ -66,17 +69,17 @@ where
     }
     let mut done = 0;
     let mut before = state.clone();
-    // What a step takes once it changes nothing.
+    // The work of a step, once steps leave the state unchanged.
     let mut idle = None;
     while done < grid.steps {
-        let settled = grid.steps.min(done + BURST);
-        // The state moves to a place of its own, whose address no one else has: small ones live in registers.
+        let settled = grid.steps.min(done + STEPS_BETWEEN_CHECKS);
+        // A local copy whose address is not shared lets small states stay in registers.
         let mut current = std::mem::replace(state, State::vacant());
         let mut outcome = Ok(ControlFlow::Continue(()));
         while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
             let count = observer.next(done).min(settled).saturating_sub(done).max(1);
             let taken = match idle {
-                // Nor do those that follow, to the bit.
+                // All further steps leave the state unchanged, too.
                 Some(each) => Ok(Effort::times(each, count)),
                 None => method.steps(system, grid.h, count, &mut current, workspace),
             };
@@ -100,17 +103,18 @@ where
             break;
         }
         if idle.is_none() && done < grid.steps && method.is_memoryless() && state.stands_where(&before) {
-            idle = left_alone(method, system, grid.h, state);
+            idle = effort_at_rest(method, system, grid.h, state);
         }
         before.copy(state);
     }
     Ok(effort)
 }
 
-/// What a step takes that changes nothing, if this is one. Its workspace is its own: that of the loop stays in registers.
+/// The work of a step that leaves the state unchanged; none if the step changes it. It uses its own
+/// workspace, so that the one of the loop can stay in registers.
 #[cold]
 #[inline(never)]
-fn left_alone<V, S, M>(method: &M, system: &S, h: V::Scalar, state: &State<V>) -> Option<Effort>
+fn effort_at_rest<V, S, M>(method: &M, system: &S, h: V::Scalar, state: &State<V>) -> Option<Effort>
 where
     V: Vector,
     S: System<V::Scalar> + ?Sized,

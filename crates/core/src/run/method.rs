@@ -1,4 +1,4 @@
-//! What a one-step method is.
+//! One-step methods.
 
 use crate::error::{InputError, StepFailure};
 use crate::numbers::Vector;
@@ -7,19 +7,19 @@ use std::ops::AddAssign;
 
 /// A one-step method for systems `S` with states stored in `V`.
 pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
-    /// Scratch space a step writes to; the caller owns it, so that a step does not allocate.
+    /// Scratch space for a step. The caller owns it, so that a step does not allocate.
     type Workspace;
 
     /// The workspace for a system.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where the method does not apply to this system.
+    /// [`InputError::Unsupported`] if the method does not apply to this system.
     fn workspace(&self, system: &S) -> Result<Self::Workspace, InputError>;
 
-    /// Takes (q, p, w) one step `h` further. The time in `state` is the caller's to set.
+    /// Advances (q, p, w) by one step `h`. The caller sets the time in `state`.
     ///
     /// # Errors
-    /// A [`StepFailure`]; the state is then as it was.
+    /// A [`StepFailure`]; the state is then unchanged.
     fn step(
         &self,
         system: &S,
@@ -28,18 +28,20 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         workspace: &mut Self::Workspace,
     ) -> Result<Effort, StepFailure>;
 
-    /// Does a step depend on nothing but the state, whatever others have left in the workspace: is that scratch space, or a table? One that
-    /// changes nothing is then followed by none that does, and runs do not take them; and a workspace is as good as new for another run.
+    /// Whether a step depends on the state alone and not on earlier steps through the workspace. A run then
+    /// skips the steps after one that leaves the state unchanged, and a workspace can be reused for
+    /// another run.
     #[inline(always)]
     fn is_memoryless(&self) -> bool {
         false
     }
 
-    /// Takes `count` steps at which no one looks, the same to the bit as one after the other. A method that gains by it may
-    /// take several at a time.
+    /// Takes `count` steps without observation, with the same result to the bit as single steps. Methods
+    /// that can take several steps at a time faster than one by one override it.
     ///
     /// # Errors
-    /// The number of steps done and why the next one failed; the state is then that after the last good one.
+    /// The number of steps done and the failure of the next; the state is then that after the last
+    /// successful step.
     #[inline(always)]
     fn steps(
         &self,
@@ -57,22 +59,22 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
     }
 }
 
-/// What steps cost, counted for all degrees of freedom at once.
+/// The work of steps. An evaluation or iteration covers all degrees of freedom.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
-    /// Evaluations of the force (∂H/∂q or its mean along an edge, together with D).
+    /// Evaluations of the force: ∂H/∂q or its mean along an edge, together with D.
     pub evaluations: u64,
     /// Iterations of a nonlinear solver.
     pub iterations: u64,
 }
 
 impl Effort {
-    /// That of as many steps.
+    /// The work of `steps` steps that cost as much as this one.
     pub(crate) fn times(self, steps: u64) -> Self {
         Self { evaluations: self.evaluations * steps, iterations: self.iterations * steps }
     }
 
-    /// What `n` degrees of freedom took one at a time, as what each of them took, rounded up.
+    /// The average over `n` degrees of freedom that were treated one at a time, rounded up.
     #[inline(always)]
     pub fn shared_by(self, n: usize) -> Self {
         let share = |all: u64| if n > 1 { all.div_ceil(n as u64) } else { all };

@@ -1,16 +1,17 @@
-//! What is looked at while a run goes on.
+//! Observers of a run.
 
 use crate::numbers::Vector;
 use crate::system::State;
 use std::ops::ControlFlow;
 
-/// Sees the state at every step of a run it asks for, the initial one (step 0) included, and may end the run.
-/// A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an observer, and `()` looks at nothing.
+/// An observer receives the states of a run at the steps it asks for, the initial state (step 0)
+/// included, and may end the run. A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an observer of
+/// every step, and `()` observes nothing.
 pub trait Observer<V: Vector> {
-    /// The state after `step` steps. `Break` ends the run there.
+    /// Receives the state after `step` steps. `Break` ends the run there.
     fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()>;
 
-    /// The step to look at after `step`: every one, unless said otherwise. States before that may be shown too, or not.
+    /// The next step to observe after `step`; by default each. The run may pass states in between as well.
     #[inline(always)]
     fn next(&self, step: u64) -> u64 {
         step + 1
@@ -36,7 +37,7 @@ impl<V: Vector, F: FnMut(u64, &State<V>) -> ControlFlow<()>> Observer<V> for F {
     }
 }
 
-/// Passes on every `stride`-th step only, the initial state included.
+/// An observer that passes on every `stride`-th step, the initial state included.
 #[derive(Clone, Debug)]
 pub struct Every<O> {
     stride: u64,
@@ -59,7 +60,7 @@ impl<V: Vector, O: Observer<V>> Observer<V> for Every<O> {
         }
         self.next = self.next.saturating_add(self.stride);
         if V::LEN.is_some() {
-            // A copy to look at leaves the address of the original to the loop alone, and the original in registers.
+            // The observer gets a copy, so that the state of the loop can stay in registers.
             return self.inner.observe(step, &state.clone());
         }
         self.inner.observe(step, state)

@@ -1,31 +1,35 @@
-//! How accurate a run with adaptive steps is to be.
+//! The tolerance of a run with error control.
 
 use crate::error::InputError;
 use crate::numbers::Scalar;
 
-/// The error allowed at the end of a run, of (q, p) and of w: `absolute + relative · size`, with the largest |q_j|, |p_j| and |w_j| as the
-/// sizes of q, p and w. The steps aim at their share of it by length, so that what they add to each other is about that;
-/// a system that pulls solutions apart multiplies it, one that draws them together divides it.
+/// The error allowed at the end of a run, for (q, p) and for w: `absolute + relative · size`, where the
+/// largest |q_j|, |p_j| and |w_j| are the sizes of q, p and w.
+///
+/// Each step may take a share in proportion to its length, so that the errors of all steps add up to
+/// about the tolerance. A system in which solutions diverge magnifies them, and one in which they
+/// converge reduces them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Share of the size of q and p.
+    /// Relative to the size of q and p.
     pub relative: f64,
-    /// Of q and p, in their own units.
+    /// Absolute, in the units of q and p.
     pub absolute: f64,
-    /// The same of w, relative and absolute.
+    /// Relative and absolute, for w.
     pub w: (f64, f64),
 }
 
 impl Tolerance {
-    /// `tolerance`, relative and absolute, for all of q, p and w.
+    /// `tolerance` as the relative and the absolute one of q, p and w.
     pub const fn all(tolerance: f64) -> Self {
         Self { relative: tolerance, absolute: tolerance, w: (tolerance, tolerance) }
     }
 
-    /// Can it be met in this scalar? A relative tolerance is at least 64 of its roundings.
+    /// Checks the range of each part. A relative tolerance is at least 64 times the unit roundoff of the
+    /// scalar.
     ///
     /// # Errors
-    /// [`InputError::Tolerance`] where one is not finite, not positive, or less than that.
+    /// [`InputError::Tolerance`], with the part that is out of range.
     pub fn check<T: Scalar>(&self) -> Result<(), InputError> {
         let parts = [
             ("relative", self.relative, 64.0 * T::EPSILON),
