@@ -2,7 +2,7 @@
 
 mod convergence;
 
-use super::twice::Twice;
+use super::two_corrections::TwoCorrections;
 use super::*;
 use crate::numbers::f64x8;
 use qd::Quad;
@@ -63,9 +63,14 @@ fn two_evaluations_give_what_more_care_gives() {
         };
         let Some(quick) = Newton::ordinary(start, &mut equation) else { continue };
         let first = equation(1.0, start);
-        let twice = twice::<f64, true>(1.0, start, start, first, &mut equation);
-        let middle = twice.second.unwrap().0;
-        let careful = carefully::<f64, _, true>(1.0, start, Twice { done: false, ..twice }, &mut equation);
+        let pair = two_corrections::<f64, true>(1.0, start, start, first, &mut equation);
+        let middle = pair.second.unwrap().0;
+        let careful = iterate_to_rounding::<f64, _, true>(
+            1.0,
+            start,
+            TwoCorrections { done: false, ..pair },
+            &mut equation,
+        );
         assert!(!careful.stalled);
         assert_eq!((quick.x.to_bits(), 2), (careful.x.to_bits(), careful.evaluations), "{a} {b} {x} {start}");
         taken += 1;

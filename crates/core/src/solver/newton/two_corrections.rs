@@ -1,35 +1,36 @@
-//! Two evaluations and two corrections: the ordinary step.
+//! Two evaluations and two corrections, which solve the equation of an ordinary step.
 
-use super::{Equation, Root, Sample, is_gentle};
+use super::{Equation, Root, Sample, can_be_improved};
 use crate::numbers::{Mask, Scalar};
 use std::hint::cold_path;
 
-/// Two evaluations, or the first of them, and what they show.
-pub(super) struct Twice<T: Scalar> {
+/// Two evaluations, or only the first, with the corrections computed from them.
+pub(super) struct TwoCorrections<T: Scalar> {
+    /// x after both corrections.
     pub(super) end: T,
     /// Lanes in which `end` is the solution.
     pub(super) done: T::Mask,
-    /// Lanes in which the slopes are such that it may be.
-    pub(super) gentle: T::Mask,
+    /// Lanes in which the inverse slope could be improved by multiplications.
+    pub(super) improvable: T::Mask,
     pub(super) inverse: T,
     pub(super) residuals: [T; 2],
     pub(super) correction: Correction<T>,
-    /// A rounding of `end`.
+    /// The rounding error of `end`.
     pub(super) scale: T,
-    /// Where F has been evaluated, and F there.
+    /// The points at which F was evaluated, and F there.
     pub(super) first: (T, Sample<T>),
     pub(super) second: Option<(T, Sample<T>)>,
 }
 
-impl<T: Scalar> Twice<T> {
-    /// One evaluation where a second one at the same place would not do in any lane.
+impl<T: Scalar> TwoCorrections<T> {
+    /// A single evaluation, for slopes that allow no second correction with an improved inverse.
     #[inline(always)]
     pub(super) fn once(x: T, done: T::Mask, first: Sample<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());
         Self {
             end: x,
             done,
-            gentle: one.lt(zero),
+            improvable: one.lt(zero),
             inverse: one,
             residuals: [zero; 2],
             correction: Correction::none(),
@@ -44,26 +45,26 @@ impl<T: Scalar> Twice<T> {
         Root { x: self.end, evaluations: 2 }
     }
 
-    /// Where the first point is the solution, as at rest, no share of a correction is less than the
-    /// other; and near rest the products of corrections may be too small for numbers.
+    /// Marks lanes that are done at rest, where the first point is the solution and both corrections are
+    /// 0, and near rest, where products of corrections underflow.
     #[inline(always)]
     pub(super) fn rest(&mut self) {
         let none = self.correction.previous.abs().le(T::zero());
         let lost = self.correction.lost_near_rest(self.scale);
-        self.done = self.done.or(self.gentle.and(none.or(lost)));
+        self.done = self.done.or(self.improvable.and(none.or(lost)));
     }
 }
 
-/// Newton's correction and one with the inverse of its slope improved. At s = 1 this is `DIRECT`ly
-/// from the start.
+/// A correction with the slope at x and one with an improved inverse slope. `DIRECT` states that x is
+/// `start` and s = 1.
 #[inline(always)]
-pub(super) fn twice<T: Scalar, const DIRECT: bool>(
+pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     s: T,
     x: T,
     start: T,
     first: Sample<T>,
     equation: &mut impl Equation<T>,
-) -> Twice<T> {
+) -> TwoCorrections<T> {
     let one = T::one();
     let (inverse, rest) = (one - first.slope, first.slope * first.slope);
     let before = if DIRECT { -first.value } else { start - x - first.value };
@@ -74,15 +75,15 @@ pub(super) fn twice<T: Scalar, const DIRECT: bool>(
     let inverse = (-second.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse));
     let residual = start - middle - second.value;
     let (update, end) = (residual * inverse, residual.mul_add(inverse, middle));
-    // Rounding as far as it takes the fewest operations to know, less than in `carefully`.
+    // A lower bound of the rounding error, by fewer operations than in `iterate_to_rounding`.
     let scale = T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
     let correction = Correction { previous, update, rest, missing };
     let lost = correction.lost(scale);
-    let gentle = is_gentle(first.slope).and(is_gentle(missing));
-    Twice {
+    let improvable = can_be_improved(first.slope).and(can_be_improved(missing));
+    TwoCorrections {
         end,
-        done: lost.and(gentle),
-        gentle,
+        done: lost.and(improvable),
+        improvable,
         inverse,
         residuals: [before, residual],
         correction,
@@ -92,7 +93,7 @@ pub(super) fn twice<T: Scalar, const DIRECT: bool>(
     }
 }
 
-/// Two corrections, one after the other.
+/// Two successive corrections.
 #[derive(Clone, Copy)]
 pub(super) struct Correction<T> {
     pub(super) previous: T,
@@ -108,13 +109,13 @@ impl<T: Scalar> Correction<T> {
         Self { previous: zero, update: zero, rest: zero, missing: zero }
     }
 
-    /// Is the next correction less than `scale`?
+    /// Whether the next correction is less than `scale`.
     ///
-    /// An error e becomes e (r + c + d): r the rest the inverse misses, c what the slope changes
-    /// over e/2, d what a slope that is not quite the derivative is off by. The correction before
-    /// shows them: it shrank by r + c + d, and the slope has changed by 2 c since, so that r + 2 c
-    /// was missing. The next r and c are smaller by a factor, d is not. All of it times the square
-    /// of the correction before, so that nothing waits for a division.
+    /// A correction turns an error e into e (r + c + d), with r the error of the inverse, c the change of
+    /// the slope over e/2, and d the error of a slope that is not quite the derivative. The last two
+    /// corrections give r + c + d as their ratio, and the last slope gives r + 2 c as what the inverse
+    /// misses. For the next correction r and c are smaller by that ratio, d is the same. Both sides are
+    /// multiplied by the square of the previous correction, which avoids a division.
     #[inline(always)]
     pub(super) fn lost(&self, scale: T) -> T::Mask {
         let (size, largest) = (self.update.abs(), self.previous.abs());
@@ -124,8 +125,8 @@ impl<T: Scalar> Correction<T> {
         next.lt(scale * (largest * largest))
     }
 
-    /// The same, where the products are too small for numbers by the shares of the correction
-    /// before.
+    /// [`Correction::lost`], with all terms divided by the previous correction where the products would
+    /// underflow.
     #[inline(always)]
     pub(super) fn lost_near_rest(&self, scale: T) -> T::Mask {
         let largest = self.previous.abs();

@@ -1,9 +1,9 @@
-//! The rounding of F, as it is seen.
+//! Measurement of the rounding error of F.
 
 use crate::numbers::{Mask, Scalar};
 use crate::solver::Equation;
 
-/// A point where F has been evaluated.
+/// A point at which F was evaluated.
 #[derive(Clone, Copy)]
 pub(in crate::solver) struct Point<T> {
     pub(in crate::solver) x: T,
@@ -14,7 +14,7 @@ pub(in crate::solver) struct Point<T> {
 }
 
 impl<T: Scalar> Point<T> {
-    /// What x + F changes by on the way to `to`, beyond the mean of its slopes times the way.
+    /// The change of x + F from here to `to`, less the trapezoidal rule for its slope.
     #[inline(always)]
     fn mismatch(&self, to: &Self) -> T {
         let rise = self.residual - to.residual;
@@ -31,36 +31,38 @@ impl<T: Scalar> Point<T> {
     }
 }
 
-/// What a mismatch comes from.
-pub(in crate::solver) struct Grain<T: Scalar> {
-    /// The mismatch: the rounding of F, in the lanes where it is that.
+/// The outcome of a measurement.
+pub(in crate::solver) struct MeasuredRounding<T: Scalar> {
+    /// The mismatch; it is the rounding error of F in the lanes of `rounding`.
     pub(in crate::solver) size: T,
-    /// Lanes in which a share of it is left between neighbouring numbers, so that it is no feature
-    /// of F.
+    /// Lanes in which a share of the mismatch remains between neighbouring numbers, so that it is rounding
+    /// and no feature of F.
     pub(in crate::solver) rounding: T::Mask,
-    /// Evaluations of F that took.
+    /// The evaluations of F that were made.
     pub(in crate::solver) evaluations: u32,
 }
 
-/// Halvings of an edge: more than a number has digits.
-const HALVINGS: u32 = 120;
-/// The share of a mismatch that is left where it is rounding.
-const SHARE: f64 = 0.125;
+/// The largest number of bisections: more than the 106 bits of the longest scalar.
+const MOST_HALVINGS: u32 = 120;
+/// The share of a mismatch that remains between neighbouring numbers if it is rounding; between 0 and 1.
+/// A choice: a smooth F leaves far less.
+const REMAINING_SHARE: f64 = 0.125;
 
-/// Halves the edge between two points, towards the larger mismatch, down to neighbouring numbers.
+/// Bisects the edge between two points, towards the half with the larger mismatch, down to neighbouring
+/// numbers.
 ///
-/// A mismatch of a smooth F vanishes like the cube of the edge, that of a slope which is only near
-/// the derivative like the edge itself; what rounding makes of F stays. Where 1 + F' is not
-/// positive on the way, there is a fold, and no rounding is found.
+/// The mismatch of a smooth F decreases like the cube of the edge, and like the edge itself if the slope
+/// is not exactly the derivative. The part that comes from rounding remains. If 1 + F' is not positive
+/// on the way there may be a fold, and the mismatch does not count as rounding.
 #[cold]
 #[inline(never)]
-pub(in crate::solver) fn grain<T: Scalar>(
+pub(in crate::solver) fn measure_rounding<T: Scalar>(
     s: T,
     start: T,
     [mut a, mut b]: [Point<T>; 2],
     mut open: T::Mask,
     equation: &mut impl Equation<T>,
-) -> Grain<T> {
+) -> MeasuredRounding<T> {
     let (zero, one) = (T::zero(), T::one());
     let (largest, other) = (a.x.abs(), b.x.abs());
     let largest = T::select(largest.lt(other), other, largest);
@@ -68,7 +70,7 @@ pub(in crate::solver) fn grain<T: Scalar>(
     let (asked, whole) = (open, a.mismatch(&b));
     let mut rising = zero.lt(a.slope).and(zero.lt(b.slope));
     let mut evaluations = 0;
-    while evaluations < HALVINGS {
+    while evaluations < MOST_HALVINGS {
         open = open.and(rising).and(neighbours.lt((b.x - a.x).abs()));
         if !open.any() {
             break;
@@ -83,7 +85,7 @@ pub(in crate::solver) fn grain<T: Scalar>(
         a = Point::select(open.and(first.not()), middle, a);
     }
     let left = a.mismatch(&b);
-    let share = zero.lt(left).and((whole * T::from_f64(SHARE)).le(left));
+    let share = zero.lt(left).and((whole * T::from_f64(REMAINING_SHARE)).le(left));
     let size = T::select(whole.lt(left), left, whole);
-    Grain { size, rounding: asked.and(rising).and(share), evaluations }
+    MeasuredRounding { size, rounding: asked.and(rising).and(share), evaluations }
 }
