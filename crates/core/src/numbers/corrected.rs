@@ -1,18 +1,18 @@
-//! Numbers that carry what their roundings have lost.
+//! Numbers that carry their rounding errors.
 //!
 //! Every operation rounds as that of `T` does, and its error, known by error-free transformations
 //! (T. J. Dekker 1971; D. E. Knuth; a product's by a fused multiply-add), goes into a second number
 //! together with the errors of its operands, to first order: `(a + α)(b + β) = ab + (aβ + bα +
-//! αβ)`. The sum of both is good to some 105 bits, as for [`Quad`], but nothing waits for the
-//! error: the chain of values is that of `T` alone, and no operation brings the pair into a normal
-//! form. That is the compensated arithmetic of S. Graillat, P. Langlois and N. Louvet (2009), for
+//! αβ)`. The sum of both has about 105 correct bits, as for [`Quad`]. It is faster because the
+//! values do not depend on the errors: their chain is that of `T` alone, and no operation
+//! normalises the pair. That is the compensated arithmetic of S. Graillat, P. Langlois and N. Louvet (2009), for
 //! any straight-line program.
 
 use super::scalar::{Mask, Scalar};
 use qd::Quad;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// The sum of a number as rounded and of what its roundings have lost.
+/// The sum of a rounded number and its accumulated rounding error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corrected<T> {
     value: T,
@@ -35,17 +35,17 @@ fn product<T: Scalar>(a: T, b: T) -> (T, T) {
 }
 
 impl<T: Scalar> Corrected<T> {
-    /// A number that has lost nothing.
+    /// A number without error.
     #[inline(always)]
     pub fn exact(value: T) -> Self {
         Self { value, lost: T::zero() }
     }
 
-    /// The nearest number, and the rest as what is lost.
+    /// The nearest number of `T`, with the rest as its error.
     #[inline(always)]
     pub fn normalised(self) -> Self {
         let (value, lost) = sum(self.value, self.lost);
-        // An overflow has no rest.
+        // The rest of an overflow is not finite and is set to 0.
         let finite = value.is_finite().and(lost.is_finite());
         Self { value, lost: T::select(finite, lost, value * T::zero()) }
     }
@@ -56,13 +56,13 @@ impl<T: Scalar> Corrected<T> {
         self.value + self.lost
     }
 
-    /// The number as its operations have rounded it, for which what they lose need not be computed.
+    /// The number as rounded by its operations, without its error.
     #[inline(always)]
     pub fn rounded(self) -> T {
         self.value
     }
 
-    /// 1 or -1 by the sign, NaN included.
+    /// 1 or -1 by the sign bit, also for NaN.
     #[inline(always)]
     fn sign(self) -> T {
         let (zero, one) = (T::zero(), T::one());
@@ -113,7 +113,7 @@ impl<T: Scalar> Div for Corrected<T> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        // What has cancelled down to its errors would be divided by nothing.
+        // A divisor that has cancelled down to its error has the value 0.
         let (dividend, divisor) = (self.normalised(), other.normalised());
         let value = dividend.value / divisor.value;
         let left = (-value).mul_add(divisor.value, dividend.value);
@@ -151,7 +151,7 @@ impl<T: Scalar> MulAssign for Corrected<T> {
     }
 }
 
-/// Scalars made of `f64` side by side, or of one.
+/// Scalars that consist of one or several `f64` in lanes.
 pub trait Lanewise: Scalar {
     /// The scalar with these lanes.
     fn of_lanes(lane: impl FnMut(usize) -> f64) -> Self;

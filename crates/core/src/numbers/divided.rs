@@ -11,10 +11,12 @@
 //! tanh  sinh(d)/(d cosh(a) cosh(b))            atan  atan(d/(1 + ab))/d, where 1 + ab > 0
 //! ```
 //!
-//! The values hold to a few roundings for every width, none included, as long as φ itself is a
-//! number: m and e are carried with what their roundings leave, because a sine of 1000 or an
-//! exponential of 700 feels them. Where e is small a series stands for the quotient by it; where it
-//! is not, nothing cancels. The derivatives steer Newton's iteration and are less exact.
+//! The values are accurate to a few roundings for every width, 0 included, as long as φ itself is
+//! finite. The rounding errors of m and e are carried along, because sin 1000 and exp 700 magnify them.
+//! If e is small, a series replaces the quotient by e; otherwise nothing cancels. The derivatives
+//! are for Newton's method and less accurate.
+//!
+//! [`of_potential`] and [`by_quadrature`] give the divided difference of a whole potential over an edge.
 //!
 //! R. Krawczyk, A. Neumaier, *Interval slopes for rational functions*, SIAM J. Numer. Anal. 22
 //! (1985); T. W. Reps, L. B. Rall, *Computational divided differencing*, Higher-Order and Symbolic

@@ -1,23 +1,24 @@
 //! Intervals of `f64` rounded outward: enclosures of values over a range of arguments.
 //!
-//! The result of every operation contains the results for all points of its operands. An interval
-//! without a bound marks that an operand reached a singularity or an overflow: it is
-//! [`Interval::WHOLE`], and every operation on it gives `WHOLE` again, bounded functions included,
-//! so that what was singular on the way is seen at the end ([`Scalar::is_finite`]).
+//! The result of every operation contains the results for all points of its operands. If an operand
+//! reaches a singularity or an overflow, the result is [`Interval::WHOLE`]. Every operation on `WHOLE`
+//! gives `WHOLE` again, bounded functions included, so that the final result shows a singularity of
+//! any intermediate one ([`Scalar::is_finite`]).
 //!
 //! Sums, products, quotients and roots are widened by one unit in the last place where they are
-//! not exact. Functions of the standard library are widened by [`ULPS`] units.
+//! not exact. Functions of the standard library are widened by [`LIBRARY_ULPS`] units.
 //! (R. E. Moore, R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009.)
 
 use super::scalar::{Mask, Scalar};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// Units in the last place by which exp, exp_m1, ln, sin, cos and atan of the standard library are
-/// trusted: they are seen to be off by less than 1.
-const ULPS: u32 = 3;
+/// The bound assumed for the errors of exp, exp_m1, ln, sin, cos and atan of the standard library, in
+/// units in the last place. Measured errors are below 1.
+const LIBRARY_ULPS: u32 = 3;
 
-/// Beyond this the quadrant of an angle in `f64` is not known, and sine and cosine are in [-1, 1].
+/// The largest angle, in radians, whose quadrant is determined; sine and cosine of larger ones are
+/// enclosed by [-1, 1].
 const LARGEST_ANGLE: f64 = 1e9;
 
 /// All numbers between two bounds, both included.
@@ -28,7 +29,7 @@ pub struct Interval {
 }
 
 /// The outcome of a comparison of intervals: whether it holds for all of their points, and whether
-/// it holds for some. In between it is undecided.
+/// it holds for some. If only for some, it is undecided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Certainty {
     certain: bool,
@@ -36,11 +37,11 @@ pub struct Certainty {
 }
 
 impl Mask for Certainty {
-    /// Is it certain?
+    /// Whether the comparison holds for all points.
     fn all(self) -> bool {
         self.certain
     }
-    /// Is it possible?
+    /// Whether the comparison holds for some points.
     fn any(self) -> bool {
         self.possible
     }
@@ -140,12 +141,12 @@ impl Interval {
         self.low.abs().max(self.high.abs())
     }
 
-    /// Is the point in it?
+    /// Whether the interval contains x.
     pub fn contains(self, x: f64) -> bool {
         self.low <= x && x <= self.high
     }
 
-    /// Are both bounds finite? If not it is `WHOLE`.
+    /// Whether both bounds are finite. If not, the interval is `WHOLE`.
     pub fn is_bounded(self) -> bool {
         self.low.is_finite() && self.high.is_finite()
     }
@@ -168,7 +169,7 @@ impl Interval {
         if !self.is_bounded() {
             return Self::WHOLE;
         }
-        let (low, high) = (down(f(self.low), ULPS), up(f(self.high), ULPS));
+        let (low, high) = (down(f(self.low), LIBRARY_ULPS), up(f(self.high), LIBRARY_ULPS));
         Self::bounded(low.max(least), high.min(most))
     }
 
@@ -181,7 +182,7 @@ impl Interval {
             let slack = 1e-6;
             (turns(self.high, from) + slack).floor() >= (turns(self.low, from) - slack).ceil()
         };
-        let (low, high) = (down(ends[0].min(ends[1]), ULPS), up(ends[0].max(ends[1]), ULPS));
+        let (low, high) = (down(ends[0].min(ends[1]), LIBRARY_ULPS), up(ends[0].max(ends[1]), LIBRARY_ULPS));
         Self {
             low: if reached(top + PI) { -1.0 } else { low.max(-1.0) },
             high: if reached(top) { 1.0 } else { high.min(1.0) },

@@ -1,14 +1,14 @@
-//! Gauss-Legendre quadrature over an edge, in as many parts as it takes.
+//! Adaptive Gauss-Legendre quadrature over an edge.
 
 use super::scalar::{Mask, Scalar};
 
-/// The means of some functions over the edge from `a` to `b`, by the same quadrature. `f` is given the point and the share of the
-/// edge before it, which is what the point moves by as `b` does.
+/// The means of K functions over the edge from `a` to `b`, by one quadrature. `f` receives the point and
+/// the share of the edge before it, which is the derivative of the point by `b`.
 ///
-/// The edge is resolved where the last two Legendre coefficients of the first function, one even and one
-/// odd, are below the square root of a rounding beside its mean size: they fall at least as the square
-/// root of the error does. Where it is not, each half is taken by itself. Where halves of halves do not
-/// end it, as at a pole, the means are NaN. What lies between all nodes is not seen.
+/// An edge is resolved if the last two Legendre coefficients of the first function, one even and one odd,
+/// are below the square root of a rounding relative to its mean size, because they decrease at least as
+/// fast as the square root of the error. Other edges are bisected. The means are NaN if bisection does
+/// not resolve the function, as at a pole. Features between the nodes are missed.
 #[inline]
 pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -> [T; K] {
     let part = panel([a, b], [T::zero(), T::one()], &f);
@@ -18,14 +18,15 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
     in_parts([a, b], &part, &f).unwrap_or([T::from_f64(f64::NAN); K])
 }
 
-/// Halvings after which an edge is not resolved.
-const DEEPEST: usize = 50;
-/// Parts divided after which an edge is not resolved: enough for a few hundred turns of an angle.
-const MOST: usize = 8192;
-/// Tails below this share of a function that do not fall are its roundings.
-const FAINT: f64 = 1e-3;
-/// Halvings after which tails that do not fall are roundings, however large.
-const NOISY: i32 = 12;
+/// The largest number of successive bisections: 2⁻⁵⁰ of an edge is near its rounding in `f64`.
+const MOST_HALVINGS: usize = 50;
+/// The largest number of bisections in all: enough for a few hundred periods of an angle.
+const MOST_PARTS: usize = 8192;
+/// The largest tail, as a share of the function, that is taken for rounding if it does not decrease with
+/// the width of a part.
+const NOISE_SHARE: f64 = 1e-3;
+/// The number of bisections after which a tail that does not decrease is taken for rounding at any size.
+const HALVINGS_BEFORE_NOISE: i32 = 12;
 
 /// The quadrature over part of an edge.
 struct Panel<T, const K: usize> {
@@ -34,7 +35,7 @@ struct Panel<T, const K: usize> {
     size: T,
     /// The size of its last two Legendre coefficients.
     tail: T,
-    /// What its values may be off by, where the points they are taken at are rounded.
+    /// The change of the function by a rounding of the points, in unit roundoffs.
     noise: T,
 }
 
@@ -46,7 +47,7 @@ impl<T: Scalar, const K: usize> Panel<T, K> {
     }
 }
 
-/// The functions over the part of the edge between two shares of it.
+/// The quadrature over the part of the edge between two shares of it.
 #[inline]
 fn panel<T: Scalar, const K: usize>(
     [a, b]: [T; 2],
@@ -76,23 +77,24 @@ fn panel<T: Scalar, const K: usize>(
     panel
 }
 
-/// A part of an edge whose nodes did not resolve the function.
+/// A part of an edge that is not resolved yet.
 #[derive(Clone, Copy)]
 struct Open<T> {
     /// Where it begins, as a share of the edge.
     from: f64,
-    /// It is the edge halved so often.
+    /// The number of bisections that led to it.
     depth: i32,
     /// Its last two Legendre coefficients.
     tail: T,
 }
 
-/// The means by as many parts of the edge as it takes; none where it takes too many. `whole` is the
-/// panel of the undivided edge.
+/// The means by bisection of the edge; none if that takes too many parts. `whole` is the panel of the
+/// undivided edge.
 ///
-/// Where both halves of a part have tails about as large as its own, these are roundings of the function,
-/// and are taken: at once where they are small beside it, else after [`NOISY`] halvings. Functions
-/// that turn so often within a part are taken for noise as well; K tells.
+/// If both halves of a part have tails about as large as its own, the tails are taken for rounding errors
+/// and the halves are accepted: at once if the tails are small beside the function, else after
+/// [`HALVINGS_BEFORE_NOISE`] bisections. Functions that oscillate that fast within a part are taken for
+/// noise as well; the balance of K reveals them.
 #[cold]
 #[inline(never)]
 fn in_parts<T: Scalar, const K: usize>(
@@ -100,27 +102,28 @@ fn in_parts<T: Scalar, const K: usize>(
     whole: &Panel<T, K>,
     f: &impl Fn(T, T) -> [T; K],
 ) -> Option<[T; K]> {
-    // Depth first, so that no more parts are open than there are halvings.
+    // Depth first, so that there are no more open parts than bisections of one part.
     let first = Open { from: 0.0, depth: 0, tail: whole.tail };
-    let mut open = [first; DEEPEST + 2];
+    let mut open = [first; MOST_HALVINGS + 2];
     let (mut count, mut sums) = (1_usize, [T::zero(); K]);
-    for _ in 0..MOST {
+    for _ in 0..MOST_PARTS {
         let Some(last) = count.checked_sub(1) else { return Some(sums) };
         count = last;
         let Open { from, depth, tail } = open[last];
-        if depth as usize == DEEPEST {
+        if depth as usize == MOST_HALVINGS {
             return None;
         }
         let share = 0.5_f64.powi(depth + 1);
         let halves =
             [from, from + share].map(|from| (from, panel(edge, [from, from + share].map(T::from_f64), f)));
         let done = halves.each_ref().map(|(_, half)| {
-            // What a part can still be off by, where a jump of the function lies in it.
+            // The error of a part that contains a jump of the function.
             let rest = half.tail * T::from_f64(share);
             half.is_resolved() || rest.le(T::from_f64(16.0 * T::EPSILON) * whole.size).all()
         });
         let noisy = halves.iter().all(|(_, half)| {
-            let faint = half.tail.le(T::from_f64(FAINT) * half.size).all() || depth + 1 >= NOISY;
+            let faint = half.tail.le(T::from_f64(NOISE_SHARE) * half.size).all()
+                || depth + 1 >= HALVINGS_BEFORE_NOISE;
             let stays = tail.le(T::from_f64(4.0) * half.tail).and(half.tail.le(T::from_f64(1.5) * tail));
             faint && stays.all()
         });
@@ -137,8 +140,9 @@ fn in_parts<T: Scalar, const K: usize>(
     None
 }
 
-// A row is a pair of nodes 1/2 +- x of [0, 1] and the weight of each, as sums of two doubles, and what gives the Legendre coefficients
-// of odd and even order n - 1 and n - 2 (tests/data/gauss_legendre.py prints them).
+// A row belongs to a pair of nodes 1/2 ± x of [0, 1]: x and the weight of each node, both as sums of two
+// f64, and the factors for the Legendre coefficients of odd and even order n - 1 and n - 2. The rows are
+// printed by tests/data/gauss_legendre.py.
 const NODES_8: [[f64; 6]; 4] = [
     [
         0.48014492824876814,

@@ -1,22 +1,22 @@
-//! The numbers everything is computed in.
+//! The trait of the numbers that systems and methods compute with.
 //!
-//! Comparisons give a [`Mask`] and branches on values are a [`Scalar::select`], so that a scalar may hold
-//! several numbers side by side.
+//! Comparisons give a [`Mask`], and branches on values are a [`Scalar::select`], so that a scalar may hold
+//! several numbers in SIMD lanes.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// The outcome of a comparison: one truth value for each number a [`Scalar`] holds.
 pub trait Mask: Copy {
-    /// Is it true of every number?
+    /// Whether it is true in every lane.
     fn all(self) -> bool;
-    /// Is it true of at least one?
+    /// Whether it is true in at least one lane.
     fn any(self) -> bool;
-    /// True where both are.
+    /// True where both masks are.
     fn and(self, other: Self) -> Self;
-    /// True where at least one is.
+    /// True where at least one mask is.
     fn or(self, other: Self) -> Self;
-    /// True where it is not.
+    /// True where the mask is not.
     fn not(self) -> Self;
 }
 
@@ -43,7 +43,7 @@ impl Mask for bool {
     }
 }
 
-/// A real number as the methods see it.
+/// A real number, or several in SIMD lanes.
 pub trait Scalar:
     Copy
     + Debug
@@ -60,13 +60,13 @@ pub trait Scalar:
     + SubAssign
     + MulAssign
 {
-    /// What a comparison gives.
+    /// The outcome of a comparison.
     type Mask: Mask;
 
-    /// How many numbers stand side by side.
+    /// The number of lanes.
     const LANES: usize = 1;
 
-    /// The unit roundoff: a sum or product is off by at most this share of itself.
+    /// The unit roundoff: the largest relative error of a sum or product.
     const EPSILON: f64;
 
     /// `x`, without rounding.
@@ -75,7 +75,7 @@ pub trait Scalar:
     /// The nearest `f64` (of the real part, of the first lane), for messages and tables.
     fn to_f64(self) -> f64;
 
-    /// The nearest `f64` (of the real part) of one of the numbers side by side, from 0.
+    /// The nearest `f64` (of the real part) of one lane, counted from 0.
     #[inline(always)]
     fn lane(self, _index: usize) -> f64 {
         self.to_f64()

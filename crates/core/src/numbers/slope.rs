@@ -1,15 +1,15 @@
 //! Slope arithmetic: a function's values at the two ends of an edge and its divided difference.
 //!
-//! Divided differences by arithmetic, as derivatives by dual numbers. Each operation has a rule that
-//! subtracts nothing the operation itself does not subtract, with means f̄ = (f(a) + f(b))/2:
+//! Slope arithmetic gives divided differences as dual numbers give derivatives. The rule of each operation
+//! has no subtraction that the operation itself does not have; with means f̄ = (f(a) + f(b))/2:
 //!
 //! ```text
 //! (f ± g)[a,b] = f[a,b] ± g[a,b]        (f g)[a,b] = f̄ g[a,b] + ḡ f[a,b]
 //! (f/g)[a,b] = (f[a,b] - (f/g)(a) g[a,b])/g(b)        φ(f)[a,b] = φ[f(a), f(b)] f[a,b]
 //! ```
 //!
-//! and [`crate::divided`] has the φ[a, b]. An edge without width is an ordinary point: the divided
-//! difference is the derivative there. (R. Krawczyk, A. Neumaier, SIAM J. Numer. Anal. 22 (1985);
+//! where [`crate::divided`] has the φ[a, b]. On an edge of width 0 the divided difference is the
+//! derivative. (R. Krawczyk, A. Neumaier, SIAM J. Numer. Anal. 22 (1985);
 //! T. W. Reps, L. B. Rall, Higher-Order and Symbolic Computation 16 (2003).)
 
 use super::divided::elementary as divided;
@@ -18,9 +18,9 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// f(a), f(b) and f[a, b] of a function along the edge from a to b.
 ///
-/// A comparison is made at both ends. Where a [`Scalar::select`] takes one branch at a and the other
-/// at b, the divided difference is the plain quotient of the values: off by a rounding of these over
-/// the width, which moves an energy by a rounding of its own.
+/// A comparison is made at both ends. If a [`Scalar::select`] takes different branches at a and b, the
+/// divided difference is the plain quotient of the values. Its error is a rounding of the values over
+/// the width, which changes an energy by one of its roundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope<T> {
     /// f(a)
@@ -29,7 +29,7 @@ pub struct Slope<T> {
     pub end: T,
     /// f[a, b] = (f(b) - f(a))/(b - a)
     pub slope: T,
-    /// b - a; 0 of what does not change.
+    /// b - a; 0 for a constant.
     width: T,
 }
 
@@ -66,7 +66,7 @@ impl<T: Scalar> Mask for Ends<T> {
     }
 }
 
-/// The width of the edge of two numbers, of which one may be constant.
+/// The width of the edge of two operands, of which one may be constant.
 #[inline(always)]
 fn wider<T: Scalar>(a: T, b: T) -> T {
     T::select(a.abs().le(T::zero()), b, a)
@@ -79,13 +79,13 @@ impl<T: Scalar> Slope<T> {
         Self { start: a, end: b, slope: T::one(), width: b - a }
     }
 
-    /// What does not change along the edge.
+    /// A constant along the edge.
     #[inline(always)]
     pub fn constant(x: T) -> Self {
         Self { start: x, end: x, slope: T::zero(), width: T::zero() }
     }
 
-    /// φ of it, given φ at both ends and φ[start, end].
+    /// φ of the function, given φ at both ends and φ[start, end].
     #[inline(always)]
     fn under(self, start: T, end: T, divided: T) -> Self {
         Self { start, end, slope: divided * self.slope, width: self.width }
@@ -189,7 +189,7 @@ impl<T: Scalar> Scalar for Slope<T> {
     fn from_f64(x: f64) -> Self {
         Self::constant(T::from_f64(x))
     }
-    /// At the end of the edge.
+    /// The value at the end of the edge.
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self.end.to_f64()
@@ -205,7 +205,7 @@ impl<T: Scalar> Scalar for Slope<T> {
     #[inline(always)]
     fn abs(self) -> Self {
         let (start, end) = (self.start.abs(), self.end.abs());
-        // From 0 to 0 that of the branch taken, as of other scalars.
+        // If both ends are 0, the slope is that of the branch taken, as for other scalars.
         let rest = (start + end).le(T::zero());
         let divided = divided::abs(self.start, self.end).value;
         self.under(start, end, T::select(rest, T::one(), divided))
@@ -251,7 +251,7 @@ impl<T: Scalar> Scalar for Slope<T> {
         let (start, end) = (self.start.le(other.start), self.end.le(other.end));
         Ends { start, end, width: wider(self.width, other.width) }
     }
-    /// Of the values and the divided difference.
+    /// Whether the values and the divided difference are finite.
     #[inline(always)]
     fn is_finite(self) -> Ends<T> {
         let slope = self.slope.is_finite();

@@ -3,22 +3,22 @@
 use super::scalar::Scalar;
 use nalgebra::{DVector, SVector};
 
-/// N scalars in a row. Kernels are written once on the slices; a constant [`Vector::LEN`] lets their loops
-/// unroll and, for N = 1, disappear.
+/// Storage of N scalars. Kernels are written once on slices. A constant [`Vector::LEN`] lets the compiler
+/// unroll their loops and, for N = 1, remove them.
 pub trait Vector: Clone + Send + Sync {
-    /// What is stored.
+    /// The type of the numbers.
     type Scalar: Scalar;
 
     /// The same storage of other scalars.
     type Of<U: Scalar>: Vector<Scalar = U>;
 
-    /// The length, where the type fixes it.
+    /// The length, if the type fixes it.
     const LEN: Option<usize>;
 
-    /// `len` zeros; where the type fixes the length, that many.
+    /// `len` zeros, or as many as the type fixes.
     fn zeros(len: usize) -> Self;
 
-    /// One number for each of `from`, where there is room.
+    /// f of each of `from`, as many as the type can hold.
     #[inline(always)]
     fn filled<U: Copy>(from: &[U], f: impl Fn(U) -> Self::Scalar) -> Self {
         let mut vector = Self::zeros(from.len());
@@ -29,7 +29,7 @@ pub trait Vector: Clone + Send + Sync {
     /// The numbers.
     fn as_slice(&self) -> &[Self::Scalar];
 
-    /// The numbers, to be written.
+    /// The numbers, mutable.
     fn as_mut_slice(&mut self) -> &mut [Self::Scalar];
 }
 
@@ -61,7 +61,7 @@ impl<T: Scalar, const N: usize> Vector for SVector<T, N> {
     fn zeros(_len: usize) -> Self {
         Self::from_element(T::zero())
     }
-    // The array inside, not nalgebra's own slice, whose length the compiler cannot see through (13 % at N = 1).
+    // The inner array: the compiler does not know the length of nalgebra's own slice (13 % at N = 1).
     #[inline(always)]
     fn as_slice(&self) -> &[T] {
         &self.data.0[0]

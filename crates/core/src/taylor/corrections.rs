@@ -1,4 +1,4 @@
-//! The exact δ of a step of modDG, by series in h.
+//! The exact δ of a step of modDG, as series in h.
 
 use super::expand;
 use crate::numbers::{Scalar, Series};

@@ -1,41 +1,45 @@
-//! The mean of a function along an edge: a divided difference of its antiderivative without the cancellation.
+//! Divided differences of a potential over an edge.
 //!
-//! `[V(b) - V(a)] / (b - a)` loses `1e-16 |V| / |b - a|`, and is 0/0 at a turning point. The same number is the mean
-//! of V' over the edge. Where V is written for every scalar, [`of_potential`] gives it exactly, in slope
-//! arithmetic. Where V' alone is known, Gauss-Legendre quadrature gives it as far as its nodes resolve V'
-//! ([`by_quadrature`]): on the edge, else on its halves and their halves, else not at all.
+//! The quotient `[V(b) - V(a)] / (b - a)` has an error of `1e-16 |V| / |b - a|` and is 0/0 at a turning
+//! point. It equals the mean of V' over the edge. [`of_potential`] computes it from a V written for every
+//! scalar, by slope arithmetic, exact to roundings. [`by_quadrature`] computes it from V', by
+//! Gauss-Legendre quadrature that subdivides the edge where needed.
 
 use crate::numbers::line::Line;
 use crate::numbers::quadrature::mean;
 use crate::numbers::scalar::Scalar;
 use crate::numbers::slope::Slope;
 
-/// The mean slope of `potential` over the edge from `a` to `b`, exact to roundings, and its derivative by `b`.
+/// The divided difference V[a, b] of `potential`, exact to roundings, and its derivative by `b`.
 ///
-/// The derivative is [V'(b) - mean]/(b - a), so that Newton's iteration converges on long edges too.
+/// The derivative is (V'(b) - V[a, b])/(b - a), with which Newton's method converges on long edges too.
 #[inline]
 pub fn of_potential<T: Scalar>(a: T, b: T, potential: impl Fn(Slope<T>) -> Slope<T>) -> Line<T> {
     let value = potential(Slope::between(a, b)).slope;
-    bent(a, b, value, |at| potential(Slope::between(at, at)).slope)
+    with_derivative(a, b, value, |at| potential(Slope::between(at, at)).slope)
 }
 
-/// The mean of `f` over the edge from `a` to `b`, and its derivative by `b`.
+/// The mean of `f` over the edge from `a` to `b`, and its derivative by `b`, as in [`of_potential`].
 ///
-/// Eight nodes for `f64`, exact for polynomials of degree 15; sixteen, exact to degree 31, where the scalar
-/// resolves more. See [`mean`] for what is done where they do not resolve `f`; the derivative is as in [`of_potential`].
+/// The quadrature has eight nodes for `f64`, exact for polynomials of degree 15, and sixteen for scalars
+/// with more digits, exact to degree 31. [`mean`] states how edges are subdivided.
 #[inline]
 pub fn by_quadrature<T: Scalar>(a: T, b: T, f: impl Fn(T) -> T) -> Line<T> {
     let [value] = mean(a, b, |at, _| [f(at)]);
-    bent(a, b, value, f)
+    with_derivative(a, b, value, f)
 }
+
+/// The shortest edge, near the point 0, on which the derivative is a difference quotient: about the
+/// square root of the unit roundoff of f64, in the units of the coordinate.
+const SHORT: f64 = 1e-7;
 
 /// A mean with its derivative by b.
 #[inline]
-fn bent<T: Scalar>(a: T, b: T, value: T, f: impl Fn(T) -> T) -> Line<T> {
+fn with_derivative<T: Scalar>(a: T, b: T, value: T, f: impl Fn(T) -> T) -> Line<T> {
     let width = b - a;
-    // On an edge shorter than this the slope would be rounding noise: it is half of f' there. An angle far from 0 is rounded
-    // the more, but f varies over a radian there too: between the roundings of a and 1, the slope is best near their mean.
-    let reach = (a + T::from_f64(1e-7) * (T::one() + a.abs()).sqrt()) - a;
+    // On a shorter edge the slope would be rounding noise, and f'/2 replaces it. The rounding error of a
+    // grows with |a|, while f is assumed to vary over a length of 1: their geometric mean is best.
+    let reach = (a + T::from_f64(SHORT) * (T::one() + a.abs()).sqrt()) - a;
     let short = width.abs().lt(reach);
     let step = T::select(short, reach, width);
     let rise = (f(a + step) - T::select(short, f(a), value)) / step;
