@@ -4,15 +4,20 @@
 //! q' = ∂H/∂p        p' = -∂H/∂q - D(q,p)        w_j' = D_j(q,p) ∂H/∂p_j      (j = 1..N)
 //! ```
 //!
-//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some
-//! know besides ([`Separable`], [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`],
-//! [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`] and a failure are, and which
-//! numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], lanes [`f64x4`] and [`f64x8`],
-//! [`Corrected`] numbers). It holds the time loops ([`integrate`], and [`integrate_within`] a
-//! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`]),
-//! systems from their formulas alone ([`Formulas`]), the solvers of scalar equations ([`solver`]),
-//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`validate`]).
-//! It knows no method and no system by name.
+//! so that `K = H(q,p) + Σ w_j` is constant.
+//!
+//! This crate defines what a system, a state, a run and a failure are. It knows no method and no system
+//! by name. Its layers, each of which uses only those above it:
+//!
+//! | layer | what it has |
+//! |---|---|
+//! | numbers | [`Scalar`]: `f64`, [`Quad`], SIMD lanes [`f64x4`] and [`f64x8`], [`Corrected`], [`Series`], [`Slope`], [`Interval`]; storage ([`Vector`]); divided differences ([`divided`]) and [`quadrature`] |
+//! | error | [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and [`Block`] |
+//! | system | [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas ([`Formulas`]), and the [`State`] |
+//! | run | [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops [`integrate`] and [`integrate_within`] |
+//! | [`solver`] | the scalar equation of an implicit step |
+//! | [`taylor`] | solutions by Taylor series, as references |
+//! | [`validate`] | tests of a system against its own energy |
 
 mod error;
 mod numbers;

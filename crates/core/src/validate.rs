@@ -1,21 +1,26 @@
-//! Is a system what it says it is? For whoever writes one, before the first run and in its tests.
+//! Validation: the functions of a system against each other, for those who write one.
 //!
 //! ```text
-//! H(b) - H(a) = ∫ ∂H/∂q_j dq_j along an edge from a to b        likewise of ∂H/∂p_j, edge, curvature
+//! H(b) - H(a) = ∫ ∂H/∂q_j dq_j along an edge from a to b
 //! ```
 //!
-//! A derivative is checked against the *increments* of its function, not against difference quotients: the integral comes
-//! from Clenshaw and Curtis' quadrature, so nothing is truncated, there is no step to choose between truncation
-//! and rounding, and a slope that is 0 at the state hides nothing. The edges lead from the state given, and from one
-//! displaced in every coordinate and momentum, in both directions: from a state at rest alone, products such as q1² q2² are 0
-//! along all of them. They are as long as the largest coordinate (momentum), at least 1, or shorter, until two quadratures
-//! agree to rounding; and what disagrees must do so on shorter edges too, so that no narrow feature between the nodes
-//! is taken for a lie. What is claimed for all states is checked at some around the state given, the same ones each time.
+//! and likewise for ∂H/∂p_j, divided differences and second derivatives.
 //!
-//! Allowed are 1000 + N roundings of what enters: the size of the function and, as every argument may be rounded, of
-//! each argument times its slope. A slope that is 1e-9 of itself off is seen where the energy is not much larger than
-//! its changes. What lies below is not, for instance the small terms of an energy in units in which the large ones are
-//! 1e13 times larger at a displacement of 1. The cost is O(N) evaluations of the system.
+//! A derivative is compared with *increments* of its function and not with difference quotients. The
+//! integral is computed by Clenshaw-Curtis quadrature, so that there is no truncation error to balance
+//! against rounding, and a slope that is 0 at the given state is tested, too. Edges lead in both
+//! directions from the given state and from one that is displaced in every coordinate and momentum,
+//! because products such as q1² q2² are 0 along all edges from a state at rest. An edge is as long as the
+//! largest coordinate (momentum), at least 1, and is shortened until two quadratures agree to rounding.
+//! A discrepancy must persist on shorter edges, so that a narrow feature between the nodes is not taken
+//! for an error. Properties that are claimed for all states are tested at a fixed set of states around
+//! the given one.
+//!
+//! The rounding allowed is 1000 + N roundings of the terms: the size of the function and, because every
+//! argument may be rounded, of each argument times its slope. A relative error of 1e-9 in a slope is
+//! found if the energy is not much larger than its changes. Smaller ones are not found, such as an error
+//! in terms that are 1e-13 of the others at a displacement of 1. The cost is O(N) evaluations of the
+//! system.
 
 mod along;
 mod around;

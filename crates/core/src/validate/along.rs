@@ -1,16 +1,16 @@
-//! Functions along an edge against what is claimed as their derivatives.
+//! Increments of functions along an edge against their claimed derivatives.
 
 /// Functions at a point of the edge.
 pub(super) struct Sample {
     pub(super) value: Vec<f64>,
     /// Their claimed derivatives along the edge.
     pub(super) slope: Vec<f64>,
-    /// The size of what enters each of them, of which it may lose some roundings.
+    /// The size of the terms of each function, which bounds its rounding error.
     pub(super) size: Vec<f64>,
 }
 
-/// A function whose increment is not the integral of its slope.
-pub(super) struct Lie {
+/// A function whose increment is not the integral of its claimed slope.
+pub(super) struct Discrepancy {
     pub(super) index: usize,
     /// The mean slope claimed over the edge.
     pub(super) given: f64,
@@ -25,25 +25,26 @@ pub(super) struct Resolved {
     pub(super) steepest: f64,
 }
 
-/// Each length is a quarter of the one before.
-const LENGTHS: usize = 24;
-/// So many in a row must disagree: the last edge is 64 times shorter than the first.
+/// The largest number of lengths of an edge, each a quarter of the one before: 4⁻²⁴ is 4e-15.
+const MOST_LENGTHS: usize = 24;
+/// The number of successive lengths on which a discrepancy must appear. The last edge is 64 times shorter
+/// than the first.
 const CONFIRMATIONS: usize = 4;
 
-/// Compares increments along both edges from `x` with the means of the slopes. `claim` may put another mean in the place
-/// of the one by quadrature, given the function, the end of the edge and that mean.
+/// Compares increments along both edges from `x` with the means of the slopes. `claim` receives the index
+/// of a function, the end of the edge and the mean by quadrature, and returns the mean to compare.
 pub(super) fn compare(
     x: f64,
     reach: f64,
     rounding: f64,
     mut sample: impl FnMut(f64) -> Sample,
     claim: impl Fn(usize, f64, f64) -> f64,
-) -> Result<Vec<Resolved>, Lie> {
+) -> Result<Vec<Resolved>, Discrepancy> {
     let (rule, count) = (rule(), sample(x).value.len());
     let mut resolved = Vec::new();
     for side in [reach, -reach] {
         let mut doubts = vec![Some(0); count];
-        for length in 0..LENGTHS {
+        for length in 0..MOST_LENGTHS {
             let to = x + side * 0.25_f64.powi(length as i32);
             if to == x || doubts.iter().all(Option::is_none) {
                 break;
@@ -63,7 +64,7 @@ pub(super) fn compare(
                 } else if count + 1 < CONFIRMATIONS {
                     *doubt = Some(count + 1);
                 } else {
-                    return Err(Lie { index, given, found: increment / edge.width });
+                    return Err(Discrepancy { index, given, found: increment / edge.width });
                 }
             }
         }
@@ -74,7 +75,7 @@ pub(super) fn compare(
 struct Edge {
     width: f64,
     increment: Vec<f64>,
-    /// The mean slope by one quadrature over the whole edge, and by one over each half.
+    /// The mean slope by a quadrature over the whole edge, and below, by one over each half.
     whole: Vec<f64>,
     halves: Vec<f64>,
     steepest: Vec<f64>,
@@ -116,7 +117,8 @@ impl Edge {
         self.size.iter_mut().zip(&sample.size).for_each(|(most, x)| *most = x.max(*most));
     }
 
-    /// The largest slope and what rounding may do to the increment, if the quadrature is that good.
+    /// The largest slope and the rounding error of the increment, if the quadrature is accurate to
+    /// rounding.
     fn resolve(&self, index: usize, rounding: f64) -> Option<(f64, f64)> {
         let steepest = self.steepest[index];
         let slack = rounding * (self.size[index] + (self.width.abs() + self.argument) * steepest);
@@ -126,11 +128,11 @@ impl Edge {
     }
 }
 
-/// The intervals of the quadrature.
+/// The number of intervals of the quadrature; even.
 const INTERVALS: u32 = 16;
 
-/// Nodes and weights of Clenshaw and Curtis' quadrature on [0, 1], exact for polynomials of degree 16. Its nodes crowd
-/// towards the ends, which belong to it: what is special at the state given does not pass between them.
+/// Nodes and weights of the Clenshaw-Curtis quadrature on [0, 1], exact for polynomials of degree 16. The
+/// ends are nodes and the nodes are dense there, so that features at the given state are not missed.
 fn rule() -> Vec<[f64; 2]> {
     let n = f64::from(INTERVALS);
     let node = |k: u32| {

@@ -5,7 +5,7 @@ use crate::error::InputError;
 use crate::quantity::Block;
 use crate::system::System;
 
-/// What one may not act on, does not change when it moves.
+/// Checks that the fields of a degree of freedom do not change with one that may not act on it.
 pub(super) fn coupling<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     let (coupling, n) = (system.coupling(), q.len());
     let rule = "coupling() says that one does not act on the other";
@@ -13,7 +13,8 @@ pub(super) fn coupling<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]
     unmoved(system, q, p, |i, j| !coupling.joins(n, i, j), &blocks, rule)
 }
 
-/// Moves every q_i and p_i and looks whether one of these derivatives of the fields of a j that is `apart` shows.
+/// Moves every q_i and p_i and checks that the fields of each j that is `apart` from i, as far as they
+/// belong to these blocks, do not change.
 pub(super) fn unmoved<S: System<f64> + ?Sized>(
     system: &S,
     q: &[f64],

@@ -1,11 +1,11 @@
-//! What a system claims of D.
+//! The form of D that a system claims.
 
 use super::around::{Fields, Place, displaced, most, rounding};
 use crate::error::InputError;
 use crate::quantity::Quantity;
 use crate::system::{Passive, System};
 
-/// What is known of D beforehand.
+/// Checks the claims of [`System::dissipation_form`].
 pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
     let (damping, n) = (system.dissipation_form(), system.dof());
     let refuse = |quantity, dof, found, rule| {
@@ -52,7 +52,7 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
     if damping.linear { linear(system, places) } else { Ok(()) }
 }
 
-/// D(q, p + p') = D(q, p) + D(q, p')
+/// Checks that D(q, p + p') = D(q, p) + D(q, p').
 fn linear<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
     let n = system.dof();
     for (k, Place { q, p, fields }) in places.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! ∂H/∂q and ∂H/∂p beside the increments of H.
+//! ∂H/∂q and ∂H/∂p against increments of H.
 
 use super::along::{Sample, compare};
 use super::around::{Fields, Place, moved, reach, rounding};
@@ -26,13 +26,13 @@ where
         let slope = if of_q { fields.hq[j] } else { fields.hp[j] };
         Sample { value: vec![fields.h], slope: vec![slope], size: vec![size] }
     };
-    compare(x[j], reach(x), rounding(q.len()), sample, |_, _, mean| mean).map(drop).map_err(|lie| {
+    compare(x[j], reach(x), rounding(q.len()), sample, |_, _, mean| mean).map(drop).map_err(|found| {
         let rule = "it must be the derivative of the energy";
-        InputError::Contradiction { quantity, dof: j, given: lie.given, found: lie.found, rule }
+        InputError::Contradiction { quantity, dof: j, given: found.given, found: found.found, rule }
     })
 }
 
-/// ∂H/∂p = p
+/// Checks that ∂H/∂p = p.
 pub(super) fn unit_mass(places: &[Place]) -> Result<(), InputError> {
     for Place { p, fields, .. } in places {
         if let Some(dof) = (0..p.len()).find(|&j| p[j] != fields.hp[j]) {

@@ -1,4 +1,4 @@
-//! What a system says of its second derivatives.
+//! Second derivatives.
 
 use super::along::{Sample, compare};
 use super::around::{Fields, Place, around, moved, reach, rounding, starts};
@@ -9,9 +9,9 @@ use crate::system::Curvature;
 
 type Entry = (Block, usize, usize, f64);
 
-/// [`system()`], and the entries of the curvature against the increments of ∂H/∂q, ∂H/∂p and D; that none is missing,
-/// given twice or outside the pattern of [`crate::System::coupling`], and that their places are the same at other states, and
-/// their values too where [`Curvature::is_linear`] is said.
+/// Validates by [`system()`], and compares the second derivatives with increments of ∂H/∂q, ∂H/∂p and D. No
+/// entry may be missing, given twice or outside the pattern of [`crate::System::coupling`]. The places
+/// must be the same at all states, and the values as well if [`Curvature::is_linear`].
 ///
 /// # Errors
 /// Those of [`system()`].
@@ -57,7 +57,7 @@ fn refuse((block, row, column, given): Entry, found: f64, rule: &'static str) ->
     Err(InputError::ContradictionBetween { block, row, column, given, found, rule })
 }
 
-/// Is every entry finite, in the pattern and given once?
+/// Checks that every entry is finite, in the pattern and given once.
 fn places<S: Curvature<f64> + ?Sized>(s: &S, entries: &[Entry], n: usize) -> Result<(), InputError> {
     let coupling = s.coupling();
     for &entry in entries {
@@ -94,7 +94,7 @@ fn column<S: Curvature<f64> + ?Sized>(
         let value = [hq, hp, d].concat();
         let (mut slope, mut size) = (vec![0.0; 3 * n], value.iter().map(|x| x.abs()).collect::<Vec<_>>());
         s.curvature(q, p, |block, i, k, x| {
-            // Only elsewhere than at the state: there they were refused.
+            // Entries that are not finite at the given state have been refused before.
             if i >= n || k >= n {
                 return;
             }
@@ -117,9 +117,9 @@ fn column<S: Curvature<f64> + ?Sized>(
         });
         Sample { value, slope, size }
     };
-    compare(x[j], reach(x), rounding(n), sample, |_, _, mean| mean).map(drop).or_else(|lie| {
-        let i = lie.index % n;
-        let (block, row, column) = match (lie.index / n, by_q) {
+    compare(x[j], reach(x), rounding(n), sample, |_, _, mean| mean).map(drop).or_else(|found| {
+        let i = found.index % n;
+        let (block, row, column) = match (found.index / n, by_q) {
             (0, true) => (Block::Hqq, i, j),
             (0, false) => (Block::Hqp, i, j),
             (1, true) => (Block::Hqp, j, i),
@@ -129,6 +129,6 @@ fn column<S: Curvature<f64> + ?Sized>(
         };
         let present = entries(s, q, p).iter().any(|x| (x.0, x.1, x.2) == (block, row, column));
         let rule = if present { "it must be the derivative of the field" } else { "it is missing" };
-        refuse((block, row, column, lie.given), lie.found, rule)
+        refuse((block, row, column, found.given), found.found, rule)
     })
 }

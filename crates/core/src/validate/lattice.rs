@@ -1,4 +1,4 @@
-//! What a chain or a ring of equal members says of itself.
+//! Chains and rings of equal members.
 
 use super::around::{Place, around, most, rounding};
 use super::separable;
@@ -7,7 +7,7 @@ use crate::numbers::Scalar;
 use crate::quantity::Quantity;
 use crate::system::{Coupling, Separable, Uniform};
 
-/// What is compared of a member, in this order.
+/// The quantities of a member that are compared, in this order.
 const QUANTITIES: [Quantity; 5] = [
     Quantity::Mass,
     Quantity::Partial,
@@ -16,11 +16,12 @@ const QUANTITIES: [Quantity; 5] = [
     Quantity::DissipationSlope,
 ];
 
-/// [`separable()`], and the mass, ∂V/∂q_j, its mean along edges, D_j and, where D is linear, ∂D_j/∂p_j of every member against
-/// those of the middle of `[q_{j-1}, q_j, q_{j+1}]`: of the system itself, and of each of its lanes. O(N).
+/// Validates by [`separable()`], and compares the mass, ∂V/∂q_j, its divided difference, D_j and, if D is
+/// linear, ∂D_j/∂p_j of every member with those of the middle of `[q_{j-1}, q_j, q_{j+1}]`, for the
+/// system itself and for each of its lanes. The cost is O(N).
 ///
 /// # Errors
-/// Those of [`separable()`], and [`InputError::Contradiction`] of the first member that obeys another law.
+/// Those of [`separable()`], and [`InputError::Contradiction`] with the first member that differs.
 pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     separable(s, q, p)?;
     let (n, lanes, linear) = (q.len(), s.lanes(), s.dissipation_form().linear);
@@ -30,7 +31,7 @@ pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), I
         let strongest = most(&places, |place| place.fields.d[dof]);
         for Place { q, p, .. } in &places {
             let window = beside(s.coupling(), q, dof);
-            // The edge from each place leads to the state; from the state itself it is none.
+            // The edge leads from each state to the given one, and has width 0 for that one.
             let to = places.first().map_or(q[dof], |start| start.q[dof]);
             let found = member(s, q, p, dof, to);
             let momenta = [0.0, p[dof], 0.0];
@@ -47,7 +48,7 @@ pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), I
                 let sizes = [found[0], steepest, steepest, strongest, found[4].abs()];
                 for (k, quantity) in QUANTITIES.into_iter().enumerate() {
                     let (given, found) = (given[k], found[k]);
-                    // What is no number is not the same either.
+                    // NaN counts as a difference.
                     let same = (given - found).abs() <= rounding(n) * sizes[k];
                     if !same && (linear || quantity != Quantity::DissipationSlope) {
                         let rule = "every member of a uniform system obeys the law of the middle of three";
@@ -60,7 +61,7 @@ pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), I
     Ok(())
 }
 
-/// q_{j-1}, q_j and q_{j+1}, around the ring, or with walls at 0.
+/// q_{j-1}, q_j and q_{j+1} in a ring, or in a chain with fixed ends at 0.
 fn beside(coupling: Coupling, q: &[f64], j: usize) -> [f64; 3] {
     let n = q.len();
     let ring = coupling == Coupling::Ring;
@@ -69,7 +70,7 @@ fn beside(coupling: Coupling, q: &[f64], j: usize) -> [f64; 3] {
     [left.copied().unwrap_or(0.0), q[j], right.copied().unwrap_or(0.0)]
 }
 
-/// What a member does as it is moved.
+/// The compared quantities of member j on the edge to `to`.
 fn member<T: Scalar>(s: &(impl Separable<T> + ?Sized), q: &[T], p: &[T], j: usize, to: T) -> [T; 5] {
     let drag = s.dissipation_of(q, p, j);
     [s.mass(j), s.partial(q, j, to), s.divided_difference(q, j, to).value, drag.value, drag.by_p]

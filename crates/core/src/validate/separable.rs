@@ -1,4 +1,4 @@
-//! What a separable system says of itself.
+//! Separable systems.
 
 use super::along::{Resolved, Sample, compare};
 use super::around::{Place, around, most, moved, reach, rounding, starts};
@@ -10,10 +10,10 @@ use crate::numbers::{Mask, Scalar};
 use crate::quantity::{Block, Quantity};
 use crate::system::Separable;
 
-/// Is every mass positive and finite? O(N).
+/// Checks that every mass is positive and finite. The cost is O(N).
 ///
 /// # Errors
-/// [`InputError::Mass`], of the first that is not.
+/// [`InputError::Mass`], with the first that is not.
 pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), InputError> {
     for dof in 0..system.dof() {
         let mass = system.mass(dof);
@@ -24,9 +24,10 @@ pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), In
     Ok(())
 }
 
-/// [`system()`], and the parts of a separable system against it: the masses, ∂V/∂q_j, its means along edges against
-/// the increments of V (long edges and short ones, down to none), D_j and, where D is linear, ∂D_j/∂p_j; and that D_j
-/// depends on no momentum but p_j, unless the damping is coupled.
+/// Validates by [`system()`], and compares the parts of a separable system with its gradient and
+/// dissipation: the masses, ∂V/∂q_j, divided differences with the increments of V on edges of all lengths
+/// down to 0, D_j and, if D is linear, ∂D_j/∂p_j. D_j may depend on no momentum but p_j, unless the
+/// dissipation is coupled.
 ///
 /// # Errors
 /// Those of [`system()`], and [`InputError::Mass`].
@@ -60,7 +61,7 @@ fn parts<S: Separable<f64> + ?Sized>(
     let damping = s.dissipation_form();
     for Place { q, p, fields } in places {
         let same = |quantity, given: f64, found: f64, off: f64, slack: f64, rule| {
-            // What is no number is not the same either.
+            // NaN counts as a difference.
             if off.abs() <= slack {
                 Ok(())
             } else {
@@ -68,7 +69,7 @@ fn parts<S: Separable<f64> + ?Sized>(
             }
         };
         let (hq, hp, d) = (fields.hq[dof], fields.hp[dof], fields.d[dof]);
-        // The point with its coordinate elsewhere, to be moved.
+        // q_j is another number here, so that `partial` must use `at` in its place.
         let partial = s.partial(&moved(q, dof, start[dof]), dof, q[dof]);
         let rule = "partial() must be ∂H/∂q of the gradient at the point moved to";
         same(Quantity::Partial, partial, hq, partial - hq, rounding * steepest, rule)?;
@@ -87,7 +88,8 @@ fn parts<S: Separable<f64> + ?Sized>(
     Ok(())
 }
 
-/// The means of ∂V/∂q_j against the increments of V on the longest edges, and against its quadrature on shorter ones.
+/// Divided differences against the increments of V on the longest edges, and against the quadrature of
+/// ∂V/∂q_j on shorter ones.
 fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Result<(), InputError> {
     let (quantity, rounding, from, rest) =
         (Quantity::Increment, rounding(q.len()), q[dof], vec![0.0; q.len()]);
@@ -98,9 +100,9 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
         Sample { value: vec![v], slope: vec![slope], size: vec![size] }
     };
     let edges = compare(from, reach(q), rounding, sample, |_, to, _| s.divided_difference(q, dof, to).value)
-        .map_err(|lie| {
+        .map_err(|found| {
             let rule = "divided_difference() times the length must be V(to) - V(from)";
-            InputError::Contradiction { quantity, dof, given: lie.given, found: lie.found, rule }
+            InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
         })?;
     for Resolved { width, steepest } in edges {
         let slack = rounding * steepest * (1.0 + from.abs() / width.abs());

@@ -1,4 +1,4 @@
-//! What every system says of itself.
+//! Every system.
 
 use super::around::{Fields, Place, around, finite, starts};
 use super::coupling::coupling;
@@ -8,13 +8,13 @@ use crate::error::InputError;
 use crate::quantity::Quantity;
 use crate::system::System;
 
-/// Is the system at (q, p), and around it, what it says it is? Checks the gradient against the energy, and what is
-/// claimed by [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
+/// Validates a system at and around (q, p): compares the gradient with the energy, and tests the claims of
+/// [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
 ///
 /// # Errors
-/// [`InputError::Length`] where q or p are not as long as [`System::dof`] says, [`InputError::NotFinite`] where they or
-/// H, ∂H/∂q, ∂H/∂p, D there are not finite; [`InputError::Contradiction`] and [`InputError::ContradictionBetween`],
-/// with what was given, what was found and the rule that is broken.
+/// [`InputError::Length`] if the length of q or p is not [`System::dof`], [`InputError::NotFinite`] if q, p
+/// or H, ∂H/∂q, ∂H/∂p, D there are not finite, and [`InputError::Contradiction`] and
+/// [`InputError::ContradictionBetween`] with the value given, the value found and the rule violated.
 pub fn system<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     let n = system.dof();
     for (quantity, part) in [(Quantity::Coordinate, q), (Quantity::Momentum, p)] {
