@@ -72,7 +72,7 @@ impl<T: Scalar> DampedDoublePendulum<T> {
         })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> DampedDoublePendulum<U> {
         DampedDoublePendulum { m: self.m.map(&f), l: self.l.map(&f), g: f(self.g), c: self.c.map(&f) }
     }

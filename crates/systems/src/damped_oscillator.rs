@@ -6,10 +6,10 @@
 //! ```
 //!
 //! Parameters, for a unit mass: the stiffness k > 0 in 1/time² and the damping b in 1/time, both finite. b > 0 is
-//! passive, b < 0 active. It swings for b² < 4k and creeps for b² ≥ 4k.
+//! passive, b < 0 active. It is underdamped for b² < 4k and overdamped for b² > 4k.
 //!
-//! Invariants: K = H + w; areas in the (q,p) plane shrink by e^{-bt}. The solution is known, see
-//! [`DampedOscillator::increment`], and so is δ of the paper's higher orders.
+//! Invariants: K = H + w; areas in the (q,p) plane shrink by e^{-bt}. The solution
+//! ([`DampedOscillator::increment`]) and the δ of the paper's order raising are known in closed form.
 
 mod flow;
 mod order_raising;
@@ -36,7 +36,7 @@ impl<T: Scalar> DampedOscillator<T> {
         Ok(Self { k: positive("k", k)?, b: finite("b", b)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> DampedOscillator<U> {
         DampedOscillator { k: f(self.k), b: f(self.b) }
     }

@@ -36,7 +36,7 @@ impl<T: Scalar> Duffing<T> {
         Ok(Self { alpha: finite("alpha", alpha)?, beta: finite("beta", beta)?, c: finite("c", c)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> Duffing<U> {
         Duffing { alpha: f(self.alpha), beta: f(self.beta), c: f(self.c) }
     }

@@ -39,7 +39,7 @@ impl<T: Scalar> FputChain<T> {
         Ok(Self { n: at_least_one(n)?, beta: finite("beta", beta)?, c: finite("c", c)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> FputChain<U> {
         FputChain { n: self.n, beta: f(self.beta), c: f(self.c) }
     }
@@ -98,7 +98,7 @@ impl<T: Scalar> System<T> for FputChain<T> {
         let last = q.len() - 1;
         hq[0] = self.partial(q, 0, q[0]);
         hq[last] = self.partial(q, last, q[last]);
-        // Two tensions a mass, each of them computed twice: no order among the masses.
+        // Each tension is computed twice, for both masses, so that the masses are independent.
         inner(q, hq, |&[left, at, right]| self.tension(at - left) - self.tension(right - at));
         hp.copy_from_slice(p);
     }
@@ -136,7 +136,7 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
         self.tension(at - left) - self.tension(right - at)
     }
 
-    /// The mean tension of the bond to the left less that of the bond to the right, each a polynomial.
+    /// The mean tension of the left bond less that of the right bond, both polynomials.
     #[inline(always)]
     fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         let (left, right) = beside(q, j);

@@ -36,7 +36,7 @@ impl<T: Scalar> ModifiedVanDerPol<T> {
         Ok(Self { potential: Duffing::new(alpha, beta, T::zero())?, force })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> ModifiedVanDerPol<U> {
         ModifiedVanDerPol { potential: self.potential.map(&f), force: self.force.map(&f) }
     }
@@ -99,7 +99,7 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
 impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
     #[inline(always)]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        // The Duffing potential has no drag of its own: what it says of D is 0.
+        // The inner Duffing oscillator has c = 0, so that its derivatives of D are 0.
         self.potential.curvature(q, p, |block, i, j, x| {
             if block != Block::Dp {
                 put(block, i, j, x);

@@ -32,14 +32,14 @@ impl<T: Scalar> VanDerPol<T> {
         Ok(Self { mu: finite("mu", mu)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> VanDerPol<U> {
         VanDerPol { mu: f(self.mu) }
     }
 
-    /// D/p = μ (q² - 1)
+    /// The coefficient D/p = μ (q² - 1).
     #[inline(always)]
-    pub(crate) fn friction(&self, q: T) -> T {
+    pub(crate) fn dissipation_rate(&self, q: T) -> T {
         self.mu * q.mul_add(q, -T::one())
     }
 }
@@ -63,7 +63,7 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
 
     #[inline(always)]
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
-        d[0] = self.friction(q[0]) * v[0];
+        d[0] = self.dissipation_rate(q[0]) * v[0];
     }
 
     #[inline(always)]
@@ -96,7 +96,7 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
 
     #[inline(always)]
     fn dissipation_of(&self, q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
-        let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
+        let (by_p, twice_q) = (self.dissipation_rate(q[0]), q[0] + q[0]);
         Dissipation { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
     }
 }

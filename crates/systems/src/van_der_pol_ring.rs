@@ -7,8 +7,8 @@
 //!
 //! Parameters: n ≥ 1 oscillators; the nonlinearity μ and the coupling κ, any finite numbers, without a unit: q is
 //! measured in half-widths of the driven strip, time in periods of a single oscillator over 2π. κ ≥ -1/4 keeps V from
-//! falling below 0. Two oscillators are joined by two springs, around either side; one alone is joined to nothing,
-//! and is the [`VanDerPol`] oscillator.
+//! falling below 0. Two oscillators are joined by two springs, one on either side. A single one has no
+//! spring and is the [`VanDerPol`] oscillator.
 //!
 //! Invariant: K = H + Σ w_j. For μ ≠ 0 every reservoir gives and takes by turns, so D is never passive. Turning the
 //! circle or its direction takes solutions to solutions; one in which all move as one is that of a single
@@ -26,7 +26,7 @@ use afterbay_core::{
 pub struct VanDerPolRing<T> {
     n: usize,
     single: VanDerPol<T>,
-    /// κ, and 0 for n = 1: then no bond pulls.
+    /// κ; 0 for n = 1, where there is no bond.
     coupling: T,
 }
 
@@ -41,7 +41,7 @@ impl<T: Scalar> VanDerPolRing<T> {
         Ok(Self { n, single, coupling: if n == 1 { T::zero() } else { coupling } })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> VanDerPolRing<U> {
         VanDerPolRing { n: self.n, single: self.single.map(&f), coupling: f(self.coupling) }
     }
@@ -84,7 +84,7 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     #[inline(always)]
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
         for ((d, &q), &v) in d.iter_mut().zip(q).zip(v) {
-            *d = self.single.friction(q) * v;
+            *d = self.single.dissipation_rate(q) * v;
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a user says of a system, and how it is read.
+//! The description of a system and how it is parsed.
 
 use super::failure::{CustomError, Place};
 use afterbay_expression::{
@@ -6,20 +6,20 @@ use afterbay_expression::{
 };
 use std::ops::Range;
 
-/// A system in words: the texts of its expressions.
+/// A system as texts of expressions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// V(q)
     pub potential: String,
     /// D
     pub dissipation: DissipationText,
-    /// m_j > 0, made of numbers and parameters; none: all are 1.
+    /// The masses m_j > 0, made of numbers and parameters. If empty, all are 1.
     pub masses: Vec<String>,
-    /// Names and values. Every one must be used.
+    /// The names and values of parameters. Each must be used.
     pub parameters: Vec<(String, f64)>,
 }
 
-/// What a user says of D. A p_j in it is m_j v_j where a discrete gradient puts its own velocity.
+/// The texts of D. A p_j in them is m_j v_j, where a discrete gradient passes its own velocity v_j.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum DissipationText {
     /// D = 0
@@ -31,7 +31,7 @@ pub enum DissipationText {
     Matrix(Vec<Vec<String>>),
 }
 
-/// The same as nodes of a graph.
+/// A parsed description.
 pub(super) struct Reading {
     pub(super) graph: Graph,
     pub(super) parameters: Vec<String>,
@@ -39,13 +39,13 @@ pub(super) struct Reading {
     pub(super) masses: Vec<Node>,
     /// D_j of (q, p), and of (q, p, v).
     pub(super) forces: Vec<Node>,
-    pub(super) frictions: Vec<Node>,
-    /// Where each operation stands, what it is made of first.
+    pub(super) dissipations: Vec<Node>,
+    /// The expression and the bytes of each operation, operands first.
     pub(super) places: Vec<(Place, Node, Range<usize>)>,
 }
 
 impl Description {
-    /// N, where the lists say it.
+    /// N, if a list gives it.
     fn dof(&self) -> Option<usize> {
         let rows = match &self.dissipation {
             DissipationText::None => 0,
@@ -83,7 +83,7 @@ impl Description {
                 masses.push(reader.read(Place::Mass(j), text, Some(dof), rule, rule)?.0);
             }
         }
-        let (mut forces, mut frictions) = (Vec::new(), Vec::new());
+        let (mut forces, mut dissipations) = (Vec::new(), Vec::new());
         match &self.dissipation {
             DissipationText::None => {}
             DissipationText::Forces(texts) => {
@@ -91,17 +91,15 @@ impl Description {
                 for (j, text) in texts.iter().enumerate() {
                     let force = reader.read(Place::Dissipation(j), text, Some(dof), Ok(()), Ok(()))?.0;
                     forces.push(force);
-                    frictions.push(reader.graph.substitute(
-                        force,
-                        Kinds::MOMENTA,
-                        |graph, input| match input {
+                    dissipations.push(reader.graph.substitute(force, Kinds::MOMENTA, |graph, input| {
+                        match input {
                             Input::Momentum(k) => {
                                 let v = graph.input(Input::Velocity(k));
                                 graph.product(masses[k as usize], v)
                             }
                             _ => graph.input(input),
-                        },
-                    ));
+                        }
+                    }));
                 }
             }
             DissipationText::Matrix(rows) => {
@@ -115,7 +113,7 @@ impl Description {
                         let part = reader.graph.product(r, v);
                         friction = reader.graph.sum(friction, part);
                     }
-                    frictions.push(friction);
+                    dissipations.push(friction);
                     forces.push(reader.graph.substitute(friction, Kinds::VELOCITIES, |graph, input| {
                         match input {
                             Input::Velocity(k) => {
@@ -132,7 +130,7 @@ impl Description {
             return Err(CustomError::Unused { name: reader.names[unused].clone() });
         }
         let Reader { graph, names: parameters, places, .. } = reader;
-        Ok(Reading { graph, parameters, potential, masses, forces, frictions, places })
+        Ok(Reading { graph, parameters, potential, masses, forces, dissipations, places })
     }
 
     fn names(&self) -> Result<Vec<String>, CustomError> {
@@ -166,7 +164,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// The expression, and one more than the largest degree of freedom it mentions.
+    /// The expression, and the largest index of a coordinate or momentum in it, counted from 1.
     fn read(
         &mut self,
         place: Place,

@@ -1,22 +1,22 @@
-//! What a system is by the form of its expressions.
+//! Properties of a system that the form of its expressions shows.
 
 use afterbay_core::Coupling;
 use afterbay_expression::{Graph, Input, Kinds, Node};
 
-/// What follows from the form of V and D alone.
+/// Properties that follow from the form of V and D.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Structure {
     /// The degree of V, if it is a polynomial.
     pub degree: Option<u32>,
-    /// The degree of V in each coordinate, if it is a polynomial in that one.
+    /// The degree of V in each coordinate, if it is a polynomial in it.
     pub degrees: Vec<Option<u32>>,
-    /// H is quadratic and D linear, constant forces allowed: no second derivative depends on the state, and nothing jumps.
+    /// H is quadratic and D linear, apart from constant forces: all second derivatives are constant.
     pub linear: bool,
-    /// Who acts on whom.
+    /// The pattern of degrees of freedom that act on each other.
     pub coupling: Coupling,
-    /// D is linear in p, D(q, 0) = 0.
+    /// D is linear in p with D(q, 0) = 0.
     pub linear_dissipation: bool,
-    /// A D_j mentions the momenta of others.
+    /// A D_j depends on another momentum than p_j.
     pub coupled_dissipation: bool,
 }
 
@@ -61,7 +61,7 @@ impl Structure {
     }
 }
 
-/// Is it homogeneous of degree 1?
+/// Whether the node is homogeneous of degree 1.
 pub(super) fn linear(graph: &Graph, node: Node, kinds: Kinds) -> bool {
     graph.is_zero(node) || graph.degrees(node, kinds).is_some_and(|degrees| degrees.are(1))
 }

@@ -6,8 +6,8 @@
 //!                                                                         σ = (e^{-rh} - e^{-Rh})/(R - r)
 //! ```
 //!
-//! σ is smooth where the two meet, and both keep its digits there. Hyperbolic functions do not occur: for large
-//! h they overflow long before M does.
+//! σ is smooth at b² = 4k, and both forms are accurate there. Hyperbolic functions are avoided: for large h they
+//! overflow long before M does.
 
 use super::DampedOscillator;
 use afterbay_core::{ExactFlow, Mask, Scalar, State, Vector};
@@ -15,21 +15,22 @@ use afterbay_core::{ExactFlow, Mask, Scalar, State, Vector};
 /// M = diag(keep) + σ [ r 1 ; -k -r ], r the rate.
 struct Transition<T> {
     keep: [T; 2],
-    /// keep - 1, with the digits the difference would lose.
+    /// keep - 1, without cancellation.
     lose: [T; 2],
     sigma: T,
     rate: T,
 }
 
 impl<T: Scalar> DampedOscillator<T> {
-    /// What the exact flow over the time `h`, of either sign, adds to (q, p, w) at (q, p).
+    /// The increments of (q, p, w) by the exact flow from (q, p) over the time `h`, which may be negative.
     ///
-    /// Small steps lose nothing: in units of √k q and p the increments are good to a few roundings of the larger
-    /// entry of `|M - I| |z|`, where the difference of two states is good to a rounding of the state only. For
-    /// long times add a rounding for every unit of the phase and of the exponents. Δw is exactly 0 for b = 0.
+    /// In units of √k q and p the increments are accurate to a few roundings of the larger entry of
+    /// `|M - I| |z|`, while a difference of two states is accurate to a rounding of the state only. Long
+    /// times add a rounding for every unit of the phase and of the exponents. Δw is exactly 0 for b = 0.
     ///
-    /// It overflows where M does. A scalar of several numbers needs all of them on one side of b² = 4k, or those
-    /// that creep come out as NaN; derivatives by h exist everywhere, by k and b except at b² = 4k itself.
+    /// The increments overflow where M does. The lanes of a SIMD scalar must all be on the same side of
+    /// b² = 4k; otherwise the overdamped ones are NaN. Derivatives by h exist everywhere, those by k and b
+    /// except at b² = 4k.
     pub fn increment(&self, h: T, q: T, p: T) -> [T; 3] {
         self.advance(h, q, p).1
     }
