@@ -15,7 +15,7 @@ enum Operation {
     ProductSum(Node, Node, Node),
     ProductDifference(Node, Node, Node),
     /// The derivative of this divided difference. The same instruction computes both.
-    Bend(Node),
+    DividedDerivative(Node),
 }
 
 impl Operation {
@@ -23,7 +23,7 @@ impl Operation {
         let (term, fused, with) = match self {
             Self::Term(term) => (Some(term), None, None),
             Self::ProductSum(a, b, c) | Self::ProductDifference(a, b, c) => (None, Some([a, b, c]), None),
-            Self::Bend(divided) => (None, None, Some(divided)),
+            Self::DividedDerivative(divided) => (None, None, Some(divided)),
         };
         term.into_iter().flat_map(Term::operands).chain(fused.into_iter().flatten()).chain(with)
     }
@@ -79,7 +79,7 @@ pub(super) fn compile(
     for (time, &node) in order.iter().enumerate() {
         let operation = compiler.operation(node);
         let computed = bank.places.get(&node).copied();
-        if computed.is_some() && !matches!(operation, Operation::Bend(_)) {
+        if computed.is_some() && !matches!(operation, Operation::DividedDerivative(_)) {
             continue;
         }
         let operands: Vec<(Node, Register)> =
@@ -94,16 +94,17 @@ pub(super) fn compile(
             continue;
         }
         let to = bank.take(node)?;
-        let bend = compiler.bend(node).map(|bend| bank.take(bend)).transpose()?;
+        let derivative =
+            compiler.divided_derivative(node).map(|derivative| bank.take(derivative)).transpose()?;
         let at = |k: usize| operands.get(k).map_or(0, |x| x.1);
         let (a, b, c) = (at(0), at(1), at(2));
         code.push(match operation {
             Operation::ProductSum(..) => Instruction::ProductSum { to, a, b, c },
             Operation::ProductDifference(..) => Instruction::ProductDifference { to, a, b, c },
             // The instruction of the divided difference, which comes before, has computed it.
-            Operation::Bend(_) => continue,
+            Operation::DividedDerivative(_) => continue,
             Operation::Term(term) => match term {
-                Term::Divided(function, ..) => Instruction::Divided { function, to, bend, a, b },
+                Term::Divided(function, ..) => Instruction::Divided { function, to, derivative, a, b },
                 Term::Input(input) => Instruction::Load { to, input },
                 Term::Negative(_) => Instruction::Negative { to, a },
                 Term::Sum(..) => Instruction::Sum { to, a, b },
@@ -112,7 +113,7 @@ pub(super) fn compile(
                 Term::Quotient(..) => Instruction::Quotient { to, a, b },
                 Term::Of(function, _) => Instruction::Of { function, to, a },
                 // In the frame.
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Bend(..) => continue,
+                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::DividedDerivative(..) => continue,
             },
         });
         give(&mut code, node, to);
@@ -152,8 +153,8 @@ impl Compiler<'_> {
                 Some((a, b)) => Operation::ProductDifference(a, b, x),
                 None => Operation::Term(Term::Difference(x, y)),
             },
-            Term::Bend(function, a, b) => match self.graph.find(Term::Divided(function, a, b)) {
-                Some(divided) => Operation::Bend(divided),
+            Term::DividedDerivative(function, a, b) => match self.graph.find(Term::Divided(function, a, b)) {
+                Some(divided) => Operation::DividedDerivative(divided),
                 None => Operation::Term(self.graph.term(node)),
             },
             term => Operation::Term(term),
@@ -161,9 +162,11 @@ impl Compiler<'_> {
     }
 
     /// The derivative of a divided difference, if the program uses it.
-    fn bend(&self, node: Node) -> Option<Node> {
+    fn divided_derivative(&self, node: Node) -> Option<Node> {
         let Term::Divided(function, a, b) = self.graph.term(node) else { return None };
-        self.graph.find(Term::Bend(function, a, b)).filter(|bend| self.uses.contains_key(bend))
+        self.graph
+            .find(Term::DividedDerivative(function, a, b))
+            .filter(|derivative| self.uses.contains_key(derivative))
     }
 
     /// All nodes of the program, operands before the nodes they enter and close to them. Closed nodes

@@ -33,13 +33,13 @@ impl Graph {
                         if !self.depends(to, kinds) {
                             return None;
                         }
-                        let bend = self.bend(function, from, to);
-                        Some((to, self.product(adjoint, bend)))
+                        let derivative = self.divided_derivative(function, from, to);
+                        Some((to, self.product(adjoint, derivative)))
                     });
                     parts = [by_a, by_b];
                 }
                 // Used in Newton's method only; its own derivative is never needed.
-                Term::Bend(..) => {}
+                Term::DividedDerivative(..) => {}
                 Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {}
             }
             for (operand, part) in parts.into_iter().flatten() {

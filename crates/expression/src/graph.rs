@@ -49,7 +49,7 @@ pub enum Term {
     /// φ[a, b] = (φ(b) - φ(a))/(b - a)
     Divided(Function, Node, Node),
     /// The derivative of φ[a, b] by b. Newton's method uses it; it is not differentiated again.
-    Bend(Function, Node, Node),
+    DividedDerivative(Function, Node, Node),
 }
 
 impl Term {
@@ -63,7 +63,7 @@ impl Term {
             | Self::Product(a, b)
             | Self::Quotient(a, b)
             | Self::Divided(_, a, b)
-            | Self::Bend(_, a, b) => (Some(a), Some(b)),
+            | Self::DividedDerivative(_, a, b) => (Some(a), Some(b)),
         };
         a.into_iter().chain(b)
     }
@@ -220,7 +220,7 @@ impl Graph {
                 Term::Quotient(a, b) => at(a) / at(b),
                 Term::Of(function, a) => function.at(at(a)),
                 Term::Divided(function, a, b) => function.divided(at(a), at(b)).value,
-                Term::Bend(function, a, b) => function.divided(at(a), at(b)).slope,
+                Term::DividedDerivative(function, a, b) => function.divided(at(a), at(b)).slope,
             };
             values.insert(node, value);
         }
@@ -272,7 +272,9 @@ impl Graph {
             (Term::Product(..), Some(a), Some(b)) => self.product(a, b),
             (Term::Quotient(..), Some(a), Some(b)) => self.quotient(a, b),
             (Term::Divided(function, ..), Some(a), Some(b)) => self.divided(function, a, b),
-            (Term::Bend(function, ..), Some(a), Some(b)) => self.bend(function, a, b),
+            (Term::DividedDerivative(function, ..), Some(a), Some(b)) => {
+                self.divided_derivative(function, a, b)
+            }
             _ => return None,
         })
     }

@@ -70,7 +70,7 @@ pub(super) enum Instruction {
     Divided {
         function: Function,
         to: Register,
-        bend: Option<Register>,
+        derivative: Option<Register>,
         a: Register,
         b: Register,
     },
@@ -272,11 +272,11 @@ impl Program {
                     r[at(to)] = (-r[at(a)]).mul_add(r[at(b)], r[at(c)]);
                 }
                 Instruction::Of { function, to, a } => r[at(to)] = function.at(r[at(a)]),
-                Instruction::Divided { function, to, bend, a, b } => {
+                Instruction::Divided { function, to, derivative, a, b } => {
                     let line = function.divided(r[at(a)], r[at(b)]);
                     r[at(to)] = line.value;
-                    if let Some(bend) = bend {
-                        r[at(bend)] = line.slope;
+                    if let Some(derivative) = derivative {
+                        r[at(derivative)] = line.slope;
                     }
                 }
                 Instruction::Give { index, a } => give(index, r[at(a)]),

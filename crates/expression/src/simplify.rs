@@ -44,8 +44,8 @@ impl Graph {
     }
 
     /// The derivative of φ[a, b] by b.
-    pub(crate) fn bend(&mut self, function: Function, a: Node, b: Node) -> Node {
-        self.insert(Term::Bend(function, a, b))
+    pub(crate) fn divided_derivative(&mut self, function: Function, a: Node, b: Node) -> Node {
+        self.insert(Term::DividedDerivative(function, a, b))
     }
 
     /// -a

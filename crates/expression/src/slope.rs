@@ -67,7 +67,7 @@ impl Graph {
                     (self.of(function, end), self.product(divided, slope))
                 }
                 Term::Divided(..)
-                | Term::Bend(..)
+                | Term::DividedDerivative(..)
                 | Term::Constant(_)
                 | Term::Pi
                 | Term::Parameter(_)

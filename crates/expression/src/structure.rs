@@ -57,7 +57,11 @@ impl Graph {
                 Term::Quotient(a, b) if constant(b) => at(a),
                 Term::Quotient(..) => None,
                 Term::Of(_, a) if !constant(a) => None,
-                Term::Divided(_, a, b) | Term::Bend(_, a, b) if !(constant(a) && constant(b)) => None,
+                Term::Divided(_, a, b) | Term::DividedDerivative(_, a, b)
+                    if !(constant(a) && constant(b)) =>
+                {
+                    None
+                }
                 _ => Some(Degrees::NONE),
             };
             degrees.insert(node, found);

@@ -106,15 +106,15 @@ impl Description {
                 count("friction matrix", rows.len())?;
                 for (i, row) in rows.iter().enumerate() {
                     count("row of the friction matrix", row.len())?;
-                    let mut friction = reader.graph.number(0.0);
+                    let mut dissipation = reader.graph.number(0.0);
                     for (k, text) in row.iter().enumerate() {
                         let r = reader.read(Place::Friction(i, k), text, Some(dof), Ok(()), Ok(()))?.0;
                         let v = reader.graph.input(Input::Velocity(k as u32));
                         let part = reader.graph.product(r, v);
-                        friction = reader.graph.sum(friction, part);
+                        dissipation = reader.graph.sum(dissipation, part);
                     }
-                    dissipations.push(friction);
-                    forces.push(reader.graph.substitute(friction, Kinds::VELOCITIES, |graph, input| {
+                    dissipations.push(dissipation);
+                    forces.push(reader.graph.substitute(dissipation, Kinds::VELOCITIES, |graph, input| {
                         match input {
                             Input::Velocity(k) => {
                                 let p = graph.input(Input::Momentum(k));

@@ -111,7 +111,7 @@ impl Custom<f64> {
                 },
                 Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => Dependence::Constant,
                 // V and D_j contain no divided differences.
-                term @ (Term::Divided(..) | Term::Bend(..)) => {
+                term @ (Term::Divided(..) | Term::DividedDerivative(..)) => {
                     let still = term.operands().all(|x| at(x) == Dependence::Constant);
                     if still { Dependence::Constant } else { Dependence::Other }
                 }

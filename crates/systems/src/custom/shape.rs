@@ -298,12 +298,12 @@ impl Builder {
     /// R, if D = R v with R made of parameters.
     fn matrix(&mut self, dissipations: &[Node]) -> Option<Vec<(usize, usize, Node)>> {
         let mut matrix = Vec::new();
-        for (i, &friction) in dissipations.iter().enumerate() {
-            if !linear(&self.graph, friction, Kinds::VELOCITIES) {
+        for (i, &dissipation) in dissipations.iter().enumerate() {
+            if !linear(&self.graph, dissipation, Kinds::VELOCITIES) {
                 return None;
             }
-            let by = self.graph.inputs(friction, Kinds::VELOCITIES);
-            let row = self.graph.gradient(friction, Kinds::VELOCITIES, &by);
+            let by = self.graph.inputs(dissipation, Kinds::VELOCITIES);
+            let row = self.graph.gradient(dissipation, Kinds::VELOCITIES, &by);
             for (input, node) in by.into_iter().zip(row) {
                 match input {
                     Input::Velocity(k) if self.graph.closed(node) => matrix.push((i, k as usize, node)),
