@@ -6,18 +6,22 @@
 //!
 //! so that `K = H(q,p) + Σ w_j` is constant.
 //!
-//! This crate defines what a system, a state, a run and a failure are. It knows no method and no system
-//! by name. Its layers, each of which uses only those above it:
+//! This crate defines what a system, a state, a run and a failure are. It knows no method and no
+//! system by name. Its layers, each of which uses only those above it:
 //!
-//! | layer | what it has |
-//! |---|---|
-//! | numbers | [`Scalar`]: `f64`, [`Quad`], SIMD lanes [`f64x4`] and [`f64x8`], [`Corrected`], [`Series`], [`Slope`], [`Interval`]; storage ([`Vector`]); divided differences ([`divided`]) and [`quadrature`] |
-//! | error | [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and [`Block`] |
-//! | system | [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas ([`Formulas`]), and the [`State`] |
-//! | run | [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops [`integrate`] and [`integrate_within`] |
-//! | [`solver`] | the scalar equation of an implicit step |
-//! | [`taylor`] | solutions by Taylor series, as references |
-//! | [`validate`] | tests of a system against its own energy |
+//! - numbers: [`Scalar`] (`f64`, [`Quad`], SIMD lanes [`f64x4`] and [`f64x8`], [`Corrected`],
+//!   [`Series`], [`Slope`], [`Interval`]), storage ([`Vector`]), divided differences ([`divided`]) and
+//!   [`quadrature`];
+//! - error: [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and
+//!   [`Block`];
+//! - system: [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`],
+//!   [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas ([`Formulas`]),
+//!   and the [`State`];
+//! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
+//!   [`integrate`] and [`integrate_within`];
+//! - [`solver`]: the scalar equation of an implicit step;
+//! - [`taylor`]: solutions by Taylor series, as references;
+//! - [`validate`]: tests of a system against its own energy.
 
 mod error;
 mod numbers;

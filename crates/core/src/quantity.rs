@@ -34,7 +34,8 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The name, followed by the degree of freedom, counted from 1, for a quantity that belongs to one.
+    /// The name, followed by the degree of freedom, counted from 1, for a quantity that belongs to
+    /// one.
     pub(crate) fn of(self, dof: usize) -> String {
         match self {
             Self::Energy | Self::TotalReservoirRate => self.to_string(),

@@ -1,7 +1,8 @@
 //! Solvers of the scalar equation of an implicit step.
 //!
-//! The equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s = 0 and the
-//! step at s = 1. If there are several at s = 1, the one wanted is on the branch that starts at s = 0.
+//! The equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s = 0
+//! and the step at s = 1. If there are several at s = 1, the one wanted is on the branch that
+//! starts at s = 0.
 
 mod fixed_point;
 mod newton;
@@ -27,8 +28,8 @@ pub trait Solver {
     ) -> Result<Root<T>, StepFailure>;
 }
 
-/// F of an equation `x = start - F(s, x)`. A closure `FnMut(T, T) -> Sample<T>` is one. Solvers evaluate F
-/// in several places; a named type can request inlining in each, a closure cannot.
+/// F of an equation `x = start - F(s, x)`. A closure `FnMut(T, T) -> Sample<T>` is one. Solvers
+/// evaluate F in several places; a named type can request inlining in each, a closure cannot.
 pub trait Equation<T> {
     /// F at (s, x)
     fn at(&mut self, s: T, x: T) -> Sample<T>;
@@ -48,12 +49,12 @@ pub struct Sample<T> {
     pub value: T,
     /// ∂F/∂x
     pub slope: T,
-    /// The change of F by a rounding of its argument, in unit roundoffs: |∂F/∂x| times the size of the
-    /// numbers that x is added to.
+    /// The change of F by a rounding of its argument, in unit roundoffs: |∂F/∂x| times the size of
+    /// the numbers that x is added to.
     pub argument_rounding: T,
-    /// A bound of the rounding error of F, in unit roundoffs: the sum of the sizes of its terms, which
-    /// may cancel. Corrections that no longer shrink are taken for noise up to 64 times this error, so
-    /// that a bound that is too large costs no more accuracy than that.
+    /// A bound of the rounding error of F, in unit roundoffs: the sum of the sizes of its terms,
+    /// which may cancel. Corrections that no longer shrink are taken for noise up to 64 times this
+    /// error, so that a bound that is too large costs no more accuracy than that.
     pub value_rounding: T,
 }
 

@@ -48,7 +48,8 @@ enum Lie {
     EntriesThatStay,
 }
 
-/// H = Σ [p_j²/(2 m_j) + 1 - cos q_j] + Σ (q_{j+1} - q_j)⁴/4, m_j = 1 + j/2, D_j = c (1 + q_j²) v_j, c = 0.3.
+/// H = Σ [p_j²/(2 m_j) + 1 - cos q_j] + Σ (q_{j+1} - q_j)⁴/4, m_j = 1 + j/2, D_j = c (1 + q_j²)
+/// v_j, c = 0.3.
 struct Told(Lie);
 
 impl Told {
@@ -259,7 +260,8 @@ fn gradients_that_are_not_derivatives() {
         let [given, found] = assert_caught(told(Lie::SlopeOffBy(off)), Quantity::Slope, 2, "∂H/∂q3");
         assert!((given / found - 1.0 - off).abs() < 1e-12 + 1e-3 * off.abs(), "{off}: {given} {found}");
     }
-    // Means over an edge of 1/64 of the largest coordinate: the values at the state, ± ∂²H/∂q² ≈ 12 times half of it.
+    // Means over an edge of 1/64 of the largest coordinate: the values at the state, ± ∂²H/∂q² ≈ 12
+    // times half of it.
     let [given, found] =
         assert_caught(told(Lie::SlopeOfAnother), Quantity::Slope, 1, "derivative of the energy");
     assert!((given - Told::force(&Q, 2, Q[2])).abs() < 0.2, "{given}");

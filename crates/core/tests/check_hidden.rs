@@ -9,7 +9,8 @@ use afterbay_core::{
 };
 use caught::*;
 
-/// H = Σ (p_j² + q_j²)/2 and D_j = 0.3 p_j for four, and a product that vanishes at rest with everything its lie forgets.
+/// H = Σ (p_j² + q_j²)/2 and D_j = 0.3 p_j for four, and a product that vanishes at rest with
+/// everything its lie forgets.
 struct AtRest(&'static str);
 
 impl System<f64> for AtRest {

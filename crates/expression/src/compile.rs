@@ -1,5 +1,5 @@
-//! Compilation of nodes to a program. Products are fused with the sums they enter, and a register is
-//! reused once its value is no longer needed.
+//! Compilation of nodes to a program. Products are fused with the sums they enter, and a register
+//! is reused once its value is no longer needed.
 
 use crate::graph::{Graph, Kinds, Node, Term};
 use crate::program::{Instruction, Program, REGISTERS, Register, TooManyRegisters};
@@ -31,12 +31,13 @@ impl Operation {
 
 struct Compiler<'a> {
     graph: &'a Graph,
-    /// The number of nodes of the program that have this node as an operand; results count twice more.
+    /// The number of nodes of the program that have this node as an operand; results count twice
+    /// more.
     uses: HashMap<Node, u32>,
 }
 
-/// The program that keeps `results` in registers to the end and gives each of `given` with its index
-/// as soon as it is computed.
+/// The program that keeps `results` in registers to the end and gives each of `given` with its
+/// index as soon as it is computed.
 pub(super) fn compile(
     graph: &Graph,
     results: &[Node],
@@ -169,8 +170,8 @@ impl Compiler<'_> {
             .filter(|derivative| self.uses.contains_key(derivative))
     }
 
-    /// All nodes of the program, operands before the nodes they enter and close to them. Closed nodes
-    /// are in the frame, so that their operands are left out.
+    /// All nodes of the program, operands before the nodes they enter and close to them. Closed
+    /// nodes are in the frame, so that their operands are left out.
     fn order(&self, roots: &[Node]) -> Vec<Node> {
         let (mut order, mut seen) = (Vec::new(), HashSet::new());
         for &root in roots {

@@ -4,8 +4,9 @@ use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
 impl Graph {
-    /// The derivatives of a node by the inputs `by`, which are of these kinds. Inputs of other kinds are
-    /// held constant. By adjoints: the chain rule is applied from the node back to its inputs.
+    /// The derivatives of a node by the inputs `by`, which are of these kinds. Inputs of other
+    /// kinds are held constant. By adjoints: the chain rule is applied from the node back to its
+    /// inputs.
     pub fn gradient(&mut self, of: Node, kinds: Kinds, by: &[Input]) -> Vec<Node> {
         let (zero, one) = (self.number(0.0), self.number(1.0));
         let mut adjoints = HashMap::from([(of, one)]);

@@ -83,8 +83,8 @@ impl Graph {
                 self.negative(sin)
             }
             Function::Asin | Function::Acos => {
-                // 1 - x² is one fused instruction with one rounding. The derivative of (1 - x)(1 + x)
-                // would cancel.
+                // 1 - x² is one fused instruction with one rounding. The derivative of (1 - x)(1 +
+                // x) would cancel.
                 let square = self.product(x, x);
                 let rest = self.difference(one, square);
                 let root = self.of(Function::Sqrt, rest);
@@ -172,7 +172,8 @@ impl Function {
             Self::Sinh => divided::sinh(a, b),
             Self::Cosh => divided::cosh(a, b),
             Self::Tanh => divided::tanh(a, b),
-            // A text cannot name these two, so that no potential contains them: a plain quotient will do.
+            // A text cannot name these two, so that no potential contains them: a plain quotient
+            // will do.
             Self::Sign | Self::Sech => {
                 let still = (b - a).abs().le(T::zero());
                 let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);

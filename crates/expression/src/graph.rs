@@ -171,8 +171,8 @@ impl Graph {
         node
     }
 
-    /// The nodes among `roots` and their operands, at any depth, that depend on these kinds. Operands
-    /// come before the nodes they enter.
+    /// The nodes among `roots` and their operands, at any depth, that depend on these kinds.
+    /// Operands come before the nodes they enter.
     pub fn cone(&self, roots: &[Node], kinds: Kinds) -> Vec<Node> {
         self.reach(roots, |x| self.depends(x, kinds))
     }

@@ -4,13 +4,13 @@
 //! `p1, p2, ..`, the operators `+ - * / ^`, parentheses, the constant `pi` and the functions `sin`
 //! `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `sqrt` `abs`.
 //!
-//! | step | what it does |
-//! |---|---|
-//! | [`parse()`] | reads a text into a [`Graph`], in which equal terms are one [`Node`] |
-//! | [`Graph::gradient`] | adds the derivatives of a node by its inputs |
-//! | [`Graph::divided_difference`] | adds `(f(b) - f(a)) / (b - a)` along one coordinate, free of cancellation |
-//! | [`Program::new`] | compiles nodes to a straight-line program without heap allocation |
-//! | [`Program::results`] | evaluates the program in any [`Scalar`](afterbay_core::Scalar): `f64`, `Quad`, SIMD lanes, Taylor series, dual numbers |
+//! 1. [`parse()`] reads a text into a [`Graph`], in which equal terms are one [`Node`].
+//! 2. [`Graph::gradient`] adds the derivatives of a node by its inputs.
+//! 3. [`Graph::divided_difference`] adds `(f(b) - f(a)) / (b - a)` along one coordinate, free of
+//!    cancellation.
+//! 4. [`Program::new`] compiles nodes to a straight-line program without heap allocation.
+//! 5. [`Program::results`] evaluates the program in any [`Scalar`](afterbay_core::Scalar): `f64`,
+//!    `Quad`, SIMD lanes, Taylor series, dual numbers.
 //!
 //! What follows from the form of an expression alone is read off the graph: degrees
 //! ([`Graph::degrees`]), signs ([`Graph::sign`]), singularities ([`Graph::may_be_singular`]),
@@ -28,7 +28,8 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut graph = Graph::default();
 //! let parameters = ["k".to_owned()];
-//! let names = Names { parameters: &parameters, dof: Some(1), coordinates: Ok(()), momenta: Ok(()) };
+//! let (coordinates, momenta) = (Ok(()), Ok(()));
+//! let names = Names { parameters: &parameters, dof: Some(1), coordinates, momenta };
 //! let potential = parse(&mut graph, &names, "k*q1^2/2 - cos(q1)")?.node;
 //! let slope = graph.gradient(potential, Kinds::COORDINATES, &[Input::Coordinate(0)])[0];
 //! let mean = graph.divided_difference(potential, 0);

@@ -16,8 +16,8 @@ pub struct Monomial {
 }
 
 impl Graph {
-    /// The node as a sum of monomials, if it is written as one. Only closed factors are multiplied out,
-    /// so that no digits are lost where the terms of a product cancel.
+    /// The node as a sum of monomials, if it is written as one. Only closed factors are multiplied
+    /// out, so that no digits are lost where the terms of a product cancel.
     pub fn monomials(&mut self, of: Node) -> Option<Vec<Monomial>> {
         let one = self.number(1.0);
         let mut known: HashMap<Node, Monomial> = HashMap::new();

@@ -8,7 +8,8 @@
 //! atom    = number | name | function "(" sum ")" | "(" sum ")"
 //! ```
 //!
-//! Bounds on the length and on the nesting of a text bound the time and the stack that parsing takes.
+//! Bounds on the length and on the nesting of a text bound the time and the stack that parsing
+//! takes.
 
 use crate::function;
 use crate::graph::{Graph, Input, Node};

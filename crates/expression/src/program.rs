@@ -132,8 +132,9 @@ impl Program {
         compile(graph, results, &[])
     }
 
-    /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as it
-    /// is computed. Results that need too many registers together are spread over several programs.
+    /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as
+    /// it is computed. Results that need too many registers together are spread over several
+    /// programs.
     ///
     /// # Errors
     /// [`TooManyRegisters`], if a single result needs more than there are.
@@ -239,8 +240,8 @@ impl Program {
         }
     }
 
-    /// Runs the program in N registers. N is a power of two, so that the mask makes every index valid
-    /// without a bounds check; all registers of the program are below N.
+    /// Runs the program in N registers. N is a power of two, so that the mask makes every index
+    /// valid without a bounds check; all registers of the program are below N.
     #[inline(always)]
     fn execute<T: Scalar, const N: usize>(
         &self,

@@ -1,7 +1,8 @@
-//! Sums of ridge polynomials. A ridge polynomial is a polynomial in one linear form of the coordinates.
+//! Sums of ridge polynomials. A ridge polynomial is a polynomial in one linear form of the
+//! coordinates.
 //!
-//! Only factors c ℓᵏ are multiplied out. (q1 - 1)^4 stays a fourth power of q1 - 1 and (q1^2 - 1)^2 a
-//! square of q1² - 1, so that no digits are lost near q1 = 1.
+//! Only factors c ℓᵏ are multiplied out. (q1 - 1)^4 stays a fourth power of q1 - 1 and (q1^2 - 1)^2
+//! a square of q1² - 1, so that no digits are lost near q1 = 1.
 
 use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;

@@ -1,4 +1,5 @@
-//! Where an expression has no value along an edge: poles, logarithms of 0, roots of negative numbers.
+//! Where an expression has no value along an edge: poles, logarithms of 0, roots of negative
+//! numbers.
 //!
 //! The program of the expression is run on intervals over the edge. Where a divisor or the argument
 //! of a logarithm may be 0, or that of a root or an inverse sine outside its range, the edge is

@@ -3,12 +3,13 @@
 //! A divided difference `f[a, b] = (f(b) - f(a)) / (b - a)` obeys rules without the difference,
 //!
 //! ```text
-//! (u + v)[] = u[] + v[]        (u v)[] = u[] v̄ + ū v[]        (u/v)[] = (u[] - (u(a)/v(a)) v[]) / v(b)
+//! (u + v)[] = u[] + v[]        (u v)[] = u[] v̄ + ū v[]
+//! (u/v)[] = (u[] - (u(a)/v(a)) v[]) / v(b)
 //! √u[] = u[] / (√u(a) + √u(b))        φ(u)[] = φ[u(a), u(b)] u[]        ū = (u(a) + u(b))/2
 //! ```
 //!
-//! with the φ[a, b] of [`afterbay_core::divided`], so that every expression has its mean slope over an
-//! edge to a few roundings however short or long the edge, and a derivative where there is none.
+//! with the φ[a, b] of [`afterbay_core::divided`], so that every expression has its mean slope over
+//! an edge to a few roundings however short or long the edge, and a derivative where there is none.
 //! (Slopes as in Krawczyk and Neumaier, SIAM J. Numer. Anal. 22 (1985) 604, for one real edge.)
 
 use crate::function::Function;
@@ -16,8 +17,8 @@ use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
 impl Graph {
-    /// The divided difference of a node along q_j, from q_j to [`Input::End`]; the derivative where the
-    /// two are equal.
+    /// The divided difference of a node along q_j, from q_j to [`Input::End`]; the derivative where
+    /// the two are equal.
     pub fn divided_difference(&mut self, of: Node, j: u32) -> Node {
         let coordinate = Input::Coordinate(j);
         let (zero, one) = (self.number(0.0), self.number(1.0));

@@ -1,5 +1,5 @@
-//! Properties that the form of an expression shows: degrees, signs, summands, and points where it is
-//! not analytic.
+//! Properties that the form of an expression shows: degrees, signs, summands, and points where it
+//! is not analytic.
 
 use crate::function::Function;
 use crate::graph::{Graph, Input, Kinds, Node, Term};
@@ -33,8 +33,8 @@ impl Degrees {
 }
 
 impl Graph {
-    /// The degrees of a node as a polynomial in the inputs of these kinds, if it is one. It may depend
-    /// on other inputs in any way. The constant 0 has degree 0.
+    /// The degrees of a node as a polynomial in the inputs of these kinds, if it is one. It may
+    /// depend on other inputs in any way. The constant 0 has degree 0.
     pub fn degrees(&self, of: Node, kinds: Kinds) -> Option<Degrees> {
         self.degrees_in(of, kinds, |_| true)
     }
@@ -99,8 +99,8 @@ impl Graph {
         kinks
     }
 
-    /// The sign of a node, by its form. It may be relative to the sign of the input `beside`; `closed`
-    /// gives the signs of closed nodes.
+    /// The sign of a node, by its form. It may be relative to the sign of the input `beside`;
+    /// `closed` gives the signs of closed nodes.
     pub fn sign(&self, of: Node, beside: Input, closed: impl Fn(Node) -> Sign) -> Sign {
         let mut signs: HashMap<Node, Sign> = HashMap::new();
         let cone = self.cone(&[of], Kinds::ALL);
@@ -115,7 +115,8 @@ impl Graph {
                 Term::Difference(a, b) => at(a).plus(at(b).opposite()),
                 Term::Product(a, b) if a == b && at(a) != Sign::Zero => Sign::NotNegative,
                 Term::Product(a, b) => at(a).times(at(b)),
-                // A quotient by 0 is not a number, so that a divisor of one sign is taken for nonzero.
+                // A quotient by 0 is not a number, so that a divisor of one sign is taken for
+                // nonzero.
                 Term::Quotient(a, b) if at(b) != Sign::Zero => at(a).times(at(b)),
                 Term::Of(function, a) => at(a).under(function),
                 _ => Sign::Unknown,

@@ -7,23 +7,24 @@
 //!
 //! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., + - * / ^,
 //! parentheses, pi and the functions sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs.
-//! `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product if the exponent is a whole number, with a
-//! square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. N is the number
-//! of masses, else of the D_j, else the largest index in V.
+//! `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product if the exponent is a whole number, with
+//! a square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. N is the
+//! number of masses, else of the D_j, else the largest index in V.
 //!
-//! All derivatives come from the expressions. Terms of V without q_j are left out of ∂V/∂q_j and the
-//! second derivatives, so that each costs O(1) if the coupling is local. Divided differences of V come
-//! from slope arithmetic and are exact to a few roundings for every V and every edge. Singularities of V
-//! on an edge are found by interval arithmetic. D counts as passive if its form shows it: D_j p_j ≥ 0 by
-//! the signs of parameters, even powers, abs, sqrt and exp, or D = R v with R constant and positive
-//! semidefinite.
+//! All derivatives come from the expressions. Terms of V without q_j are left out of ∂V/∂q_j and
+//! the second derivatives, so that each costs O(1) if the coupling is local. Divided differences of
+//! V come from slope arithmetic and are exact to a few roundings for every V and every edge.
+//! Singularities of V on an edge are found by interval arithmetic. D counts as passive if its form
+//! shows it: D_j p_j ≥ 0 by the signs of parameters, even powers, abs, sqrt and exp, or D = R v
+//! with R constant and positive semidefinite.
 //!
-//! The form of V and of the γ_j(q) in D_j = γ_j p_j decides how they are evaluated. Sums of polynomials,
-//! each in one linear form of one or two coordinates, are evaluated by Horner's rule, eight degrees of
-//! freedom in SIMD lanes. All other expressions are interpreted as straight-line programs.
+//! The form of V and of the γ_j(q) in D_j = γ_j p_j decides how they are evaluated. Sums of
+//! polynomials, each in one linear form of one or two coordinates, are evaluated by Horner's rule,
+//! eight degrees of freedom in SIMD lanes. All other expressions are interpreted as straight-line
+//! programs.
 //!
-//! Parameters are finite numbers, masses positive ones. Invariant: K = H + Σ w_j. References come from
-//! [`afterbay_core::taylor::trajectory`], from kink to kink.
+//! Parameters are finite numbers, masses positive ones. Invariant: K = H + Σ w_j. References come
+//! from [`afterbay_core::taylor::trajectory`], from kink to kink.
 
 mod description;
 mod failure;
@@ -45,8 +46,8 @@ use afterbay_expression::{Input, Node};
 use shape::{DissipationKernel, Shape};
 use std::sync::Arc;
 
-/// A system described by expressions, with its parameters in a scalar. Clones and the same system in other
-/// scalars share its programs.
+/// A system described by expressions, with its parameters in a scalar. Clones and the same system
+/// in other scalars share its programs.
 #[derive(Clone, Debug)]
 pub struct Custom<T> {
     shape: Arc<Shape>,
@@ -81,8 +82,8 @@ impl<T: Scalar> Custom<T> {
         self.lift(|_, x| f(x))
     }
 
-    /// The system in another scalar, with parameters that may depend on their names. Values are not checked
-    /// as by [`Custom::with`].
+    /// The system in another scalar, with parameters that may depend on their names. Values are not
+    /// checked as by [`Custom::with`].
     pub fn lift<U: Scalar>(&self, f: impl Fn(&str, T) -> U) -> Custom<U> {
         Custom::bind(Arc::clone(&self.shape), self.parameters().map(|(name, x)| f(name, x)).collect())
     }
@@ -181,7 +182,8 @@ impl<T: Scalar> Custom<T> {
         Self { parameters, inverse_masses, frames, rates, dissipation_form, masses, unit_mass, shape }
     }
 
-    /// Checks that the masses are positive and the parts that depend on the parameters alone are finite.
+    /// Checks that the masses are positive and the parts that depend on the parameters alone are
+    /// finite.
     fn checked(self) -> Result<Self, CustomError> {
         let (graph, shape) = (&self.shape.graph, &self.shape);
         let closed = graph.evaluate(&shape.closed, &self.parameters, |_| T::zero());

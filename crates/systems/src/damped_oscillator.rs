@@ -5,11 +5,13 @@
 //! H = p²/2 + k q²/2                    D = b p
 //! ```
 //!
-//! Parameters, for a unit mass: the stiffness k > 0 in 1/time² and the damping b in 1/time, both finite. b > 0 is
-//! passive, b < 0 active. It is underdamped for b² < 4k and overdamped for b² > 4k.
+//! Parameters, for a unit mass: the stiffness k > 0 in 1/time² and the damping b in 1/time, both
+//! finite. b > 0 is passive, b < 0 active. It is underdamped for b² < 4k and overdamped for b² >
+//! 4k.
 //!
 //! Invariants: K = H + w; areas in the (q,p) plane shrink by e^{-bt}. The solution
-//! ([`DampedOscillator::increment`]) and the δ of the paper's order raising are known in closed form.
+//! ([`DampedOscillator::increment`]) and the δ of the paper's order raising are known in closed
+//! form.
 
 mod flow;
 mod order_raising;

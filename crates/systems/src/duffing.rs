@@ -5,12 +5,13 @@
 //! H = p²/2 + α q²/2 + β q⁴/4                  D = c p
 //! ```
 //!
-//! Parameters, all finite, for a unit mass: α in 1/time², β in 1/(length² time²), c in 1/time. β > 0 hardens the
-//! spring, β < 0 softens it and leaves V unbounded below; α < 0 < β is a double well with its minima at
-//! q = ±√(-α/β). c > 0 is passive, c < 0 active.
+//! Parameters, all finite, for a unit mass: α in 1/time², β in 1/(length² time²), c in 1/time. β >
+//! 0 hardens the spring, β < 0 softens it and leaves V unbounded below; α < 0 < β is a double well
+//! with its minima at q = ±√(-α/β). c > 0 is passive, c < 0 active.
 //!
-//! Invariants: K = H + w, and H itself at c = 0. Without damping the solution is an elliptic function, with it
-//! there is none in closed form: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//! Invariants: K = H + w, and H itself at c = 0. Without damping the solution is an elliptic
+//! function, with it there is none in closed form: references come from
+//! [`afterbay_core::taylor::trajectory`] in a wider scalar.
 //!
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 

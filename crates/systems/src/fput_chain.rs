@@ -1,5 +1,5 @@
-//! The damped β-chain of Fermi, Pasta, Ulam and Tsingou: n equal masses between two walls, neighbours joined by
-//! springs that harden.
+//! The damped β-chain of Fermi, Pasta, Ulam and Tsingou: n equal masses between two walls,
+//! neighbours joined by springs that harden.
 //!
 //! ```text
 //! q_j' = p_j        p_j' = f(r_j) - f(r_{j-1}) - c p_j        w_j' = c p_j²        j = 1..n
@@ -7,14 +7,15 @@
 //! r_i = q_{i+1} - q_i        f(r) = r + β r³                  q_0 = q_{n+1} = 0
 //! ```
 //!
-//! Parameters: n ≥ 1 masses; β in 1/length² and c in 1/time, both any finite number. A mass of 1 on a spring of
-//! stiffness 1 fixes the unit of time. β < 0 softens the springs and leaves V unbounded below. c > 0 is passive, in
-//! every degree of freedom; c < 0 is active.
+//! Parameters: n ≥ 1 masses; β in 1/length² and c in 1/time, both any finite number. A mass of 1 on
+//! a spring of stiffness 1 fixes the unit of time. β < 0 softens the springs and leaves V unbounded
+//! below. c > 0 is passive, in every degree of freedom; c < 0 is active.
 //!
-//! Invariants: K = H + Σ w_j, and H itself at c = 0; volumes in phase space shrink by e^{-nct}; the mirror image of a
-//! solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For β = 0 mode i, q_j = sin(πij/(n+1)), is a
-//! damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise references come from `tests/data/many_degrees.py`, made
-//! by another library, and from [`afterbay_core::taylor::trajectory`].
+//! Invariants: K = H + Σ w_j, and H itself at c = 0; volumes in phase space shrink by e^{-nct}; the
+//! mirror image of a solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For β = 0
+//! mode i, q_j = sin(πij/(n+1)), is a damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise
+//! references come from `tests/data/many_degrees.py`, made by another library, and from
+//! [`afterbay_core::taylor::trajectory`].
 
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{

@@ -1,15 +1,16 @@
 //! Dissipative Hamiltonian systems `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`, one a file.
 //!
-//! Parameters have the type of the state, so that a system works with any [`Scalar`]. `map` converts a
-//! system from `f64` to [`afterbay_core::Quad`] for references, to [`afterbay_core::Series`] for Taylor
-//! coefficients, or to dual numbers for derivatives.
+//! Parameters have the type of the state, so that a system works with any [`Scalar`]. `map`
+//! converts a system from `f64` to [`afterbay_core::Quad`] for references, to
+//! [`afterbay_core::Series`] for Taylor coefficients, or to dual numbers for derivatives.
 //!
 //! All systems have second derivatives ([`afterbay_core::Curvature`]). All but the
-//! [`DampedDoublePendulum`] are [`afterbay_core::Separable`] with divided differences in closed form; the
-//! pendulum is an [`afterbay_core::PhasePlane`], also in closed form. Those with one degree of freedom
-//! are [`afterbay_core::OrderRaising`]. The [`DampedOscillator`] is also linear, exactly solvable and
-//! misprinted. The [`FputChain`] and the [`VanDerPolRing`] are [`afterbay_core::Uniform`]. [`Custom`] is
-//! any other separable system, with potential and dissipation given as text.
+//! [`DampedDoublePendulum`] are [`afterbay_core::Separable`] with divided differences in closed
+//! form; the pendulum is an [`afterbay_core::PhasePlane`], also in closed form. Those with one
+//! degree of freedom are [`afterbay_core::OrderRaising`]. The [`DampedOscillator`] is also linear,
+//! exactly solvable and misprinted. The [`FputChain`] and the [`VanDerPolRing`] are
+//! [`afterbay_core::Uniform`]. [`Custom`] is any other separable system, with potential and
+//! dissipation given as text.
 
 mod custom;
 mod damped_double_pendulum;
@@ -67,8 +68,8 @@ fn is_zero<T: Scalar>(value: T) -> bool {
     not_negative(value) && not_negative(-value)
 }
 
-/// Writes a function of each entry and its two neighbours, for all entries but the first and the last. Blocks
-/// of eight let the compiler use SIMD lanes.
+/// Writes a function of each entry and its two neighbours, for all entries but the first and the
+/// last. Blocks of eight let the compiler use SIMD lanes.
 #[inline]
 fn inner<T: Scalar>(x: &[T], to: &mut [T], of: impl Fn(&[T; 3]) -> T) {
     let last = x.len().saturating_sub(1);
@@ -80,8 +81,8 @@ fn inner<T: Scalar>(x: &[T], to: &mut [T], of: impl Fn(&[T; 3]) -> T) {
     rest.iter_mut().zip(x[done..].array_windows()).for_each(|(to, x)| *to = of(x));
 }
 
-/// The sum of `term` over all K neighbours in `x`. Eight partial sums have smaller rounding errors and let
-/// the compiler use SIMD lanes.
+/// The sum of `term` over all K neighbours in `x`. Eight partial sums have smaller rounding errors
+/// and let the compiler use SIMD lanes.
 #[inline]
 fn sum<T: Scalar, const K: usize>(x: &[T], term: impl Fn(&[T; K]) -> T) -> T {
     let (mut sums, mut rest) = ([T::zero(); 8], x);

@@ -5,12 +5,13 @@
 //! H = p²/2 + α q²/2 + β q⁴/4                           D = -μ (1 - q²) p
 //! ```
 //!
-//! Parameters, all finite, with q in half-widths of the driven strip and a unit mass: μ in 1/time, α and β in
-//! 1/time². α = 1, β = 0 is the Van der Pol oscillator; β < 0 leaves V unbounded below; α < 0 < β puts the
-//! minima of a double well at q = ±√(-α/β).
+//! Parameters, all finite, with q in half-widths of the driven strip and a unit mass: μ in 1/time,
+//! α and β in 1/time². α = 1, β = 0 is the Van der Pol oscillator; β < 0 leaves V unbounded below;
+//! α < 0 < β puts the minima of a double well at q = ±√(-α/β).
 //!
-//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
-//! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive.
+//! There is no closed solution: references come from [`afterbay_core::taylor::trajectory`] in a
+//! wider scalar.
 //!
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 

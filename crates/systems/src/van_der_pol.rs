@@ -5,12 +5,13 @@
 //! H = p²/2 + q²/2                             D = -μ (1 - q²) p
 //! ```
 //!
-//! μ is any finite number and has no unit: q is measured in half-widths of the driven strip, time in periods over
-//! 2π. μ > 0 has an attracting limit cycle, of amplitude 2 as μ → 0 and stiff for large μ; μ < 0 is the same
-//! with time reversed.
+//! μ is any finite number and has no unit: q is measured in half-widths of the driven strip, time
+//! in periods over 2π. μ > 0 has an attracting limit cycle, of amplitude 2 as μ → 0 and stiff for
+//! large μ; μ < 0 is the same with time reversed.
 //!
-//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
-//! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive.
+//! There is no closed solution: references come from [`afterbay_core::taylor::trajectory`] in a
+//! wider scalar.
 
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{

@@ -2,18 +2,20 @@
 //!
 //! ```text
 //! q_j' = p_j        p_j' = -q_j + κ (q_{j+1} - 2 q_j + q_{j-1}) - D_j        w_j' = D_j p_j
-//! H = Σ [p_j²/2 + q_j²/2 + κ/2 (q_{j+1} - q_j)²]           D_j = -μ (1 - q_j²) p_j        j = 1..n, q_{n+1} = q_1
+//! H = Σ [p_j²/2 + q_j²/2 + κ/2 (q_{j+1} - q_j)²]
+//! D_j = -μ (1 - q_j²) p_j        j = 1..n, q_{n+1} = q_1
 //! ```
 //!
-//! Parameters: n ≥ 1 oscillators; the nonlinearity μ and the coupling κ, any finite numbers, without a unit: q is
-//! measured in half-widths of the driven strip, time in periods of a single oscillator over 2π. κ ≥ -1/4 keeps V from
-//! falling below 0. Two oscillators are joined by two springs, one on either side. A single one has no
-//! spring and is the [`VanDerPol`] oscillator.
+//! Parameters: n ≥ 1 oscillators; the nonlinearity μ and the coupling κ, any finite numbers,
+//! without a unit: q is measured in half-widths of the driven strip, time in periods of a single
+//! oscillator over 2π. κ ≥ -1/4 keeps V from falling below 0. Two oscillators are joined by two
+//! springs, one on either side. A single one has no spring and is the [`VanDerPol`] oscillator.
 //!
-//! Invariant: K = H + Σ w_j. For μ ≠ 0 every reservoir gives and takes by turns, so D is never passive. Turning the
-//! circle or its direction takes solutions to solutions; one in which all move as one is that of a single
-//! oscillator. There is no closed solution: references come from `tests/data/many_degrees.py`, made by another
-//! library, and from [`afterbay_core::taylor::trajectory`].
+//! Invariant: K = H + Σ w_j. For μ ≠ 0 every reservoir gives and takes by turns, so D is never
+//! passive. Turning the circle or its direction takes solutions to solutions; one in which all move
+//! as one is that of a single oscillator. There is no closed solution: references come from
+//! `tests/data/many_degrees.py`, made by another library, and from
+//! [`afterbay_core::taylor::trajectory`].
 
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{

@@ -1,4 +1,5 @@
-//! Every system here is what it says it is, at states and with parameters of many orders of magnitude.
+//! Every system here is what it says it is, at states and with parameters of many orders of
+//! magnitude.
 
 #![cfg(test)]
 

@@ -1,5 +1,5 @@
-//! Honest systems that are not easy to believe: potentials with walls, kinks, narrow features, ends and cancellation, and
-//! a Hamiltonian that is not separable.
+//! Honest systems that are not easy to believe: potentials with walls, kinks, narrow features, ends
+//! and cancellation, and a Hamiltonian that is not separable.
 
 #![cfg(test)]
 

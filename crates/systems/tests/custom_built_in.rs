@@ -1,5 +1,5 @@
-//! The systems that are built in, written as expressions: the same to rounding in everything they say. And random polynomials are
-//! what they say they are.
+//! The systems that are built in, written as expressions: the same to rounding in everything they
+//! say. And random polynomials are what they say they are.
 
 #![cfg(test)]
 
@@ -165,7 +165,8 @@ proptest! {
     }
 }
 
-/// A pendulum, whose edges are partly quadrature, on a pendulum's scale; and functions of every kind.
+/// A pendulum, whose edges are partly quadrature, on a pendulum's scale; and functions of every
+/// kind.
 #[test]
 fn functions_are_what_they_say() {
     for potential in [
@@ -214,7 +215,8 @@ fn references_are_those_of_the_built_in_system() {
     }
 }
 
-/// Polynomials of linear forms are evaluated as such. With a term that is 0 but is none, as any expression is: the same to rounding.
+/// Polynomials of linear forms are evaluated as such. With a term that is 0 but is none, as any
+/// expression is: the same to rounding.
 fn ridges(terms: &[Ridge], frictions: &[Ridge], n: usize, off: &str) -> Custom<f64> {
     let potential = terms.iter().map(|term| term.text(n)).collect::<Vec<_>>().join(" + ");
     let rate = |j: usize| {
@@ -226,7 +228,8 @@ fn ridges(terms: &[Ridge], frictions: &[Ridge], n: usize, off: &str) -> Custom<f
     custom(&format!("{potential}{off}"), (0..n).map(rate).collect(), parameters)
 }
 
-/// c ℓ^power with ℓ = a q_i + b q_j + offset, or c (s ℓ² + offset)^(power mod 3) with the same a and b.
+/// c ℓ^power with ℓ = a q_i + b q_j + offset, or c (s ℓ² + offset)^(power mod 3) with the same a
+/// and b.
 #[derive(Clone, Copy, Debug)]
 struct Ridge {
     c: f64,

@@ -1,8 +1,9 @@
-//! Random expressions: their values, gradients, second derivatives and edges, against dual numbers of the same expression
-//! evaluated straight from its tree.
+//! Random expressions: their values, gradients, second derivatives and edges, against dual numbers
+//! of the same expression evaluated straight from its tree.
 //!
-//! How far two evaluations may differ is measured: the tree is evaluated with every operation and input off by up to 2⁻⁴⁰ of itself, and what
-//! that does, taken down to 2⁻⁵³, is what rounding may do.
+//! How far two evaluations may differ is measured: the tree is evaluated with every operation and
+//! input off by up to 2⁻⁴⁰ of itself, and what that does, taken down to 2⁻⁵³, is what rounding may
+//! do.
 
 #![cfg(test)]
 
@@ -80,7 +81,8 @@ impl Tree {
         shaken(exact, noise)
     }
 
-    /// Value, first derivatives by both marked inputs and the second, each with what rounding may do to it.
+    /// Value, first derivatives by both marked inputs and the second, each with what rounding may
+    /// do to it.
     fn oracle(&self, point: &Point) -> [[f64; 2]; 4] {
         let parts = |x: HyperDual64| [x.re, x.eps1, x.eps2, x.eps1eps2];
         let exact = parts(self.at(point, &mut |x| x));
@@ -246,8 +248,8 @@ proptest! {
         }
     }
 
-    /// In closed form, for every length of the edge. A product may be made of large parts along the way, so that the formula is
-    /// checked in 31 digits, where these cost nothing.
+    /// In closed form, for every length of the edge. A product may be made of large parts along the
+    /// way, so that the formula is checked in 31 digits, where these cost nothing.
     #[test]
     fn edges(
         tree in algebraic(false), q in values(), to in -2.0..2.0_f64, parameter in 0.2..2.0_f64, digits in 0..9_i32,

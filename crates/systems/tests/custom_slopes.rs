@@ -1,4 +1,5 @@
-//! Edges of random expressions beside 60-digit arithmetic, and the singularities between their ends.
+//! Edges of random expressions beside 60-digit arithmetic, and the singularities between their
+//! ends.
 
 #![cfg(test)]
 

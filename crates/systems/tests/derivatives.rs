@@ -12,7 +12,8 @@ struct Trio<'a> {
     plain: &'a dyn Separable<f64>,
     dual: &'a dyn Separable<Dual64>,
     quad: &'a dyn Separable<Quad>,
-    /// The sums of the absolute values of the terms: of V as ½ A q² + ¼ B q⁴, of D as C (1 + q²) |p|.
+    /// The sums of the absolute values of the terms: of V as ½ A q² + ¼ B q⁴, of D as C (1 + q²)
+    /// |p|.
     size: [f64; 3],
 }
 

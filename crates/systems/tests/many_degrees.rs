@@ -1,5 +1,5 @@
-//! What a system with many degrees of freedom says of its derivatives, against dual numbers; of its edges, against
-//! divided differences of 31 digits; and of who acts on whom.
+//! What a system with many degrees of freedom says of its derivatives, against dual numbers; of its
+//! edges, against divided differences of 31 digits; and of who acts on whom.
 
 #![cfg(test)]
 
@@ -146,7 +146,8 @@ fn numbers(reach: f64) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-reach..reach, 20)
 }
 
-/// More than the sum of the absolute values of the terms of any field and its derivatives, V of the third power.
+/// More than the sum of the absolute values of the terms of any field and its derivatives, V of the
+/// third power.
 fn size(parameters: [f64; 2], q: &[f64], p: &[f64], to: f64) -> f64 {
     let largest = |x: &[f64]| x.iter().fold(1.0, |max: f64, x| max.max(x.abs()));
     let [x, y] = parameters.map(f64::abs);

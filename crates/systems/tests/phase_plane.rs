@@ -1,4 +1,5 @@
-//! H along one angle or momentum: divided differences of H in 31 digits, derivatives by dual numbers.
+//! H along one angle or momentum: divided differences of H in 31 digits, derivatives by dual
+//! numbers.
 
 #![cfg(test)]
 
@@ -27,7 +28,8 @@ fn close(found: f64, exact: f64, bound: f64) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Is this the mean of the slope of H from one end to the other, with the derivatives by the end and the variable held?
+/// Is this the mean of the slope of H from one end to the other, with the derivatives by the end
+/// and the variable held?
 fn is_the_mean(
     found: Mean<f64>,
     exact: impl Fn(Quad, Quad) -> Quad,

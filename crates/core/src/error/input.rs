@@ -36,7 +36,8 @@ pub enum InputError {
         /// The step asked for.
         h: f64,
     },
-    /// A tolerance that is not a positive finite number, or is below the rounding errors of the scalar.
+    /// A tolerance that is not a positive finite number, or is below the rounding errors of the
+    /// scalar.
     #[error("the tolerance {name} = {value:?} must be finite and at least {least:e}")]
     Tolerance {
         /// Which of them.
@@ -46,7 +47,8 @@ pub enum InputError {
         /// The least value allowed.
         least: f64,
     },
-    /// A study that needs the solution beyond a time at which it becomes infinite or stays on a kink.
+    /// A study that needs the solution beyond a time at which it becomes infinite or stays on a
+    /// kink.
     #[error("the solution cannot be followed beyond t = {t:?}: end before")]
     SolutionEnds {
         /// The time it was followed to.
@@ -103,7 +105,8 @@ pub enum InputError {
     Contradiction {
         /// What is contradicted.
         quantity: Quantity,
-        /// Which degree of freedom, from 0; for a sum, the one that contributes most to what is wrong.
+        /// Which degree of freedom, from 0; for a sum, the one that contributes most to what is
+        /// wrong.
         dof: usize,
         /// The value given, or the bound claimed.
         given: f64,

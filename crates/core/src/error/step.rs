@@ -47,8 +47,8 @@ pub enum StepFailure {
         /// The last update.
         update: f64,
     },
-    /// The branch of solutions that starts at h = 0 ends at a fold or forks before the whole step, where
-    /// the equation has several solutions.
+    /// The branch of solutions that starts at h = 0 ends at a fold or forks before the whole step,
+    /// where the equation has several solutions.
     #[error(
         "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and none is seen to continue \
          from h = 0 to its end: take a smaller step",
@@ -112,8 +112,8 @@ pub enum StepFailure {
         /// The change of K, in rounding errors of its terms.
         roundings: f64,
     },
-    /// V is singular between the ends of the edge along which a coordinate would move. A mean of ∂V/∂q along it exists, and would
-    /// keep K across the pole.
+    /// V is singular between the ends of the edge along which a coordinate would move. A mean of
+    /// ∂V/∂q along it exists, and would keep K across the pole.
     #[error(
         "V is singular between q{} = {from:?} and {to:?}, where the step would lead: no step crosses a singularity, take a smaller \
          one, or end before the motion itself meets it",
@@ -127,7 +127,8 @@ pub enum StepFailure {
         /// Where it would end.
         to: f64,
     },
-    /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on it.
+    /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on
+    /// it.
     #[error(
         "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a smaller step, or give the edge in \
          closed form",

@@ -2,11 +2,11 @@
 //!
 //! Every operation rounds as that of `T` does, and its error, known by error-free transformations
 //! (T. J. Dekker 1971; D. E. Knuth; a product's by a fused multiply-add), goes into a second number
-//! together with the errors of its operands, to first order: `(a + α)(b + β) = ab + (aβ + bα +
-//! αβ)`. The sum of both has about 105 correct bits, as for [`Quad`]. It is faster because the
-//! values do not depend on the errors: their chain is that of `T` alone, and no operation
-//! normalises the pair. That is the compensated arithmetic of S. Graillat, P. Langlois and N. Louvet (2009), for
-//! any straight-line program.
+//! together with the errors of its operands, to first order:
+//! `(a + α)(b + β) = ab + (aβ + bα + αβ)`. The sum of both has about 105 correct bits, as for
+//! [`Quad`]. It is faster because the values do not depend on the errors: their chain is that of
+//! `T` alone, and no operation normalises the pair. That is the compensated arithmetic of S.
+//! Graillat, P. Langlois and N. Louvet (2009), for any straight-line program.
 
 use super::scalar::{Mask, Scalar};
 use qd::Quad;

@@ -12,11 +12,12 @@
 //! ```
 //!
 //! The values are accurate to a few roundings for every width, 0 included, as long as φ itself is
-//! finite. The rounding errors of m and e are carried along, because sin 1000 and exp 700 magnify them.
-//! If e is small, a series replaces the quotient by e; otherwise nothing cancels. The derivatives
-//! are for Newton's method and less accurate.
+//! finite. The rounding errors of m and e are carried along, because sin 1000 and exp 700 magnify
+//! them. If e is small, a series replaces the quotient by e; otherwise nothing cancels. The
+//! derivatives are for Newton's method and less accurate.
 //!
-//! [`of_potential`] and [`by_quadrature`] give the divided difference of a whole potential over an edge.
+//! [`of_potential`] and [`by_quadrature`] give the divided difference of a whole potential over an
+//! edge.
 //!
 //! R. Krawczyk, A. Neumaier, *Interval slopes for rational functions*, SIAM J. Numer. Anal. 22
 //! (1985); T. W. Reps, L. B. Rall, *Computational divided differencing*, Higher-Order and Symbolic

@@ -1,9 +1,9 @@
 //! Intervals of `f64` rounded outward: enclosures of values over a range of arguments.
 //!
 //! The result of every operation contains the results for all points of its operands. If an operand
-//! reaches a singularity or an overflow, the result is [`Interval::WHOLE`]. Every operation on `WHOLE`
-//! gives `WHOLE` again, bounded functions included, so that the final result shows a singularity of
-//! any intermediate one ([`Scalar::is_finite`]).
+//! reaches a singularity or an overflow, the result is [`Interval::WHOLE`]. Every operation on
+//! `WHOLE` gives `WHOLE` again, bounded functions included, so that the final result shows a
+//! singularity of any intermediate one ([`Scalar::is_finite`]).
 //!
 //! Sums, products, quotients and roots are widened by one unit in the last place where they are
 //! not exact. Functions of the standard library are widened by [`LIBRARY_ULPS`] units.
@@ -13,8 +13,8 @@ use super::scalar::{Mask, Scalar};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// The bound assumed for the errors of exp, exp_m1, ln, sin, cos and atan of the standard library, in
-/// units in the last place. Measured errors are below 1.
+/// The bound assumed for the errors of exp, exp_m1, ln, sin, cos and atan of the standard library,
+/// in units in the last place. Measured errors are below 1.
 const LIBRARY_ULPS: u32 = 3;
 
 /// The largest angle, in radians, whose quadrant is determined; sine and cosine of larger ones are

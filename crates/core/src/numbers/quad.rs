@@ -1,9 +1,9 @@
 //! [`qd::Quad`]: the unevaluated sum of two `f64`, for seeing below the rounding of `f64`.
 //!
 //! Sums and products are the crate's, and so are their errors, given here as measured in units of
-//! 2⁻¹⁰⁶ = 1.2e-32. The functions are written here: the crate has no sine, cosine or `exp_m1`, its `exp` is
-//! off by up to 740 units at |x| = 650 (ln 2 in two parts is not enough to reduce so large an argument) and
-//! its `sqrt` by 8.
+//! 2⁻¹⁰⁶ = 1.2e-32. The functions are written here: the crate has no sine, cosine or `exp_m1`, its
+//! `exp` is off by up to 740 units at |x| = 650 (ln 2 in two parts is not enough to reduce so large
+//! an argument) and its `sqrt` by 8.
 
 use super::scalar::Scalar;
 use qd::Quad;
@@ -35,8 +35,9 @@ fn series(w: Quad, first: usize, step: usize) -> Quad {
 
 /// The whole number k nearest to x / period, and x - k period.
 ///
-/// The product of k and a part of the period is exact, and the accurate difference is good to 3 units of
-/// itself, which the operator's is not when terms cancel. Beyond that the period's tail is lost, 1e-49 k.
+/// The product of k and a part of the period is exact, and the accurate difference is good to 3
+/// units of itself, which the operator's is not when terms cancel. Beyond that the period's tail is
+/// lost, 1e-49 k.
 fn reduce(x: Quad, period: [f64; 3]) -> (f64, Quad) {
     let k = (x.0 / period[0]).round();
     let subtract = |r: Quad, part| r.sub_accurate(Quad::from_f64(k) * Quad::from_f64(part));
@@ -49,7 +50,8 @@ fn exp_reduced(x: Quad) -> (i32, Quad) {
     (k as i32, r + r * r * series(r, 2, 1))
 }
 
-/// 1/(2n + 1) for n from 0: enough that the first term left out of the logarithm below is under 1e-34 of it.
+/// 1/(2n + 1) for n from 0: enough that the first term left out of the logarithm below is under
+/// 1e-34 of it.
 const INVERSE_ODDS: [Quad; 22] = {
     let mut inverses = [Quad::ONE; 22];
     let mut n = 1;
@@ -69,9 +71,10 @@ fn scale(x: Quad, k: i32) -> Quad {
 impl Scalar for Quad {
     type Mask = bool;
 
-    /// 5 units: the bound of a product, of which 3.8 are seen; a quotient is seen to be off by 2.2. A sum is
-    /// off by up to 3 units of |a| + |b|, not of itself, because the low parts are added with a rounding of
-    /// their own: a difference of nearly equal numbers may keep far fewer digits.
+    /// 5 units: the bound of a product, of which 3.8 are seen; a quotient is seen to be off by 2.2.
+    /// A sum is off by up to 3 units of |a| + |b|, not of itself, because the low parts are added
+    /// with a rounding of their own: a difference of nearly equal numbers may keep far fewer
+    /// digits.
     const EPSILON: f64 = 1.25 * f64::EPSILON * f64::EPSILON;
 
     #[inline(always)]
@@ -115,8 +118,8 @@ impl Scalar for Quad {
             }
         }
     }
-    /// e^self - 1 as 2ᵏ ((e^r - 1) + (1 - 2⁻ᵏ)), whose bracket is the series itself near 0: good to 3 units
-    /// of itself everywhere.
+    /// e^self - 1 as 2ᵏ ((e^r - 1) + (1 - 2⁻ᵏ)), whose bracket is the series itself near 0: good to
+    /// 3 units of itself everywhere.
     fn exp_m1(self) -> Self {
         match self.0 {
             x if x > 710.0 => Quad::INFINITY,
@@ -127,8 +130,9 @@ impl Scalar for Quad {
             }
         }
     }
-    /// `k ln 2 + 2 artanh z`, z = (m - 1)/(m + 1), of self = 2ᵏ m with m between √½ and √2: near 1, where k = 0, nothing is
-    /// lost. Good to 3 units of itself. Below 1e-291 the low part has underflowed, and the accuracy goes down to that of `f64`.
+    /// `k ln 2 + 2 artanh z`, z = (m - 1)/(m + 1), of self = 2ᵏ m with m between √½ and √2: near 1,
+    /// where k = 0, nothing is lost. Good to 3 units of itself. Below 1e-291 the low part has
+    /// underflowed, and the accuracy goes down to that of `f64`.
     fn ln(self) -> Self {
         match self.0 {
             x if x < 0.0 || !x.is_finite() => Quad::from_f64(x.ln()),
@@ -148,8 +152,9 @@ impl Scalar for Quad {
             }
         }
     }
-    /// One step of Newton's method from the angle y of the high part, `y + (x cos y - sin y)/(cos y + x sin y)`: what it leaves
-    /// is the third power of an error of 1e-16. Good to 4 units of itself.
+    /// One step of Newton's method from the angle y of the high part,
+    /// `y + (x cos y - sin y)/(cos y + x sin y)`: what it leaves is the third power of an error of
+    /// 1e-16. Good to 4 units of itself.
     fn atan(self) -> Self {
         let y = Quad::from_f64(self.0.atan());
         if self.0.is_infinite() {
@@ -159,7 +164,8 @@ impl Scalar for Quad {
         let (sin, cos) = y.sin_cos();
         y.add_accurate((self * cos).sub_accurate(sin) / (cos + self * sin))
     }
-    /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of 1 for
+    /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of
+    /// 1 for
     /// |self| up to 1e4, to 4 up to 1e15. Beyond, k is not exact and nothing is promised.
     fn sin_cos(self) -> (Self, Self) {
         let (k, r) = reduce(self, FRAC_PI_2_PARTS);
@@ -218,7 +224,8 @@ mod tests {
                 "atan" => x.atan(),
                 _ => panic!("no function called {name}"),
             };
-            // The accurate differences, and the large part first: what is left has no error to speak of.
+            // The accurate differences, and the large part first: what is left has no error to
+            // speak of.
             let error = value.sub_accurate(Quad(hi, mid)).sub_accurate(Quad(lo, 0.0)).0;
             let size = if hi == 0.0 || matches!(name, "sin" | "cos") { 1.0 } else { hi.abs() };
             let error = error.abs() / size;

@@ -2,13 +2,14 @@
 
 use super::scalar::{Mask, Scalar};
 
-/// The means of K functions over the edge from `a` to `b`, by one quadrature. `f` receives the point and
-/// the share of the edge before it, which is the derivative of the point by `b`.
+/// The means of K functions over the edge from `a` to `b`, by one quadrature. `f` receives the
+/// point and the share of the edge before it, which is the derivative of the point by `b`.
 ///
-/// An edge is resolved if the last two Legendre coefficients of the first function, one even and one odd,
-/// are below the square root of a rounding relative to its mean size, because they decrease at least as
-/// fast as the square root of the error. Other edges are bisected. The means are NaN if bisection does
-/// not resolve the function, as at a pole. Features between the nodes are missed.
+/// An edge is resolved if the last two Legendre coefficients of the first function, one even and
+/// one odd, are below the square root of a rounding relative to its mean size, because they
+/// decrease at least as fast as the square root of the error. Other edges are bisected. The means
+/// are NaN if bisection does not resolve the function, as at a pole. Features between the nodes are
+/// missed.
 #[inline]
 pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -> [T; K] {
     let part = panel([a, b], [T::zero(), T::one()], &f);
@@ -22,10 +23,11 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
 const MOST_HALVINGS: usize = 50;
 /// The largest number of bisections in all: enough for a few hundred periods of an angle.
 const MOST_PARTS: usize = 8192;
-/// The largest tail, as a share of the function, that is taken for rounding if it does not decrease with
-/// the width of a part.
+/// The largest tail, as a share of the function, that is taken for rounding if it does not decrease
+/// with the width of a part.
 const NOISE_SHARE: f64 = 1e-3;
-/// The number of bisections after which a tail that does not decrease is taken for rounding at any size.
+/// The number of bisections after which a tail that does not decrease is taken for rounding at any
+/// size.
 const HALVINGS_BEFORE_NOISE: i32 = 12;
 
 /// The quadrature over part of an edge.
@@ -88,13 +90,13 @@ struct Open<T> {
     tail: T,
 }
 
-/// The means by bisection of the edge; none if that takes too many parts. `whole` is the panel of the
-/// undivided edge.
+/// The means by bisection of the edge; none if that takes too many parts. `whole` is the panel of
+/// the undivided edge.
 ///
-/// If both halves of a part have tails about as large as its own, the tails are taken for rounding errors
-/// and the halves are accepted: at once if the tails are small beside the function, else after
-/// [`HALVINGS_BEFORE_NOISE`] bisections. Functions that oscillate that fast within a part are taken for
-/// noise as well; the balance of K reveals them.
+/// If both halves of a part have tails about as large as its own, the tails are taken for rounding
+/// errors and the halves are accepted: at once if the tails are small beside the function, else
+/// after [`HALVINGS_BEFORE_NOISE`] bisections. Functions that oscillate that fast within a part are
+/// taken for noise as well; the balance of K reveals them.
 #[cold]
 #[inline(never)]
 fn in_parts<T: Scalar, const K: usize>(
@@ -140,9 +142,9 @@ fn in_parts<T: Scalar, const K: usize>(
     None
 }
 
-// A row belongs to a pair of nodes 1/2 ± x of [0, 1]: x and the weight of each node, both as sums of two
-// f64, and the factors for the Legendre coefficients of odd and even order n - 1 and n - 2. The rows are
-// printed by tests/data/gauss_legendre.py.
+// A row belongs to a pair of nodes 1/2 ± x of [0, 1]: x and the weight of each node, both as sums
+// of two f64, and the factors for the Legendre coefficients of odd and even order n - 1 and n - 2.
+// The rows are printed by tests/data/gauss_legendre.py.
 const NODES_8: [[f64; 6]; 4] = [
     [
         0.48014492824876814,

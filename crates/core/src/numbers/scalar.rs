@@ -1,7 +1,7 @@
 //! The trait of the numbers that systems and methods compute with.
 //!
-//! Comparisons give a [`Mask`], and branches on values are a [`Scalar::select`], so that a scalar may hold
-//! several numbers in SIMD lanes.
+//! Comparisons give a [`Mask`], and branches on values are a [`Scalar::select`], so that a scalar
+//! may hold several numbers in SIMD lanes.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};

@@ -3,7 +3,8 @@
 use super::scalar::{Mask, Scalar};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// `c_0 + c_1 τ + ... + c_{N-1} τ^{N-1}`, everything of order N and beyond dropped. Comparisons look at c_0.
+/// `c_0 + c_1 τ + ... + c_{N-1} τ^{N-1}`, everything of order N and beyond dropped. Comparisons
+/// look at c_0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series<T, const N: usize>(pub [T; N]);
 
@@ -52,7 +53,8 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         terms.fold(T::zero(), |sum, (k, &c)| sum.mul_add(tau, c * T::from_f64(k as f64)))
     }
 
-    /// f(self) for an f that satisfies f' = g(f): `first` is f(c_0), `derivative` gives `g` from what is known of f.
+    /// f(self) for an f that satisfies f' = g(f): `first` is f(c_0), `derivative` gives `g` from
+    /// what is known of f.
     #[inline]
     fn compose(self, first: T, derivative: impl Fn(&Self) -> Self) -> Self {
         let (mut f, terms) = (Self::constant(first), self.terms());

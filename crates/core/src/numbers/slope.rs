@@ -1,7 +1,8 @@
 //! Slope arithmetic: a function's values at the two ends of an edge and its divided difference.
 //!
-//! Slope arithmetic gives divided differences as dual numbers give derivatives. The rule of each operation
-//! has no subtraction that the operation itself does not have; with means f̄ = (f(a) + f(b))/2:
+//! Slope arithmetic gives divided differences as dual numbers give derivatives. The rule of each
+//! operation has no subtraction that the operation itself does not have; with means f̄ = (f(a) +
+//! f(b))/2:
 //!
 //! ```text
 //! (f ± g)[a,b] = f[a,b] ± g[a,b]        (f g)[a,b] = f̄ g[a,b] + ḡ f[a,b]
@@ -18,9 +19,9 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// f(a), f(b) and f[a, b] of a function along the edge from a to b.
 ///
-/// A comparison is made at both ends. If a [`Scalar::select`] takes different branches at a and b, the
-/// divided difference is the plain quotient of the values. Its error is a rounding of the values over
-/// the width, which changes an energy by one of its roundings.
+/// A comparison is made at both ends. If a [`Scalar::select`] takes different branches at a and b,
+/// the divided difference is the plain quotient of the values. Its error is a rounding of the
+/// values over the width, which changes an energy by one of its roundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope<T> {
     /// f(a)

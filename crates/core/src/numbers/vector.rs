@@ -1,10 +1,11 @@
-//! Storage of N numbers: on the stack where N is known to the compiler, on the heap where it is not.
+//! Storage of N numbers: on the stack where N is known to the compiler, on the heap where it is
+//! not.
 
 use super::scalar::Scalar;
 use nalgebra::{DVector, SVector};
 
-/// Storage of N scalars. Kernels are written once on slices. A constant [`Vector::LEN`] lets the compiler
-/// unroll their loops and, for N = 1, remove them.
+/// Storage of N scalars. Kernels are written once on slices. A constant [`Vector::LEN`] lets the
+/// compiler unroll their loops and, for N = 1, remove them.
 pub trait Vector: Clone + Send + Sync {
     /// The type of the numbers.
     type Scalar: Scalar;
@@ -61,7 +62,8 @@ impl<T: Scalar, const N: usize> Vector for SVector<T, N> {
     fn zeros(_len: usize) -> Self {
         Self::from_element(T::zero())
     }
-    // The inner array: the compiler does not know the length of nalgebra's own slice (13 % at N = 1).
+    // The inner array: the compiler does not know the length of nalgebra's own slice (13 % at N =
+    // 1).
     #[inline(always)]
     fn as_slice(&self) -> &[T] {
         &self.data.0[0]

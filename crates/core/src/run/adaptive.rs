@@ -13,15 +13,15 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// Scratch space and the last attempted step.
     type Workspace;
 
-    /// The least factor by which a step grows; at least 1. A step that could grow by less keeps its length.
-    /// Above 1 it pays for methods that reuse work as long as the step does not change.
+    /// The least factor by which a step grows; at least 1. A step that could grow by less keeps its
+    /// length. Above 1 it pays for methods that reuse work as long as the step does not change.
     const LEAST_GROWTH: f64 = 1.0;
 
     /// The workspace for a run over the time `span`.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] if the method does not apply to this system, [`InputError::Tolerance`] if
-    /// it cannot meet the tolerance.
+    /// [`InputError::Unsupported`] if the method does not apply to this system,
+    /// [`InputError::Tolerance`] if it cannot meet the tolerance.
     fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Self::Workspace, InputError>;
 
     /// Computes the step h from `state`, which does not change, and estimates its error.
@@ -39,8 +39,8 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// Moves `state` to the end of the step attempted last. The caller sets its time.
     fn accept(&self, state: &mut State<V>, workspace: &mut Self::Workspace);
 
-    /// Computes the state at the time h after `before`, the initial state of the step accepted last, which
-    /// is longer than h.
+    /// Computes the state at the time h after `before`, the initial state of the step accepted
+    /// last, which is longer than h.
     ///
     /// # Errors
     /// A [`StepFailure`].
@@ -61,7 +61,8 @@ pub struct Attempt {
     pub error: f64,
     /// The power of h by which this share grows.
     pub order: u32,
-    /// The largest factor from this step to the next for reasons other than the error, such as stability.
+    /// The largest factor from this step to the next for reasons other than the error, such as
+    /// stability.
     pub largest_growth: f64,
     /// The work done.
     pub effort: Effort,
@@ -87,9 +88,10 @@ pub struct Statistics {
 /// Integrates from `state` to the time `end` and passes every accepted step to `observer`.
 ///
 /// # Errors
-/// [`IntegrateError::Input`] if the state does not fit the system, the method does not apply, or the
-/// tolerance or the end is invalid; nothing was computed then. [`IntegrateError::Run`] if steps fail at
-/// every length or shrink until t + h = t; `state` is then that of the last successful step.
+/// [`IntegrateError::Input`] if the state does not fit the system, the method does not apply, or
+/// the tolerance or the end is invalid; nothing was computed then. [`IntegrateError::Run`] if steps
+/// fail at every length or shrink until t + h = t; `state` is then that of the last successful
+/// step.
 pub fn integrate_within<V, S, M, O>(
     method: &M,
     system: &S,
@@ -113,8 +115,9 @@ where
     Ok(run.statistics)
 }
 
-/// Integrates from `state` to the last of `times`, which ascend from the time of the state, and passes the
-/// states at these times to `observer`. They are as accurate as the steps, and K is kept as well.
+/// Integrates from `state` to the last of `times`, which ascend from the time of the state, and
+/// passes the states at these times to `observer`. They are as accurate as the steps, and K is kept
+/// as well.
 ///
 /// # Errors
 /// Those of [`integrate_within`], and [`InputError::End`] if the times do not ascend.

@@ -1,29 +1,30 @@
 //! The control of the step size.
 //!
-//! A controller that sees how the error changes from step to step (K. Gustafsson, ACM TOMS 20 (1994)
-//! 496-517). All errors are shares of the error allowed for a step of that length.
+//! A controller that sees how the error changes from step to step (K. Gustafsson, ACM TOMS 20
+//! (1994) 496-517). All errors are shares of the error allowed for a step of that length.
 
 use super::adaptive::Attempt;
 use super::tolerance::Tolerance;
 use crate::numbers::{Scalar, Vector};
 use crate::system::{State, System};
 
-/// The error a step aims at, as a share of the error allowed; between 0 and 1. Values from 0.25 to 0.4
-/// are usual (E. Hairer, S. P. Nørsett, G. Wanner, *Solving ODEs I*, section II.4).
+/// The error a step aims at, as a share of the error allowed; between 0 and 1. Values from 0.25 to
+/// 0.4 are usual (E. Hairer, S. P. Nørsett, G. Wanner, *Solving ODEs I*, section II.4).
 const TARGET_ERROR: f64 = 0.2;
-/// The largest factor by which a step grows or shrinks; above 1. Values from 1.5 to 5 are usual (ibid.).
+/// The largest factor by which a step grows or shrinks; above 1. Values from 1.5 to 5 are usual
+/// (ibid.).
 const LARGEST_FACTOR: f64 = 5.0;
 /// The largest factor for the step after a rejected one; below 1, so that it is shorter.
 const LARGEST_AFTER_REJECTION: f64 = 0.9;
-/// The first step, as a share of the step at which a solution of the size and slope of the initial state
-/// has the error allowed; between 0 and 1. A choice.
+/// The first step, as a share of the step at which a solution of the size and slope of the initial
+/// state has the error allowed; between 0 and 1. A choice.
 const FIRST_SHARE: f64 = 0.3;
 /// The least size assumed for q and p when the first step is chosen, in their own units.
 const LEAST_SIZE: f64 = 1e-6;
 /// The least error that enters the next step, as a share of the error allowed. It only avoids ln 0.
 const LEAST_ERROR: f64 = 1e-30;
-/// The least error that is remembered for the trend, as a share of the error allowed: smaller ones are
-/// dominated by rounding and carry no trend.
+/// The least error that is remembered for the trend, as a share of the error allowed: smaller ones
+/// are dominated by rounding and carry no trend.
 const LEAST_TREND: f64 = 1e-3;
 /// The factor for a step that could not be computed or was rejected again; between 0 and 1.
 pub(super) const CUT: f64 = 0.5;
@@ -48,8 +49,9 @@ impl Controller {
         Self { h, log_error: f64::INFINITY, last_h: h }
     }
 
-    /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut` says that
-    /// a longer step has failed before. Growth by a factor below `least_growth` is not made.
+    /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut`
+    /// says that a longer step has failed before. Growth by a factor below `least_growth` is not
+    /// made.
     pub(super) fn update(&mut self, attempt: Attempt, h: f64, accepted: bool, cut: bool, least_growth: f64) {
         self.h = h * self.factor(attempt, h, accepted, cut, least_growth);
     }
@@ -87,8 +89,8 @@ fn exp(x: f64) -> f64 {
     f64::from((x as f32).exp())
 }
 
-/// The first step: a share of the time in which q or p would change by its size, such that a method of
-/// order 8 has about the error allowed.
+/// The first step: a share of the time in which q or p would change by its size, such that a method
+/// of order 8 has about the error allowed.
 pub(super) fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
     system: &S,
     state: &State<V>,

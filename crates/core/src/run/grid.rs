@@ -3,7 +3,8 @@
 use crate::error::InputError;
 use crate::numbers::Scalar;
 
-/// The times `t_n = t0 + n h`, n = 0..=steps. They are not accumulated, so that each has one rounding.
+/// The times `t_n = t0 + n h`, n = 0..=steps. They are not accumulated, so that each has one
+/// rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid<T> {
     /// h
@@ -17,8 +18,8 @@ impl<T: Scalar> Grid<T> {
     ///
     /// # Errors
     /// [`InputError::Step`] and [`InputError::End`] if a number is not positive and finite,
-    /// [`InputError::TimeStalled`] if `end + h = end`, [`InputError::NotAMultiple`] if `end / h` differs from a
-    /// whole number by more than rounding.
+    /// [`InputError::TimeStalled`] if `end + h = end`, [`InputError::NotAMultiple`] if `end / h`
+    /// differs from a whole number by more than rounding.
     pub fn new(h: f64, end: f64) -> Result<Self, InputError> {
         if !(end > 0.0 && end.is_finite()) {
             return Err(InputError::End { end });
@@ -38,7 +39,8 @@ impl<T: Scalar> Grid<T> {
     /// `steps` steps of size `h`.
     ///
     /// # Errors
-    /// [`InputError::Step`] if the step is not positive and finite, [`InputError::End`] if the end overflows.
+    /// [`InputError::Step`] if the step is not positive and finite, [`InputError::End`] if the end
+    /// overflows.
     pub fn of(h: f64, steps: u64) -> Result<Self, InputError> {
         check_step(h)?;
         let end = h * steps as f64;

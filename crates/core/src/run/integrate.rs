@@ -8,17 +8,17 @@ use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
-/// Steps between two checks whether the state has come to rest. A choice: so many that the checks cost
-/// little beside the steps.
+/// Steps between two checks whether the state has come to rest. A choice: so many that the checks
+/// cost little beside the steps.
 const STEPS_BETWEEN_CHECKS: u64 = 1024;
 
-/// Integrates over the grid from `state` and passes the states that `observer` asks for. The times are
-/// `t + n h`, with t the time of the initial state.
+/// Integrates over the grid from `state` and passes the states that `observer` asks for. The times
+/// are `t + n h`, with t the time of the initial state.
 ///
 /// # Errors
-/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply; nothing was
-/// computed then. [`IntegrateError::Run`] if a step fails; `state` is then that of the last successful
-/// step.
+/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply;
+/// nothing was computed then. [`IntegrateError::Run`] if a step fails; `state` is then that of the
+/// last successful step.
 pub fn integrate<V, S, M, O>(
     method: &M,
     system: &S,
@@ -36,8 +36,8 @@ where
     integrate_in(method, system, grid, state, &mut method.workspace(system)?, observer)
 }
 
-/// [`integrate`] in a given workspace for the method and the system. It must be new, unless the method is
-/// memoryless ([`Method::is_memoryless`]).
+/// [`integrate`] in a given workspace for the method and the system. It must be new, unless the
+/// method is memoryless ([`Method::is_memoryless`]).
 ///
 /// # Errors
 /// Those of [`integrate`].

@@ -28,16 +28,16 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         workspace: &mut Self::Workspace,
     ) -> Result<Effort, StepFailure>;
 
-    /// Whether a step depends on the state alone and not on earlier steps through the workspace. A run then
-    /// skips the steps after one that leaves the state unchanged, and a workspace can be reused for
-    /// another run.
+    /// Whether a step depends on the state alone and not on earlier steps through the workspace. A
+    /// run then skips the steps after one that leaves the state unchanged, and a workspace can be
+    /// reused for another run.
     #[inline(always)]
     fn is_memoryless(&self) -> bool {
         false
     }
 
-    /// Takes `count` steps without observation, with the same result to the bit as single steps. Methods
-    /// that can take several steps at a time faster than one by one override it.
+    /// Takes `count` steps without observation, with the same result to the bit as single steps.
+    /// Methods that can take several steps at a time faster than one by one override it.
     ///
     /// # Errors
     /// The number of steps done and the failure of the next; the state is then that after the last

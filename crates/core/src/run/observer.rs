@@ -5,13 +5,14 @@ use crate::system::State;
 use std::ops::ControlFlow;
 
 /// An observer receives the states of a run at the steps it asks for, the initial state (step 0)
-/// included, and may end the run. A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an observer of
-/// every step, and `()` observes nothing.
+/// included, and may end the run. A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an
+/// observer of every step, and `()` observes nothing.
 pub trait Observer<V: Vector> {
     /// Receives the state after `step` steps. `Break` ends the run there.
     fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()>;
 
-    /// The next step to observe after `step`; by default each. The run may pass states in between as well.
+    /// The next step to observe after `step`; by default each. The run may pass states in between
+    /// as well.
     #[inline(always)]
     fn next(&self, step: u64) -> u64 {
         step + 1

@@ -3,12 +3,12 @@
 use crate::error::InputError;
 use crate::numbers::Scalar;
 
-/// The error allowed at the end of a run, for (q, p) and for w: `absolute + relative · size`, where the
-/// largest |q_j|, |p_j| and |w_j| are the sizes of q, p and w.
+/// The error allowed at the end of a run, for (q, p) and for w: `absolute + relative · size`, where
+/// the largest |q_j|, |p_j| and |w_j| are the sizes of q, p and w.
 ///
-/// Each step may take a share in proportion to its length, so that the errors of all steps add up to
-/// about the tolerance. A system in which solutions diverge magnifies them, and one in which they
-/// converge reduces them.
+/// Each step may take a share in proportion to its length, so that the errors of all steps add up
+/// to about the tolerance. A system in which solutions diverge magnifies them, and one in which
+/// they converge reduces them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Relative to the size of q and p.
@@ -25,8 +25,8 @@ impl Tolerance {
         Self { relative: tolerance, absolute: tolerance, w: (tolerance, tolerance) }
     }
 
-    /// Checks the range of each part. A relative tolerance is at least 64 times the unit roundoff of the
-    /// scalar.
+    /// Checks the range of each part. A relative tolerance is at least 64 times the unit roundoff
+    /// of the scalar.
     ///
     /// # Errors
     /// [`InputError::Tolerance`], with the part that is out of range.

@@ -6,16 +6,18 @@ use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar};
 use crate::quantity::Quantity;
 
-/// The iteration `x ← start - F(1, x)`, until the update no longer shrinks. It contracts if |∂F/∂x| < 1,
-/// which bounds the step. (The tolerance of the paper, 1e-18, is below the rounding of `f64` and is
-/// never reached there.)
+/// The iteration `x ← start - F(1, x)`, until the update no longer shrinks. It contracts if |∂F/∂x|
+/// < 1, which bounds the step. (The tolerance of the paper, 1e-18, is below the rounding of `f64`
+/// and is never reached there.)
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FixedPoint;
 
-/// The largest number of iterations. A choice: it allows contraction factors up to about 0.996 in `f64`.
+/// The largest number of iterations. A choice: it allows contraction factors up to about 0.996 in
+/// `f64`.
 const MOST_ITERATIONS: u32 = 10_000;
-/// Iterations in a row without a smaller update that end a fast contraction; at least 2, as single updates
-/// may grow on the way to a solution. A contraction with the factor r is given 1/(1 - r) times as many.
+/// Iterations in a row without a smaller update that end a fast contraction; at least 2, as single
+/// updates may grow on the way to a solution. A contraction with the factor r is given 1/(1 - r)
+/// times as many.
 const STALLED_ITERATIONS: u32 = 3;
 /// The largest update that counts as noise, in rounding errors of the terms of the equation.
 const NOISE_ROUNDINGS: f64 = 64.0;
@@ -51,17 +53,20 @@ impl Solver for FixedPoint {
             }
             ratio = (update / before).to_f64();
             stalled = if update.lt(smallest).all() { 0 } else { stalled + 1 };
-            // Noise hides a slow contraction: with the factor |F'| it shows after 1/(1 - |F'|) iterations.
+            // Noise hides a slow contraction: with the factor |F'| it shows after 1/(1 - |F'|)
+            // iterations.
             let gap = one - f.slope.abs();
             if stalled >= STALLED_ITERATIONS && gap.le(T::zero()).any() {
                 return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
             }
             if T::from_f64(f64::from(STALLED_ITERATIONS)).le(T::from_f64(f64::from(stalled)) * gap).all() {
-                // Updates of a contraction stop shrinking at the noise of F, unless they never came close.
+                // Updates of a contraction stop shrinking at the noise of F, unless they never came
+                // close.
                 let small =
                     T::from_f64(NOISE_ROUNDINGS * T::EPSILON) * (start.abs() + x.abs() + f.value_rounding);
                 let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);
-                // If F' > 0 the iterates alternate around the solution, by many roundings if F' is near 1.
+                // If F' > 0 the iterates alternate around the solution, by many roundings if F' is
+                // near 1.
                 let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
                 return if smallest.le(small).all() {
                     Ok(Root { x, evaluations })
@@ -77,8 +82,8 @@ impl Solver for FixedPoint {
 }
 
 impl FixedPoint {
-    /// TwoCorrections the rounding error of F that is measured between the last two points, in the lanes in which
-    /// the bound does not suffice.
+    /// TwoCorrections the rounding error of F that is measured between the last two points, in the
+    /// lanes in which the bound does not suffice.
     #[cold]
     fn rounding<T: Scalar>(
         start: T,

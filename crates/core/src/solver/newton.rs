@@ -1,23 +1,23 @@
 //! Newton's method for a scalar equation, with chord corrections, bisection and continuation.
 //!
-//! **Convergence.** There is one criterion: x has converged if the next update is below the rounding
-//! error of x. With g(x) = x + F(x) - start and ε the unit roundoff, that error is
+//! **Convergence.** There is one criterion: x has converged if the next update is below the
+//! rounding error of x. With g(x) = x + F(x) - start and ε the unit roundoff, that error is
 //!
 //! ```text
 //! scale = ε (|x| + (|start| + argument_rounding) / (1 + F')) + the rounding error of F / (1 + F')
 //! ```
 //!
-//! because a residual with the error ε (|start| + argument_rounding) moves x by this error over g'. It is
-//! established in three ways.
+//! because a residual with the error ε (|start| + argument_rounding) moves x by this error over g'.
+//! It is established in three ways.
 //!
-//! 1. The next update, predicted from the last two (`Correction`), is below ε (|x| + ..). This is the
-//!    ordinary case.
-//! 2. Updates no longer shrink and are below the rounding error of F: the bound `value_rounding` of the
-//!    equation, or the measured error, which is the change of F between neighbouring numbers beyond its
-//!    slope (`measure_rounding`).
+//! 1. The next update, predicted from the last two (`Correction`), is below ε (|x| + ..). This is
+//!    the ordinary case.
+//! 2. Updates no longer shrink and are below the rounding error of F: the bound `value_rounding` of
+//!    the equation, or the measured error, which is the change of F between neighbouring numbers
+//!    beyond its slope (`measure_rounding`).
 //! 3. Residuals of opposite signs are closer to each other than `scale` (`Bracket`), so that every
 //!    update between them is below it. This needs no knowledge of F and also holds where F jumps by
-//!    its rounding: terms that underflow, forces that cancel, functions that are constant to rounding.
+//!    its rounding: terms that underflow, forces that cancel, functions constant to rounding.
 
 mod bracket;
 mod continuation;
@@ -37,25 +37,27 @@ pub(super) use rounding::{MeasuredRounding, Point, measure_rounding};
 
 /// Newton's method to rounding. An ordinary step takes two evaluations.
 ///
-/// Corrections reuse the last inverse slope (chords) while they contract fast, so that an ordinary step
-/// needs one division. After sixteen evaluations the iteration stays between residuals of opposite
-/// signs, and bisects where a correction would not halve their distance. If the slopes allow for a fold
-/// on the way, or the iteration does not converge, the solution is continued from s = 0 instead. If its
-/// branch ends, the step fails: [`StepFailure::SeveralSolutions`] if other solutions are found, else
-/// [`StepFailure::NewtonStalled`].
+/// Corrections reuse the last inverse slope (chords) while they contract fast, so that an ordinary
+/// step needs one division. After sixteen evaluations the iteration stays between residuals of
+/// opposite signs, and bisects where a correction would not halve their distance. If the slopes
+/// allow for a fold on the way, or the iteration does not converge, the solution is continued from
+/// s = 0 instead. If its branch ends, the step fails: [`StepFailure::SeveralSolutions`] if other
+/// solutions are found, else [`StepFailure::NewtonStalled`].
 ///
-/// The lanes of a SIMD scalar are treated as if each were alone; if one fails, the step fails. Between
-/// the points where it is evaluated, the slope is assumed to be a parabola. A force that oscillates
-/// within a step may therefore lead to another solution that goes unnoticed.
+/// The lanes of a SIMD scalar are treated as if each were alone; if one fails, the step fails.
+/// Between the points where it is evaluated, the slope is assumed to be a parabola. A force that
+/// oscillates within a step may therefore lead to another solution that goes unnoticed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton;
 
-/// The largest |1 - (1 + F') y| for which the inverse slope y is improved by multiplications instead of
-/// computed anew by a division; between 0 and 1. One improvement squares it, so that 1/16 leaves 1/256.
+/// The largest |1 - (1 + F') y| for which the inverse slope y is improved by multiplications
+/// instead of computed anew by a division; between 0 and 1. One improvement squares it, so that
+/// 1/16 leaves 1/256.
 const MOST_MISSING: f64 = 0.0625;
 
 impl Newton {
-    /// The solution if two evaluations suffice in every lane; the same to the bit as that of `solve`.
+    /// The solution if two evaluations suffice in every lane; the same to the bit as that of
+    /// `solve`.
     #[inline(always)]
     pub fn ordinary<T: Scalar>(start: T, mut equation: impl Equation<T>) -> Option<Root<T>> {
         let first = equation.at(T::one(), start);
@@ -63,8 +65,8 @@ impl Newton {
         pair.done.all().then_some(pair.root())
     }
 
-    /// The solution for a caller that corrects it further. Two evaluations suffice in lanes whose next
-    /// update is below so many `roundings` of x; the others are solved to rounding.
+    /// The solution for a caller that corrects it further. Two evaluations suffice in lanes whose
+    /// next update is below so many `roundings` of x; the others are solved to rounding.
     ///
     /// # Errors
     /// A [`StepFailure`] of degree of freedom `dof`.
@@ -134,8 +136,8 @@ struct Outcome<T: Scalar> {
     evaluations: u32,
 }
 
-/// Whether an inverse slope y with `missing` = 1 - (1 + F') y can be improved by multiplications. For
-/// y = 1 this is whether 1 - F' is a first approximation of the inverse.
+/// Whether an inverse slope y with `missing` = 1 - (1 + F') y can be improved by multiplications.
+/// For y = 1 this is whether 1 - F' is a first approximation of the inverse.
 #[inline(always)]
 fn can_be_improved<T: Scalar>(missing: T) -> T::Mask {
     missing.abs().lt(T::from_f64(MOST_MISSING))

@@ -10,10 +10,10 @@ const HALVINGS: u32 = 60;
 /// The largest |x + F - start| that counts as 0, in rounding errors of its terms.
 const NOISE_ROUNDINGS: f64 = 64.0;
 
-/// Whether several solutions of `x = start - F(s, x)` are found. At growing distances from `x`, changes of
-/// the sign of x + F - start beyond its rounding error are looked for, and bisected to rule out poles.
-/// Two of them prove two solutions of a continuous F. A pair of solutions between neighbouring sample
-/// points is missed.
+/// Whether several solutions of `x = start - F(s, x)` are found. At growing distances from `x`,
+/// changes of the sign of x + F - start beyond its rounding error are looked for, and bisected to
+/// rule out poles. Two of them prove two solutions of a continuous F. A pair of solutions between
+/// neighbouring sample points is missed.
 #[cold]
 pub(super) fn has_several_solutions<T: Scalar>(
     s: T,

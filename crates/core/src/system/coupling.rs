@@ -1,7 +1,7 @@
 //! Which degrees of freedom act on each other.
 
-/// The pattern of degrees of freedom that act on each other: i acts on j if ∂H/∂q_j, ∂H/∂p_j or D_j may
-/// depend on q_i or p_i.
+/// The pattern of degrees of freedom that act on each other: i acts on j if ∂H/∂q_j, ∂H/∂p_j or D_j
+/// may depend on q_i or p_i.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Coupling {
     /// Neighbours in a row: |i - j| ≤ 1.
@@ -33,9 +33,9 @@ impl Coupling {
         }
     }
 
-    /// The `n` degrees of freedom ordered by colour, where none acts on another of its colour: red-black
-    /// for a chain and an even ring, and a third colour for the last of an odd ring. The dense pattern
-    /// keeps the natural order.
+    /// The `n` degrees of freedom ordered by colour, where none acts on another of its colour:
+    /// red-black for a chain and an even ring, and a third colour for the last of an odd ring. The
+    /// dense pattern keeps the natural order.
     pub fn coloured(&self, n: usize) -> Vec<usize> {
         let last = match self {
             Self::Dense => return (0..n).collect(),

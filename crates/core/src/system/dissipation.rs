@@ -16,8 +16,8 @@ pub struct DissipationForm {
     pub coupled: bool,
 }
 
-/// The extent to which a system is passive. It is where D = R(q, p) ∂H/∂p with R positive semidefinite;
-/// every step should then satisfy Δw ≥ 0.
+/// The extent to which a system is passive. It is where D = R(q, p) ∂H/∂p with R positive
+/// semidefinite; every step should then satisfy Δw ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passive {
     /// The system is active, or nothing is known.
@@ -34,13 +34,13 @@ impl Passive {
         if passive { Self::Each } else { Self::No }
     }
 
-    /// Whether a step that changes the reservoir from `before` to `after` violates passivity. This is
-    /// the only definition of a violation: Σ_j Δw_j < 0 if R is positive semidefinite, and any
+    /// Whether a step that changes the reservoir from `before` to `after` violates passivity. This
+    /// is the only definition of a violation: Σ_j Δw_j < 0 if R is positive semidefinite, and any
     /// Δw_j < 0 if R is diagonal as well.
     ///
     /// A step adds to w_j a few times, and each sum is rounded. So Δw_j counts as negative if it is
-    /// below -4 u (|w_j before| + |w_j after|), with u the unit roundoff, and the sum over j if it is
-    /// below the sum of these bounds.
+    /// below -4 u (|w_j before| + |w_j after|), with u the unit roundoff, and the sum over j if it
+    /// is below the sum of these bounds.
     #[inline]
     pub fn violated<T: Scalar>(self, before: &[T], after: &[T]) -> T::Mask {
         let rounding = T::from_f64(4.0 * T::EPSILON);

@@ -7,8 +7,8 @@ use crate::numbers::{Line, Scalar, Slope, divided};
 
 /// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
 ///
-/// [`FromFormulas`] makes a system of them: gradients, divided differences and the derivatives of D come
-/// from the formulas by slope arithmetic ([`Slope`]).
+/// [`FromFormulas`] makes a system of them: gradients, divided differences and the derivatives of D
+/// come from the formulas by slope arithmetic ([`Slope`]).
 pub trait Formulas: Send + Sync {
     /// N, the number of degrees of freedom.
     fn dof(&self) -> usize;
@@ -31,8 +31,8 @@ pub trait Formulas: Send + Sync {
     }
 }
 
-/// The system of [`Formulas`], in any scalar. Its divided differences are exact to roundings on edges of
-/// any length.
+/// The system of [`Formulas`], in any scalar. Its divided differences are exact to roundings on
+/// edges of any length.
 ///
 /// A gradient takes N evaluations of V, a divided difference three. Where V is a sum over many
 /// neighbours, a [`Separable`] written by hand is faster. Up to 64 degrees of freedom nothing is

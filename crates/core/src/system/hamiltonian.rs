@@ -7,8 +7,8 @@ use crate::numbers::Scalar;
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
 /// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`.
 ///
-/// The interface has no t. K = H + Σ w_j would be constant for D(q,p,t) as well, but not for H(q,p,t),
-/// where K' = ∂H/∂t.
+/// The interface has no t. K = H + Σ w_j would be constant for D(q,p,t) as well, but not for
+/// H(q,p,t), where K' = ∂H/∂t.
 ///
 /// All slices have length N, the number of degrees of freedom.
 pub trait System<T: Scalar>: Send + Sync {
@@ -27,7 +27,8 @@ pub trait System<T: Scalar>: Send + Sync {
     /// `D·v = vᵀ R v ≥ 0` holds for a step as it does for the system.
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
 
-    /// The properties of D that hold at every state. Methods omit the work that they make unnecessary.
+    /// The properties of D that hold at every state. Methods omit the work that they make
+    /// unnecessary.
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
         DissipationForm::GENERAL
@@ -45,9 +46,9 @@ pub trait System<T: Scalar>: Send + Sync {
         Coupling::Dense
     }
 
-    /// Passes to `put` the value at (q, p) of every function at whose zeros ∇H or D may not be analytic,
-    /// such as x of |x|. The default passes none: ∇H and D are analytic wherever they are defined.
-    /// Taylor series are not continued across a zero.
+    /// Passes to `put` the value at (q, p) of every function at whose zeros ∇H or D may not be
+    /// analytic, such as x of |x|. The default passes none: ∇H and D are analytic wherever they are
+    /// defined. Taylor series are not continued across a zero.
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 }

@@ -3,12 +3,12 @@
 use super::hamiltonian::System;
 use crate::numbers::{Scalar, quadrature};
 
-/// A system, separable or not, with derivatives and divided differences of H along one coordinate or one
-/// momentum at a time. D_j depends on no velocity but that of j, unless
+/// A system, separable or not, with derivatives and divided differences of H along one coordinate
+/// or one momentum at a time. D_j depends on no velocity but that of j, unless
 /// [`crate::DissipationForm::coupled`] is set.
 ///
-/// `at` is a point (q_j, p_j) of the plane of `j`. The entries j of the slices `q` and `p` are ignored.
-/// Each function costs O(1) if the coupling is local.
+/// `at` is a point (q_j, p_j) of the plane of `j`. The entries j of the slices `q` and `p` are
+/// ignored. Each function costs O(1) if the coupling is local.
 pub trait PhasePlane<T: Scalar>: System<T> {
     /// The first and second derivatives of H in the plane.
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T>;
@@ -17,8 +17,8 @@ pub trait PhasePlane<T: Scalar>: System<T> {
     /// cancellation. It is the mean of ∂H/∂q_j along the edge.
     ///
     /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature
-    /// ([`quadrature::mean`]). It subdivides the edge where needed and is NaN where the subdivision does
-    /// not resolve the integrand. Systems with a closed form state so in
+    /// ([`quadrature::mean`]). It subdivides the edge where needed and is NaN where the subdivision
+    /// does not resolve the integrand. Systems with a closed form state so in
     /// [`PhasePlane::has_exact_means`].
     #[inline]
     fn along_q(&self, q: &[T], p: &[T], j: usize, [from, to]: [T; 2], p_j: T) -> Mean<T> {
@@ -47,8 +47,8 @@ pub trait PhasePlane<T: Scalar>: System<T> {
         false
     }
 
-    /// D_j at `at`, given the velocity `v` of j. Newton's method uses the derivatives, which need not be
-    /// exact.
+    /// D_j at `at`, given the velocity `v` of j. Newton's method uses the derivatives, which need
+    /// not be exact.
     fn plane_dissipation(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> PlaneDissipation<T>;
 }
 

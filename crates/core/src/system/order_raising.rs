@@ -27,8 +27,8 @@ impl<T: Scalar> Correction<T> {
 }
 
 /// A system with one degree of freedom and closed forms of δ. The exact solution defines both:
-/// `Δq = δ(q) p̄` and `Δp = -δ(p) (ΔV/Δq + D̄)`. [`crate::taylor::corrections`] computes them for any
-/// system.
+/// `Δq = δ(q) p̄` and `Δp = -δ(p) (ΔV/Δq + D̄)`. [`crate::taylor::corrections`] computes them for
+/// any system.
 pub trait OrderRaising<T: Scalar>: Separable<T> {
     /// δ of the equation for q; its pole is p = 0.
     fn delta_q(&self, q: T, p: T) -> Correction<T>;

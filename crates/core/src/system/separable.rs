@@ -16,42 +16,43 @@ pub trait Separable<T: Scalar>: System<T> {
     /// ∂V/∂q_j at the point q with its coordinate j moved to `at`.
     fn partial(&self, q: &[T], j: usize, at: T) -> T;
 
-    /// The divided difference `[V(.., to, ..) - V(q)] / (to - q_j)` of V over the edge from q to the
-    /// point with coordinate j moved to `to`, computed without cancellation, and its derivative by `to`.
-    /// It is the mean of ∂V/∂q_j along the edge.
+    /// The divided difference `[V(.., to, ..) - V(q)] / (to - q_j)` of V over the edge from q to
+    /// the point with coordinate j moved to `to`, computed without cancellation, and its derivative
+    /// by `to`. It is the mean of ∂V/∂q_j along the edge.
     ///
     /// The default integrates [`Separable::partial`] by Gauss-Legendre quadrature
     /// ([`divided::by_quadrature`]). It subdivides the edge where needed and is NaN where the
     /// subdivision does not resolve the integrand. Where V is written for every scalar,
-    /// [`divided::of_potential`] is exact and faster; [`crate::FromFormulas`] uses it. Systems with an
-    /// exact form state so in [`Separable::has_exact_divided_differences`].
+    /// [`divided::of_potential`] is exact and faster; [`crate::FromFormulas`] uses it. Systems with
+    /// an exact form state so in [`Separable::has_exact_divided_differences`].
     #[inline]
     fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         divided::by_quadrature(q[j], to, |at| self.partial(q, j, at))
     }
 
-    /// Whether [`Separable::divided_difference`] is exact to roundings on every edge. If not, which is
-    /// the default, methods that use it compare K before and after each step.
+    /// Whether [`Separable::divided_difference`] is exact to roundings on every edge. If not, which
+    /// is the default, methods that use it compare K before and after each step.
     #[inline(always)]
     fn has_exact_divided_differences(&self) -> bool {
         false
     }
 
-    /// Can V be singular where q is finite? What [`Separable::is_singular_along`] says is asked only then.
+    /// Can V be singular where q is finite? What [`Separable::is_singular_along`] says is asked
+    /// only then.
     #[inline(always)]
     fn may_be_singular(&self) -> bool {
         false
     }
 
-    /// Is V singular between q and the point with coordinate j moved to `to`? An exact mean keeps K even
-    /// across a pole, so that a step that leads there is refused by this alone.
+    /// Is V singular between q and the point with coordinate j moved to `to`? An exact mean keeps K
+    /// even across a pole, so that a step that leads there is refused by this alone.
     #[inline(always)]
     fn is_singular_along(&self, _q: &[T], _j: usize, _to: T) -> bool {
         false
     }
 
-    /// D_j at (q, p) with its derivatives by q_j and p_j. Newton's method uses the derivatives, which
-    /// need not be exact. Only `by_p` must be where [`crate::DissipationForm::linear`] is set: D_j is
-    /// then computed as `by_p` times p_j.
+    /// D_j at (q, p) with its derivatives by q_j and p_j. Newton's method uses the derivatives,
+    /// which need not be exact. Only `by_p` must be where [`crate::DissipationForm::linear`] is
+    /// set: D_j is then computed as `by_p` times p_j.
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T>;
 }

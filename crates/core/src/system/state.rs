@@ -7,11 +7,12 @@ use crate::numbers::{Mask, Scalar, Vector};
 use crate::quantity::Quantity;
 use std::hint::cold_path;
 
-/// The size below which a coordinate or momentum counts as 0. Its square underflows, and it is far from
-/// the smallest normal f64, 2e-308, so that the products of a step do not become subnormal.
+/// The size below which a coordinate or momentum counts as 0. Its square underflows, and it is far
+/// from the smallest normal f64, 2e-308, so that the products of a step do not become subnormal.
 const AT_REST: f64 = 1e-290;
 
-/// (q, p, w) at time t. `w[j]` is the energy that degree of freedom j has dissipated since the start.
+/// (q, p, w) at time t. `w[j]` is the energy that degree of freedom j has dissipated since the
+/// start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<V: Vector> {
     /// Coordinates.
@@ -28,7 +29,8 @@ impl<V: Vector> State<V> {
     /// The state (q, p) at t = 0 with an empty reservoir.
     ///
     /// # Errors
-    /// [`InputError::Length`] if q and p differ in length, [`InputError::NotFinite`] if an entry is not finite.
+    /// [`InputError::Length`] if q and p differ in length, [`InputError::NotFinite`] if an entry is
+    /// not finite.
     pub fn new(q: V, p: V) -> Result<Self, InputError> {
         let w = V::zeros(q.as_slice().len());
         let state = Self { q, p, w, t: V::Scalar::zero() };
@@ -105,8 +107,8 @@ impl<V: Vector> State<V> {
         Self { q: V::zeros(0), p: V::zeros(0), w: V::zeros(0), t: V::Scalar::zero() }
     }
 
-    /// Sets entries of q and p below [`AT_REST`] to 0. Their energy underflows, and arithmetic on the
-    /// subnormal numbers that end a long decay is six times slower.
+    /// Sets entries of q and p below [`AT_REST`] to 0. Their energy underflows, and arithmetic on
+    /// the subnormal numbers that end a long decay is six times slower.
     pub(crate) fn settle(&mut self) {
         let rest = V::Scalar::from_f64(AT_REST);
         for part in [&mut self.q, &mut self.p] {

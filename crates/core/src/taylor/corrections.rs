@@ -4,8 +4,9 @@ use super::expand;
 use crate::numbers::{Scalar, Series};
 use crate::system::{Correction, Separable, State};
 
-/// δ of the equation for q and of the equation for p at (q, p), for any system with one degree of freedom:
-/// the quotients `Δq m / p̄` and `-Δp / (ΔV/Δq + D̄)` along the exact flow, as series in h.
+/// δ of the equation for q and of the equation for p at (q, p), for any system with one degree of
+/// freedom: the quotients `Δq m / p̄` and `-Δp / (ΔV/Δq + D̄)` along the exact flow, as series in
+/// h.
 pub fn corrections<T, S>(system: &S, q: T, p: T) -> [Correction<T>; 2]
 where
     T: Scalar,

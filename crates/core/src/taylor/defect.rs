@@ -1,9 +1,9 @@
 //! The defect z' - f(z) of a Taylor polynomial over a whole stride.
 //!
 //! The coefficients at one point do not show features that are narrower than the distance to them:
-//! tanh(p/0.001) is ±1 to 106 bits at p = ±0.05. The defect shows them. Its coefficients below order
-//! M - 1 vanish by construction, and Taylor's remainder gives the rest. With z a polynomial of degree
-//! M - 1 in σ = t/τ,
+//! tanh(p/0.001) is ±1 to 106 bits at p = ±0.05. The defect shows them. Its coefficients below
+//! order M - 1 vanish by construction, and Taylor's remainder gives the rest. With z a polynomial
+//! of degree M - 1 in σ = t/τ,
 //!
 //! ```text
 //! z'(σ) - τ f(z(σ)) = -τ c(ξ) σ^{M-1}, 0 ≤ ξ ≤ σ        c: coefficient M - 1 of f(z(ξ + ·))
@@ -15,14 +15,14 @@ use super::Expansion;
 use crate::numbers::{Interval, Scalar, Series, Vector};
 use crate::system::{State, System};
 
-/// The error that a stride may add to q, p and w, in unit roundoffs of the largest entry of each. A choice:
-/// about the rounding error of the evaluation itself.
+/// The error that a stride may add to q, p and w, in unit roundoffs of the largest entry of each. A
+/// choice: about the rounding error of the evaluation itself.
 pub(super) const ALLOWED_ROUNDINGS: f64 = 16.0;
 
 /// How far the polynomial of a stride solves the equations.
 pub trait Defect<V: Vector, const M: usize>: Sync {
-    /// The share of the stride τ, which may be negative, from its beginning, over which the defect is known
-    /// to add no more than a few roundings to the error; 0 if it is not known for any.
+    /// The share of the stride τ, which may be negative, from its beginning, over which the defect
+    /// is known to add no more than a few roundings to the error; 0 if it is not known for any.
     fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64;
 
     /// The longest time of a feature that may be missed within a stride of this length.
@@ -40,10 +40,11 @@ pub struct Enclosed<S, const M: usize> {
     binomials: [[f64; M]; M],
 }
 
-/// The largest number of enclosures in one stride. A choice: a stride whose first part is shorter than
-/// about 2⁻⁴⁰ of it is not solved.
+/// The largest number of enclosures in one stride. A choice: a stride whose first part is shorter
+/// than about 2⁻⁴⁰ of it is not solved.
 const MOST_ENCLOSURES: u32 = 48;
-/// The shortest part, as a share of the solved parts before it; shorter ones are left to the next stride.
+/// The shortest part, as a share of the solved parts before it; shorter ones are left to the next
+/// stride.
 const SHORTEST_PART: f64 = 0.125;
 
 impl<S, const M: usize> Enclosed<S, M> {
@@ -72,7 +73,8 @@ impl<S, const M: usize> Enclosed<S, M> {
         shifted
     }
 
-    /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are none.
+    /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are
+    /// none.
     fn bounds<V>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; 3]
     where
         V: Vector<Scalar = Series<Interval, M>>,
@@ -156,15 +158,15 @@ where
     }
 }
 
-/// Samples of the defect, for systems that cannot be evaluated in intervals. Features that are passed in
-/// less than a [`SAMPLES`]th of a stride may be missed.
+/// Samples of the defect, for systems that cannot be evaluated in intervals. Features that are
+/// passed in less than a [`SAMPLES`]th of a stride may be missed.
 pub struct Sampled<'a, S: ?Sized>(pub &'a S);
 
 /// The number of equally spaced samples in a stride.
 pub const SAMPLES: usize = 48;
 
-/// The largest number of cuts of a stride, to an eighth each time, while its first sample is not solved:
-/// 8⁻¹² is 1e-11 of the stride.
+/// The largest number of cuts of a stride, to an eighth each time, while its first sample is not
+/// solved: 8⁻¹² is 1e-11 of the stride.
 const MOST_CUTS: i32 = 12;
 
 impl<V, S, const M: usize> Defect<V, M> for Sampled<'_, S>
@@ -189,8 +191,8 @@ where
 }
 
 impl<S: ?Sized> Sampled<'_, S> {
-    /// Whether a defect that is everywhere as large as at sample `i` of the stride τ adds no more to the
-    /// error than a stride may.
+    /// Whether a defect that is everywhere as large as at sample `i` of the stride τ adds no more
+    /// to the error than a stride may.
     fn is_small<V, const M: usize>(&self, expansion: &Expansion<V, M>, tau: f64, i: usize) -> bool
     where
         V: Vector,

@@ -7,8 +7,8 @@ use crate::system::{State, System};
 
 /// Computes the Taylor coefficients in time of q, p and w from their constant terms.
 ///
-/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one correct coefficient. The others are truncated,
-/// which makes the next iteration cheaper.
+/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one correct coefficient. The others are
+/// truncated, which makes the next iteration cheaper.
 pub fn expand<V, T, S, const N: usize>(system: &S, state: &mut State<V>)
 where
     T: Scalar,
@@ -38,9 +38,9 @@ pub struct Expansion<V: Vector, const M: usize> {
     pub(super) series: State<V::Of<Series<V::Scalar, M>>>,
     /// The largest coefficients of q, of p and of w.
     pub(super) sizes: [[f64; M]; 3],
-    /// The estimate of the largest |τ| at which the terms left out of q, p and w are below a rounding. The
-    /// coefficients do not show features that are narrower than the distance to them; the
-    /// [defect](super::Defect) does.
+    /// The estimate of the largest |τ| at which the terms left out of q, p and w are below a
+    /// rounding. The coefficients do not show features that are narrower than the distance to them;
+    /// the [defect](super::Defect) does.
     pub reach: f64,
 }
 
@@ -66,8 +66,8 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
         State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
     }
 
-    /// The largest terms of q, of p and of w at a time τ ≥ 0. That of w is at least p v, the scale of the
-    /// kinetic energy.
+    /// The largest terms of q, of p and of w at a time τ ≥ 0. That of w is at least p v, the scale
+    /// of the kinetic energy.
     pub(super) fn scales(&self, tau: f64) -> [f64; 3] {
         let largest = |sizes: &[f64]| sizes.iter().rev().fold(0.0, |most: f64, &size| size.max(most * tau));
         let [q, p, w] = self.sizes.each_ref().map(|sizes| largest(sizes));

@@ -8,9 +8,9 @@ use crate::numbers::{Scalar, Series};
 /// |x_0| + s x_1 τ - Σ_{k≥2} max(0, -s x_k) τ^k ≤ s x(τ)        s = sign x_0
 /// ```
 ///
-/// which is concave in τ ≥ 0. Newton's method approaches it from above. If the expansion is renewed each
-/// time, these zeros converge quadratically to a simple zero of x. A series that is not 0 but has a
-/// constant term of 0 has a zero at τ = 0.
+/// which is concave in τ ≥ 0. Newton's method approaches it from above. If the expansion is renewed
+/// each time, these zeros converge quadratically to a simple zero of x. A series that is not 0 but
+/// has a constant term of 0 has a zero at τ = 0.
 pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) -> f64 {
     let start = x.0[0].to_f64();
     let term = |k: usize| x.0[k].to_f64() * start.signum() * way.signum().powi(k as i32);

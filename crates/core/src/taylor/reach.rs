@@ -13,12 +13,12 @@ pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M
 /// An estimate of the time τ up to which the terms left out, from `a_M τ^M` on, are below the share
 /// `epsilon` of the largest term; 0 if a coefficient is not finite.
 ///
-/// The terms after a leading one, `a_i`, are assumed to be bounded by a geometric series with the ratio
-/// `max_k (a_k/a_i)^{1/(k-i)}` over the last coefficients. The leading term of the first half that gives
-/// the longest time is used. The last coefficients are those of the last quarter; if they all vanish,
-/// those of the last half; then all, since a series may have every fourth, eighth or twentieth power
-/// only. The estimate is infinite if all coefficients beyond the second vanish: only the
-/// [defect](super::Defect) shows how far such a polynomial is a solution.
+/// The terms after a leading one, `a_i`, are assumed to be bounded by a geometric series with the
+/// ratio `max_k (a_k/a_i)^{1/(k-i)}` over the last coefficients. The leading term of the first half
+/// that gives the longest time is used. The last coefficients are those of the last quarter; if
+/// they all vanish, those of the last half; then all, since a series may have every fourth, eighth
+/// or twentieth power only. The estimate is infinite if all coefficients beyond the second vanish:
+/// only the [defect](super::Defect) shows how far such a polynomial is a solution.
 pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
     if !sizes.iter().all(|size| size.is_finite()) {
         return 0.0;

@@ -11,9 +11,9 @@ use crate::system::{State, System};
 pub struct Pace {
     /// The longest stride, as a share of the reach of its expansion.
     pub share: f64,
-    /// The size of the disturbance of every entry that is not at rest, in unit roundoffs of the largest
-    /// entry of q, of p and of w, with a pseudo-random sign: at the end of each stride and where a state
-    /// is passed on.
+    /// The size of the disturbance of every entry that is not at rest, in unit roundoffs of the
+    /// largest entry of q, of p and of w, with a pseudo-random sign: at the end of each stride and
+    /// where a state is passed on.
     pub off: f64,
     /// The largest number of strides.
     pub strides: usize,
@@ -23,8 +23,8 @@ impl Pace {
     /// The longest strides, without disturbance.
     pub const FULL: Self = Self { share: 1.0, off: 0.0, strides: usize::MAX };
 
-    /// Shorter strides than [`Pace::FULL`], each disturbed by the error that one of those may have. The
-    /// distance of the two trajectories shows how these errors grow.
+    /// Shorter strides than [`Pace::FULL`], each disturbed by the error that one of those may have.
+    /// The distance of the two trajectories shows how these errors grow.
     pub const CHECK: Self = Self { share: 0.75, off: ALLOWED_ROUNDINGS, strides: usize::MAX };
 
     /// The pace with a limit on the number of strides.
@@ -47,23 +47,24 @@ pub struct Route {
 /// The number of strides after which the total is extrapolated. A choice.
 const STRIDES_BEFORE_FORECAST: usize = 64;
 
-/// The largest number of successive shortest strides, and the number of them after which the stride across
-/// a kink is doubled. Choices: 128/4 doublings lengthen it by 2³².
+/// The largest number of successive shortest strides, and the number of them after which the stride
+/// across a kink is doubled. Choices: 128/4 doublings lengthen it by 2³².
 const MOST_SHORT_STRIDES: u32 = 128;
 const STRIDES_PER_DOUBLING: u32 = 4;
 
-/// Computes the flow from `start` by expansions with M terms and passes its states at the times `i h`,
-/// i = 0..=count, to `see`.
+/// Computes the flow from `start` by expansions with M terms and passes its states at the times
+/// `i h`, i = 0..=count, to `see`.
 ///
-/// The flow is analytic between [`System::kinks`]. Strides end just before a kink, closer each time, until
-/// one of a few roundings of t crosses it; a jump of the field has an effect for no longer than that. A
-/// stride ends where its `defect` is no longer small. `stop` is called before each.
+/// The flow is analytic between [`System::kinks`]. Strides end just before a kink, closer each
+/// time, until one of a few roundings of t crosses it; a jump of the field has an effect for no
+/// longer than that. A stride ends where its `defect` is no longer small. `stop` is called before
+/// each.
 ///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.
-/// [`InputError::SolutionEnds`] if the strides shrink to 0: at a blow-up, at a singularity such as √x at
-/// 0, and where the flow stays on a kink. [`InputError::Budget`] if more strides are needed than `pace`
-/// allows.
+/// [`InputError::SolutionEnds`] if the strides shrink to 0: at a blow-up, at a singularity such as
+/// √x at 0, and where the flow stays on a kink. [`InputError::Budget`] if more strides are needed
+/// than `pace` allows.
 pub fn follow<S, V, const M: usize>(
     (system, defect): (&S, &dyn Defect<V, M>),
     start: &State<V>,
@@ -182,8 +183,8 @@ impl Dice {
     }
 }
 
-/// The flow from `start` at the times `i h`, i = 0..=count, by expansions with M terms: a reference for
-/// systems without a closed solution. The defect is [`Sampled`]. [`follow`] accepts an
+/// The flow from `start` at the times `i h`, i = 0..=count, by expansions with M terms: a reference
+/// for systems without a closed solution. The defect is [`Sampled`]. [`follow`] accepts an
 /// [enclosed](super::Enclosed) defect and reports how narrow a feature may have been missed.
 ///
 /// # Errors

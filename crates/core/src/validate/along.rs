@@ -18,7 +18,8 @@ pub(super) struct Discrepancy {
     pub(super) found: f64,
 }
 
-/// The longest edge to one side on which the quadrature is exact to rounding, and the largest slope on it.
+/// The longest edge to one side on which the quadrature is exact to rounding, and the largest slope
+/// on it.
 #[derive(Clone, Copy)]
 pub(super) struct Resolved {
     pub(super) width: f64,
@@ -27,12 +28,13 @@ pub(super) struct Resolved {
 
 /// The largest number of lengths of an edge, each a quarter of the one before: 4⁻²⁴ is 4e-15.
 const MOST_LENGTHS: usize = 24;
-/// The number of successive lengths on which a discrepancy must appear. The last edge is 64 times shorter
-/// than the first.
+/// The number of successive lengths on which a discrepancy must appear. The last edge is 64 times
+/// shorter than the first.
 const CONFIRMATIONS: usize = 4;
 
-/// Compares increments along both edges from `x` with the means of the slopes. `claim` receives the index
-/// of a function, the end of the edge and the mean by quadrature, and returns the mean to compare.
+/// Compares increments along both edges from `x` with the means of the slopes. `claim` receives the
+/// index of a function, the end of the edge and the mean by quadrature, and returns the mean to
+/// compare.
 pub(super) fn compare(
     x: f64,
     reach: f64,
@@ -131,8 +133,9 @@ impl Edge {
 /// The number of intervals of the quadrature; even.
 const INTERVALS: u32 = 16;
 
-/// Nodes and weights of the Clenshaw-Curtis quadrature on [0, 1], exact for polynomials of degree 16. The
-/// ends are nodes and the nodes are dense there, so that features at the given state are not missed.
+/// Nodes and weights of the Clenshaw-Curtis quadrature on [0, 1]. It is exact for polynomials up to
+/// degree 16. The ends are nodes and the nodes are dense there, so that features at the given state
+/// are not missed.
 fn rule() -> Vec<[f64; 2]> {
     let n = f64::from(INTERVALS);
     let node = |k: u32| {

@@ -28,8 +28,8 @@ pub(super) fn around<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) 
     std::iter::once(here).chain(others.filter(|place| place.fields.finite().is_ok())).collect()
 }
 
-/// The states from which edges start: the given one and the first of the others. If the given one has
-/// zeros, products with them vanish along every edge from it; the other has no zeros.
+/// The states from which edges start: the given one and the first of the others. If the given one
+/// has zeros, products with them vanish along every edge from it; the other has no zeros.
 pub(super) fn starts(places: &[Place]) -> &[Place] {
     &places[..places.len().min(2)]
 }
@@ -82,7 +82,8 @@ pub(super) fn finite(quantity: Quantity, part: &[f64]) -> Result<(), InputError>
     }
 }
 
-/// The relative rounding error allowed for a formula of up to a thousand operations, summed over n terms.
+/// The relative rounding error allowed for a formula of up to a thousand operations, summed over n
+/// terms.
 pub(super) fn rounding(n: usize) -> f64 {
     f64::EPSILON / 2.0 * (1000.0 + n as f64)
 }

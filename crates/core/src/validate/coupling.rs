@@ -13,8 +13,8 @@ pub(super) fn coupling<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]
     unmoved(system, q, p, |i, j| !coupling.joins(n, i, j), &blocks, rule)
 }
 
-/// Moves every q_i and p_i and checks that the fields of each j that is `apart` from i, as far as they
-/// belong to these blocks, do not change.
+/// Moves every q_i and p_i and checks that the fields of each j that is `apart` from i, as far as
+/// they belong to these blocks, do not change.
 pub(super) fn unmoved<S: System<f64> + ?Sized>(
     system: &S,
     q: &[f64],

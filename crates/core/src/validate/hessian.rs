@@ -9,9 +9,10 @@ use crate::system::Curvature;
 
 type Entry = (Block, usize, usize, f64);
 
-/// Validates by [`system()`], and compares the second derivatives with increments of ∂H/∂q, ∂H/∂p and D. No
-/// entry may be missing, given twice or outside the pattern of [`crate::System::coupling`]. The places
-/// must be the same at all states, and the values as well if [`Curvature::is_linear`].
+/// Validates by [`system()`], and compares the second derivatives with increments of ∂H/∂q, ∂H/∂p
+/// and D. No entry may be missing, given twice or outside the pattern of
+/// [`crate::System::coupling`]. The places must be the same at all states, and the values as well
+/// if [`Curvature::is_linear`].
 ///
 /// # Errors
 /// Those of [`system()`].

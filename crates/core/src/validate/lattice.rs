@@ -16,9 +16,9 @@ const QUANTITIES: [Quantity; 5] = [
     Quantity::DissipationSlope,
 ];
 
-/// Validates by [`separable()`], and compares the mass, ∂V/∂q_j, its divided difference, D_j and, if D is
-/// linear, ∂D_j/∂p_j of every member with those of the middle of `[q_{j-1}, q_j, q_{j+1}]`, for the
-/// system itself and for each of its lanes. The cost is O(N).
+/// Validates by [`separable()`], and compares the mass, ∂V/∂q_j, its divided difference, D_j and,
+/// if D is linear, ∂D_j/∂p_j of every member with those of the middle of `[q_{j-1}, q_j, q_{j+1}]`,
+/// for the system itself and for each of its lanes. The cost is O(N).
 ///
 /// # Errors
 /// Those of [`separable()`], and [`InputError::Contradiction`] with the first member that differs.

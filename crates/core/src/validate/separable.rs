@@ -25,9 +25,9 @@ pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), In
 }
 
 /// Validates by [`system()`], and compares the parts of a separable system with its gradient and
-/// dissipation: the masses, ∂V/∂q_j, divided differences with the increments of V on edges of all lengths
-/// down to 0, D_j and, if D is linear, ∂D_j/∂p_j. D_j may depend on no momentum but p_j, unless the
-/// dissipation is coupled.
+/// dissipation: the masses, ∂V/∂q_j, divided differences with the increments of V on edges of all
+/// lengths down to 0, D_j and, if D is linear, ∂D_j/∂p_j. D_j may depend on no momentum but p_j,
+/// unless the dissipation is coupled.
 ///
 /// # Errors
 /// Those of [`system()`], and [`InputError::Mass`].
@@ -88,8 +88,8 @@ fn parts<S: Separable<f64> + ?Sized>(
     Ok(())
 }
 
-/// Divided differences against the increments of V on the longest edges, and against the quadrature of
-/// ∂V/∂q_j on shorter ones.
+/// Divided differences against the increments of V on the longest edges, and against the quadrature
+/// of ∂V/∂q_j on shorter ones.
 fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Result<(), InputError> {
     let (quantity, rounding, from, rest) =
         (Quantity::Increment, rounding(q.len()), q[dof], vec![0.0; q.len()]);

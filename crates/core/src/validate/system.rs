@@ -8,13 +8,14 @@ use crate::error::InputError;
 use crate::quantity::Quantity;
 use crate::system::System;
 
-/// Validates a system at and around (q, p): compares the gradient with the energy, and tests the claims of
-/// [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
+/// Validates a system at and around (q, p): compares the gradient with the energy, and tests the
+/// claims of [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
 ///
 /// # Errors
-/// [`InputError::Length`] if the length of q or p is not [`System::dof`], [`InputError::NotFinite`] if q, p
-/// or H, ∂H/∂q, ∂H/∂p, D there are not finite, and [`InputError::Contradiction`] and
-/// [`InputError::ContradictionBetween`] with the value given, the value found and the rule violated.
+/// [`InputError::Length`] if the length of q or p is not [`System::dof`], [`InputError::NotFinite`]
+/// if q, p or H, ∂H/∂q, ∂H/∂p, D there are not finite, and [`InputError::Contradiction`] and
+/// [`InputError::ContradictionBetween`] with the value given, the value found and the rule
+/// violated.
 pub fn system<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     let n = system.dof();
     for (quantity, part) in [(Quantity::Coordinate, q), (Quantity::Momentum, p)] {

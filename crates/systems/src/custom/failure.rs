@@ -30,7 +30,8 @@ impl fmt::Display for Place {
     }
 }
 
-/// An invalid description, or a system that cannot be evaluated. Spans are in bytes of the expression.
+/// An invalid description, or a system that cannot be evaluated. Spans are in bytes of the
+/// expression.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CustomError {
     /// An expression that cannot be parsed or is not allowed here.

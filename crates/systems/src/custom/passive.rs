@@ -10,7 +10,8 @@ pub(super) fn zero<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> bool {
     signs(shape, at).all(|sign| sign == Sign::Zero)
 }
 
-/// Passive in each j if D_j v_j ≥ 0 by signs; in sum if D = R v with R constant and positive semidefinite.
+/// Passive in each j if D_j v_j ≥ 0 by signs; in sum if D = R v with R constant and positive
+/// semidefinite.
 pub(super) fn passive<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> Passive {
     if signs(shape, &at).all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
         return Passive::Each;
@@ -33,8 +34,8 @@ fn signs<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> impl Iterator<Ite
     dissipations.map(move |(j, &node)| shape.graph.sign(node, Input::Velocity(j as u32), &closed))
 }
 
-/// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ: no entry
-/// of Δ may be negative, and below an entry of 0 the column must be 0.
+/// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ:
+/// no entry of Δ may be negative, and below an entry of 0 the column must be 0.
 fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl Fn(&Node) -> T) -> bool {
     // Rows of the upper triangle, by columns.
     let mut rows: Vec<BTreeMap<usize, T>> = vec![BTreeMap::new(); n];
@@ -66,7 +67,8 @@ fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl 
         }
         let gone = pivot.le(rounding);
         if gone.any() {
-            // Rounding makes a column beside a zero of Δ as large as the square root of the rounding.
+            // Rounding makes a column beside a zero of Δ as large as the square root of the
+            // rounding.
             let small = |x: T| (x * x).le(rounding * largest);
             if !gone.all() || !row.iter().all(|&(_, x)| small(x).all()) {
                 return false;

@@ -1,5 +1,5 @@
-//! The periods of coordinates: V and D are periodic in a coordinate that occurs only in sines and cosines
-//! of one frequency and its multiples.
+//! The periods of coordinates: V and D are periodic in a coordinate that occurs only in sines and
+//! cosines of one frequency and its multiples.
 
 use super::Custom;
 use afterbay_expression::{Function, Input, Kinds, Node, Term};
@@ -18,8 +18,8 @@ enum Dependence {
     Other,
 }
 
-/// The largest relative deviation of the ratio of two frequencies from a whole number. A choice: some
-/// thousand roundings.
+/// The largest relative deviation of the ratio of two frequencies from a whole number. A choice:
+/// some thousand roundings.
 const WHOLE_RATIO_TOLERANCE: f64 = 1e-12;
 
 impl Dependence {
@@ -66,9 +66,10 @@ impl Dependence {
 }
 
 impl Custom<f64> {
-    /// The period of each coordinate, if the form shows one: V and every D_i are the same at q_j and at
-    /// q_j plus the period. There is none if q_j occurs outside of sines and cosines of linear forms, if
-    /// their frequencies are not multiples of the lowest, or if q_j does not occur.
+    /// The period of each coordinate, if the form shows one: V and every D_i are the same at q_j
+    /// and at q_j plus the period. There is none if q_j occurs outside of sines and cosines of
+    /// linear forms, if their frequencies are not multiples of the lowest, or if q_j does not
+    /// occur.
     pub fn periods(&self) -> Vec<Option<f64>> {
         let (graph, roots) = (&self.shape.graph, &self.shape.fields);
         let nodes = graph.all(roots);

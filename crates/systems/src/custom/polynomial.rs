@@ -10,8 +10,8 @@ const DEGREE: usize = 4;
 /// Σ c_k q_jᵏ, where c_k is a constant plus a sum of products of other coordinates.
 #[derive(Debug)]
 pub(super) struct Polynomial {
-    /// The range, among all numbers, of the constant parts of c_1 to c_4 and the factors of the mixed
-    /// monomials.
+    /// The range, among all numbers, of the constant parts of c_1 to c_4 and the factors of the
+    /// mixed monomials.
     numbers: Range<usize>,
     mixed: Box<[Mixed]>,
 }
@@ -50,7 +50,8 @@ impl Polynomial {
         Some(Self { numbers: start..numbers.len(), mixed: mixed.into() })
     }
 
-    /// The divided difference over the edge from q to q with q_j moved to `to`, and its derivative by `to`.
+    /// The divided difference over the edge from q to q with q_j moved to `to`, and its derivative
+    /// by `to`.
     #[inline(always)]
     pub(super) fn mean<T: Scalar>(&self, numbers: &[T], q: &[T], j: usize, to: T) -> Line<T> {
         let numbers = &numbers[self.numbers.clone()];

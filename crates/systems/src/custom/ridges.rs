@@ -1,9 +1,10 @@
-//! Sums of ridge polynomials Σ W(y) along each coordinate, where y = ℓ or ℓ² + d, ℓ = a q_j + b q_i + c.
+//! Sums of ridge polynomials Σ W(y) along each coordinate, where y = ℓ or y = ℓ² + d with the
+//! linear form ℓ = a q_j + b q_i + c.
 //!
-//! As ℓ goes from r to s, the divided difference along q_j is a W[r, s]. W[r, s] is the value at s of the
-//! polynomial (W(ℓ) - W(r))/(ℓ - r), whose coefficients Horner's rule gives without a difference. For
-//! W(ℓ² + d) it is (r + s) W[r² + d, s² + d]. Degrees up to 4 are written out. With many coordinates,
-//! eight are evaluated in SIMD lanes.
+//! As ℓ goes from r to s, the divided difference along q_j is a W[r, s]. W[r, s] is the value at s
+//! of the polynomial (W(ℓ) - W(r))/(ℓ - r), whose coefficients Horner's rule gives without a
+//! difference. For W(ℓ² + d) it is (r + s) W[r² + d, s² + d]. Degrees up to 4 are written out. With
+//! many coordinates, eight are evaluated in SIMD lanes.
 
 mod block;
 mod link;
@@ -26,8 +27,8 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// The links of the ridges along each coordinate, with their numbers appended to `numbers`. None if a
-    /// ridge depends on two other coordinates or has a degree above 2 in ℓ² + d.
+    /// The links of the ridges along each coordinate, with their numbers appended to `numbers`.
+    /// None if a ridge depends on two other coordinates or has a degree above 2 in ℓ² + d.
     pub(super) fn new(
         graph: &mut Graph,
         numbers: &mut Vec<Node>,
@@ -123,7 +124,8 @@ impl Links {
         sums.into_iter().fold(T::zero(), |sum, x| sum + x)
     }
 
-    /// Each block with the single coordinates before it, then the single coordinates after the last.
+    /// Each block with the single coordinates before it, then the single coordinates after the
+    /// last.
     fn runs(&self) -> impl Iterator<Item = (Range<usize>, Option<&Block>)> {
         let starts = std::iter::once(0).chain(self.blocks.iter().map(|block| block.first + WIDTH));
         let ends = self.blocks.iter().map(|block| (block.first, Some(block)));
@@ -154,7 +156,8 @@ impl Links {
         sum
     }
 
-    /// The divided difference over the edge from q to q with q_j moved to `to`, and its derivative by `to`.
+    /// The divided difference over the edge from q to q with q_j moved to `to`, and its derivative
+    /// by `to`.
     #[inline(always)]
     pub(super) fn mean<T: Scalar>(&self, numbers: &[T], q: &[T], j: usize, to: T) -> Line<T> {
         let mut sum = Line { value: T::zero(), slope: T::zero() };

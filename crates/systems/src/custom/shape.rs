@@ -1,4 +1,5 @@
-//! The part of a described system that does not depend on parameters: its programs and its structure.
+//! The part of a described system that does not depend on parameters: its programs and its
+//! structure.
 
 use super::description::Reading;
 use super::failure::{CustomError, Place};
@@ -9,8 +10,8 @@ use afterbay_core::Block;
 use afterbay_expression::{BLOCK, Graph, Input, Kinds, Node, Program, REGISTERS, Ridge, TooManyRegisters};
 use std::ops::Range;
 
-/// The largest number of nodes of the graph, of instructions of all programs, and of second derivatives.
-/// A choice, to bound memory.
+/// The largest number of nodes of the graph, of instructions of all programs, and of second
+/// derivatives. A choice, to bound memory.
 const LARGEST_SIZE: usize = 1 << 20;
 
 /// A program and the range of its frame among all frames.
@@ -32,10 +33,11 @@ pub(super) enum DividedDifference {
 /// The evaluation of V and its derivatives.
 #[derive(Debug)]
 pub(super) enum Potential {
-    /// V is a sum of ridge polynomials: all that depend on a coordinate in `along`, each one once in `once`.
+    /// V is a sum of ridge polynomials: all that depend on a coordinate in `along`, each one once
+    /// in `once`.
     Ridges { along: Links, once: Links },
-    /// Any other V: programs for V, ∇V, each ∂V/∂q_j with q_j moved to the end of an edge, each divided
-    /// difference, and the part of V that depends on q_j if it may be singular.
+    /// Any other V: programs for V, ∇V, each ∂V/∂q_j with q_j moved to the end of an edge, each
+    /// divided difference, and the part of V that depends on q_j if it may be singular.
     Programs {
         value: Part,
         gradient: Vec<Part>,
@@ -71,8 +73,8 @@ pub(super) struct Shape {
     /// Whether V may be singular, by its form.
     pub(super) may_be_singular: bool,
     pub(super) dissipation_kernel: DissipationKernel,
-    /// D_j as functions of (q, p, v), empty if D = 0, and below their derivatives by velocities, if these
-    /// depend on parameters alone.
+    /// D_j as functions of (q, p, v), empty if D = 0, and below their derivatives by velocities, if
+    /// these depend on parameters alone.
     pub(super) dissipations: Vec<Node>,
     pub(super) matrix: Option<Vec<(usize, usize, Node)>>,
     /// V, and D_j as functions of (q, p, v).

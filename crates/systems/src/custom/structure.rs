@@ -10,7 +10,8 @@ pub struct Structure {
     pub degree: Option<u32>,
     /// The degree of V in each coordinate, if it is a polynomial in it.
     pub degrees: Vec<Option<u32>>,
-    /// H is quadratic and D linear, apart from constant forces: all second derivatives are constant.
+    /// H is quadratic and D linear, apart from constant forces: all second derivatives are
+    /// constant.
     pub linear: bool,
     /// The pattern of degrees of freedom that act on each other.
     pub coupling: Coupling,

@@ -1,4 +1,5 @@
-//! δ₃ and δ₄ of the paper's section 4, for any k. With F = k q + b p = -p' and Q = p² + b q p + k q²,
+//! δ₃ and δ₄ of the paper's section 4, for any k. With F = k q + b p = -p' and Q = p² + b q p + k
+//! q²,
 //!
 //! ```text
 //! δ₃(q) = -p''/(12 p)                  = (k - b² - b k q/p)/12
@@ -14,8 +15,8 @@
 //! δ₃(p) has 22 b p in place of 2 b p:     δ₃ + 20 b p/(12 F)
 //! ```
 //!
-//! For other k the first is taken as it stands and the extra term of the second is ours, 20 b k p/(12 F), so that
-//! it is still the term in p that grows elevenfold.
+//! For other k the first is taken as it stands and the extra term of the second is ours, 20 b k
+//! p/(12 F), so that it is still the term in p that grows elevenfold.
 
 use super::DampedOscillator;
 use afterbay_core::{Correction, Misprinted, OrderRaising, Scalar, System};

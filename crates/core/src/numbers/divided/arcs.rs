@@ -24,8 +24,8 @@ pub fn acos<T: Scalar>(a: T, b: T) -> Line<T> {
     with_derivative(b - a, value, -root.recip(), -(b / (root * root * root)))
 }
 
-/// The width below which the derivative of φ[a, b] is taken as φ''/2: the error of that is of the order
-/// of the width, and the rounding error of the quotient of the order of ε over the width.
+/// The width below which the derivative of φ[a, b] is taken as φ''/2: the error of that is of the
+/// order of the width, and the rounding error of the quotient of the order of ε over the width.
 const SHORT: f64 = 1e-5;
 
 /// φ[a, b] with its derivative by b, given φ'(b) and φ''(b).

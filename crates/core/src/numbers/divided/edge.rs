@@ -1,9 +1,9 @@
 //! Divided differences of a potential over an edge.
 //!
-//! The quotient `[V(b) - V(a)] / (b - a)` has an error of `1e-16 |V| / |b - a|` and is 0/0 at a turning
-//! point. It equals the mean of V' over the edge. [`of_potential`] computes it from a V written for every
-//! scalar, by slope arithmetic, exact to roundings. [`by_quadrature`] computes it from V', by
-//! Gauss-Legendre quadrature that subdivides the edge where needed.
+//! The quotient `[V(b) - V(a)] / (b - a)` has an error of `1e-16 |V| / |b - a|` and is 0/0 at a
+//! turning point. It equals the mean of V' over the edge. [`of_potential`] computes it from a V
+//! written for every scalar, by slope arithmetic, exact to roundings. [`by_quadrature`] computes it
+//! from V', by Gauss-Legendre quadrature that subdivides the edge where needed.
 
 use crate::numbers::line::Line;
 use crate::numbers::quadrature::mean;
@@ -12,17 +12,19 @@ use crate::numbers::slope::Slope;
 
 /// The divided difference V[a, b] of `potential`, exact to roundings, and its derivative by `b`.
 ///
-/// The derivative is (V'(b) - V[a, b])/(b - a), with which Newton's method converges on long edges too.
+/// The derivative is (V'(b) - V[a, b])/(b - a), with which Newton's method converges on long edges
+/// too.
 #[inline]
 pub fn of_potential<T: Scalar>(a: T, b: T, potential: impl Fn(Slope<T>) -> Slope<T>) -> Line<T> {
     let value = potential(Slope::between(a, b)).slope;
     with_derivative(a, b, value, |at| potential(Slope::between(at, at)).slope)
 }
 
-/// The mean of `f` over the edge from `a` to `b`, and its derivative by `b`, as in [`of_potential`].
+/// The mean of `f` over the edge from `a` to `b`, and its derivative by `b`, as in
+/// [`of_potential`].
 ///
-/// The quadrature has eight nodes for `f64`, exact for polynomials of degree 15, and sixteen for scalars
-/// with more digits, exact to degree 31. [`mean`] states how edges are subdivided.
+/// The quadrature has eight nodes for `f64`, exact for polynomials of degree 15, and sixteen for
+/// scalars with more digits, exact to degree 31. [`mean`] states how edges are subdivided.
 #[inline]
 pub fn by_quadrature<T: Scalar>(a: T, b: T, f: impl Fn(T) -> T) -> Line<T> {
     let [value] = mean(a, b, |at, _| [f(at)]);
@@ -37,8 +39,9 @@ const SHORT: f64 = 1e-7;
 #[inline]
 fn with_derivative<T: Scalar>(a: T, b: T, value: T, f: impl Fn(T) -> T) -> Line<T> {
     let width = b - a;
-    // On a shorter edge the slope would be rounding noise, and f'/2 replaces it. The rounding error of a
-    // grows with |a|, while f is assumed to vary over a length of 1: their geometric mean is best.
+    // On a shorter edge the slope would be rounding noise, and f'/2 replaces it. The rounding error
+    // of a grows with |a|, while f is assumed to vary over a length of 1: their geometric mean is
+    // best.
     let reach = (a + T::from_f64(SHORT) * (T::one() + a.abs()).sqrt()) - a;
     let short = width.abs().lt(reach);
     let step = T::select(short, reach, width);

@@ -76,8 +76,8 @@ impl<T: Scalar> Edge<T> {
     }
 }
 
-/// The largest |e| for which seven terms of the series with factorials are accurate to rounding: the first
-/// term left out is e¹⁴/15!, 3e-21 at 1/4 and 9e-51 at 1/512.
+/// The largest |e| for which seven terms of the series with factorials are accurate to rounding:
+/// the first term left out is e¹⁴/15!, 3e-21 at 1/4 and 9e-51 at 1/512.
 fn small<T: Scalar>() -> f64 {
     if T::EPSILON < 1e-20 { 1.0 / 512.0 } else { 0.25 }
 }
@@ -211,7 +211,8 @@ pub fn cosh<T: Scalar>(a: T, b: T) -> Line<T> {
     Line { value: sinh * sinhc.value, slope: (sinh * sinhc.slope + cosh * sinhc.value).half() }
 }
 
-/// tanh[a, b] = sinh(d)/(d cosh(a) cosh(b)), by exponentials of arguments ≤ 0, which do not overflow.
+/// tanh[a, b] = sinh(d)/(d cosh(a) cosh(b)), by exponentials of arguments ≤ 0, which do not
+/// overflow.
 #[inline(always)]
 pub fn tanh<T: Scalar>(a: T, b: T) -> Line<T> {
     let (zero, one, width) = (T::zero(), T::one(), b - a);

@@ -9,8 +9,8 @@ use crate::quantity::Quantity;
 use crate::solver::several_solutions::has_several_solutions;
 use std::hint::cold_path;
 
-/// The shortest step of the continuation in s, which goes from 0 to 1. A choice: shorter ones are needed
-/// only at a fold or a fork.
+/// The shortest step of the continuation in s, which goes from 0 to 1. A choice: shorter ones are
+/// needed only at a fold or a fork.
 const SHORTEST_STEP: f64 = 1e-6;
 /// The largest number of evaluations of the continuation. A choice.
 const MOST_EVALUATIONS: u32 = 10_000;
@@ -19,8 +19,8 @@ const FIRST_STEP: f64 = 0.25;
 const SHORTER: f64 = 0.25;
 const LONGER: f64 = 2.0;
 
-/// Continues the solution from s = 0 to s = 1 in the lanes in which the direct iteration failed, each
-/// with its own steps in s.
+/// Continues the solution from s = 0 to s = 1 in the lanes in which the direct iteration failed,
+/// each with its own steps in s.
 #[cold]
 #[inline(never)]
 pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
@@ -51,7 +51,8 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
         if stalled.any() {
             cold_path();
             if stalled.and(stride.lt(T::from_f64(SHORTEST_STEP))).any() || evaluations > MOST_EVALUATIONS {
-                // Just before a fold there is a second solution, just after a fork there are two more.
+                // Just before a fold there is a second solution, just after a fork there are two
+                // more.
                 for share in [s, next, one] {
                     if T::LANES == 1 && has_several_solutions(share, x, start, equation) {
                         return Err(StepFailure::SeveralSolutions { dof, share: share.to_f64() });

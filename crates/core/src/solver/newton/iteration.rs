@@ -7,14 +7,14 @@ use super::{Equation, MOST_MISSING, Outcome, Sample};
 use crate::numbers::{Mask, Scalar};
 use std::hint::cold_path;
 
-/// The largest number of evaluations of the direct iteration. Bisection takes 64 to 128 of them for all
-/// bits of a number.
+/// The largest number of evaluations of the direct iteration. Bisection takes 64 to 128 of them for
+/// all bits of a number.
 const MOST_EVALUATIONS: u32 = 200;
-/// Evaluations after which the iteration is confined to a bracket. A choice: Newton's method needs fewer
-/// where it converges quadratically.
+/// Evaluations after which the iteration is confined to a bracket. A choice: Newton's method needs
+/// fewer where it converges quadratically.
 const EVALUATIONS_BEFORE_BRACKET: u32 = 16;
-/// The largest |F'| at the start for a direct iteration; between 0 and 1. Beyond it the solution at s = 1
-/// may be on another branch, and is continued from s = 0.
+/// The largest |F'| at the start for a direct iteration; between 0 and 1. Beyond it the solution at
+/// s = 1 may be on another branch, and is continued from s = 0.
 const LARGEST_DIRECT_SLOPE: f64 = 0.125;
 /// The largest correction that counts as noise, in rounding errors of the terms of the equation.
 const NOISE_ROUNDINGS: f64 = 64.0;
@@ -133,9 +133,9 @@ impl<T: Scalar> Iteration<T> {
     fn correct<const DIRECT: bool>(&mut self, start: T, f: Sample<T>, evaluations: u32) {
         let (zero, one) = (T::zero(), T::one());
         let mut open = self.done.or(self.stalled).not();
-        // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses and needs no
-        // division. An inverse that misses much, as for any slope that is not positive, is computed
-        // anew.
+        // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses and
+        // needs no division. An inverse that misses much, as for any slope that is not positive, is
+        // computed anew.
         let (before, inverse) = (self.rest, self.inverse);
         let short = one - inverse;
         let missing = (-f.slope).mul_add(inverse, short);
@@ -173,8 +173,8 @@ impl<T: Scalar> Iteration<T> {
         (self.argument_rounding, self.value_rounding) = (f.argument_rounding, f.value_rounding);
     }
 
-    /// The end of a correction, or the middle of the bracket if the correction leaves it or is more than
-    /// half of the previous one.
+    /// The end of a correction, or the middle of the bracket if the correction leaves it or is more
+    /// than half of the previous one.
     #[inline(always)]
     fn within(&mut self, end: T) -> T {
         let Correction { previous, update, .. } = self.correction;
@@ -188,8 +188,8 @@ impl<T: Scalar> Iteration<T> {
         T::select(halve, middle, end)
     }
 
-    /// Marks the lanes that have converged and those that have stalled. Returns the number of evaluations
-    /// made.
+    /// Marks the lanes that have converged and those that have stalled. Returns the number of
+    /// evaluations made.
     #[inline(always)]
     fn judge<E: Equation<T>>(&mut self, s: T, start: T, equation: &mut E) -> u32 {
         let open = self.done.or(self.stalled).not();
@@ -234,10 +234,10 @@ impl<T: Scalar> Iteration<T> {
     }
 }
 
-/// Whether x + F rises all along an edge of that width, judged by its slopes a and b at the ends and its
-/// rise. Its slope is approximated by the parabola a (1-t)² + 2 c t (1-t) + b t² with the mean
-/// (a + c + b)/3, which has no zero if c > -√(ab). Half of that bound is required as a margin, up to the
-/// noise of the rise.
+/// Whether x + F rises all along an edge of that width, judged by its slopes a and b at the ends
+/// and its rise. Its slope is approximated by the parabola a (1-t)² + 2 c t (1-t) + b t² with the
+/// mean (a + c + b)/3, which has no zero if c > -√(ab). Half of that bound is required as a margin,
+/// up to the noise of the rise.
 #[inline(always)]
 fn rises<T: Scalar>([from, to]: [Point<T>; 2], width: T, noise: T) -> T::Mask {
     let (a, b, rise) = (from.slope, to.slope, from.residual - to.residual);

@@ -35,8 +35,8 @@ impl<T: Scalar> Point<T> {
 pub(in crate::solver) struct MeasuredRounding<T: Scalar> {
     /// The mismatch; it is the rounding error of F in the lanes of `rounding`.
     pub(in crate::solver) size: T,
-    /// Lanes in which a share of the mismatch remains between neighbouring numbers, so that it is rounding
-    /// and no feature of F.
+    /// Lanes in which a share of the mismatch remains between neighbouring numbers, so that it is
+    /// rounding and no feature of F.
     pub(in crate::solver) rounding: T::Mask,
     /// The evaluations of F that were made.
     pub(in crate::solver) evaluations: u32,
@@ -44,16 +44,16 @@ pub(in crate::solver) struct MeasuredRounding<T: Scalar> {
 
 /// The largest number of bisections: more than the 106 bits of the longest scalar.
 const MOST_HALVINGS: u32 = 120;
-/// The share of a mismatch that remains between neighbouring numbers if it is rounding; between 0 and 1.
-/// A choice: a smooth F leaves far less.
+/// The share of a mismatch that remains between neighbouring numbers if it is rounding; between 0
+/// and 1. A choice: a smooth F leaves far less.
 const REMAINING_SHARE: f64 = 0.125;
 
-/// Bisects the edge between two points, towards the half with the larger mismatch, down to neighbouring
-/// numbers.
+/// Bisects the edge between two points, towards the half with the larger mismatch, down to
+/// neighbouring numbers.
 ///
-/// The mismatch of a smooth F decreases like the cube of the edge, and like the edge itself if the slope
-/// is not exactly the derivative. The part that comes from rounding remains. If 1 + F' is not positive
-/// on the way there may be a fold, and the mismatch does not count as rounding.
+/// The mismatch of a smooth F decreases like the cube of the edge, and like the edge itself if the
+/// slope is not exactly the derivative. The part that comes from rounding remains. If 1 + F' is not
+/// positive on the way there may be a fold, and the mismatch does not count as rounding.
 #[cold]
 #[inline(never)]
 pub(in crate::solver) fn measure_rounding<T: Scalar>(

@@ -46,8 +46,8 @@ fn random(seed: &mut u64, low: f64, high: f64) -> f64 {
     low + (high - low) * (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Where the solution is small beside the start the second correction is as large as the solution, and each bit of the inverse
-/// counts.
+/// Where the solution is small beside the start the second correction is as large as the solution,
+/// and each bit of the inverse counts.
 #[test]
 fn two_evaluations_give_what_more_care_gives() {
     let (mut seed, mut taken, mut felt) = (1_u64, 0, 0);
@@ -95,7 +95,8 @@ fn stiff_and_steep_equations_are_solved_to_rounding() {
 
 #[test]
 fn the_solution_taken_is_the_one_that_leads_back_to_the_start() {
-    // Three solutions: about -10, -0.1 and 10.1; only the last is reached from s = 0 with a rising slope.
+    // Three solutions: about -10, -0.1 and 10.1; only the last is reached from s = 0 with a rising
+    // slope.
     let root = Newton.solve(0, 1.0, cubic(-11.0, 0.1)).unwrap();
     assert!((root.x - 10.05).abs() < 0.1, "{root:?}");
 }
@@ -226,7 +227,8 @@ fn a_lost_solution_is_a_failure() {
 
 #[test]
 fn a_fork_is_a_failure() {
-    // x + s (x³ - 2 x) = 0 has the solution 0, where the slope is 1 - 2 s, and ±√(2 - 1/s) beside it from s = 1/2 on.
+    // x + s (x³ - 2 x) = 0 has the solution 0, where the slope is 1 - 2 s, and ±√(2 - 1/s) beside
+    // it from s = 1/2 on.
     let failure = Newton.solve(0, 0.0, cubic(-2.0, 1.0)).unwrap_err();
     let StepFailure::SeveralSolutions { dof: 0, share } = failure else { panic!("{failure}") };
     assert!(share > 0.49, "{share}");

@@ -45,8 +45,8 @@ impl<T: Scalar> TwoCorrections<T> {
         Root { x: self.end, evaluations: 2 }
     }
 
-    /// Marks lanes that are done at rest, where the first point is the solution and both corrections are
-    /// 0, and near rest, where products of corrections underflow.
+    /// Marks lanes that are done at rest, where the first point is the solution and both
+    /// corrections are 0, and near rest, where products of corrections underflow.
     #[inline(always)]
     pub(super) fn rest(&mut self) {
         let none = self.correction.previous.abs().le(T::zero());
@@ -55,8 +55,8 @@ impl<T: Scalar> TwoCorrections<T> {
     }
 }
 
-/// A correction with the slope at x and one with an improved inverse slope. `DIRECT` states that x is
-/// `start` and s = 1.
+/// A correction with the slope at x and one with an improved inverse slope. `DIRECT` states that x
+/// is `start` and s = 1.
 #[inline(always)]
 pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     s: T,
@@ -111,11 +111,12 @@ impl<T: Scalar> Correction<T> {
 
     /// Whether the next correction is less than `scale`.
     ///
-    /// A correction turns an error e into e (r + c + d), with r the error of the inverse, c the change of
-    /// the slope over e/2, and d the error of a slope that is not quite the derivative. The last two
-    /// corrections give r + c + d as their ratio, and the last slope gives r + 2 c as what the inverse
-    /// misses. For the next correction r and c are smaller by that ratio, d is the same. Both sides are
-    /// multiplied by the square of the previous correction, which avoids a division.
+    /// A correction turns an error e into e (r + c + d), with r the error of the inverse, c the
+    /// change of the slope over e/2, and d the error of a slope that is not quite the derivative.
+    /// The last two corrections give r + c + d as their ratio, and the last slope gives r + 2 c as
+    /// what the inverse misses. For the next correction r and c are smaller by that ratio, d is the
+    /// same. Both sides are multiplied by the square of the previous correction, which avoids a
+    /// division.
     #[inline(always)]
     pub(super) fn lost(&self, scale: T) -> T::Mask {
         let (size, largest) = (self.update.abs(), self.previous.abs());
@@ -125,8 +126,8 @@ impl<T: Scalar> Correction<T> {
         next.lt(scale * (largest * largest))
     }
 
-    /// [`Correction::lost`], with all terms divided by the previous correction where the products would
-    /// underflow.
+    /// [`Correction::lost`], with all terms divided by the previous correction where the products
+    /// would underflow.
     #[inline(always)]
     pub(super) fn lost_near_rest(&self, scale: T) -> T::Mask {
         let largest = self.previous.abs();

@@ -4,7 +4,8 @@ use afterbay_core::{Line, Scalar};
 use afterbay_expression::{Graph, Node, Ridge};
 use std::ops::Range;
 
-/// The numbers of a link in a column of a block: a, b, c, the coefficients of a cubic, and its factor.
+/// The numbers of a link in a column of a block: a, b, c, the coefficients of a cubic, and its
+/// factor.
 pub(super) const COLUMNS: usize = 8;
 
 /// The quantity that blocks evaluate: the sums, or their derivatives by q_j.
@@ -19,8 +20,8 @@ pub(in crate::custom) enum Wanted {
 pub(super) struct Link {
     /// i, if b ≠ 0.
     pub(super) other: Option<usize>,
-    /// The range, among all numbers, of a, b, c and the coefficients of W, from w_0 to w_2, w_4 or a higher
-    /// one. For y = ℓ² + d these are the seven numbers a, b, c, d, w_0, w_1, w_2.
+    /// The range, among all numbers, of a, b, c and the coefficients of W, from w_0 to w_2, w_4 or
+    /// a higher one. For y = ℓ² + d these are the seven numbers a, b, c, d, w_0, w_1, w_2.
     pub(super) numbers: Range<usize>,
 }
 

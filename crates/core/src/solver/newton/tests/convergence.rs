@@ -1,4 +1,5 @@
-//! Equations whose updates stop at the rounding of F: each is solved, alone and in lanes to the bit.
+//! Equations whose updates stop at the rounding of F: each is solved, alone and in lanes to the
+//! bit.
 
 use super::random;
 use crate::error::StepFailure;
@@ -55,7 +56,8 @@ impl Case {
     }
 }
 
-/// Bonds of V = e^r - r - 1 to both neighbours, each of which is 0 to rounding near rest, and friction.
+/// Bonds of V = e^r - r - 1 to both neighbours, each of which is 0 to rounding near rest, and
+/// friction.
 fn toda(case: &Case, s: f64, v: f64) -> [f64; 3] {
     let (pull, to) = (s * case.h / 2.0, case.q + s * case.h * v);
     let [left, right] = [(to - case.beside[0]).exp(), (case.beside[1] - to).exp()];
