@@ -40,7 +40,10 @@ pub enum Problem {
         expected: &'static str,
     },
     /// A name that is not defined.
-    #[error("{name} is not known{}", nearest.as_ref().map(|x| format!(": do you mean {x}?")).unwrap_or_default())]
+    #[error(
+        "{name} is not known{}",
+        nearest.as_ref().map(|x| format!(": do you mean {x}?")).unwrap_or_default()
+    )]
     Unknown {
         /// The name.
         name: String,
@@ -55,7 +58,8 @@ pub enum Problem {
     },
     /// A coordinate or momentum with an invalid index.
     #[error(
-        "{name} is no coordinate or momentum: they are counted from 1, without leading zeros, up to {}",
+        "{name} is no coordinate or momentum: they are counted from 1, without leading zeros, up \
+         to {}",
         MOST_DEGREES
     )]
     Index {

@@ -8,7 +8,10 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepFailure {
     /// The step gives a number that is not finite.
-    #[error("{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here", dof + 1)]
+    #[error(
+        "{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here",
+        dof + 1
+    )]
     NonFinite {
         /// Which vector.
         quantity: Quantity,
@@ -19,8 +22,8 @@ pub enum StepFailure {
     },
     /// The fixed-point iteration does not contract.
     #[error(
-        "the fixed-point iteration of degree of freedom {} does not contract (updates change by the factor \
-         {} after {iterations} iterations): take a smaller step or Newton's method",
+        "the fixed-point iteration of degree of freedom {} does not contract (updates change by \
+         the factor {} after {iterations} iterations): take a smaller step or Newton's method",
         dof + 1,
         factor(*ratio)
     )]
@@ -35,8 +38,9 @@ pub enum StepFailure {
     /// Newton's method finds no solution on the branch that starts at h = 0 within its limit of
     /// iterations.
     #[error(
-        "Newton's iteration of degree of freedom {} stalls (last update {update:e} after {iterations} iterations): \
-         it finds no solution that continues from h = 0, take a smaller step",
+        "Newton's iteration of degree of freedom {} stalls (last update {update:e} after \
+         {iterations} iterations): it finds no solution that continues from h = 0, take a smaller \
+         step",
         dof + 1
     )]
     NewtonStalled {
@@ -50,8 +54,8 @@ pub enum StepFailure {
     /// The branch of solutions that starts at h = 0 ends at a fold or forks before the whole step,
     /// where the equation has several solutions.
     #[error(
-        "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and none is seen to continue \
-         from h = 0 to its end: take a smaller step",
+        "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and \
+         none is seen to continue from h = 0 to its end: take a smaller step",
         dof + 1
     )]
     SeveralSolutions {
@@ -61,7 +65,11 @@ pub enum StepFailure {
         share: f64,
     },
     /// The linear equation of the step has no solution.
-    #[error("the equation of degree of freedom {} is singular (its slope is {slope:e}): take another step", dof + 1)]
+    #[error(
+        "the equation of degree of freedom {} is singular (its slope is {slope:e}): take another \
+         step",
+        dof + 1
+    )]
     Singular {
         /// Which degree of freedom, from 0.
         dof: usize,
@@ -70,8 +78,9 @@ pub enum StepFailure {
     },
     /// The matrices of the equations exceed the memory allowed.
     #[error(
-        "the equations of the step have {unknowns} unknowns, and their matrices would take {bytes:.1e} bytes: take a step \
-         so short that simple iteration contracts, or an explicit method"
+        "the equations of the step have {unknowns} unknowns, and their matrices would take \
+         {bytes:.1e} bytes: take a step so short that simple iteration contracts, or an explicit \
+         method"
     )]
     TooLarge {
         /// The unknowns of one system of equations.
@@ -81,15 +90,19 @@ pub enum StepFailure {
     },
     /// No small change of (q, p) restores K.
     #[error(
-        "the projection fails: K is off by {excess:e} after the step, and no change of q and p within the error allowed \
-         makes up for it: allow a larger error, or take adaptive-collocation"
+        "the projection fails: K is off by {excess:e} after the step, and no change of q and p \
+         within the error allowed makes up for it: allow a larger error, or take \
+         adaptive-collocation"
     )]
     ProjectionFailed {
         /// The change of K over the step.
         excess: f64,
     },
     /// δ is not finite: its denominator vanishes.
-    #[error("δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it", dof + 1)]
+    #[error(
+        "δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it",
+        dof + 1
+    )]
     Pole {
         /// Which degree of freedom, from 0.
         dof: usize,
@@ -104,7 +117,8 @@ pub enum StepFailure {
     },
     /// A quadrature does not resolve H along the step, so that K would change.
     #[error(
-        "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): take a smaller step"
+        "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): \
+         take a smaller step"
     )]
     Unresolved {
         /// The nodes of the quadrature.
@@ -115,8 +129,8 @@ pub enum StepFailure {
     /// V is singular between the ends of the edge along which a coordinate would move. A mean of
     /// ∂V/∂q along it exists, and would keep K across the pole.
     #[error(
-        "V is singular between q{} = {from:?} and {to:?}, where the step would lead: no step crosses a singularity, take a smaller \
-         one, or end before the motion itself meets it",
+        "V is singular between q{} = {from:?} and {to:?}, where the step would lead: no step \
+         crosses a singularity, take a smaller one, or end before the motion itself meets it",
         dof + 1
     )]
     AcrossSingularity {
@@ -130,8 +144,8 @@ pub enum StepFailure {
     /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on
     /// it.
     #[error(
-        "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a smaller step, or give the edge in \
-         closed form",
+        "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a \
+         smaller step, or give the edge in closed form",
         dof + 1
     )]
     EdgeUnresolved {
@@ -144,9 +158,9 @@ pub enum StepFailure {
     },
     /// The divided differences along the edges of a step do not add up to the change of H.
     #[error(
-        "the means along the edges of the step do not add up to the increment of H (K would move by {roundings:.0} roundings): \
-         H changes between the points they are taken from, or is another function; take a smaller step, or give the edges in \
-         closed form"
+        "the means along the edges of the step do not add up to the increment of H (K would move \
+         by {roundings:.0} roundings): H changes between the points they are taken from, or is \
+         another function; take a smaller step, or give the edges in closed form"
     )]
     BalanceLost {
         /// The change of K, in rounding errors of its terms.
@@ -154,7 +168,8 @@ pub enum StepFailure {
     },
     /// The step is too long for the flow of the linearised system to be computed.
     #[error(
-        "h times the rates of the linearised system is more than {limit:e}, or about that: take a smaller step"
+        "h times the rates of the linearised system is more than {limit:e}, or about that: take a \
+         smaller step"
     )]
     TooLong {
         /// The limit.
@@ -162,8 +177,8 @@ pub enum StepFailure {
     },
     /// No point near the end of an explicit step keeps K.
     #[error(
-        "no relaxation root: K is off by {excess:e} after the explicit step, and no step near it keeps K: take another \
-         step size (a smaller one if K grows), or an implicit method"
+        "no relaxation root: K is off by {excess:e} after the explicit step, and no step near it \
+         keeps K: take another step size (a smaller one if K grows), or an implicit method"
     )]
     NoRelaxationRoot {
         /// The change of K over the explicit step.

@@ -42,7 +42,8 @@ pub fn separable<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
     if s.dissipation_form().coupled {
         return Ok(());
     }
-    let rule = "D_j of a separable system depends on no other momentum, unless dissipation_form() says it is coupled";
+    let rule = "D_j of a separable system depends on no other momentum, unless dissipation_form() \
+        says it is coupled";
     starts(&places)
         .iter()
         .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, |i, j| i != j, &[Block::Dp], rule))
@@ -80,7 +81,8 @@ fn parts<S: Separable<f64> + ?Sized>(
         let rule = "dissipation_of() must give the D of dissipation()";
         same(Quantity::Dissipation, drag.value, d, drag.value - d, rounding * strongest, rule)?;
         if damping.linear && !damping.coupled {
-            let rule = "by_p of dissipation_of() must be D over p where dissipation_form() says it is linear";
+            let rule = "by_p of dissipation_of() must be D over p where dissipation_form() says it \
+                is linear";
             let off = drag.by_p * p[dof] - d;
             same(Quantity::DissipationSlope, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
         }
@@ -112,7 +114,8 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
             if (given - found).abs() <= slack {
                 continue;
             }
-            let rule = "divided_difference() must be the mean of partial() on short edges too, and partial() itself on none";
+            let rule = "divided_difference() must be the mean of partial() on short edges too, and \
+                partial() itself on none";
             return Err(InputError::Contradiction { quantity, dof, given, found, rule });
         }
     }

@@ -84,7 +84,8 @@ pub enum CustomError {
     },
     /// A description without degrees of freedom.
     #[error(
-        "there is no degree of freedom: neither masses nor dissipation are given, and the potential mentions no coordinate"
+        "there is no degree of freedom: neither masses nor dissipation are given, and the \
+         potential mentions no coordinate"
     )]
     Empty,
     /// An expression whose value is not finite.
@@ -98,7 +99,10 @@ pub enum CustomError {
         value: f64,
     },
     /// A size beyond its limit.
-    #[error("{count} {what} are more than {limit}: take fewer degrees of freedom, or couple fewer of them")]
+    #[error(
+        "{count} {what} are more than {limit}: take fewer degrees of freedom, or couple fewer of \
+         them"
+    )]
     TooLarge {
         /// The things that are too many.
         what: &'static str,
