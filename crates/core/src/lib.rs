@@ -10,13 +10,13 @@
 //! system by name. Its layers, each of which uses only those above it:
 //!
 //! - numbers: [`Scalar`] (`f64`, [`Quad`], SIMD lanes [`f64x4`] and [`f64x8`], [`Corrected`],
-//!   [`Series`], [`Slope`], [`Interval`]), storage ([`Vector`]), divided differences ([`divided`]) and
-//!   [`quadrature`];
+//!   [`Series`], [`Slope`], [`Interval`]), storage ([`Vector`]), divided differences ([`divided`])
+//!   and [`quadrature`];
 //! - error: [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and
 //!   [`Block`];
 //! - system: [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`],
-//!   [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas ([`Formulas`]),
-//!   and the [`State`];
+//!   [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas
+//!   ([`Formulas`]), and the [`State`];
 //! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
 //!   [`integrate`] and [`integrate_within`];
 //! - [`solver`]: the scalar equation of an implicit step;
