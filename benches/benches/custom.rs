@@ -8,7 +8,7 @@ use afterbay_benches::written::{HenonHeiles, Morse, Pendulum};
 use afterbay_core::{Curvature, Grid, Method, Separable, State, Vector, integrate};
 use afterbay_methods::{Collocation, Composition, Gonzalez, Increment, Leapfrog, ModDg, Relaxed, Rk4};
 use afterbay_systems::{
-    Custom, DampedOscillator, Description, Duffing, FputChain, Friction, VanDerPol, VanDerPolRing,
+    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, VanDerPol, VanDerPolRing,
 };
 use std::time::Instant;
 
@@ -27,7 +27,7 @@ fn main() {
         let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
         let description = Description {
             potential: potential.to_owned(),
-            friction: Friction::Forces(dissipation),
+            dissipation: DissipationText::Forces(dissipation),
             parameters,
             ..Default::default()
         };

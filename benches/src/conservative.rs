@@ -1,6 +1,6 @@
-//! A system whose type says that nothing dissipates: what `damping()` answers folds away.
+//! A system whose type says that nothing dissipates: what `dissipation_form()` answers folds away.
 
-use afterbay_core::{Damping, Drag, Line, Separable, System};
+use afterbay_core::{Dissipation, DissipationForm, Line, Separable, System};
 use afterbay_systems::Duffing;
 
 /// The Duffing oscillator without its damping.
@@ -25,8 +25,8 @@ impl System<f64> for Conservative {
         d[0] = 0.0;
     }
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 
@@ -36,15 +36,15 @@ impl Separable<f64> for Conservative {
         self.0.partial(q, j, at)
     }
     #[inline(always)]
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
-        self.0.edge(q, j, to)
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+        self.0.divided_difference(q, j, to)
     }
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline(always)]
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }
 }

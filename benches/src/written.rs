@@ -1,7 +1,7 @@
 //! A pendulum, a Morse bond and the system of Hénon and Heiles written in Rust, each with its edges
 //! in closed form: what the custom systems of the same expressions are measured against.
 
-use afterbay_core::{Damping, Drag, Line, Separable, System};
+use afterbay_core::{Dissipation, DissipationForm, Line, Separable, System};
 
 /// V = g (1 - cos q), D = c p
 pub struct Pendulum {
@@ -54,8 +54,8 @@ macro_rules! rubbed {
                 d.iter_mut().zip(v).for_each(|(d, v)| *d = self.c * v);
             }
             #[inline]
-            fn damping(&self) -> Damping {
-                Damping::LINEAR
+            fn dissipation_form(&self) -> DissipationForm {
+                DissipationForm::LINEAR
             }
             #[inline]
             fn unit_mass(&self) -> bool {
@@ -77,7 +77,7 @@ impl Separable<f64> for Pendulum {
         self.g * at.sin()
     }
     #[inline]
-    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
         let (middle, half) = ((q[0] + to) / 2.0, (to - q[0]) / 2.0);
         let ((sin, cos), (sin_half, cos_half)) = (middle.sin_cos(), half.sin_cos());
         let (sinc, bend) = if half.abs() < 1e-3 {
@@ -89,12 +89,12 @@ impl Separable<f64> for Pendulum {
         Line { value: self.g * sin * sinc, slope: self.g * (cos * sinc + sin * bend) / 2.0 }
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline]
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[0], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[0], by_q: 0.0, by_p: self.c }
     }
 }
 
@@ -105,7 +105,7 @@ impl Separable<f64> for Morse {
         2.0 * self.d * self.a * e * (1.0 - e)
     }
     #[inline]
-    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
         let (start, width) = ((-self.a * (q[0] - self.r)).exp(), to - q[0]);
         let x = -self.a * width;
         let shrinks = x.exp_m1();
@@ -124,12 +124,12 @@ impl Separable<f64> for Morse {
         }
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline]
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[0], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[0], by_q: 0.0, by_p: self.c }
     }
 }
 
@@ -139,7 +139,7 @@ impl Separable<f64> for HenonHeiles {
         if j == 0 { at + 2.0 * at * q[1] } else { at + q[0] * q[0] - at * at }
     }
     #[inline]
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let from = q[j];
         if j == 0 {
             let stiffness = 0.5 + q[1];
@@ -151,11 +151,11 @@ impl Separable<f64> for HenonHeiles {
         }
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
     #[inline]
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[j], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[j], by_q: 0.0, by_p: self.c }
     }
 }

@@ -10,24 +10,24 @@ use std::path::Path;
 const DATA: &str = "data/work_precision.csv";
 
 /// What is charted: x and y of a run.
-struct View {
+struct StateRef {
     name: &'static str,
     x: (&'static str, fn(&Row) -> Option<f64>),
     y: (&'static str, fn(&Row) -> Option<f64>),
 }
 
-const VIEWS: [View; 3] = [
-    View {
+const VIEWS: [StateRef; 3] = [
+    StateRef {
         name: "time-qp",
         x: ("time of a run [s]", |row| row.seconds),
         y: ("error of (q, p)", |row| row.error_qp),
     },
-    View {
+    StateRef {
         name: "time-w",
         x: ("time of a run [s]", |row| row.seconds),
         y: ("error of w", |row| row.error_w),
     },
-    View {
+    StateRef {
         name: "evaluations-qp",
         x: ("evaluations of the right-hand side", |row| row.evaluations.map(|count| count as f64)),
         y: ("error of (q, p)", |row| row.error_qp),
@@ -137,7 +137,7 @@ fn figure(
     rows: &[Row],
     names: &[&str],
     (group, about): (&str, &str),
-    view: &View,
+    view: &StateRef,
     artifacts: &mut Vec<Artifact>,
 ) -> Figure {
     let curve = |name: &&str| {

@@ -152,7 +152,7 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     }
     row("degrees of freedom", problem.model.dof().to_string());
     row("equations are linear", if subject.is_linear() { "yes" } else { "no" }.into());
-    let damping = subject.damping();
+    let damping = subject.dissipation_form();
     row(
         "friction",
         match (damping.zero, damping.passive) {

@@ -18,7 +18,7 @@ pub enum Model {
     DampedOscillator {
         /// Stiffness.
         k: f64,
-        /// Damping.
+        /// DissipationForm.
         b: f64,
     },
     /// `V = α q²/2 + β q⁴/4, D = c p`
@@ -27,7 +27,7 @@ pub enum Model {
         alpha: f64,
         /// Cubic stiffness.
         beta: f64,
-        /// Damping.
+        /// DissipationForm.
         c: f64,
     },
     /// `V = q²/2, D = -μ (1 - q²) p`
@@ -50,7 +50,7 @@ pub enum Model {
         n: usize,
         /// Cubic stiffness of the springs.
         beta: f64,
-        /// Damping.
+        /// DissipationForm.
         c: f64,
     },
     /// `V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], D_j = -μ (1 - q_j²) p_j`, periodic

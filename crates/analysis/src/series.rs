@@ -63,7 +63,7 @@ where
     for (i, (state, check)) in states.iter().zip(&check).enumerate() {
         doubt = doubt.larger(twice_apart(state, check));
         if i % between == 0 {
-            solution.push(state.view());
+            solution.push(state.state_ref());
             solution.doubt_last(doubt);
         }
     }

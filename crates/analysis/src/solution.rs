@@ -1,7 +1,7 @@
 //! A solution at equally spaced times, with a doubt.
 
 use crate::measured::{Doubt, Measured};
-use afterbay_core::{Scalar, State, Vector, View};
+use afterbay_core::{Scalar, State, StateRef, Vector};
 
 /// The states of a reference one after the other, and how far each of them is known.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ impl<T: Scalar> Solution<T> {
     }
 
     /// Adds a state that is known without doubt.
-    pub fn push(&mut self, state: View<'_, T>) {
+    pub fn push(&mut self, state: StateRef<'_, T>) {
         for part in [state.q, state.p, state.w] {
             self.numbers.extend_from_slice(part);
         }
@@ -39,16 +39,16 @@ impl<T: Scalar> Solution<T> {
     }
 
     /// The states.
-    pub fn states(&self) -> impl ExactSizeIterator<Item = View<'_, T>> {
+    pub fn states(&self) -> impl ExactSizeIterator<Item = StateRef<'_, T>> {
         (0..self.len()).map(|i| self.at(i))
     }
 
     /// The state i, one of those that were added.
-    pub fn at(&self, i: usize) -> View<'_, T> {
+    pub fn at(&self, i: usize) -> StateRef<'_, T> {
         let size = 3 * self.dof + 1;
         let numbers = &self.numbers[i * size..(i + 1) * size];
         let [q, p, w] = [0, 1, 2].map(|part| &numbers[part * self.dof..(part + 1) * self.dof]);
-        View { q, p, w, t: numbers[size - 1] }
+        StateRef { q, p, w, t: numbers[size - 1] }
     }
 
     /// How far the state i may be from the exact one.
@@ -63,7 +63,7 @@ impl<T: Scalar> Solution<T> {
 
     /// The error of q, of p and of w of a state found for time i, the largest over the degrees of
     /// freedom, each with the doubt of what it is compared to.
-    pub fn errors(&self, i: usize, found: View<'_, T>) -> [Measured; 3] {
+    pub fn errors(&self, i: usize, found: StateRef<'_, T>) -> [Measured; 3] {
         let exact = self.at(i);
         let Doubt { qp, w } = self.doubts[i];
         let parts = [(found.q, exact.q, qp), (found.p, exact.p, qp), (found.w, exact.w, w)];
@@ -77,7 +77,7 @@ impl<T: Scalar> Solution<T> {
             let lost = part.iter().map(|&x| (x - T::from_f64(x.to_f64())).abs().to_f64());
             lost.fold(0.0, f64::max)
         };
-        let doubt = |(state, doubt): (View<'_, T>, &Doubt)| Doubt {
+        let doubt = |(state, doubt): (StateRef<'_, T>, &Doubt)| Doubt {
             qp: doubt.qp + rounding(state.q).max(rounding(state.p)),
             w: doubt.w + rounding(state.w),
         };

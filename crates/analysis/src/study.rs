@@ -22,7 +22,7 @@ pub use reference::LARGEST_BY_SERIES;
 
 use crate::progress::Progress;
 use crate::{Model, Solution};
-use afterbay_core::{InputError, IntegrateError, Scalar, State, View};
+use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef};
 use serde::Serialize;
 
 /// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom the error of each is
@@ -73,7 +73,7 @@ impl Problem {
 }
 
 /// The largest difference over the degrees of freedom, of q, of p and of w.
-fn distance<T: Scalar>(found: View<'_, T>, exact: View<'_, T>) -> [T; 3] {
+fn distance<T: Scalar>(found: StateRef<'_, T>, exact: StateRef<'_, T>) -> [T; 3] {
     [(found.q, exact.q), (found.p, exact.p), (found.w, exact.w)].map(|(found, exact)| {
         let differences = found.iter().zip(exact).map(|(&found, &exact)| (found - exact).abs());
         differences.fold(T::zero(), |most, x| T::select(most.lt(x), x, most))

@@ -65,7 +65,7 @@ impl<T: Scalar> Subject<T> for DampedOscillator<T> {
             let third = t * T::from_f64(1.0 / 3.0);
             self.flow(third, &mut twice);
             self.flow(t - third, &mut twice);
-            solution.push(state.view());
+            solution.push(state.state_ref());
             solution.doubt_last(solution::twice_apart(&state, &twice));
         }
         Ok(solution)

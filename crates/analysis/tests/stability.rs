@@ -6,7 +6,7 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, MapError, StabilityRow, Verdict, atlas};
 use afterbay_core::Grid;
 use afterbay_methods::registry::{Row, find};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -20,7 +20,7 @@ fn spread(count: usize, from: f64, to: f64) -> Vec<f64> {
 fn custom(potential: &str, dissipation: &[&str], parameters: &[(&str, f64)]) -> Model {
     let description = Description {
         potential: potential.into(),
-        friction: Friction::Forces(dissipation.iter().map(|&d| d.into()).collect()),
+        dissipation: DissipationText::Forces(dissipation.iter().map(|&d| d.into()).collect()),
         parameters: parameters.iter().map(|&(name, value)| (name.into(), value)).collect(),
         ..Default::default()
     };

@@ -4,60 +4,46 @@
 //! q' = ∂H/∂p        p' = -∂H/∂q - D(q,p)        w_j' = D_j(q,p) ∂H/∂p_j      (j = 1..N)
 //! ```
 //!
-//! so that `K = H(q,p) + Σ w_j` is constant. This crate says what a [`System`] is and what some
-//! know besides ([`Separable`], [`PhasePlane`], [`Curvature`], [`Uniform`], [`Linear`],
-//! [`OrderRaising`], [`ExactFlow`]), what a [`State`], a [`Method`] and a failure are, and which
-//! numbers there are ([`Scalar`]: `f64`, [`Quad`], [`Series`], lanes [`f64x4`] and [`f64x8`],
-//! [`Corrected`] numbers). It holds the time loops ([`integrate`], and [`integrate_within`] a
-//! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`], [`edge`]),
-//! systems from their formulas alone ([`Formulas`]), the solvers of scalar equations ([`solver`]),
-//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]).
-//! It knows no method and no system by name.
+//! so that `K = H(q,p) + Σ w_j` is constant.
+//!
+//! This crate defines what a system, a state, a run and a failure are. It knows no method and no
+//! system by name. Its layers, each of which uses only those above it:
+//!
+//! - numbers: [`Scalar`] (`f64`, [`Quad`], SIMD lanes [`f64x4`] and [`f64x8`], [`Corrected`],
+//!   [`Series`], [`Slope`], [`Interval`]), storage ([`Vector`]), divided differences ([`divided`])
+//!   and [`quadrature`];
+//! - error: [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and
+//!   [`Block`];
+//! - system: [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`],
+//!   [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas
+//!   ([`Formulas`]), and the [`State`];
+//! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
+//!   [`integrate`] and [`integrate_within`];
+//! - [`solver`]: the scalar equation of an implicit step;
+//! - [`taylor`]: solutions by Taylor series, as references;
+//! - [`validate`]: tests of a system against its own energy.
 
-mod adaptive;
-pub mod check;
-mod coupling;
-mod curvature;
-pub mod divided;
-pub mod edge;
-mod exact;
-mod failure;
-mod formulas;
-mod grid;
-mod integrate;
-mod method;
-mod observer;
-mod order_raising;
-mod phase_plane;
-mod scalar;
-pub mod singularity;
+mod error;
+mod numbers;
+mod quantity;
+mod run;
 pub mod solver;
-mod state;
 mod system;
 pub mod taylor;
-mod tolerance;
-mod uniform;
-mod vector;
-mod view;
+pub mod validate;
 
-pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
-pub use coupling::Coupling;
-pub use curvature::{Block, Curvature};
-pub use exact::ExactFlow;
-pub use failure::{InputError, IntegrateError, Quantity, RunError, StepFailure};
-pub use formulas::{Formulas, FromFormulas};
-pub use grid::Grid;
-pub use integrate::{integrate, integrate_in};
-pub use method::{Effort, Method};
-pub use observer::{Every, Observer};
-pub use order_raising::{Correction, Misprinted, OrderRaising};
-pub use phase_plane::{Mean, PhasePlane, Resistance, Slopes};
-pub use qd::Quad;
-pub use scalar::{Certainty, Corrected, Ends, Interval, Lanewise, Mask, Scalar, Series, Slope};
-pub use state::State;
-pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
-pub use tolerance::Tolerance;
-pub use uniform::Uniform;
-pub use vector::Vector;
-pub use view::View;
-pub use wide::{f64x4, f64x8};
+pub use error::{InputError, IntegrateError, RunError, StepFailure};
+pub use numbers::{
+    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Slope, Vector, divided,
+    f64x4, f64x8, quadrature, singularity,
+};
+pub use quantity::{Block, Quantity};
+pub use run::{
+    Adaptive, Attempt, Effort, Every, Grid, Method, Observer, Statistics, Tolerance, integrate, integrate_in,
+    integrate_within, sample_within,
+};
+pub use system::{
+    Correction, Coupling, Curvature, Dissipation, DissipationForm, ExactFlow, Formulas, FromFormulas, Linear,
+    Mean, Misprinted, OrderRaising, Passive, PhasePlane, PlaneDissipation, Separable, Slopes, State,
+    StateRef, System, Uniform,
+};

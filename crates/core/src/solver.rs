@@ -1,18 +1,20 @@
-//! Solvers of the scalar equation an implicit step comes down to.
+//! Solvers of the scalar equation of an implicit step.
 //!
-//! The equation is written `x = start - F(s, x)` with `F = O(s)`: at s = 0 its solution is `start`, at s = 1 it is the
-//! step wanted, and the solution meant is the one that leads from there to here.
+//! The equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s = 0
+//! and the step at s = 1. If there are several at s = 1, the one wanted is on the branch that
+//! starts at s = 0.
 
 mod fixed_point;
 mod newton;
-mod several;
+mod several_solutions;
 
 pub use fixed_point::FixedPoint;
 pub use newton::Newton;
 
-use crate::{Scalar, StepFailure};
+use crate::error::StepFailure;
+use crate::numbers::Scalar;
 
-/// A way to solve `x = start - F(1, x)` to rounding.
+/// A method that solves `x = start - F(1, x)` to rounding.
 pub trait Solver {
     /// The solution, from `start`.
     ///
@@ -26,8 +28,8 @@ pub trait Solver {
     ) -> Result<Root<T>, StepFailure>;
 }
 
-/// F of an equation `x = start - F(s, x)`; a closure `FnMut(T, T) -> Sample<T>` is one. Solvers evaluate it in several places:
-/// types of their own can ask to be inlined in each, closures cannot.
+/// F of an equation `x = start - F(s, x)`. A closure `FnMut(T, T) -> Sample<T>` is one. Solvers
+/// evaluate F in several places; a named type can request inlining in each, a closure cannot.
 pub trait Equation<T> {
     /// F at (s, x)
     fn at(&mut self, s: T, x: T) -> Sample<T>;
@@ -40,21 +42,23 @@ impl<T, F: FnMut(T, T) -> Sample<T>> Equation<T> for F {
     }
 }
 
-/// F at a point.
+/// F at a point, with its derivative and bounds of its rounding errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {
     /// F
     pub value: T,
     /// ∂F/∂x
     pub slope: T,
-    /// What F changes by where its argument is rounded: this times the unit roundoff.
-    pub rough: T,
-    /// The same of all F is made of, of which much may cancel. Corrections that no longer shrink are noise up to 64 roundings
-    /// of it, which is what a large bound costs at most.
-    pub blur: T,
+    /// The change of F by a rounding of its argument, in unit roundoffs: |∂F/∂x| times the size of
+    /// the numbers that x is added to.
+    pub argument_rounding: T,
+    /// A bound of the rounding error of F, in unit roundoffs: the sum of the sizes of its terms,
+    /// which may cancel. Corrections that no longer shrink are taken for noise up to 64 times this
+    /// error, so that a bound that is too large costs no more accuracy than that.
+    pub value_rounding: T,
 }
 
-/// A solution and what it took.
+/// A solution and the work to find it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root<T> {
     /// The solution.

@@ -1,9 +1,9 @@
 //! The exact flow as a Taylor series in time, computed by evaluating the system on [`Series`].
 //!
-//! An [`Expansion`] is a polynomial in time and an estimate of how far it reaches. [`follow`] strings
-//! expansions together: each is used only as far as its defect z' - f(z) is seen to be small, by an
-//! enclosure of f along the polynomial ([`Enclosed`]) or by samples of it ([`Sampled`]), and no
-//! expansion goes across a kink.
+//! An [`Expansion`] is a polynomial in time with an estimate of its reach. [`follow`] computes a
+//! trajectory by successive expansions. Each is used only as far as its defect z' - f(z) is small,
+//! which is established by an enclosure of f along the polynomial ([`Enclosed`]) or by samples
+//! ([`Sampled`]). No expansion is used across a kink.
 //!
 //! [`Series`]: crate::Series
 

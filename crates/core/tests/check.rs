@@ -5,7 +5,8 @@
 mod caught;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Quantity, Separable, System, check,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Quantity, Separable,
+    System, validate,
 };
 use caught::*;
 
@@ -47,7 +48,8 @@ enum Lie {
     EntriesThatStay,
 }
 
-/// H = Σ [p_j²/(2 m_j) + 1 - cos q_j] + Σ (q_{j+1} - q_j)⁴/4, m_j = 1 + j/2, D_j = c (1 + q_j²) v_j, c = 0.3.
+/// H = Σ [p_j²/(2 m_j) + 1 - cos q_j] + Σ (q_{j+1} - q_j)⁴/4, m_j = 1 + j/2, D_j = c (1 + q_j²)
+/// v_j, c = 0.3.
 struct Told(Lie);
 
 impl Told {
@@ -105,7 +107,7 @@ impl System<f64> for Told {
             _ => {}
         }
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = match self.0 {
             Lie::PassiveEach | Lie::None => Passive::Each,
             Lie::PassiveInSum => Passive::InSum,
@@ -115,7 +117,7 @@ impl System<f64> for Told {
             self.0,
             Lie::PassiveEach | Lie::ChainOfDrags | Lie::PassiveInSum | Lie::DragOfOtherMomenta
         );
-        Damping { zero: self.0 == Lie::Zero, passive, linear, coupled: self.0 == Lie::PassiveInSum }
+        DissipationForm { zero: self.0 == Lie::Zero, passive, linear, coupled: self.0 == Lie::PassiveInSum }
     }
     fn coupling(&self) -> Coupling {
         if self.0 == Lie::PassiveInSum { Coupling::Dense } else { Coupling::Chain }
@@ -134,9 +136,9 @@ impl Separable<f64> for Told {
         // Forgets that the point is moved.
         if self.0 == Lie::Partial { Self::force(q, j, q[j]) } else { Self::force(q, j, at) }
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let from = q[j];
-        let honest = afterbay_core::edge::by_quadrature(from, to, |at| Self::force(q, j, at));
+        let honest = afterbay_core::divided::by_quadrature(from, to, |at| Self::force(q, j, at));
         let value = match self.0 {
             Lie::EdgeOffBy(off) if j == 1 => honest.value * (1.0 + off),
             Lie::EdgeIsPartial => Self::force(q, j, (from + to) / 2.0),
@@ -150,14 +152,14 @@ impl Separable<f64> for Told {
         };
         Line { value, ..honest }
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let by_p = Self::gamma(q[j]) / Self::m(j);
         let by_q = 0.6 * q[j] * p[j] / Self::m(j);
         match self.0 {
-            Lie::DragValue => Drag { value: 0.9 * by_p * p[j], by_q, by_p },
-            Lie::DragByMomentum => Drag { value: by_p * p[j], by_q, by_p: 1.0 },
-            Lie::DragOfOtherMomenta if j == 1 => Drag { value: by_p * p[j] + 0.01 * p[0], by_q, by_p },
-            _ => Drag { value: by_p * p[j], by_q, by_p },
+            Lie::DragValue => Dissipation { value: 0.9 * by_p * p[j], by_q, by_p },
+            Lie::DragByMomentum => Dissipation { value: by_p * p[j], by_q, by_p: 1.0 },
+            Lie::DragOfOtherMomenta if j == 1 => Dissipation { value: by_p * p[j] + 0.01 * p[0], by_q, by_p },
+            _ => Dissipation { value: by_p * p[j], by_q, by_p },
         }
     }
 }
@@ -199,18 +201,18 @@ impl Curvature<f64> for Told {
 }
 
 fn told(lie: Lie) -> Caught {
-    check::system(&Told(lie), &Q, &P)
+    validate::system(&Told(lie), &Q, &P)
 }
 
 fn parts(lie: Lie) -> Caught {
     // What the parts say is not seen by those who do not look at them.
     assert_eq!(told(lie), Ok(()));
-    check::separable(&Told(lie), &Q, &P)
+    validate::separable(&Told(lie), &Q, &P)
 }
 
 fn entries(lie: Lie) -> Caught {
     assert_eq!(told(lie), Ok(()));
-    check::curvature(&Told(lie), &Q, &P)
+    validate::curvature(&Told(lie), &Q, &P)
 }
 
 #[test]
@@ -221,8 +223,8 @@ fn the_truth_passes() {
         ([1e-9, 0.0, -3e-8, 0.0], [0.0, 1e-12, 0.0, 0.0]),
         ([1e3; N], [-1e7; N]),
     ] {
-        assert_eq!(check::separable(&Told(Lie::None), &q, &p), Ok(()));
-        assert_eq!(check::curvature(&Told(Lie::None), &q, &p), Ok(()));
+        assert_eq!(validate::separable(&Told(Lie::None), &q, &p), Ok(()));
+        assert_eq!(validate::curvature(&Told(Lie::None), &q, &p), Ok(()));
     }
 }
 
@@ -230,9 +232,9 @@ fn the_truth_passes() {
 fn lengths_that_do_not_match() {
     let wrong = |quantity, expected, found| Err(InputError::Length { quantity, expected, found });
     assert_eq!(told(Lie::Length), wrong(Quantity::Coordinate, N + 1, N));
-    assert_eq!(check::system(&Told(Lie::None), &Q, &P[1..]), wrong(Quantity::Momentum, N, N - 1));
-    assert_eq!(check::separable(&Told(Lie::None), &Q[2..], &P), wrong(Quantity::Coordinate, N, N - 2));
-    assert_eq!(check::curvature(&Told(Lie::None), &[], &[]), wrong(Quantity::Coordinate, N, 0));
+    assert_eq!(validate::system(&Told(Lie::None), &Q, &P[1..]), wrong(Quantity::Momentum, N, N - 1));
+    assert_eq!(validate::separable(&Told(Lie::None), &Q[2..], &P), wrong(Quantity::Coordinate, N, N - 2));
+    assert_eq!(validate::curvature(&Told(Lie::None), &[], &[]), wrong(Quantity::Coordinate, N, 0));
 }
 
 #[test]
@@ -248,7 +250,7 @@ fn what_is_no_number() {
         );
         assert_eq!(error.to_string(), says);
     }
-    let error = check::system(&Told(Lie::None), &[0.0, f64::NAN, 0.0, 0.0], &P).unwrap_err();
+    let error = validate::system(&Told(Lie::None), &[0.0, f64::NAN, 0.0, 0.0], &P).unwrap_err();
     assert_eq!(error.to_string(), "q2 = NaN is not finite");
 }
 
@@ -258,7 +260,8 @@ fn gradients_that_are_not_derivatives() {
         let [given, found] = assert_caught(told(Lie::SlopeOffBy(off)), Quantity::Slope, 2, "∂H/∂q3");
         assert!((given / found - 1.0 - off).abs() < 1e-12 + 1e-3 * off.abs(), "{off}: {given} {found}");
     }
-    // Means over an edge of 1/64 of the largest coordinate: the values at the state, ± ∂²H/∂q² ≈ 12 times half of it.
+    // Means over an edge of 1/64 of the largest coordinate: the values at the state, ± ∂²H/∂q² ≈ 12
+    // times half of it.
     let [given, found] =
         assert_caught(told(Lie::SlopeOfAnother), Quantity::Slope, 1, "derivative of the energy");
     assert!((given - Told::force(&Q, 2, Q[2])).abs() < 0.2, "{given}");
@@ -266,19 +269,19 @@ fn gradients_that_are_not_derivatives() {
     assert_caught(told(Lie::Velocity), Quantity::Velocity, 2, "∂H/∂p3");
     // At rest every slope is 0, right or wrong.
     let rest = [0.0; N];
-    assert_caught(check::system(&Told(Lie::SlopeOffBy(1.0)), &rest, &rest), Quantity::Slope, 2, "∂H/∂q3");
-    assert_caught(check::system(&Told(Lie::Velocity), &rest, &rest), Quantity::Velocity, 2, "∂H/∂p3");
+    assert_caught(validate::system(&Told(Lie::SlopeOffBy(1.0)), &rest, &rest), Quantity::Slope, 2, "∂H/∂q3");
+    assert_caught(validate::system(&Told(Lie::Velocity), &rest, &rest), Quantity::Velocity, 2, "∂H/∂p3");
 }
 
 #[test]
 fn damping_that_is_another() {
     let [given, found] = assert_caught(told(Lie::Zero), Quantity::Dissipation, 0, "D1 is given as 0.0");
     assert_eq!([given, found], [0.0, Told::gamma(Q[0]) * P[0]]);
-    let [_, found] = assert_caught(told(Lie::PassiveEach), Quantity::Loss, 1, "w'2 is given as 0.0");
+    let [_, found] = assert_caught(told(Lie::PassiveEach), Quantity::ReservoirRate, 1, "w'2 is given as 0.0");
     assert!(found < 0.0);
     let error = told(Lie::PassiveInSum).unwrap_err();
     assert!(
-        matches!(error, InputError::Contradiction { quantity: Quantity::TotalLoss, dof: 2, .. }),
+        matches!(error, InputError::Contradiction { quantity: Quantity::TotalReservoirRate, dof: 2, .. }),
         "{error}"
     );
     assert!(error.to_string().contains("Σ w' is given as 0.0 and found to be -"), "{error}");
@@ -299,8 +302,8 @@ fn parts_that_are_not_those_of_the_system() {
     assert_caught(parts(Lie::Partial), Quantity::Partial, 0, "∂V/∂q1");
     assert_eq!(parts(Lie::NoMass), Err(InputError::Mass { dof: 1, value: -1.5 }));
     assert_eq!(assert_caught(parts(Lie::OtherMass), Quantity::Mass, 3, "m4 is given as 2.0")[0], 2.0);
-    assert_caught(parts(Lie::DragValue), Quantity::Dissipation, 0, "drag()");
-    let [given, found] = assert_caught(parts(Lie::DragByMomentum), Quantity::Friction, 0, "by_p");
+    assert_caught(parts(Lie::DragValue), Quantity::Dissipation, 0, "dissipation_of()");
+    let [given, found] = assert_caught(parts(Lie::DragByMomentum), Quantity::DissipationSlope, 0, "by_p");
     assert!(given == 1.0 && (found - Told::gamma(Q[0])).abs() < 1e-15);
     assert_entry(parts(Lie::DragOfOtherMomenta), (Block::Dp, 1, 0), "∂D2/∂p1");
 }

@@ -4,10 +4,13 @@
 
 mod caught;
 
-use afterbay_core::{Block, Coupling, Curvature, Drag, Quantity, Scalar, Separable, System, Uniform, check};
+use afterbay_core::{
+    Block, Coupling, Curvature, Dissipation, Quantity, Scalar, Separable, System, Uniform, validate,
+};
 use caught::*;
 
-/// H = Σ (p_j² + q_j²)/2 and D_j = 0.3 p_j for four, and a product that vanishes at rest with everything its lie forgets.
+/// H = Σ (p_j² + q_j²)/2 and D_j = 0.3 p_j for four, and a product that vanishes at rest with
+/// everything its lie forgets.
 struct AtRest(&'static str);
 
 impl System<f64> for AtRest {
@@ -49,10 +52,10 @@ impl Separable<f64> for AtRest {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         at
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let mut d = [0.0; N];
         self.dissipation(q, p, p, &mut d);
-        Drag { value: d[j], by_q: 0.0, by_p: 0.3 }
+        Dissipation { value: d[j], by_q: 0.0, by_p: 0.3 }
     }
 }
 
@@ -70,11 +73,11 @@ impl Curvature<f64> for AtRest {
 #[test]
 fn a_state_at_rest_hides_nothing() {
     let rest = [0.0; N];
-    assert_eq!(check::separable(&AtRest("none"), &rest, &rest), Ok(()));
-    assert_entry(check::system(&AtRest("far"), &rest, &rest), (Block::Hqq, 3, 0), "coupling()");
-    assert_caught(check::system(&AtRest("slope"), &rest, &rest), Quantity::Slope, 0, "derivative");
-    assert_entry(check::separable(&AtRest("drag"), &rest, &rest), (Block::Dp, 0, 1), "no other momentum");
-    assert_entry(check::curvature(&AtRest("entry"), &rest, &rest), (Block::Hqq, 1, 0), "missing");
+    assert_eq!(validate::separable(&AtRest("none"), &rest, &rest), Ok(()));
+    assert_entry(validate::system(&AtRest("far"), &rest, &rest), (Block::Hqq, 3, 0), "coupling()");
+    assert_caught(validate::system(&AtRest("slope"), &rest, &rest), Quantity::Slope, 0, "derivative");
+    assert_entry(validate::separable(&AtRest("drag"), &rest, &rest), (Block::Dp, 0, 1), "no other momentum");
+    assert_entry(validate::curvature(&AtRest("entry"), &rest, &rest), (Block::Hqq, 1, 0), "missing");
 }
 
 /// H = Σ p_j²/(2 m_j) + q_j²/2, D_j = 0.3 v_j; the masses in the lanes are 1.
@@ -109,9 +112,9 @@ impl<T: Scalar> Separable<T> for Row {
     fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
         at
     }
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let by_p = T::from_f64(0.3) / self.mass(j);
-        Drag { value: by_p * p[j], by_q: T::zero(), by_p }
+        Dissipation { value: by_p * p[j], by_q: T::zero(), by_p }
     }
 }
 
@@ -127,16 +130,16 @@ fn members_that_are_not_alike() {
     for ring in [false, true] {
         let alike = Row { ring, lanes: 1.0, m: |_| 2.0 };
         for (q, p) in [(Q, P), ([0.0; N], [0.0; N])] {
-            assert_eq!(check::uniform(&alike, &q, &p), Ok(()));
+            assert_eq!(validate::uniform(&alike, &q, &p), Ok(()));
             let other = Row { ring, lanes: 1.0, m: |j| 1.0 + j as f64 };
-            assert_eq!(check::separable(&other, &q, &p), Ok(()));
+            assert_eq!(validate::separable(&other, &q, &p), Ok(()));
             assert_eq!(
-                assert_caught(check::uniform(&other, &q, &p), Quantity::Mass, 0, "middle of three"),
+                assert_caught(validate::uniform(&other, &q, &p), Quantity::Mass, 0, "middle of three"),
                 [2.0, 1.0]
             );
             let lanes = Row { ring, lanes: 2.0, m: |_| 2.0 };
             assert_eq!(
-                assert_caught(check::uniform(&lanes, &q, &p), Quantity::Mass, 0, "middle of three"),
+                assert_caught(validate::uniform(&lanes, &q, &p), Quantity::Mass, 0, "middle of three"),
                 [1.5, 2.0]
             );
         }

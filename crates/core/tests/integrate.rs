@@ -1,4 +1,5 @@
-//! The time loop takes as many steps at once as no one looks at, and no bit of the run shows how many.
+//! The time loop takes as many steps at once as no one looks at, and no bit of the run shows how
+//! many.
 
 #![cfg(test)]
 

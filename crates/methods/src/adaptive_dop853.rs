@@ -243,7 +243,7 @@ where
             let reach = workspace.reach(length);
             if reach < 1.0 {
                 let effort = Effort { evaluations: 1, iterations: 0 };
-                return Ok(Attempt { error: REFUSED, order, reach, effort });
+                return Ok(Attempt { error: REFUSED, order, largest_growth: reach, effort });
             }
         }
         let error = workspace.step(system, h, state)?;
@@ -251,7 +251,7 @@ where
             workspace.see_fastest(system, state);
         }
         let reach = workspace.reach(length);
-        Ok(Attempt { error, order, reach, effort: Effort { evaluations, iterations: 0 } })
+        Ok(Attempt { error, order, largest_growth: reach, effort: Effort { evaluations, iterations: 0 } })
     }
 
     #[inline]

@@ -32,7 +32,7 @@ pub(crate) fn grain<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) ->
         let mut rise = T::zero();
         for j in 0..q.len() {
             let (from, to) = (moved[j], q[j] * share);
-            rise += system.edge(&moved, j, to).value * (to - from);
+            rise += system.divided_difference(&moved, j, to).value * (to - from);
             moved[j] = to;
         }
         let off = (system.energy(&moved, &at_rest) - here - rise).abs();

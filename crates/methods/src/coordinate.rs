@@ -6,7 +6,7 @@
 //! ```
 
 use afterbay_core::solver::{Equation, Root, Sample, Solver};
-use afterbay_core::{Drag, Mask, Scalar, Separable, StepFailure};
+use afterbay_core::{Dissipation, Mask, Scalar, Separable, StepFailure};
 
 /// A coordinate before its step.
 pub(crate) struct Coordinate<T> {
@@ -41,11 +41,11 @@ pub(crate) struct Along<'a, T, S: ?Sized> {
 impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
     /// D at the middle of the edge and the mean momentum v.
     #[inline(always)]
-    fn drag(&mut self, middle: T, v: T) -> Drag<T> {
+    fn dissipation_of(&mut self, middle: T, v: T) -> Dissipation<T> {
         let Self { system, j, ref mut q, ref mut p } = *self;
         let from = std::mem::replace(&mut q[j], middle);
         p[j] = v;
-        let drag = system.drag(q, p, j);
+        let drag = system.dissipation_of(q, p, j);
         q[j] = from;
         drag
     }
@@ -63,20 +63,25 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
         let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, .. } = *self.coordinate;
         let (width, pull) = (share * rate, share * delta_p.half());
         let bend = width * pull;
-        let edge = self.along.system.edge(self.along.q, self.along.j, width.mul_add(v, q0));
+        let edge = self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
         let by_q = pull * edge.slope;
         if !dissipative {
-            let (rough, blur) = ((by_q * q0).abs(), by_q.abs() * reach);
-            return Sample { value: pull * edge.value, slope: bend * edge.slope, rough, blur };
+            let (argument_rounding, value_rounding) = ((by_q * q0).abs(), by_q.abs() * reach);
+            return Sample {
+                value: pull * edge.value,
+                slope: bend * edge.slope,
+                argument_rounding,
+                value_rounding,
+            };
         }
-        let drag = self.along.drag(width.half().mul_add(v, q0), v);
+        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v);
         let by_q = pull.half().mul_add(drag.by_q, by_q);
         Sample {
             value: pull.mul_add(edge.value, pull * drag.value),
             // The slope of the mean last: all else waits for it.
             slope: bend.mul_add(edge.slope, bend.half().mul_add(drag.by_q, pull * drag.by_p)),
-            rough: (by_q * q0).abs(),
-            blur: by_q.abs() * reach,
+            argument_rounding: (by_q * q0).abs(),
+            value_rounding: by_q.abs() * reach,
         }
     }
 }
@@ -91,7 +96,12 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> 
         let Along { system, j, ref q, .. } = *self.0.along;
         if system.is_singular_along(q, j, (share * rate).mul_add(v, q0)) {
             let slope = T::from_f64(f64::NEG_INFINITY);
-            return Sample { value: T::zero(), slope, rough: T::zero(), blur: T::zero() };
+            return Sample {
+                value: T::zero(),
+                slope,
+                argument_rounding: T::zero(),
+                value_rounding: T::zero(),
+            };
         }
         self.0.at(share, v)
     }
@@ -105,7 +115,7 @@ impl<T: Scalar> Coordinate<T> {
         solver: &impl Solver,
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        if along.system.has_exact_edges() && !along.system.may_be_singular() {
+        if along.system.has_exact_divided_differences() && !along.system.may_be_singular() {
             let root = solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
             return Ok(self.moved(root, along));
         }
@@ -166,7 +176,7 @@ impl<T: Scalar> Coordinate<T> {
         let finite = |x: T| x.is_finite().all();
         let ends = finite(system.partial(q, j, self.q)) && finite(system.partial(q, j, to));
         match failure {
-            Some(_) if ends && !finite(system.edge(q, j, to).value) => {
+            Some(_) if ends && !finite(system.divided_difference(q, j, to).value) => {
                 Err(StepFailure::EdgeUnresolved { dof, from, to: end })
             }
             Some(failure) => Err(failure),
@@ -184,8 +194,11 @@ impl<T: Scalar> Coordinate<T> {
         let Self { q: q0, p: p0, steps: [rate, _, drain], dissipative, .. } = *self;
         let v = root.x;
         let q = rate.mul_add(v, q0);
-        let dw =
-            if dissipative { drain * along.drag(rate.half().mul_add(v, q0), v).value * v } else { T::zero() };
+        let dw = if dissipative {
+            drain * along.dissipation_of(rate.half().mul_add(v, q0), v).value * v
+        } else {
+            T::zero()
+        };
         let p = T::from_f64(2.0).mul_add(v, -p0);
         Moved { q, p, dw, evaluations: u64::from(root.evaluations) }
     }

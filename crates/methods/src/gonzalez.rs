@@ -65,7 +65,7 @@ where
             return Ok(Effort::default());
         }
         let n = state.dof();
-        let dissipative = !system.damping().zero;
+        let dissipative = !system.dissipation_form().zero;
         let effort = workspace.find(system, h, state)?;
         let Workspace { q, p, w, energy, .. } = workspace;
         let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_slice());

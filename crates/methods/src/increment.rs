@@ -34,7 +34,7 @@ use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Moved};
 use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, check,
+    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
 use before::Before;
 use friction::Friction;
@@ -81,7 +81,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        check::masses(system)?;
+        validate::masses(system)?;
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
         Ok(Workspace { before: Before::new(n), order, friction: Friction::new(system)? })
@@ -132,7 +132,7 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     before: [&[T]; 3],
     after: [&[T]; 3],
 ) -> Result<(), StepFailure> {
-    if system.has_exact_edges() {
+    if system.has_exact_divided_differences() {
         return Ok(());
     }
     let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);
@@ -197,7 +197,7 @@ where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
-    let damping = system.damping();
+    let damping = system.dissipation_form();
     // Friction that couples the momenta is not the sweep's.
     let dissipative = !damping.zero && !damping.coupled;
     let mut evaluations = 0;

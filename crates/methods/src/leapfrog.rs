@@ -12,7 +12,7 @@
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, check,
+    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, validate,
 };
 use std::hint::cold_path;
 
@@ -45,8 +45,8 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        check::masses(system)?;
-        if system.damping().coupled {
+        validate::masses(system)?;
+        if system.dissipation_form().coupled {
             let why =
                 "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
             return Err(InputError::Unsupported { method: "leapfrog", why });
@@ -81,7 +81,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let n = state.dof();
-        let damping = system.damping();
+        let damping = system.dissipation_form();
         let (half_h, one) = (h.half(), V::Scalar::one());
         let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1 } = workspace;
         let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
@@ -98,14 +98,14 @@ where
         if !single && !known {
             at.copy_from_slice(q0);
             system.gradient(q0, p0, force, velocity);
-            (0..n).for_each(|j| rate[j] = system.drag(q0, p0, j).by_p);
+            (0..n).for_each(|j| rate[j] = system.dissipation_of(q0, p0, j).by_p);
         }
         for j in 0..n {
             let force = if single { system.partial(q0, j, q0[j]) } else { force[j] };
             let kicked = (-half_h).mul_add(force, p0[j]);
             let step = over_mass(h, j);
             if damping.linear {
-                let by_p = if single { system.drag(q0, p0, j).by_p } else { rate[j] };
+                let by_p = if single { system.dissipation_of(q0, p0, j).by_p } else { rate[j] };
                 let keep = half_h.mul_add(by_p, one).recip();
                 p_half[j] = kicked * keep;
                 drag[j] = by_p * p_half[j];
@@ -113,16 +113,16 @@ where
             } else {
                 let root = Newton.solve(j, kicked, |s, p| {
                     p_half[j] = p;
-                    let drag = system.drag(q0, p_half, j);
+                    let drag = system.dissipation_of(q0, p_half, j);
                     Sample {
                         value: s * half_h * drag.value,
                         slope: s * half_h * drag.by_p,
-                        rough: V::Scalar::zero(),
-                        blur: V::Scalar::zero(),
+                        argument_rounding: V::Scalar::zero(),
+                        value_rounding: V::Scalar::zero(),
                     }
                 })?;
                 p_half[j] = root.x;
-                drag[j] = system.drag(q0, p_half, j).value;
+                drag[j] = system.dissipation_of(q0, p_half, j).value;
                 q1[j] = step.mul_add(p_half[j], q0[j]);
                 effort.iterations += u64::from(root.evaluations);
             }
@@ -134,7 +134,7 @@ where
         }
         for j in 0..n {
             let force = if single { system.partial(q1, j, q1[j]) } else { force[j] };
-            let drag1 = system.drag(q1, p_half, j);
+            let drag1 = system.dissipation_of(q1, p_half, j);
             if !single {
                 rate[j] = drag1.by_p;
             }
@@ -171,7 +171,7 @@ where
 {
     cold_path();
     for j in 0..state.dof() {
-        let drag = system.drag(state.q.as_slice(), state.p.as_slice(), j);
+        let drag = system.dissipation_of(state.q.as_slice(), state.p.as_slice(), j);
         let slope = half_h.mul_add(drag.by_p, V::Scalar::one());
         if slope == V::Scalar::zero() {
             return StepFailure::Singular { dof: j, slope: 0.0 };

@@ -117,7 +117,7 @@ where
         if h == V::Scalar::zero() {
             return Ok(Effort::default());
         }
-        let damping = system.damping();
+        let damping = system.dissipation_form();
         let Workspace { flow, q, p, w, at, slope, d, inner, constant } = workspace;
         let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
         let [q0, p0, w0] = [state.q.as_slice(), state.p.as_slice(), state.w.as_slice()];

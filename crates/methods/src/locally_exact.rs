@@ -82,7 +82,7 @@ where
         }
         state.q.as_mut_slice().copy_from_slice(q);
         state.p.as_mut_slice().copy_from_slice(p);
-        if !system.damping().zero {
+        if !system.dissipation_form().zero {
             state.w.as_mut_slice().copy_from_slice(w);
         }
         Ok(effort)

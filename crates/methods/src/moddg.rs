@@ -20,7 +20,7 @@ mod implicit;
 pub use closed_form::ClosedForm;
 
 use afterbay_core::solver::Newton;
-use afterbay_core::{InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, check};
+use afterbay_core::{InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, validate};
 use steps::Plain;
 
 /// The modified discrete gradient with the step sizes `D` ([`Plain`], [`steps::Raised`], [`steps::Printed`]), its
@@ -53,7 +53,7 @@ fn one_degree_of_freedom<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Re
     if system.dof() != 1 {
         return Err(InputError::Unsupported { method: "moddg", why });
     }
-    check::masses(system)
+    validate::masses(system)
 }
 
 /// Takes the new state if it is finite. A system without dissipation has no reservoir to write.

@@ -203,7 +203,7 @@ pub fn uniform_lanes<S: Separable<f64x8> + 'static>(
     system: S,
 ) -> Result<Option<Run<f64x8>>, InputError> {
     let (coupling, n) = (system.coupling(), system.dof());
-    if coupling.two_coloured(n) && !system.damping().coupled {
+    if coupling.two_coloured(n) && !system.dissipation_form().coupled {
         return beside(row, system, coupling.coloured(n));
     }
     lanes(row, system)

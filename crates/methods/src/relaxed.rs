@@ -86,7 +86,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let Workspace { direction, chord, track } = workspace;
-        let dissipative = !system.damping().zero;
+        let dissipative = !system.dissipation_form().zero;
         let now = state.total(system);
         let known = track.known(h, state, now);
         let ahead = h - known.lag;

@@ -66,7 +66,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         // Asked once, not at every stage.
-        if system.damping().zero {
+        if system.dissipation_form().zero {
             advance::<V, S, false>(system, h, state, workspace)
         } else {
             advance::<V, S, true>(system, h, state, workspace)

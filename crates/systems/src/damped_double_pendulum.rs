@@ -1,34 +1,40 @@
-//! The planar double pendulum with friction in the angles: a point mass on a massless rod, hung from another.
+//! The planar double pendulum with friction in the angles: a point mass on a massless rod, hung
+//! from another.
 //!
 //! ```text
-//! q_j' = v_j        p_j' = -∂H/∂q_j - c_j v_j        w_j' = c_j v_j²        v = M⁻¹ p        D_j = c_j v_j
+//! q_j' = v_j        p_j' = -∂H/∂q_j - c_j v_j        w_j' = c_j v_j²
+//! v = M⁻¹ p         D_j = c_j v_j
 //! H = p·M⁻¹p/2 + (m1 + m2) g l1 (1 - cos q1) + m2 g l2 (1 - cos q2)
 //! M = [ (m1 + m2) l1²   B cos(q1 - q2) ;  B cos(q1 - q2)   m2 l2² ]         B = m2 l1 l2
 //! ```
 //!
-//! q1, q2 are the angles of the two rods, each from the downward vertical (the second is not counted from the first),
-//! p1, p2 the canonical momenta M q'. The potential energy is 0 where both masses hang at rest.
+//! q1, q2 are the angles of the two rods, each from the downward vertical (the second is not
+//! counted from the first), p1, p2 the canonical momenta M q'. The potential energy is 0 where both
+//! masses hang at rest.
 //!
-//! Parameters: masses m > 0 and lengths l > 0; gravity g in length/time² and friction c1, c2 in mass length²/time, any
-//! finite numbers. c_j acts on the motion of rod j against the vertical, as a medium around it would; friction in the
-//! joint between the rods would depend on v2 - v1, and is not this. c_j ≥ 0 is passive in j, c_j < 0 active.
+//! Parameters: masses m > 0 and lengths l > 0; gravity g in length/time² and friction c1, c2 in
+//! mass length²/time, any finite numbers. c_j acts on the motion of rod j against the vertical, as
+//! a medium around it would; friction in the joint between the rods would depend on v2 - v1, and is
+//! not this. c_j ≥ 0 is passive in j, c_j < 0 active.
 //!
-//! M⁻¹ = [ M22  -M12 ; -M12  M11 ] / det M, and in det M = m2 l1² l2² (m1 + m2 sin²(q1 - q2)) > 0 nothing cancels.
-//! The rest follows from M v = p, differentiated: with X = B sin(q1 - q2) v1 v2 and u = B sin(q1 - q2) M⁻¹ (v2, v1),
+//! M⁻¹ = [ M22  -M12 ; -M12  M11 ] / det M, and in det M = m2 l1² l2² (m1 + m2 sin²(q1 - q2)) > 0
+//! nothing cancels. The rest follows from M v = p, differentiated: with X = B sin(q1 - q2) v1 v2
+//! and u = B sin(q1 - q2) M⁻¹ (v2, v1),
 //!
 //! ```text
 //! ∂H/∂q = (X + (m1 + m2) g l1 sin q1,  -X + m2 g l2 sin q2)        ∂v/∂q1 = -∂v/∂q2 = u
 //! ∂X/∂q1 = -∂X/∂q2 = B [cos(q1 - q2) v1 v2 + sin(q1 - q2) (u1 v2 + v1 u2)]
 //! ```
 //!
-//! Invariants: K = H + w1 + w2; H itself at c = 0, and p1 + p2 too if g = 0. H is not separable, and the motion
-//! can be chaotic. There is no closed solution: references come from `tests/data/many_degrees.py`, made by
-//! another library from Lagrange's equations, and from [`afterbay_core::taylor::trajectory`].
+//! Invariants: K = H + w1 + w2; H itself at c = 0, and p1 + p2 too if g = 0. H is not separable,
+//! and the motion can be chaotic. There is no closed solution: references come from
+//! `tests/data/many_degrees.py`, made by another library from Lagrange's equations, and from
+//! [`afterbay_core::taylor::trajectory`].
 
 mod phase_plane;
 
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Block, Coupling, Curvature, Damping, InputError, Passive, Scalar, System};
+use afterbay_core::{Block, Coupling, Curvature, DissipationForm, InputError, Passive, Scalar, System};
 
 /// Two point masses m on rods of length l under gravity g, with D_j = c_j q_j'.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +78,7 @@ impl<T: Scalar> DampedDoublePendulum<T> {
         })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> DampedDoublePendulum<U> {
         DampedDoublePendulum { m: self.m.map(&f), l: self.l.map(&f), g: f(self.g), c: self.c.map(&f) }
     }
@@ -130,10 +136,10 @@ impl<T: Scalar> System<T> for DampedDoublePendulum<T> {
 
     /// D_j depends on both momenta, so it is linear only where there is none.
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = self.c.into_iter().all(not_negative);
         let zero = passive && self.c.into_iter().all(|c| not_negative(-c));
-        Damping { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
+        DissipationForm { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
     }
 
     #[inline(always)]
@@ -191,10 +197,13 @@ mod tests {
 
     #[test]
     fn it_is_passive_if_both_rods_are() {
-        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().damping();
-        assert_eq!(damping([0.0, -0.0]), Damping::NONE);
-        assert_eq!(damping([0.0, 0.1]), Damping { passive: Passive::Each, ..Damping::GENERAL });
-        assert_eq!(damping([0.1, -0.1]), Damping::GENERAL);
+        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().dissipation_form();
+        assert_eq!(damping([0.0, -0.0]), DissipationForm::NONE);
+        assert_eq!(
+            damping([0.0, 0.1]),
+            DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
+        );
+        assert_eq!(damping([0.1, -0.1]), DissipationForm::GENERAL);
     }
 
     #[test]

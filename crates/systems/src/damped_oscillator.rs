@@ -5,18 +5,21 @@
 //! H = p²/2 + k q²/2                    D = b p
 //! ```
 //!
-//! Parameters, for a unit mass: the stiffness k > 0 in 1/time² and the damping b in 1/time, both finite. b > 0 is
-//! passive, b < 0 active. It swings for b² < 4k and creeps for b² ≥ 4k.
+//! Parameters, for a unit mass: the stiffness k > 0 in 1/time² and the damping b in 1/time, both
+//! finite. b > 0 is passive, b < 0 active. It is underdamped for b² < 4k and overdamped for b² >
+//! 4k.
 //!
-//! Invariants: K = H + w; areas in the (q,p) plane shrink by e^{-bt}. The solution is known, see
-//! [`DampedOscillator::increment`], and so is δ of the paper's higher orders.
+//! Invariants: K = H + w; areas in the (q,p) plane shrink by e^{-bt}. The solution
+//! ([`DampedOscillator::increment`]) and the δ of the paper's order raising are known in closed
+//! form.
 
 mod flow;
 mod order_raising;
 
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Block, Curvature, Damping, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Linear, Passive, Scalar, Separable,
+    System,
 };
 
 /// V = k q²/2 with D = b p.
@@ -35,7 +38,7 @@ impl<T: Scalar> DampedOscillator<T> {
         Ok(Self { k: positive("k", k)?, b: finite("b", b)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> DampedOscillator<U> {
         DampedOscillator { k: f(self.k), b: f(self.b) }
     }
@@ -69,12 +72,12 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.b);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.b),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -86,19 +89,19 @@ impl<T: Scalar> Separable<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         let slope = self.k.half();
         Line { value: slope * (q[0] + to), slope }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
     }
 }
 
@@ -123,7 +126,7 @@ impl<T: Scalar> Linear<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn friction(&self, _j: usize) -> T {
+    fn dissipation_rate(&self, _j: usize) -> T {
         self.b
     }
 }
@@ -147,17 +150,17 @@ mod tests {
 
     #[test]
     fn the_sign_of_b_decides() {
-        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(-0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     #[test]
     fn as_a_linear_system_it_is_the_same() {
         let system = DampedOscillator::new(2.0, 0.3).unwrap();
         assert_eq!(system.partial(&[0.0], 0, 1.0), system.stiffness(0, 0));
-        assert_eq!(system.drag(&[0.0], &[1.0], 0).value, system.friction(0));
+        assert_eq!(system.dissipation_of(&[0.0], &[1.0], 0).value, system.dissipation_rate(0));
     }
 }

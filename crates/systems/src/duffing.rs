@@ -5,17 +5,20 @@
 //! H = p²/2 + α q²/2 + β q⁴/4                  D = c p
 //! ```
 //!
-//! Parameters, all finite, for a unit mass: α in 1/time², β in 1/(length² time²), c in 1/time. β > 0 hardens the
-//! spring, β < 0 softens it and leaves V unbounded below; α < 0 < β is a double well with its minima at
-//! q = ±√(-α/β). c > 0 is passive, c < 0 active.
+//! Parameters, all finite, for a unit mass: α in 1/time², β in 1/(length² time²), c in 1/time. β >
+//! 0 hardens the spring, β < 0 softens it and leaves V unbounded below; α < 0 < β is a double well
+//! with its minima at q = ±√(-α/β). c > 0 is passive, c < 0 active.
 //!
-//! Invariants: K = H + w, and H itself at c = 0. Without damping the solution is an elliptic function, with it
-//! there is none in closed form: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//! Invariants: K = H + w, and H itself at c = 0. Without damping the solution is an elliptic
+//! function, with it there is none in closed form: references come from
+//! [`afterbay_core::taylor::trajectory`] in a wider scalar.
 //!
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Scalar, Separable, System,
+};
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +37,7 @@ impl<T: Scalar> Duffing<T> {
         Ok(Self { alpha: finite("alpha", alpha)?, beta: finite("beta", beta)?, c: finite("c", c)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> Duffing<U> {
         Duffing { alpha: f(self.alpha), beta: f(self.beta), c: f(self.c) }
     }
@@ -69,12 +72,12 @@ impl<T: Scalar> System<T> for Duffing<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.c);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.c),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -87,20 +90,20 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
 
     /// `ΔV/Δq = (a + b) [α/2 + β/4 (a² + b²)]` between a and b.
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         let (sum, half_beta) = (q[0] + to, self.beta.half());
         let stiffness = half_beta.half().mul_add(to.mul_add(to, q[0] * q[0]), self.alpha.half());
         Line { value: sum * stiffness, slope: (half_beta * to).mul_add(sum, stiffness) }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
     }
 }
 
@@ -138,11 +141,11 @@ mod tests {
 
     #[test]
     fn the_sign_of_c_decides() {
-        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(-0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! The damped β-chain of Fermi, Pasta, Ulam and Tsingou: n equal masses between two walls, neighbours joined by
-//! springs that harden.
+//! The damped β-chain of Fermi, Pasta, Ulam and Tsingou: n equal masses between two walls,
+//! neighbours joined by springs that harden.
 //!
 //! ```text
 //! q_j' = p_j        p_j' = f(r_j) - f(r_{j-1}) - c p_j        w_j' = c p_j²        j = 1..n
@@ -7,19 +7,20 @@
 //! r_i = q_{i+1} - q_i        f(r) = r + β r³                  q_0 = q_{n+1} = 0
 //! ```
 //!
-//! Parameters: n ≥ 1 masses; β in 1/length² and c in 1/time, both any finite number. A mass of 1 on a spring of
-//! stiffness 1 fixes the unit of time. β < 0 softens the springs and leaves V unbounded below. c > 0 is passive, in
-//! every degree of freedom; c < 0 is active.
+//! Parameters: n ≥ 1 masses; β in 1/length² and c in 1/time, both any finite number. A mass of 1 on
+//! a spring of stiffness 1 fixes the unit of time. β < 0 softens the springs and leaves V unbounded
+//! below. c > 0 is passive, in every degree of freedom; c < 0 is active.
 //!
-//! Invariants: K = H + Σ w_j, and H itself at c = 0; volumes in phase space shrink by e^{-nct}; the mirror image of a
-//! solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For β = 0 mode i, q_j = sin(πij/(n+1)), is a
-//! damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise references come from `tests/data/many_degrees.py`, made
-//! by another library, and from [`afterbay_core::taylor::trajectory`].
+//! Invariants: K = H + Σ w_j, and H itself at c = 0; volumes in phase space shrink by e^{-nct}; the
+//! mirror image of a solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For β = 0
+//! mode i, q_j = sin(πij/(n+1)), is a damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise
+//! references come from `tests/data/many_degrees.py`, made by another library, and from
+//! [`afterbay_core::taylor::trajectory`].
 
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System, Uniform,
-    f64x8,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Scalar, Separable,
+    System, Uniform, f64x8,
 };
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
@@ -39,7 +40,7 @@ impl<T: Scalar> FputChain<T> {
         Ok(Self { n: at_least_one(n)?, beta: finite("beta", beta)?, c: finite("c", c)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> FputChain<U> {
         FputChain { n: self.n, beta: f(self.beta), c: f(self.c) }
     }
@@ -98,7 +99,7 @@ impl<T: Scalar> System<T> for FputChain<T> {
         let last = q.len() - 1;
         hq[0] = self.partial(q, 0, q[0]);
         hq[last] = self.partial(q, last, q[last]);
-        // Two tensions a mass, each of them computed twice: no order among the masses.
+        // Each tension is computed twice, for both masses, so that the masses are independent.
         inner(q, hq, |&[left, at, right]| self.tension(at - left) - self.tension(right - at));
         hp.copy_from_slice(p);
     }
@@ -114,12 +115,12 @@ impl<T: Scalar> System<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.c);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.c),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 
@@ -136,9 +137,9 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
         self.tension(at - left) - self.tension(right - at)
     }
 
-    /// The mean tension of the bond to the left less that of the bond to the right, each a polynomial.
+    /// The mean tension of the left bond less that of the right bond, both polynomials.
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         let (left, right) = beside(q, j);
         let before = self.mean_tension(q[j] - left, to - left);
         let after = self.mean_tension(right - q[j], right - to);
@@ -146,13 +147,13 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
-        Drag { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        Dissipation { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
     }
 }
 
@@ -208,10 +209,10 @@ mod tests {
 
     #[test]
     fn the_sign_of_c_decides() {
-        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     /// One mass hangs on two bonds of length q: V = q² + β q⁴/2.
@@ -222,7 +223,7 @@ mod tests {
         let (q, p, to) = ([1.5], [-0.5], -0.75);
         assert_eq!(chain.energy(&q, &p), duffing.energy(&q, &p));
         assert_eq!(chain.partial(&q, 0, to), duffing.partial(&q, 0, to));
-        assert_eq!(chain.edge(&q, 0, to), duffing.edge(&q, 0, to));
-        assert_eq!(chain.drag(&q, &p, 0), duffing.drag(&q, &p, 0));
+        assert_eq!(chain.divided_difference(&q, 0, to), duffing.divided_difference(&q, 0, to));
+        assert_eq!(chain.dissipation_of(&q, &p, 0), duffing.dissipation_of(&q, &p, 0));
     }
 }

@@ -1,26 +1,28 @@
 //! Dissipative Hamiltonian systems `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`, one a file.
 //!
-//! Parameters are scalars like the state, so a system lives in any [`Scalar`]: `map` lifts the parameters of one
-//! system into another scalar, `f64` into [`afterbay_core::Quad`] for a reference, into
-//! [`afterbay_core::Series`] for Taylor coefficients, into dual numbers for derivatives. What a system knows of
-//! itself is what it implements. Every one here has its [`afterbay_core::Curvature`]. All but the [`DampedDoublePendulum`] are
-//! [`afterbay_core::Separable`], their edges in closed form; the pendulum knows its [`afterbay_core::PhasePlane`]s, in closed
-//! form too. Those with one degree of freedom are [`afterbay_core::OrderRaising`], and the [`DampedOscillator`] is also linear,
-//! exactly solvable and misprinted; the [`FputChain`] and the [`VanDerPolRing`] are [`afterbay_core::Uniform`].
-//! [`Custom`] is any other separable system, its potential and friction given as text.
+//! Parameters have the type of the state, so that a system works with any [`Scalar`]. `map`
+//! converts a system from `f64` to [`afterbay_core::Quad`] for references, to
+//! [`afterbay_core::Series`] for Taylor coefficients, or to dual numbers for derivatives.
+//!
+//! All systems have second derivatives ([`afterbay_core::Curvature`]). All but the
+//! [`DampedDoublePendulum`] are [`afterbay_core::Separable`] with divided differences in closed
+//! form; the pendulum is an [`afterbay_core::PhasePlane`], also in closed form. Those with one
+//! degree of freedom are [`afterbay_core::OrderRaising`]. The [`DampedOscillator`] is also linear,
+//! exactly solvable and misprinted. The [`FputChain`] and the [`VanDerPolRing`] are
+//! [`afterbay_core::Uniform`]. [`Custom`] is any other separable system, with potential and
+//! dissipation given as text.
 
 mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
 mod duffing;
-mod expression;
 mod fput_chain;
 mod modified_van_der_pol;
 mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
-pub use custom::{Custom, CustomError, Description, Friction, Place, Problem, Structure};
+pub use custom::{Custom, CustomError, Description, DissipationText, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;
@@ -31,7 +33,7 @@ pub use van_der_pol_ring::VanDerPolRing;
 
 use afterbay_core::{InputError, Mask, Scalar};
 
-/// `value`, if every number it holds is finite.
+/// `value`, if it is finite in every lane.
 fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
     if value.is_finite().all() {
         Ok(value)
@@ -40,7 +42,7 @@ fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
     }
 }
 
-/// `value`, if every number it holds is finite and above 0.
+/// `value`, if it is finite and positive in every lane.
 fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
     if T::zero().lt(value).and(value.is_finite()).all() {
         Ok(value)
@@ -49,24 +51,25 @@ fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
     }
 }
 
-/// The number of degrees of freedom, if there is one.
+/// The number of degrees of freedom, if it is at least 1.
 fn at_least_one(n: usize) -> Result<usize, InputError> {
     if n > 0 { Ok(n) } else { Err(InputError::Parameter { name: "n", value: 0.0, range: "at least 1" }) }
 }
 
-/// Is every number `value` holds at least 0?
+/// Whether `value` is at least 0 in every lane.
 #[inline(always)]
 fn not_negative<T: Scalar>(value: T) -> bool {
     T::zero().le(value).all()
 }
 
-/// Is every number `value` holds 0?
+/// Whether `value` is 0 in every lane.
 #[inline(always)]
 fn is_zero<T: Scalar>(value: T) -> bool {
     not_negative(value) && not_negative(-value)
 }
 
-/// A function of every member of a row but the first and the last, and of its neighbours. Eight side by side: lanes.
+/// Writes a function of each entry and its two neighbours, for all entries but the first and the
+/// last. Blocks of eight let the compiler use SIMD lanes.
 #[inline]
 fn inner<T: Scalar>(x: &[T], to: &mut [T], of: impl Fn(&[T; 3]) -> T) {
     let last = x.len().saturating_sub(1);
@@ -78,8 +81,8 @@ fn inner<T: Scalar>(x: &[T], to: &mut [T], of: impl Fn(&[T; 3]) -> T) {
     rest.iter_mut().zip(x[done..].array_windows()).for_each(|(to, x)| *to = of(x));
 }
 
-/// The sum of `term` over every K neighbours in `x`. Eight partial sums side by side: eight times fewer roundings, and
-/// lanes.
+/// The sum of `term` over all K neighbours in `x`. Eight partial sums have smaller rounding errors
+/// and let the compiler use SIMD lanes.
 #[inline]
 fn sum<T: Scalar, const K: usize>(x: &[T], term: impl Fn(&[T; K]) -> T) -> T {
     let (mut sums, mut rest) = ([T::zero(); 8], x);
@@ -88,6 +91,6 @@ fn sum<T: Scalar, const K: usize>(x: &[T], term: impl Fn(&[T; K]) -> T) -> T {
         rest = &rest[8..];
     }
     let last = rest.array_windows().fold(T::zero(), |sum, window| sum + term(window));
-    // Short ones, of a length the compiler knows, add no zeros.
+    // Short arrays add no zeros.
     if x.len() < 7 + K { last } else { sums.into_iter().fold(last, |sum, part| sum + part) }
 }

@@ -5,17 +5,20 @@
 //! H = p²/2 + α q²/2 + β q⁴/4                           D = -μ (1 - q²) p
 //! ```
 //!
-//! Parameters, all finite, with q in half-widths of the driven strip and a unit mass: μ in 1/time, α and β in
-//! 1/time². α = 1, β = 0 is the Van der Pol oscillator; β < 0 leaves V unbounded below; α < 0 < β puts the
-//! minima of a double well at q = ±√(-α/β).
+//! Parameters, all finite, with q in half-widths of the driven strip and a unit mass: μ in 1/time,
+//! α and β in 1/time². α = 1, β = 0 is the Van der Pol oscillator; β < 0 leaves V unbounded below;
+//! α < 0 < β puts the minima of a double well at q = ±√(-α/β).
 //!
-//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
-//! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive.
+//! There is no closed solution: references come from [`afterbay_core::taylor::trajectory`] in a
+//! wider scalar.
 //!
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
 use crate::{Duffing, VanDerPol};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+};
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +37,7 @@ impl<T: Scalar> ModifiedVanDerPol<T> {
         Ok(Self { potential: Duffing::new(alpha, beta, T::zero())?, force })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> ModifiedVanDerPol<U> {
         ModifiedVanDerPol { potential: self.potential.map(&f), force: self.force.map(&f) }
     }
@@ -67,8 +70,8 @@ impl<T: Scalar> System<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        self.force.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.force.dissipation_form()
     }
 }
 
@@ -79,31 +82,31 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        self.potential.edge(q, j, to)
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        self.potential.divided_difference(q, j, to)
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        self.force.drag(q, p, j)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.force.dissipation_of(q, p, j)
     }
 }
 
 impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
     #[inline(always)]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        // The Duffing potential has no drag of its own: what it says of D is 0.
+        // The inner Duffing oscillator has c = 0, so that its derivatives of D are 0.
         self.potential.curvature(q, p, |block, i, j, x| {
             if block != Block::Dp {
                 put(block, i, j, x);
             }
         });
-        let drag = self.drag(q, p, 0);
+        let drag = self.dissipation_of(q, p, 0);
         put(Block::Dq, 0, 0, drag.by_q);
         put(Block::Dp, 0, 0, drag.by_p);
     }
@@ -135,9 +138,9 @@ mod tests {
     fn without_a_cubic_term_it_is_van_der_pol() {
         let (system, plain) = (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
         let (q, p, to) = ([0.7], [-1.3], 0.9);
-        assert_eq!(system.damping(), plain.damping());
-        assert_eq!(system.drag(&q, &p, 0), plain.drag(&q, &p, 0));
-        assert_eq!(system.edge(&q, 0, to), plain.edge(&q, 0, to));
+        assert_eq!(system.dissipation_form(), plain.dissipation_form());
+        assert_eq!(system.dissipation_of(&q, &p, 0), plain.dissipation_of(&q, &p, 0));
+        assert_eq!(system.divided_difference(&q, 0, to), plain.divided_difference(&q, 0, to));
         assert_eq!(system.delta_q(q[0], p[0]), plain.delta_q(q[0], p[0]));
     }
 }

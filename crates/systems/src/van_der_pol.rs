@@ -5,15 +5,18 @@
 //! H = p²/2 + q²/2                             D = -μ (1 - q²) p
 //! ```
 //!
-//! μ is any finite number and has no unit: q is measured in half-widths of the driven strip, time in periods over
-//! 2π. μ > 0 has an attracting limit cycle, of amplitude 2 as μ → 0 and stiff for large μ; μ < 0 is the same
-//! with time reversed.
+//! μ is any finite number and has no unit: q is measured in half-widths of the driven strip, time
+//! in periods over 2π. μ > 0 has an attracting limit cycle, of amplitude 2 as μ → 0 and stiff for
+//! large μ; μ < 0 is the same with time reversed.
 //!
-//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
-//! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
+//! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive.
+//! There is no closed solution: references come from [`afterbay_core::taylor::trajectory`] in a
+//! wider scalar.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+};
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,14 +33,14 @@ impl<T: Scalar> VanDerPol<T> {
         Ok(Self { mu: finite("mu", mu)? })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> VanDerPol<U> {
         VanDerPol { mu: f(self.mu) }
     }
 
-    /// D/p = μ (q² - 1)
+    /// The coefficient D/p = μ (q² - 1).
     #[inline(always)]
-    pub(crate) fn friction(&self, q: T) -> T {
+    pub(crate) fn dissipation_rate(&self, q: T) -> T {
         self.mu * q.mul_add(q, -T::one())
     }
 }
@@ -61,7 +64,7 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
 
     #[inline(always)]
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
-        d[0] = self.friction(q[0]) * v[0];
+        d[0] = self.dissipation_rate(q[0]) * v[0];
     }
 
     #[inline(always)]
@@ -70,9 +73,9 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let zero = not_negative(self.mu) && not_negative(-self.mu);
-        if zero { Damping::NONE } else { Damping::LINEAR }
+        if zero { DissipationForm::NONE } else { DissipationForm::LINEAR }
     }
 }
 
@@ -83,26 +86,26 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         Line { value: (q[0] + to).half(), slope: T::one().half() }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
-        Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
+    fn dissipation_of(&self, q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        let (by_p, twice_q) = (self.dissipation_rate(q[0]), q[0] + q[0]);
+        Dissipation { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
     }
 }
 
 impl<T: Scalar> Curvature<T> for VanDerPol<T> {
     #[inline(always)]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let drag = self.drag(q, p, 0);
+        let drag = self.dissipation_of(q, p, 0);
         put(Block::Hqq, 0, 0, T::one());
         put(Block::Hpp, 0, 0, T::one());
         put(Block::Dq, 0, 0, drag.by_q);
@@ -128,17 +131,17 @@ mod tests {
 
     #[test]
     fn only_without_mu_is_it_passive() {
-        let damping = |mu: f64| VanDerPol::new(mu).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
+        let damping = |mu: f64| VanDerPol::new(mu).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
         for mu in [5.0, -5.0] {
-            assert_eq!(damping(mu), Damping::LINEAR);
+            assert_eq!(damping(mu), DissipationForm::LINEAR);
         }
     }
 
     #[test]
     fn the_strip_drives_and_the_rest_damps() {
         let system = VanDerPol::new(3.0).unwrap();
-        let power = |q: f64| system.drag(&[q], &[2.0], 0).value * 2.0;
+        let power = |q: f64| system.dissipation_of(&[q], &[2.0], 0).value * 2.0;
         assert_eq!((power(0.0), power(1.0), power(-2.0)), (-12.0, 0.0, 36.0));
     }
 }

@@ -2,22 +2,25 @@
 //!
 //! ```text
 //! q_j' = p_j        p_j' = -q_j + κ (q_{j+1} - 2 q_j + q_{j-1}) - D_j        w_j' = D_j p_j
-//! H = Σ [p_j²/2 + q_j²/2 + κ/2 (q_{j+1} - q_j)²]           D_j = -μ (1 - q_j²) p_j        j = 1..n, q_{n+1} = q_1
+//! H = Σ [p_j²/2 + q_j²/2 + κ/2 (q_{j+1} - q_j)²]
+//! D_j = -μ (1 - q_j²) p_j        j = 1..n, q_{n+1} = q_1
 //! ```
 //!
-//! Parameters: n ≥ 1 oscillators; the nonlinearity μ and the coupling κ, any finite numbers, without a unit: q is
-//! measured in half-widths of the driven strip, time in periods of a single oscillator over 2π. κ ≥ -1/4 keeps V from
-//! falling below 0. Two oscillators are joined by two springs, around either side; one alone is joined to nothing,
-//! and is the [`VanDerPol`] oscillator.
+//! Parameters: n ≥ 1 oscillators; the nonlinearity μ and the coupling κ, any finite numbers,
+//! without a unit: q is measured in half-widths of the driven strip, time in periods of a single
+//! oscillator over 2π. κ ≥ -1/4 keeps V from falling below 0. Two oscillators are joined by two
+//! springs, one on either side. A single one has no spring and is the [`VanDerPol`] oscillator.
 //!
-//! Invariant: K = H + Σ w_j. For μ ≠ 0 every reservoir gives and takes by turns, so D is never passive. Turning the
-//! circle or its direction takes solutions to solutions; one in which all move as one is that of a single
-//! oscillator. There is no closed solution: references come from `tests/data/many_degrees.py`, made by another
-//! library, and from [`afterbay_core::taylor::trajectory`].
+//! Invariant: K = H + Σ w_j. For μ ≠ 0 every reservoir gives and takes by turns, so D is never
+//! passive. Turning the circle or its direction takes solutions to solutions; one in which all move
+//! as one is that of a single oscillator. There is no closed solution: references come from
+//! `tests/data/many_degrees.py`, made by another library, and from
+//! [`afterbay_core::taylor::trajectory`].
 
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System, Uniform, f64x8,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+    Uniform, f64x8,
 };
 
 /// V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], around the circle, with D_j = -μ (1 - q_j²) p_j.
@@ -25,7 +28,7 @@ use afterbay_core::{
 pub struct VanDerPolRing<T> {
     n: usize,
     single: VanDerPol<T>,
-    /// κ, and 0 for n = 1: then no bond pulls.
+    /// κ; 0 for n = 1, where there is no bond.
     coupling: T,
 }
 
@@ -40,7 +43,7 @@ impl<T: Scalar> VanDerPolRing<T> {
         Ok(Self { n, single, coupling: if n == 1 { T::zero() } else { coupling } })
     }
 
-    /// The same system in another scalar.
+    /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> VanDerPolRing<U> {
         VanDerPolRing { n: self.n, single: self.single.map(&f), coupling: f(self.coupling) }
     }
@@ -83,7 +86,7 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     #[inline(always)]
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
         for ((d, &q), &v) in d.iter_mut().zip(q).zip(v) {
-            *d = self.single.friction(q) * v;
+            *d = self.single.dissipation_rate(q) * v;
         }
     }
 
@@ -93,8 +96,8 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        self.single.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.single.dissipation_form()
     }
 
     #[inline(always)]
@@ -112,18 +115,18 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
 
     /// V is quadratic: the mean is the derivative in the middle.
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         Line { value: self.partial(q, j, (q[j] + to).half()), slope: T::one().half() + self.coupling }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        self.single.drag(&q[j..], &p[j..], 0)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.single.dissipation_of(&q[j..], &p[j..], 0)
     }
 }
 
@@ -149,7 +152,7 @@ impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
                 put(Block::Hqq, j, left, -twice);
             }
             put(Block::Hpp, j, j, T::one());
-            let drag = self.drag(q, p, j);
+            let drag = self.dissipation_of(q, p, j);
             put(Block::Dq, j, j, drag.by_q);
             put(Block::Dp, j, j, drag.by_p);
         }
@@ -180,9 +183,9 @@ mod tests {
 
     #[test]
     fn only_without_mu_is_it_passive() {
-        let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(5.0), Damping::LINEAR);
+        let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(5.0), DissipationForm::LINEAR);
     }
 
     #[test]
@@ -191,8 +194,8 @@ mod tests {
         let (q, p, to) = ([0.75], [-1.25], -0.5);
         assert_eq!(ring.energy(&q, &p), single.energy(&q, &p));
         assert_eq!(ring.partial(&q, 0, to), single.partial(&q, 0, to));
-        assert_eq!(ring.edge(&q, 0, to), single.edge(&q, 0, to));
-        assert_eq!(ring.drag(&q, &p, 0), single.drag(&q, &p, 0));
+        assert_eq!(ring.divided_difference(&q, 0, to), single.divided_difference(&q, 0, to));
+        assert_eq!(ring.dissipation_of(&q, &p, 0), single.dissipation_of(&q, &p, 0));
     }
 
     #[test]

@@ -1,8 +1,9 @@
-//! Every system here is what it says it is, at states and with parameters of many orders of magnitude.
+//! Every system here is what it says it is, at states and with parameters of many orders of
+//! magnitude.
 
 #![cfg(test)]
 
-use afterbay_core::{Curvature, InputError, Separable, Uniform, check};
+use afterbay_core::{Curvature, InputError, Separable, Uniform, validate};
 use afterbay_systems::{
     DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -38,12 +39,12 @@ fn separable<S: Separable<f64>>(
     p: &[f64],
 ) -> Result<(), TestCaseError> {
     let system = system.unwrap();
-    good(check::separable(&system, &q[..system.dof()], &p[..system.dof()]))
+    good(validate::separable(&system, &q[..system.dof()], &p[..system.dof()]))
 }
 
 fn uniform<S: Uniform>(system: Result<S, InputError>, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
     let system = system.unwrap();
-    good(check::uniform(&system, &q[..system.dof()], &p[..system.dof()]))
+    good(validate::uniform(&system, &q[..system.dof()], &p[..system.dof()]))
 }
 
 fn curvature<S: Curvature<f64>>(
@@ -52,7 +53,7 @@ fn curvature<S: Curvature<f64>>(
     p: &[f64],
 ) -> Result<(), TestCaseError> {
     let system = system.unwrap();
-    good(check::curvature(&system, &q[..system.dof()], &p[..system.dof()]))
+    good(validate::curvature(&system, &q[..system.dof()], &p[..system.dof()]))
 }
 
 proptest! {
@@ -91,7 +92,7 @@ fn linear_are_those_without_what_bends() {
     fn linear<S: Curvature<f64>>(system: S) -> bool {
         let at = [0.7, -0.4, 1.3];
         let at = &at[..system.dof()];
-        assert_eq!(check::curvature(&system, at, at), Ok(()));
+        assert_eq!(validate::curvature(&system, at, at), Ok(()));
         system.is_linear()
     }
     for (x, straight) in [(0.0, true), (-0.0, true), (0.5, false), (-1e-300, false)] {

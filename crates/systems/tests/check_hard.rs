@@ -1,10 +1,11 @@
-//! Honest systems that are not easy to believe: potentials with walls, kinks, narrow features, ends and cancellation, and
-//! a Hamiltonian that is not separable.
+//! Honest systems that are not easy to believe: potentials with walls, kinks, narrow features, ends
+//! and cancellation, and a Hamiltonian that is not separable.
 
 #![cfg(test)]
 
 use afterbay_core::{
-    Block, Curvature, Damping, Drag, InputError, Passive, Quantity, Separable, System, check,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Passive, Quantity, Separable, System,
+    validate,
 };
 use proptest::prelude::*;
 
@@ -29,8 +30,8 @@ impl System<f64> for Well {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = if v[0] == 0.0 { 0.0 } else { 0.1 * v[0].signum() };
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
     }
 }
 
@@ -38,8 +39,8 @@ impl Separable<f64> for Well {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         (self.slope)(at)
     }
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: if p[0] == 0.0 { 0.0 } else { 0.1 * p[0].signum() }, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: if p[0] == 0.0 { 0.0 } else { 0.1 * p[0].signum() }, by_q: 0.0, by_p: 0.0 }
     }
 }
 
@@ -92,8 +93,8 @@ impl System<f64> for Twisted {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         (d[0], d[1]) = (self.c * (v[0] + v[1] / 2.0), self.c * (v[1] + v[0] / 2.0));
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::InSum, coupled: true, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::InSum, coupled: true, ..DissipationForm::GENERAL }
     }
 }
 
@@ -128,7 +129,7 @@ proptest! {
     #[test]
     fn wells(q in number(), p in number()) {
         for (name, well) in WELLS {
-            let outcome = check::separable(&well, &[q], &[p]);
+            let outcome = validate::separable(&well, &[q], &[p]);
             // Where V ends there is nothing to check.
             let ends = !((well.v)(q).is_finite() && (well.slope)(q).is_finite());
             let refused = matches!(outcome, Err(InputError::NotFinite { .. }));
@@ -141,7 +142,7 @@ proptest! {
         // An energy of 1e10 hides what is 1e-3 of a displacement.
         for (name, well) in WELLS.into_iter().filter(|(name, _)| *name != "offset") {
             let other = Well { slope: |_| 0.123, ..well };
-            let outcome = check::system(&other, &[q], &[p.clamp(-10.0, 10.0)]);
+            let outcome = validate::system(&other, &[q], &[p.clamp(-10.0, 10.0)]);
             let caught = matches!(outcome, Err(InputError::Contradiction { quantity: Quantity::Slope, dof: 0, .. }));
             prop_assert!(caught || !(well.v)(q).is_finite(), "{name}: {outcome:?}");
         }
@@ -149,12 +150,12 @@ proptest! {
 
     #[test]
     fn twisted(kappa in -2.0..2.0_f64, c in 0.0..2.0_f64, q in [number(), number()], p in [number(), number()]) {
-        prop_assert_eq!(check::curvature(&Twisted { kappa, c, off: 0.0 }, &q, &p), Ok(()));
+        prop_assert_eq!(validate::curvature(&Twisted { kappa, c, off: 0.0 }, &q, &p), Ok(()));
     }
 
     #[test]
     fn lies_about_the_twist(q in prop::array::uniform2(-2.0..2.0_f64), p in prop::array::uniform2(-2.0..2.0_f64)) {
-        let outcome = check::curvature(&Twisted { kappa: 0.3, c: 0.1, off: 0.01 }, &q, &p);
+        let outcome = validate::curvature(&Twisted { kappa: 0.3, c: 0.1, off: 0.01 }, &q, &p);
         let caught = matches!(
             outcome,
             Err(InputError::ContradictionBetween { block: Block::Hqp, row: 0, column: 1, .. })

@@ -1,19 +1,20 @@
-//! The systems that are built in, written as expressions: the same to rounding in everything they say. And random polynomials are
-//! what they say they are.
+//! The systems that are built in, written as expressions: the same to rounding in everything they
+//! say. And random polynomials are what they say they are.
 
 #![cfg(test)]
 
-use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, Series, State, System, check, taylor};
+use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, Series, State, System, taylor, validate};
 use afterbay_systems::{
-    Custom, DampedOscillator, Description, Duffing, FputChain, Friction, ModifiedVanDerPol, VanDerPol,
+    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
     VanDerPolRing,
 };
 use proptest::prelude::*;
 
 fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let (potential, friction) = (potential.to_owned(), Friction::Forces(forces));
-    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+    let (potential, friction) = (potential.to_owned(), DissipationText::Forces(forces));
+    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
+        .unwrap()
 }
 
 fn chain(n: usize, beta: f64, c: f64) -> Custom<f64> {
@@ -46,7 +47,7 @@ where
     B: Separable<f64> + Curvature<f64>,
 {
     let n = built_in.dof();
-    prop_assert_eq!((own.dof(), own.damping()), (n, built_in.damping()));
+    prop_assert_eq!((own.dof(), own.dissipation_form()), (n, built_in.dissipation_form()));
     // One alone may be called a chain.
     prop_assert!(own.coupling() == built_in.coupling() || n == 1);
     let close = |what: &str, a: f64, b: f64| {
@@ -68,11 +69,11 @@ where
         close("mass", own.mass(j), built_in.mass(j))?;
         for to in [to, q[j], q[j] + 1e-9, -q[j]] {
             close("partial", own.partial(q, j, to), built_in.partial(q, j, to))?;
-            let (a, b) = (own.edge(q, j, to), built_in.edge(q, j, to));
+            let (a, b) = (own.divided_difference(q, j, to), built_in.divided_difference(q, j, to));
             close("edge", a.value, b.value)?;
             close("slope of edge", a.slope, b.slope)?;
         }
-        let (a, b) = (own.drag(q, p, j), built_in.drag(q, p, j));
+        let (a, b) = (own.dissipation_of(q, p, j), built_in.dissipation_of(q, p, j));
         close("drag", a.value, b.value)?;
         close("drag by q", a.by_q, b.by_q)?;
         close("drag by p", a.by_p, b.by_p)?;
@@ -147,24 +148,25 @@ proptest! {
         };
         let friction = if matrix {
             let entry = |i: usize, j: usize| if i == j || frictions[i].3 { rate(i.min(j)) } else { "0".to_owned() };
-            Friction::Matrix((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
+            DissipationText::Matrix((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
         } else {
             let force = |j: usize| {
                 let other = if frictions[j].3 { j } else { frictions[j].1 % n };
                 format!("{}*p{}", rate(j), other + 1)
             };
-            Friction::Forces((0..n).map(force).collect())
+            DissipationText::Forces((0..n).map(force).collect())
         };
         let masses = masses[..n].iter().map(|m| format!("{m:?}")).collect();
-        let own = Custom::new(&Description { potential, friction, masses, parameters: Vec::new() }).unwrap();
+        let own = Custom::new(&Description { potential, dissipation: friction, masses, parameters: Vec::new() }).unwrap();
         let (q, p) = (&q[..n], &p[..n]);
-        for outcome in [check::separable(&own, q, p), check::curvature(&own, q, p)] {
+        for outcome in [validate::separable(&own, q, p), validate::curvature(&own, q, p)] {
             prop_assert!(outcome.is_ok(), "{}", outcome.unwrap_err());
         }
     }
 }
 
-/// A pendulum, whose edges are partly quadrature, on a pendulum's scale; and functions of every kind.
+/// A pendulum, whose edges are partly quadrature, on a pendulum's scale; and functions of every
+/// kind.
 #[test]
 fn functions_are_what_they_say() {
     for potential in [
@@ -177,8 +179,8 @@ fn functions_are_what_they_say() {
     ] {
         let own = custom(potential, vec!["0.1*p1".to_owned(), "0.2*p2*(1 + sin(q1)^2)".to_owned()], &[]);
         let (q, p) = ([0.7, -0.4], [0.3, 1.1]);
-        assert_eq!(check::separable(&own, &q, &p), Ok(()), "{potential}");
-        assert_eq!(check::curvature(&own, &q, &p), Ok(()), "{potential}");
+        assert_eq!(validate::separable(&own, &q, &p), Ok(()), "{potential}");
+        assert_eq!(validate::curvature(&own, &q, &p), Ok(()), "{potential}");
     }
 }
 
@@ -213,7 +215,8 @@ fn references_are_those_of_the_built_in_system() {
     }
 }
 
-/// Polynomials of linear forms are evaluated as such. With a term that is 0 but is none, as any expression is: the same to rounding.
+/// Polynomials of linear forms are evaluated as such. With a term that is 0 but is none, as any
+/// expression is: the same to rounding.
 fn ridges(terms: &[Ridge], frictions: &[Ridge], n: usize, off: &str) -> Custom<f64> {
     let potential = terms.iter().map(|term| term.text(n)).collect::<Vec<_>>().join(" + ");
     let rate = |j: usize| {
@@ -225,7 +228,8 @@ fn ridges(terms: &[Ridge], frictions: &[Ridge], n: usize, off: &str) -> Custom<f
     custom(&format!("{potential}{off}"), (0..n).map(rate).collect(), parameters)
 }
 
-/// c ℓ^power with ℓ = a q_i + b q_j + offset, or c (s ℓ² + offset)^(power mod 3) with the same a and b.
+/// c ℓ^power with ℓ = a q_i + b q_j + offset, or c (s ℓ² + offset)^(power mod 3) with the same a
+/// and b.
 #[derive(Clone, Copy, Debug)]
 struct Ridge {
     c: f64,
@@ -298,11 +302,11 @@ proptest! {
         for j in 0..n {
             for to in [to, q[j], q[j] + 1e-9] {
                 close("partial", own.partial(q, j, to), program.partial(q, j, to))?;
-                let (a, b) = (own.edge(q, j, to), program.edge(q, j, to));
+                let (a, b) = (own.divided_difference(q, j, to), program.divided_difference(q, j, to));
                 close("edge", a.value, b.value)?;
                 close("slope of edge", a.slope, b.slope)?;
             }
-            let (a, b) = (own.drag(q, p, j), program.drag(q, p, j));
+            let (a, b) = (own.dissipation_of(q, p, j), program.dissipation_of(q, p, j));
             close("drag", a.value, b.value)?;
             close("drag by q", a.by_q, b.by_q)?;
             close("drag by p", a.by_p, b.by_p)?;

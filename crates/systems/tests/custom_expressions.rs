@@ -1,13 +1,14 @@
-//! Random expressions: their values, gradients, second derivatives and edges, against dual numbers of the same expression
-//! evaluated straight from its tree.
+//! Random expressions: their values, gradients, second derivatives and edges, against dual numbers
+//! of the same expression evaluated straight from its tree.
 //!
-//! How far two evaluations may differ is measured: the tree is evaluated with every operation and input off by up to 2⁻⁴⁰ of itself, and what
-//! that does, taken down to 2⁻⁵³, is what rounding may do.
+//! How far two evaluations may differ is measured: the tree is evaluated with every operation and
+//! input off by up to 2⁻⁴⁰ of itself, and what that does, taken down to 2⁻⁵³, is what rounding may
+//! do.
 
 #![cfg(test)]
 
 use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, System};
-use afterbay_systems::{Custom, CustomError, Description, Friction};
+use afterbay_systems::{Custom, CustomError, Description, DissipationText};
 use num_dual::{Dual64, DualNum, HyperDual64};
 use proptest::prelude::*;
 
@@ -80,7 +81,8 @@ impl Tree {
         shaken(exact, noise)
     }
 
-    /// Value, first derivatives by both marked inputs and the second, each with what rounding may do to it.
+    /// Value, first derivatives by both marked inputs and the second, each with what rounding may
+    /// do to it.
     fn oracle(&self, point: &Point) -> [[f64; 2]; 4] {
         let parts = |x: HyperDual64| [x.re, x.eps1, x.eps2, x.eps1eps2];
         let exact = parts(self.at(point, &mut |x| x));
@@ -168,9 +170,11 @@ fn tree(momenta: bool, functions: &'static [&'static str]) -> impl Strategy<Valu
 fn system(potential: &Tree, friction: Option<&Tree>, parameter: f64) -> Option<Custom<f64>> {
     // The parameter must be used.
     let zero = || "0".to_owned();
-    let friction = Friction::Forces(vec![friction.map_or_else(zero, Tree::text), "0*a".to_owned(), zero()]);
+    let friction =
+        DissipationText::Forces(vec![friction.map_or_else(zero, Tree::text), "0*a".to_owned(), zero()]);
     let parameters = vec![("a".to_owned(), parameter)];
-    let description = Description { potential: potential.text(), friction, parameters, masses: Vec::new() };
+    let description =
+        Description { potential: potential.text(), dissipation: friction, parameters, masses: Vec::new() };
     match Custom::new(&description) {
         Ok(system) => Some(system),
         // Some constants have no value: 1/(2 - 2).
@@ -224,7 +228,7 @@ proptest! {
         }
         let mut d = [0.0; N];
         custom.dissipation(&q, &p, &p, &mut d);
-        let drag = custom.drag(&q, &p, 0);
+        let drag = custom.dissipation_of(&q, &p, 0);
         let mut derivatives = [0.0; 2 * N];
         custom.curvature(&q, &p, |block, i, j, x| match block {
             Block::Dq => { assert_eq!(i, 0); derivatives[j] = x }
@@ -244,8 +248,8 @@ proptest! {
         }
     }
 
-    /// In closed form, for every length of the edge. A product may be made of large parts along the way, so that the formula is
-    /// checked in 31 digits, where these cost nothing.
+    /// In closed form, for every length of the edge. A product may be made of large parts along the
+    /// way, so that the formula is checked in 31 digits, where these cost nothing.
     #[test]
     fn edges(
         tree in algebraic(false), q in values(), to in -2.0..2.0_f64, parameter in 0.2..2.0_f64, digits in 0..9_i32,
@@ -261,7 +265,7 @@ proptest! {
             let to = Quad::from_f64(q[j] + (to - q[j]) * 10f64.powi(-digits));
             let mut end = start.clone();
             end[j] = to;
-            let (edge, width) = (quad.edge(&start, j, to), to - start[j]);
+            let (edge, width) = (quad.divided_difference(&start, j, to), to - start[j]);
             let [a, b] = [&start, &end].map(|q| quad.energy(q, &rest));
             // Between two points there may be a pole; and where V is large its rounding is.
             let moderate = |x: [Quad; 3]| x.into_iter().all(|x| x.is_finite() && x.abs().to_f64() < 1e6);
@@ -270,13 +274,13 @@ proptest! {
                 let off = (edge.value * width - (b - a)).abs().to_f64();
                 prop_assert!(off < 1e-20, "{} along q{} from {} to {to:?}: {off:e}", tree.text(), j + 1, q[j]);
             }
-            let (on_none, slope) = (quad.edge(&start, j, start[j]).value, quad.partial(&start, j, start[j]));
+            let (on_none, slope) = (quad.divided_difference(&start, j, start[j]).value, quad.partial(&start, j, start[j]));
             if moderate([a, on_none, slope]) {
                 prop_assert!((on_none - slope).abs().to_f64() < 1e-20, "{}: {on_none:?} {slope:?}", tree.text());
             }
             let dual = |x: &[f64]| x.iter().map(|&x| Dual64::from_f64(x)).collect::<Vec<_>>();
-            let exact = custom.map(Dual64::from_f64).edge(&dual(&q), j, Dual64::new(to.to_f64(), 1.0)).value;
-            let edge = custom.edge(&q, j, to.to_f64());
+            let exact = custom.map(Dual64::from_f64).divided_difference(&dual(&q), j, Dual64::new(to.to_f64(), 1.0)).value;
+            let edge = custom.divided_difference(&q, j, to.to_f64());
             if along && Scalar::is_finite(exact) && exact.eps.abs() < 1e3 && exact.re.abs() < 1e3 {
                 prop_assert!((exact.eps - edge.slope).abs() < 1e-6, "{}: {exact:?} {edge:?}", tree.text());
             }

@@ -1,19 +1,24 @@
-//! References of systems that are not analytic, against closed solutions and a series written for one of them.
+//! References of systems that are not analytic, against closed solutions and a series written for
+//! one of them.
 
 #![cfg(test)]
 
 use afterbay_core::{InputError, Quad, Series, State, taylor};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 type Wide = Series<Quad, 24>;
 
 fn system(potential: &str, dissipation: &str) -> Custom<f64> {
     let friction = match dissipation {
-        "" => Friction::None,
-        text => Friction::Forces(vec![text.to_owned()]),
+        "" => DissipationText::None,
+        text => DissipationText::Forces(vec![text.to_owned()]),
     };
-    let description =
-        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters: Vec::new() };
+    let description = Description {
+        potential: potential.to_owned(),
+        dissipation: friction,
+        masses: Vec::new(),
+        parameters: Vec::new(),
+    };
     Custom::new(&description).unwrap()
 }
 
@@ -43,8 +48,8 @@ fn a_throw_in_air_turns_at_the_top() {
     }
 }
 
-/// Parabolas under a roof, from its ridge too, and over a kink touched twice within a short time: V = |q| + 3 q has a force that does
-/// not change its sign.
+/// Parabolas under a roof, from its ridge too, and over a kink touched twice within a short time: V
+/// = |q| + 3 q has a force that does not change its sign.
 #[test]
 fn a_force_that_jumps_is_followed_from_kink_to_kink() {
     for roof in ["abs(q1)", "sqrt(q1^2)", "(q1^2)^0.5"] {
@@ -59,7 +64,8 @@ fn a_force_that_jumps_is_followed_from_kink_to_kink() {
         let exact = [[0.0, 1.0], [0.5, 0.0], [0.0, -1.0], [-0.5, 0.0]][i % 4];
         assert!((q - exact[0]).abs() < 1e-15 && (p - exact[1]).abs() < 1e-15, "{i}: {q} {p}");
     }
-    // Up through 0 with p = 2^-10, half of that in time above it, and down again with the other slope of p.
+    // Up through 0 with p = 2^-10, half of that in time above it, and down again with the other
+    // slope of p.
     let (start, kink) = (2.0, 2f64.powi(-10));
     let height = (kink * kink - start * start) / 4.0;
     let states = follow(&system("abs(q1) + 3*q1", ""), [height, start], 50.0, 1).unwrap();
@@ -79,8 +85,8 @@ fn a_pendulum_in_a_fluid() {
     }
 }
 
-/// What comes to lie on a kink, to a power that is not whole at 0, or to a |x| of which nothing but its square is said, has no
-/// series to go on with: it is not stepped over.
+/// What comes to lie on a kink, to a power that is not whole at 0, or to a |x| of which nothing but
+/// its square is said, has no series to go on with: it is not stepped over.
 #[test]
 fn where_series_end_is_said() {
     for (potential, drag, start) in [

@@ -3,7 +3,7 @@
 #![cfg(test)]
 
 use afterbay_core::{Curvature, Mask, Quad, Scalar, Separable, System, f64x8};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 fn evaluate<T: Scalar>(custom: &Custom<T>) {
     let n = custom.dof();
@@ -14,8 +14,9 @@ fn evaluate<T: Scalar>(custom: &Custom<T>) {
         custom.gradient(&q, &p, &mut hq, &mut hp);
         custom.dissipation(&q, &p, &hp, &mut d);
         for j in 0..n {
-            sum +=
-                custom.partial(&q, j, p[0]) + custom.edge(&q, j, p[0]).value + custom.drag(&q, &p, j).value;
+            sum += custom.partial(&q, j, p[0])
+                + custom.divided_difference(&q, j, p[0]).value
+                + custom.dissipation_of(&q, &p, j).value;
         }
         custom.curvature(&q, &p, |_, _, _, x| sum += x);
         assert!(sum.is_finite().all() && custom.mass(0) == T::one());
@@ -32,8 +33,10 @@ fn evaluation_allocates_nothing() {
         terms.join(" + ")
     };
     for n in [2, 8, 40] {
-        let friction = Friction::Forces((1..=n).map(|j| format!("p{j}*(1 + q1^2) + p1*0.1")).collect());
-        let description = Description { potential: pairs(n), friction, ..Description::default() };
+        let friction =
+            DissipationText::Forces((1..=n).map(|j| format!("p{j}*(1 + q1^2) + p1*0.1")).collect());
+        let description =
+            Description { potential: pairs(n), dissipation: friction, ..Description::default() };
         let custom = Custom::new(&description).unwrap();
         evaluate(&custom);
         evaluate(&custom.map(Quad::from_f64));

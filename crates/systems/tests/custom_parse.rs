@@ -3,7 +3,7 @@
 #![cfg(test)]
 
 use afterbay_core::{Quad, Scalar, System};
-use afterbay_systems::{Custom, CustomError, Description, Friction, Place, Problem};
+use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place, Problem};
 use proptest::prelude::*;
 use std::ops::Range;
 
@@ -190,7 +190,7 @@ fn descriptions_are_checked() {
     let text = |x: &[&str]| x.iter().map(|&x| x.to_owned()).collect::<Vec<_>>();
     let good = Description {
         potential: "k*q1^2/2 + q2^2".to_owned(),
-        friction: Friction::Forces(text(&["p1", "p2"])),
+        dissipation: DissipationText::Forces(text(&["p1", "p2"])),
         masses: text(&["1", "2*k"]),
         parameters: vec![("k".to_owned(), 2.0)],
     };
@@ -200,7 +200,7 @@ fn descriptions_are_checked() {
         change(&mut bad);
         Custom::new(&bad).unwrap_err().to_string()
     };
-    let matrix = |rows: &[&[&str]]| Friction::Matrix(rows.iter().map(|row| text(row)).collect());
+    let matrix = |rows: &[&[&str]]| DissipationText::Matrix(rows.iter().map(|row| text(row)).collect());
     let put = |name: &str, value: f64| (name.to_owned(), value);
     for (error, expected) in [
         (
@@ -208,12 +208,12 @@ fn descriptions_are_checked() {
             "the dissipation has 2 entries where there are 3 degrees",
         ),
         (
-            says(&|x| x.friction = Friction::Forces(text(&["p1"]))),
+            says(&|x| x.dissipation = DissipationText::Forces(text(&["p1"]))),
             "the dissipation has 1 entries where there are 2",
         ),
         (
             says(&|x| {
-                x.friction = Friction::Forces(text(&["p1", "p2", "p3"]));
+                x.dissipation = DissipationText::Forces(text(&["p1", "p2", "p3"]));
             }),
             "the dissipation has 3 entries where there are 2",
         ),
@@ -222,23 +222,23 @@ fn descriptions_are_checked() {
             "bytes 18..20: q3 is beyond the last of 2 degrees of freedom",
         ),
         (
-            says(&|x| x.friction = Friction::Forces(text(&["p1", "c*p2"]))),
+            says(&|x| x.dissipation = DissipationText::Forces(text(&["p1", "c*p2"]))),
             "entry 2 of the dissipation, bytes 0..1: c is not known",
         ),
         (
-            says(&|x| x.friction = Friction::Forces(text(&["p1", "p2 + p3"]))),
+            says(&|x| x.dissipation = DissipationText::Forces(text(&["p1", "p2 + p3"]))),
             "entry 2 of the dissipation, bytes 5..7: p3 is beyond",
         ),
         (
-            says(&|x| x.friction = matrix(&[&["1", "0"]])),
+            says(&|x| x.dissipation = matrix(&[&["1", "0"]])),
             "the friction matrix has 1 entries where there are 2",
         ),
         (
-            says(&|x| x.friction = matrix(&[&["1", "0"], &["1"]])),
+            says(&|x| x.dissipation = matrix(&[&["1", "0"], &["1"]])),
             "the row of the friction matrix has 1 entries",
         ),
         (
-            says(&|x| x.friction = matrix(&[&["1", "0"], &["1", "q"]])),
+            says(&|x| x.dissipation = matrix(&[&["1", "0"], &["1", "q"]])),
             "entry 2, 2 of the friction matrix, bytes 0..1: q is not known",
         ),
         (says(&|x| x.masses = text(&["1", "k - 2"])), "m2 = 0.0 must be positive and finite"),

@@ -1,4 +1,5 @@
-//! Edges of random expressions beside 60-digit arithmetic, and the singularities between their ends.
+//! Edges of random expressions beside 60-digit arithmetic, and the singularities between their
+//! ends.
 
 #![cfg(test)]
 
@@ -23,17 +24,18 @@ fn slopes_are_within_roundings_of_the_magnitudes_of_their_terms() {
         let mut parts = line.splitn(5, ',');
         let [a, b, slope, size] = std::array::from_fn(|_| parts.next().unwrap().parse::<f64>().unwrap());
         let system = custom(parts.next().unwrap());
-        let found = system.edge(&[a, 0.75], 0, b).value;
+        let found = system.divided_difference(&[a, 0.75], 0, b).value;
         let off = (found - slope).abs() / (f64::EPSILON / 2.0 * size);
         assert!(off < ROUNDINGS, "{line}: {found:?} is off by {off} roundings");
         worst = if off > worst.0 { (off, line) } else { worst };
         let lanes = system.map(f64x8::splat);
-        let found = lanes.edge(&[f64x8::splat(a), f64x8::splat(0.75)], 0, f64x8::splat(b)).value;
+        let found =
+            lanes.divided_difference(&[f64x8::splat(a), f64x8::splat(0.75)], 0, f64x8::splat(b)).value;
         let off = (found.to_array()[3] - slope).abs() / (f64::EPSILON / 2.0 * size);
         assert!(off < 2.0 * ROUNDINGS, "{line}: {found:?} in lanes is off by {off} roundings");
         if [a, b].iter().all(|x| *x == 0.0 || x.abs() > 1e-200) {
             let quad = system.map(Quad::from);
-            let found = quad.edge(&[a, 0.75].map(Quad::from), 0, Quad::from(b)).value;
+            let found = quad.divided_difference(&[a, 0.75].map(Quad::from), 0, Quad::from(b)).value;
             let off = (found - Quad::from(slope)).abs().0;
             assert!(off < 1e-27 * size + f64::EPSILON / 2.0 * slope.abs(), "{line}: {found:?}");
         }

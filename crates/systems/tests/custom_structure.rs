@@ -2,17 +2,21 @@
 
 #![cfg(test)]
 
-use afterbay_core::{Coupling, Damping, Passive, System, f64x8};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_core::{Coupling, DissipationForm, Passive, System, f64x8};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 fn texts(x: &[&str]) -> Vec<String> {
     x.iter().map(|&x| x.to_owned()).collect()
 }
 
-fn system(potential: &str, friction: Friction, parameters: &[(&str, f64)]) -> Custom<f64> {
+fn system(potential: &str, friction: DissipationText, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let description =
-        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters };
+    let description = Description {
+        potential: potential.to_owned(),
+        dissipation: friction,
+        masses: Vec::new(),
+        parameters,
+    };
     Custom::new(&description).unwrap_or_else(|error| panic!("{potential}: {error}"))
 }
 
@@ -39,7 +43,7 @@ fn degrees_and_linearity() {
         ("0*q2 + q1^2 + q2 - q2", Some(2), vec![Some(2), Some(0)], true),
     ] {
         let n = degrees.len();
-        let friction = Friction::Forces((1..=n).map(|j| format!("0.5*p{j}")).collect());
+        let friction = DissipationText::Forces((1..=n).map(|j| format!("0.5*p{j}")).collect());
         let structure = system(potential, friction, &[]).structure().clone();
         assert_eq!(
             (structure.degree, structure.degrees, structure.linear),
@@ -64,7 +68,7 @@ fn who_acts_on_whom() {
         ("sin(q1)*cos(q2) + 0*q1*q3 + q1*q3 - q3*q1 + q3".to_owned(), Coupling::Chain),
         ("q1*q2".to_owned(), Coupling::Chain),
     ] {
-        assert_eq!(system(&potential, Friction::None, &[]).coupling(), expected, "{potential}");
+        assert_eq!(system(&potential, DissipationText::None, &[]).coupling(), expected, "{potential}");
     }
     // D counts too.
     for (forces, expected) in [
@@ -72,22 +76,26 @@ fn who_acts_on_whom() {
         (["p1*q3^2", "p2", "p3"], Coupling::Ring),
         (["p1", "p2", "p3 - p1"], Coupling::Ring),
     ] {
-        assert_eq!(system("q1^2 + q2^2 + q3^2", Friction::Forces(texts(&forces)), &[]).coupling(), expected);
+        assert_eq!(
+            system("q1^2 + q2^2 + q3^2", DissipationText::Forces(texts(&forces)), &[]).coupling(),
+            expected
+        );
     }
 }
 
-const EACH: Damping = Damping { zero: false, passive: Passive::Each, linear: true, coupled: false };
+const EACH: DissipationForm =
+    DissipationForm { zero: false, passive: Passive::Each, linear: true, coupled: false };
 
 #[test]
 fn friction() {
-    let active = Damping { passive: Passive::No, ..EACH };
-    let curved = Damping { linear: false, ..EACH };
-    let in_sum = Damping { passive: Passive::InSum, coupled: true, ..EACH };
-    let coupled = Damping { passive: Passive::No, coupled: true, ..EACH };
+    let active = DissipationForm { passive: Passive::No, ..EACH };
+    let curved = DissipationForm { linear: false, ..EACH };
+    let in_sum = DissipationForm { passive: Passive::InSum, coupled: true, ..EACH };
+    let coupled = DissipationForm { passive: Passive::No, coupled: true, ..EACH };
     for (forces, expected) in [
-        (["0", "0"], Damping::NONE),
+        (["0", "0"], DissipationForm::NONE),
         (["c*p1", "2*c*p2"], EACH),
-        (["z*p1", "z*p2"], Damping::NONE),
+        (["z*p1", "z*p2"], DissipationForm::NONE),
         (["z*p1", "p2"], EACH),
         (["-d*p1", "p2"], EACH),
         (["d*p1", "p2"], active),
@@ -97,15 +105,15 @@ fn friction() {
         (["p1*q1^3", "p2"], active),
         (["c*abs(p1)*p1", "p2"], curved),
         (["p1^3", "tanh(c*p2)"], curved),
-        (["p1^2", "p2"], Damping { passive: Passive::No, linear: false, ..EACH }),
-        (["p1 + 1", "p2"], Damping { passive: Passive::No, linear: false, ..EACH }),
+        (["p1^2", "p2"], DissipationForm { passive: Passive::No, linear: false, ..EACH }),
+        (["p1 + 1", "p2"], DissipationForm { passive: Passive::No, linear: false, ..EACH }),
         (["c*(p1 - p2)", "c*(p2 - p1)"], in_sum),
         (["2*p1 + p2", "p1 + p2"], in_sum),
         // Only the symmetric part exerts power.
         (["p1 - 5*p2", "5*p1 + p2"], in_sum),
         (["p1 + 2*p2", "2*p1 + p2"], coupled),
         (["q1^2*(p1 - p2)", "q1^2*(p2 - p1)"], coupled),
-        (["p1*p2^2", "p2"], Damping { linear: false, coupled: true, ..EACH }),
+        (["p1*p2^2", "p2"], DissipationForm { linear: false, coupled: true, ..EACH }),
     ] {
         let all = [("c", 0.3), ("d", -0.5), ("z", 0.0)];
         let parameters: Vec<_> =
@@ -113,7 +121,8 @@ fn friction() {
         // exp has no c and no d, but a p.
         let parameters: Vec<_> =
             parameters.into_iter().filter(|x| x.0 != "d" || forces[0].contains('d')).collect();
-        let found = system("q1^2 + q2^2", Friction::Forces(texts(&forces)), &parameters).damping();
+        let found =
+            system("q1^2 + q2^2", DissipationText::Forces(texts(&forces)), &parameters).dissipation_form();
         assert_eq!(found, expected, "{forces:?}");
     }
 }
@@ -122,16 +131,29 @@ fn friction() {
 fn a_friction_matrix() {
     for (rows, masses, expected) in [
         ([["2", "0"], ["0", "q1^2"]], ["1", "3"], EACH),
-        ([["1", "-1"], ["-1", "1"]], ["1", "3"], Damping { passive: Passive::InSum, coupled: true, ..EACH }),
-        ([["1", "-1"], ["-1", "0.9"]], ["1", "3"], Damping { passive: Passive::No, coupled: true, ..EACH }),
-        ([["0", "0"], ["0", "0"]], ["1", "3"], Damping::NONE),
-        ([["0", "1"], ["1", "5"]], ["1", "3"], Damping { passive: Passive::No, coupled: true, ..EACH }),
-        ([["p1^2", "0"], ["0", "1"]], ["1", "3"], Damping { linear: false, ..EACH }),
+        (
+            [["1", "-1"], ["-1", "1"]],
+            ["1", "3"],
+            DissipationForm { passive: Passive::InSum, coupled: true, ..EACH },
+        ),
+        (
+            [["1", "-1"], ["-1", "0.9"]],
+            ["1", "3"],
+            DissipationForm { passive: Passive::No, coupled: true, ..EACH },
+        ),
+        ([["0", "0"], ["0", "0"]], ["1", "3"], DissipationForm::NONE),
+        (
+            [["0", "1"], ["1", "5"]],
+            ["1", "3"],
+            DissipationForm { passive: Passive::No, coupled: true, ..EACH },
+        ),
+        ([["p1^2", "0"], ["0", "1"]], ["1", "3"], DissipationForm { linear: false, ..EACH }),
     ] {
-        let friction = Friction::Matrix(rows.iter().map(|row| texts(row)).collect());
+        let friction = DissipationText::Matrix(rows.iter().map(|row| texts(row)).collect());
         let potential = "q1^2 + q2^2".to_owned();
-        let description = Description { potential, friction, masses: texts(&masses), parameters: Vec::new() };
-        assert_eq!(Custom::new(&description).unwrap().damping(), expected, "{rows:?}");
+        let description =
+            Description { potential, dissipation: friction, masses: texts(&masses), parameters: Vec::new() };
+        assert_eq!(Custom::new(&description).unwrap().dissipation_form(), expected, "{rows:?}");
     }
 }
 
@@ -140,26 +162,31 @@ fn a_friction_matrix() {
 fn friction_follows_the_velocity() {
     let make = |friction| {
         let masses = texts(&["2", "3"]);
-        Custom::new(&Description { potential: "q1*q2".to_owned(), friction, masses, parameters: Vec::new() })
-            .unwrap()
+        Custom::new(&Description {
+            potential: "q1*q2".to_owned(),
+            dissipation: friction,
+            masses,
+            parameters: Vec::new(),
+        })
+        .unwrap()
     };
-    let forces = make(Friction::Forces(texts(&["4*p1", "p2*abs(p2)*q1"])));
+    let forces = make(DissipationText::Forces(texts(&["4*p1", "p2*abs(p2)*q1"])));
     let mut d = [0.0; 2];
     forces.dissipation(&[5.0, 0.0], &[f64::NAN; 2], &[0.5, -2.0], &mut d);
     assert_eq!(d, [4.0, -180.0]);
     let rows = vec![texts(&["4", "q2"]), texts(&["q2", "p1^2"])];
-    make(Friction::Matrix(rows)).dissipation(&[5.0, 7.0], &[3.0, 0.0], &[0.5, -2.0], &mut d);
+    make(DissipationText::Matrix(rows)).dissipation(&[5.0, 7.0], &[3.0, 0.0], &[0.5, -2.0], &mut d);
     assert_eq!(d, [-12.0, -14.5]);
 }
 
 #[test]
 fn parameters_change_without_compiling_and_lanes_may_differ() {
-    let friction = || Friction::Forces(texts(&["c*p1"]));
+    let friction = || DissipationText::Forces(texts(&["c*p1"]));
     let custom = system("k*q1^2/2", friction(), &[("k", 2.0), ("c", 0.5)]);
-    assert_eq!(custom.damping(), EACH);
+    assert_eq!(custom.dissipation_form(), EACH);
     let active = custom.with("c", -0.5).unwrap();
-    assert_eq!(active.damping().passive, Passive::No);
-    assert_eq!(custom.with("c", 0.0).unwrap().damping(), Damping::NONE);
+    assert_eq!(active.dissipation_form().passive, Passive::No);
+    assert_eq!(custom.with("c", 0.0).unwrap().dissipation_form(), DissipationForm::NONE);
     assert_eq!(active.parameters().collect::<Vec<_>>(), [("k", 2.0), ("c", -0.5)]);
     assert_eq!(active.energy(&[3.0], &[1.0]), 9.5);
     assert_eq!(custom.with("b", 1.0).unwrap_err().to_string(), "there is no parameter b");
@@ -171,18 +198,18 @@ fn parameters_change_without_compiling_and_lanes_may_differ() {
     assert_eq!(energies, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]);
     // One lane that feeds is enough to make it active.
     let mixed = lanes.with("c", ramp - f64x8::from(1.0)).unwrap();
-    assert_eq!(mixed.damping().passive, Passive::No);
-    assert_eq!(lanes.with("c", ramp).unwrap().damping(), EACH);
+    assert_eq!(mixed.dissipation_form().passive, Passive::No);
+    assert_eq!(lanes.with("c", ramp).unwrap().dissipation_form(), EACH);
 }
 
 /// The periods of the coordinates of V with the forces D_j.
 fn periods(potential: &str, forces: &[&str]) -> Vec<Option<f64>> {
     let description = Description {
         potential: potential.to_owned(),
-        friction: if forces.is_empty() {
-            Friction::None
+        dissipation: if forces.is_empty() {
+            DissipationText::None
         } else {
-            Friction::Forces(forces.iter().map(|&force| force.to_owned()).collect())
+            DissipationText::Forces(forces.iter().map(|&force| force.to_owned()).collect())
         },
         parameters: vec![("k".to_owned(), 3.0)],
         ..Default::default()

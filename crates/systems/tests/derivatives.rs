@@ -12,7 +12,8 @@ struct Trio<'a> {
     plain: &'a dyn Separable<f64>,
     dual: &'a dyn Separable<Dual64>,
     quad: &'a dyn Separable<Quad>,
-    /// The sums of the absolute values of the terms: of V as ½ A q² + ¼ B q⁴, of D as C (1 + q²) |p|.
+    /// The sums of the absolute values of the terms: of V as ½ A q² + ¼ B q⁴, of D as C (1 + q²)
+    /// |p|.
     size: [f64; 3],
 }
 
@@ -51,7 +52,7 @@ fn gradients_are_derivatives(system: &Trio, q: f64, p: f64) {
     assert_close(system.plain.partial(&[q], 0, q), hq[0], force);
 
     system.plain.dissipation(&[q], &[p], &[p], &mut d);
-    let drag = system.plain.drag(&[q], &[p], 0);
+    let drag = system.plain.dissipation_of(&[q], &[p], 0);
     let of = |(q, p): ([Dual64; 1], [Dual64; 1])| {
         let mut d = [Dual64::from_f64(0.0)];
         system.dual.dissipation(&q, &p, &p, &mut d);
@@ -64,7 +65,7 @@ fn gradients_are_derivatives(system: &Trio, q: f64, p: f64) {
 
 fn edges_are_divided_differences(system: &Trio, from: f64, to: f64) {
     let [a, b, _] = system.size;
-    let edge = system.plain.edge(&[from], 0, to);
+    let edge = system.plain.divided_difference(&[from], 0, to);
     let sum = from.abs() + to.abs();
     let squares = from * from + to * to;
     let size = sum * (a / 2.0 + b / 4.0 * squares);
@@ -80,7 +81,7 @@ fn edges_are_divided_differences(system: &Trio, from: f64, to: f64) {
     let blur = if from == to { 0.0 } else { 1e-30 * (a + b * squares) * squares / width.0.abs() };
     assert!((edge.value - exact.0).abs() <= 4.0 * f64::EPSILON * size + blur, "{edge:?} {exact:?}");
 
-    let dual = system.dual.edge(&[Dual64::from_f64(from)], 0, Dual64::new(to, 1.0));
+    let dual = system.dual.divided_difference(&[Dual64::from_f64(from)], 0, Dual64::new(to, 1.0));
     assert_close(dual.value.re, edge.value, size);
     assert_close(edge.slope, dual.value.eps, a / 2.0 + b * (squares + sum * sum));
 }

@@ -31,8 +31,8 @@ fn table() -> Vec<Row> {
     TABLE.lines().skip(1).map(row).collect()
 }
 
-/// The largest error in units of what it is allowed to be: a few roundings of the sizes of the table, plus one for
-/// every unit of the phase and of the exponent.
+/// The largest error in units of what it is allowed to be: a few roundings of the sizes of the
+/// table, plus one for every unit of the phase and of the exponent.
 fn worst<T: Scalar>(lift: impl Fn(f64) -> T + Copy, low: impl Fn(T) -> f64) -> f64 {
     let mut worst = 0.0_f64;
     for Row { given, exact, sizes } in table() {
@@ -42,7 +42,8 @@ fn worst<T: Scalar>(lift: impl Fn(f64) -> T + Copy, low: impl Fn(T) -> f64) -> f
         system.flow(lift(h), &mut state);
         let [dq, dp, dw] = system.increment(lift(h), lift(q), lift(p));
         assert_eq!(state.w, [dw]);
-        // Quadratic in z, so twice; and what H and w exchange in the time h, at the rate of the slower decay.
+        // Quadratic in z, so twice; and what H and w exchange in the time h, at the rate of the
+        // slower decay.
         let twice_energy = (p * p + k * q * q).max(exact[4].0.powi(2) + k * exact[3].0.powi(2));
         let exchange = if b == 0.0 { 1.0 } else { b.abs().min(4.0 * k / b.abs()) * h.abs() * twice_energy };
         let size_w = 2.0 * (exact[2].0.abs() + exchange);
@@ -101,7 +102,8 @@ proptest! {
         system.flow(h1, &mut twice);
         system.flow(h2, &mut twice);
         system.flow(h1 + h2, &mut once);
-        // No state of this length grows faster; one that starts on the slower mode does not grow like this.
+        // No state of this length grows faster; one that starts on the slower mode does not grow
+        // like this.
         let size = q.hypot(p) * (-b * (h1 + h2)).exp().max(1.0);
         prop_assert!((twice.q[0] - once.q[0]).abs() < 2e-14 * size, "{twice:?} {once:?}");
         prop_assert!((twice.p[0] - once.p[0]).abs() < 2e-14 * size, "{twice:?} {once:?}");

@@ -1,5 +1,5 @@
-//! What a system with many degrees of freedom says of its derivatives, against dual numbers; of its edges, against
-//! divided differences of 31 digits; and of who acts on whom.
+//! What a system with many degrees of freedom says of its derivatives, against dual numbers; of its
+//! edges, against divided differences of 31 digits; and of who acts on whom.
 
 #![cfg(test)]
 
@@ -116,9 +116,9 @@ where
         let moved: Vec<f64> = q.iter().enumerate().map(|(i, &x)| if i == j { to } else { x }).collect();
         assert_eq!(plain.partial(q, j, q[j]), hq[j]);
         assert_eq!(plain.partial(q, j, to), fields(plain, &moved, p)[0][j]);
-        assert_close(plain.edge(q, j, q[j]).value, hq[j], size);
+        assert_close(plain.divided_difference(q, j, q[j]).value, hq[j], size);
 
-        let edge = plain.edge(q, j, to);
+        let edge = plain.divided_difference(q, j, to);
         let (end, width) = (lift(&moved), Quad::from_f64(to) - Quad::from_f64(q[j]));
         let (exact, blur) = if to == q[j] {
             (quad.partial(&start, j, start[j]), 0.0)
@@ -131,11 +131,11 @@ where
             (edge.value - exact.0).abs() <= 8.0 * f64::EPSILON * size + blur,
             "{j}: {edge:?} {exact:?} of size {size}"
         );
-        let line = dual.edge(&along(q, None), j, Dual64::new(to, 1.0)).value;
+        let line = dual.divided_difference(&along(q, None), j, Dual64::new(to, 1.0)).value;
         assert_close(line.re, edge.value, size);
         assert_close(edge.slope, line.eps, size);
 
-        let drag = plain.drag(q, p, j);
+        let drag = plain.dissipation_of(q, p, j);
         assert_close(drag.value, d[j], size);
         assert_close(drag.by_q, fields(dual, &along(q, Some(j)), &along(p, None))[2][j].eps, size);
         assert_close(drag.by_p, fields(dual, &along(q, None), &along(p, Some(j)))[2][j].eps, size);
@@ -146,7 +146,8 @@ fn numbers(reach: f64) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-reach..reach, 20)
 }
 
-/// More than the sum of the absolute values of the terms of any field and its derivatives, V of the third power.
+/// More than the sum of the absolute values of the terms of any field and its derivatives, V of the
+/// third power.
 fn size(parameters: [f64; 2], q: &[f64], p: &[f64], to: f64) -> f64 {
     let largest = |x: &[f64]| x.iter().fold(1.0, |max: f64, x| max.max(x.abs()));
     let [x, y] = parameters.map(f64::abs);

@@ -1,4 +1,5 @@
-//! The systems with many degrees of freedom against end states computed by another library, without H.
+//! The systems with many degrees of freedom against end states computed by another library, without
+//! H.
 
 #![cfg(test)]
 

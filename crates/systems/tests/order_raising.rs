@@ -15,7 +15,8 @@ where
     let start = State::new([q], [p]).unwrap();
     let end = Expansion::about(lifted, &start).at(h);
     let (q_mean, p_mean) = ((start.q[0] + end.q[0]).half(), (start.p[0] + end.p[0]).half());
-    let force = system.edge(&start.q, 0, end.q[0]).value + system.drag(&[q_mean], &[p_mean], 0).value;
+    let force = system.divided_difference(&start.q, 0, end.q[0]).value
+        + system.dissipation_of(&[q_mean], &[p_mean], 0).value;
     [
         (end.q[0] - start.q[0]) / p_mean - system.delta_q(q, p).step4(h),
         (start.p[0] - end.p[0]) / force - system.delta_p(q, p).step4(h),

@@ -1,4 +1,5 @@
-//! H along one angle or momentum: divided differences of H in 31 digits, derivatives by dual numbers.
+//! H along one angle or momentum: divided differences of H in 31 digits, derivatives by dual
+//! numbers.
 
 #![cfg(test)]
 
@@ -27,7 +28,8 @@ fn close(found: f64, exact: f64, bound: f64) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Is this the mean of the slope of H from one end to the other, with the derivatives by the end and the variable held?
+/// Is this the mean of the slope of H from one end to the other, with the derivatives by the end
+/// and the variable held?
 fn is_the_mean(
     found: Mean<f64>,
     exact: impl Fn(Quad, Quad) -> Quad,
@@ -112,7 +114,7 @@ proptest! {
         prop_assert!(seen == 3 && off <= 1e-14 * size(p), "{seen} {off:e}");
         // On a short edge the closed form is what quadrature gives.
         let edge = system.along_q(&q, &p, j, [q[j], q[j] + 0.1], p[j]);
-        let [value, by_end, by_other] = afterbay_core::edge::mean(q[j], q[j] + 0.1, |at, share| {
+        let [value, by_end, by_other] = afterbay_core::quadrature::mean(q[j], q[j] + 0.1, |at, share| {
             let slopes = system.slopes(&q, &p, j, [at, p[j]]);
             [slopes.hq, share * slopes.hqq, slopes.hqp]
         });
@@ -121,7 +123,7 @@ proptest! {
         close(edge.by_other, by_other, 1e-14 * size(p))?;
         let mut d = [0.0; 2];
         system.dissipation(&q, &p, &p, &mut d);
-        let found = system.resistance(&q, &p, j, at, p[j]);
+        let found = system.plane_dissipation(&q, &p, j, at, p[j]);
         prop_assert!(found.value == d[j] && found.by_v * p[j] == d[j]);
     }
 }

@@ -1,18 +1,26 @@
-//! Simple iteration, as in the paper.
+//! Fixed-point iteration, as in the paper.
 
-use super::newton::{Grain, Point, grain};
+use super::newton::{MeasuredRounding, Point, measure_rounding};
 use super::{Equation, Root, Solver};
-use crate::{Mask, Quantity, Scalar, StepFailure};
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::Quantity;
 
-/// `x ← start - F(1, x)`, until the update no longer shrinks. (The paper's tolerance of 1e-18 is below the rounding
-/// of `f64` and is never reached there.) Contracts where |∂F/∂x| < 1, which bounds the step.
+/// The iteration `x ← start - F(1, x)`, until the update no longer shrinks. It contracts if |∂F/∂x|
+/// < 1, which bounds the step. (The tolerance of the paper, 1e-18, is below the rounding of `f64`
+/// and is never reached there.)
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FixedPoint;
 
-/// Iterations after which a contraction, however slow, is given up.
-const LIMIT: u32 = 10_000;
-/// Iterations without a smaller update that end a fast contraction. One alone may be a detour on the way.
-const PATIENCE: u32 = 3;
+/// The largest number of iterations. A choice: it allows contraction factors up to about 0.996 in
+/// `f64`.
+const MOST_ITERATIONS: u32 = 10_000;
+/// Iterations in a row without a smaller update that end a fast contraction; at least 2, as single
+/// updates may grow on the way to a solution. A contraction with the factor r is given 1/(1 - r)
+/// times as many.
+const STALLED_ITERATIONS: u32 = 3;
+/// The largest update that counts as noise, in rounding errors of the terms of the equation.
+const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl Solver for FixedPoint {
     fn solve<T: Scalar>(
@@ -24,8 +32,8 @@ impl Solver for FixedPoint {
         let one = T::one();
         let (mut x, mut seen) = (start, None);
         let mut smallest = T::from_f64(f64::MAX);
-        let (mut before, mut ratio, mut waited) = (smallest, f64::INFINITY, 0);
-        for evaluations in 1..=LIMIT {
+        let (mut before, mut ratio, mut stalled) = (smallest, f64::INFINITY, 0);
+        for evaluations in 1..=MOST_ITERATIONS {
             let f = equation.at(T::one(), x);
             if !f.value.is_finite().all() {
                 return Err(StepFailure::NonFinite {
@@ -44,17 +52,21 @@ impl Solver for FixedPoint {
                 return Ok(Root { x, evaluations });
             }
             ratio = (update / before).to_f64();
-            waited = if update.lt(smallest).all() { 0 } else { waited + 1 };
-            // Noise hides the shrinking of a slow contraction: at the rate |F'| it takes 1/(1 - |F'|) iterations to show.
+            stalled = if update.lt(smallest).all() { 0 } else { stalled + 1 };
+            // Noise hides a slow contraction: with the factor |F'| it shows after 1/(1 - |F'|)
+            // iterations.
             let gap = one - f.slope.abs();
-            if waited >= PATIENCE && gap.le(T::zero()).any() {
+            if stalled >= STALLED_ITERATIONS && gap.le(T::zero()).any() {
                 return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
             }
-            if T::from_f64(f64::from(PATIENCE)).le(T::from_f64(f64::from(waited)) * gap).all() {
-                // What a contraction stops shrinking at is the noise of F, unless it never got close.
-                let small = T::from_f64(64.0 * T::EPSILON) * (start.abs() + x.abs() + f.blur);
+            if T::from_f64(f64::from(STALLED_ITERATIONS)).le(T::from_f64(f64::from(stalled)) * gap).all() {
+                // Updates of a contraction stop shrinking at the noise of F, unless they never came
+                // close.
+                let small =
+                    T::from_f64(NOISE_ROUNDINGS * T::EPSILON) * (start.abs() + x.abs() + f.value_rounding);
                 let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);
-                // Where F rises, iterates alternate around the solution, by many roundings if F' is near 1.
+                // If F' > 0 the iterates alternate around the solution, by many roundings if F' is
+                // near 1.
                 let x = T::select(T::zero().lt(f.slope), (last + x).half(), x);
                 return if smallest.le(small).all() {
                     Ok(Root { x, evaluations })
@@ -65,13 +77,13 @@ impl Solver for FixedPoint {
             smallest = T::select(update.lt(smallest), update, smallest);
             before = update;
         }
-        Err(StepFailure::NotContracting { dof, iterations: LIMIT, ratio })
+        Err(StepFailure::NotContracting { dof, iterations: MOST_ITERATIONS, ratio })
     }
 }
 
 impl FixedPoint {
-    /// Twice the rounding of F that is seen on an edge, in the lanes in which it is not known to be
-    /// small.
+    /// TwoCorrections the rounding error of F that is measured between the last two points, in the
+    /// lanes in which the bound does not suffice.
     #[cold]
     fn rounding<T: Scalar>(
         start: T,
@@ -82,7 +94,8 @@ impl FixedPoint {
         if known.all() {
             return T::zero();
         }
-        let Grain { size, rounding, .. } = grain(T::one(), start, edge, known.not(), equation);
+        let MeasuredRounding { size, rounding, .. } =
+            measure_rounding(T::one(), start, edge, known.not(), equation);
         T::select(rounding, size + size, T::zero())
     }
 }
@@ -96,8 +109,8 @@ mod tests {
         move |s, x| Sample {
             value: -s * eccentricity * x.sin(),
             slope: -s * eccentricity * x.cos(),
-            rough: 0.0,
-            blur: 0.0,
+            argument_rounding: 0.0,
+            value_rounding: 0.0,
         }
     }
 
@@ -111,7 +124,12 @@ mod tests {
     #[test]
     fn says_that_it_does_not_contract() {
         let failure = FixedPoint
-            .solve(3, 1.0, |_, x| Sample { value: 2.0 * x, slope: 2.0, rough: 0.0, blur: 0.0 })
+            .solve(3, 1.0, |_, x| Sample {
+                value: 2.0 * x,
+                slope: 2.0,
+                argument_rounding: 0.0,
+                value_rounding: 0.0,
+            })
             .unwrap_err();
         let StepFailure::NotContracting { dof: 3, iterations: 4, ratio } = failure else {
             panic!("{failure}")

@@ -1,65 +1,72 @@
 //! Newton's method for a scalar equation, with chord corrections, bisection and continuation.
 //!
-//! **Convergence.** There is one rule: x has converged where the next update is below the rounding
-//! of what it moves. With g(x) = x + F(x) - start and ε the unit roundoff, that rounding is
+//! **Convergence.** There is one criterion: x has converged if the next update is below the
+//! rounding error of x. With g(x) = x + F(x) - start and ε the unit roundoff, that error is
 //!
 //! ```text
-//! scale = ε (|x| + (|start| + rough) / (1 + F')) + the rounding of F / (1 + F')
+//! scale = ε (|x| + (|start| + argument_rounding) / (1 + F')) + the rounding error of F / (1 + F')
 //! ```
 //!
-//! as a residual rounded by ε (|start| + rough) moves x by that much over g'. The rule is met in
-//! three ways. (1) The next update, computed from the last two (`Correction`), is below ε (|x| +
-//! ..): the ordinary end. (2) Updates that no longer shrink are below the rounding of F: the bound
-//! `blur` that the equation states, or the rounding that is seen, which is what F changes by
-//! between neighbouring numbers beyond its slope (`grain`). (3) Residuals of opposite signs stand
-//! closer to each other than `scale`: every update between them is below it (`Bracket`). The last
-//! needs no knowledge of F, and holds also where F jumps by its rounding: tails that underflow,
-//! forces that cancel, functions that are constant to rounding.
+//! because a residual with the error ε (|start| + argument_rounding) moves x by this error over g'.
+//! It is established in three ways.
+//!
+//! 1. The next update, predicted from the last two (`Correction`), is below ε (|x| + ..). This is
+//!    the ordinary case.
+//! 2. Updates no longer shrink and are below the rounding error of F: the bound `value_rounding` of
+//!    the equation, or the measured error, which is the change of F between neighbouring numbers
+//!    beyond its slope (`measure_rounding`).
+//! 3. Residuals of opposite signs are closer to each other than `scale` (`Bracket`), so that every
+//!    update between them is below it. This needs no knowledge of F and also holds where F jumps by
+//!    its rounding: terms that underflow, forces that cancel, functions constant to rounding.
 
 mod bracket;
-mod course;
-mod follow;
-mod grain;
-mod twice;
+mod continuation;
+mod iteration;
+mod rounding;
+mod two_corrections;
 
 use super::{Equation, Root, Sample, Solver};
-use crate::{Mask, Scalar, StepFailure};
-use course::carefully;
-use follow::follow;
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar};
+use continuation::continue_from_start;
+use iteration::iterate_to_rounding;
 use std::hint::cold_path;
-use twice::twice;
+use two_corrections::two_corrections;
 
-pub(super) use grain::{Grain, Point, grain};
+pub(super) use rounding::{MeasuredRounding, Point, measure_rounding};
 
-/// Newton's iteration to rounding: two evaluations where that is enough, which is the ordinary
-/// step.
+/// Newton's method to rounding. An ordinary step takes two evaluations.
 ///
-/// Corrections with the last slope (chords) follow while they contract fast, so that an ordinary
-/// step needs one division. An iteration that is still under way after sixteen evaluations stays
-/// between residuals of opposite signs and halves their distance where a correction would not.
-/// Where the slopes seen allow for a fold on the way, or nothing converges, the solution is
-/// followed from s = 0 instead, and its loss is a failure: [`StepFailure::SeveralSolutions`] where
-/// other solutions are seen, else [`StepFailure::NewtonStalled`]. A scalar of several lanes
-/// iterates and follows each of them as it would alone; where one is lost, all fail. The slope
-/// between the points where it is seen is taken for a parabola, so that a force that turns often
-/// within a step may still lead to another solution, unseen.
+/// Corrections reuse the last inverse slope (chords) while they contract fast, so that an ordinary
+/// step needs one division. After sixteen evaluations the iteration stays between residuals of
+/// opposite signs, and bisects where a correction would not halve their distance. If the slopes
+/// allow for a fold on the way, or the iteration does not converge, the solution is continued from
+/// s = 0 instead. If its branch ends, the step fails: [`StepFailure::SeveralSolutions`] if other
+/// solutions are found, else [`StepFailure::NewtonStalled`].
+///
+/// The lanes of a SIMD scalar are treated as if each were alone; if one fails, the step fails.
+/// Between the points where it is evaluated, the slope is assumed to be a parabola. A force that
+/// oscillates within a step may therefore lead to another solution that goes unnoticed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton;
 
-/// What an inverse may miss and still be improved instead of made anew.
-const GENTLE: f64 = 0.0625;
+/// The largest |1 - (1 + F') y| for which the inverse slope y is improved by multiplications
+/// instead of computed anew by a division; between 0 and 1. One improvement squares it, so that
+/// 1/16 leaves 1/256.
+const MOST_MISSING: f64 = 0.0625;
 
 impl Newton {
-    /// The solution where two evaluations give it in every lane, the same to the bit as with more care.
+    /// The solution if two evaluations suffice in every lane; the same to the bit as that of
+    /// `solve`.
     #[inline(always)]
     pub fn ordinary<T: Scalar>(start: T, mut equation: impl Equation<T>) -> Option<Root<T>> {
         let first = equation.at(T::one(), start);
-        let twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
-        twice.done.all().then_some(twice.root())
+        let pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
+        pair.done.all().then_some(pair.root())
     }
 
-    /// The solution for a caller that corrects it: two evaluations where the next update is below
-    /// so many roundings of what it moves, as [`Newton`] gives it elsewhere, in each lane.
+    /// The solution for a caller that corrects it further. Two evaluations suffice in lanes whose
+    /// next update is below so many `roundings` of x; the others are solved to rounding.
     ///
     /// # Errors
     /// A [`StepFailure`] of degree of freedom `dof`.
@@ -71,25 +78,25 @@ impl Newton {
         roundings: f64,
     ) -> Result<Root<T>, StepFailure> {
         let first = equation.at(T::one(), start);
-        let twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
-        let near = twice.gentle.and(twice.correction.lost(T::from_f64(roundings) * twice.scale));
+        let pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
+        let near = pair.improvable.and(pair.correction.lost(T::from_f64(roundings) * pair.scale));
         if near.all() {
-            return Ok(twice.root());
+            return Ok(pair.root());
         }
         let Root { x, evaluations } = Newton.solve(dof, start, equation)?;
-        Ok(Root { x: T::select(near, twice.end, x), evaluations: evaluations + 2 })
+        Ok(Root { x: T::select(near, pair.end, x), evaluations: evaluations + 2 })
     }
 
-    /// The direct iteration alone, without the continuation: none where it does not lead, in every lane, to a solution to
-    /// which the slope stays positive, as far as it is seen.
+    /// The direct iteration alone, without continuation. It gives a solution if, in every lane, it
+    /// converges and the slopes on the way are positive as far as they are evaluated.
     #[inline(always)]
     pub fn direct<T: Scalar>(start: T, mut equation: impl Equation<T>) -> Option<Root<T>> {
         let first = equation.at(T::one(), start);
-        let twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
-        if twice.done.all() {
-            return Some(twice.root());
+        let pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
+        if pair.done.all() {
+            return Some(pair.root());
         }
-        let outcome = carefully::<_, _, true>(T::one(), start, twice, &mut equation);
+        let outcome = iterate_to_rounding::<_, _, true>(T::one(), start, pair, &mut equation);
         (!outcome.stalled.any()).then_some(Root { x: outcome.x, evaluations: outcome.evaluations })
     }
 }
@@ -103,36 +110,37 @@ impl Solver for Newton {
         mut equation: impl Equation<T>,
     ) -> Result<Root<T>, StepFailure> {
         let first = equation.at(T::one(), start);
-        let mut twice = twice::<_, true>(T::one(), start, start, first, &mut equation);
-        if twice.done.all() {
-            return Ok(twice.root());
+        let mut pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
+        if pair.done.all() {
+            return Ok(pair.root());
         }
         cold_path();
-        twice.rest();
-        if twice.done.all() {
-            return Ok(twice.root());
+        pair.rest();
+        if pair.done.all() {
+            return Ok(pair.root());
         }
-        let outcome = carefully::<_, _, true>(T::one(), start, twice, &mut equation);
+        let outcome = iterate_to_rounding::<_, _, true>(T::one(), start, pair, &mut equation);
         if outcome.stalled.any() {
-            return follow(dof, start, first.value, outcome, &mut equation);
+            return continue_from_start(dof, start, first.value, outcome, &mut equation);
         }
         Ok(Root { x: outcome.x, evaluations: outcome.evaluations })
     }
 }
 
-/// Where an iteration has led, each lane by itself.
+/// The result of an iteration, lane by lane.
 struct Outcome<T: Scalar> {
     x: T,
-    /// Lanes in which it has not led to a solution the slope stays positive to.
+    /// Lanes without a solution that positive slopes lead to.
     stalled: T::Mask,
     update: T,
     evaluations: u32,
 }
 
-/// May an inverse that misses so much be improved, or the inverse of 1 + F' be 1 - F' at first?
+/// Whether an inverse slope y with `missing` = 1 - (1 + F') y can be improved by multiplications.
+/// For y = 1 this is whether 1 - F' is a first approximation of the inverse.
 #[inline(always)]
-fn is_gentle<T: Scalar>(missing: T) -> T::Mask {
-    missing.abs().lt(T::from_f64(GENTLE))
+fn can_be_improved<T: Scalar>(missing: T) -> T::Mask {
+    missing.abs().lt(T::from_f64(MOST_MISSING))
 }
 
 #[cfg(test)]

@@ -1,35 +1,38 @@
-//! The defect z' - f(z) of a Taylor polynomial over the whole of a stride.
+//! The defect z' - f(z) of a Taylor polynomial over a whole stride.
 //!
-//! The coefficients at one point say nothing of what is narrower than the distance to it: tanh(p/0.001)
-//! is ±1 to 106 bits at p = ±0.05. The defect does. Below order M - 1 it vanishes by construction, and
-//! beyond it is given by Taylor's remainder: with z a polynomial of degree M - 1 in σ = t/τ,
+//! The coefficients at one point do not show features that are narrower than the distance to them:
+//! tanh(p/0.001) is ±1 to 106 bits at p = ±0.05. The defect shows them. Its coefficients below
+//! order M - 1 vanish by construction, and Taylor's remainder gives the rest. With z a polynomial
+//! of degree M - 1 in σ = t/τ,
 //!
 //! ```text
 //! z'(σ) - τ f(z(σ)) = -τ c(ξ) σ^{M-1}, 0 ≤ ξ ≤ σ        c: coefficient M - 1 of f(z(ξ + ·))
 //! ```
 //!
-//! so that a bound of c over [0, 1] bounds what the stride adds to the error by τ c/M.
+//! so that τ c/M, with a bound c over [0, 1], bounds the error that the stride adds.
 
 use super::Expansion;
-use crate::{Interval, Scalar, Series, State, System, Vector};
+use crate::numbers::{Interval, Scalar, Series, Vector};
+use crate::system::{State, System};
 
-/// What a stride may add to the error of q, p and w, in roundings of the largest of each.
-pub(super) const ALLOWED: f64 = 16.0;
+/// The error that a stride may add to q, p and w, in unit roundoffs of the largest entry of each. A
+/// choice: about the rounding error of the evaluation itself.
+pub(super) const ALLOWED_ROUNDINGS: f64 = 16.0;
 
 /// How far the polynomial of a stride solves the equations.
 pub trait Defect<V: Vector, const M: usize>: Sync {
-    /// The share of the stride τ (of either sign), from its beginning, over which the defect adds no
-    /// more than a few roundings to the error; 0 where that cannot be said of any.
+    /// The share of the stride τ, which may be negative, from its beginning, over which the defect
+    /// is known to add no more than a few roundings to the error; 0 if it is not known for any.
     fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64;
 
-    /// What may be missed within a stride of this length: features that are passed in less time.
+    /// The longest time of a feature that may be missed within a stride of this length.
     fn unseen(&self, stride: f64) -> f64;
 }
 
-/// Enclosures of f along the polynomial, over parts of the stride as short as needed: nothing is missed,
-/// however narrow.
+/// Enclosures of f along the polynomial, over parts of the stride as short as needed. No feature is
+/// missed, however narrow.
 ///
-/// With z known as a polynomial its coefficients over a range of σ are intervals, and f of that
+/// The coefficients of the polynomial z about the points of a range of σ are intervals. f of this
 /// [`Series`] of [`Interval`]s encloses coefficient M - 1 (R. E. Moore, *Interval Analysis*, 1966).
 pub struct Enclosed<S, const M: usize> {
     /// The system, its scalar a series of intervals.
@@ -37,13 +40,15 @@ pub struct Enclosed<S, const M: usize> {
     binomials: [[f64; M]; M],
 }
 
-/// Enclosures of one stride. A stride whose first part is shorter than 2^-40 of it is not solved.
-const ENCLOSURES: u32 = 48;
-/// Parts this short, beside what is done, are left to the next stride.
-const SHORT: f64 = 0.125;
+/// The largest number of enclosures in one stride. A choice: a stride whose first part is shorter
+/// than about 2⁻⁴⁰ of it is not solved.
+const MOST_ENCLOSURES: u32 = 48;
+/// The shortest part, as a share of the solved parts before it; shorter ones are left to the next
+/// stride.
+const SHORTEST_PART: f64 = 0.125;
 
 impl<S, const M: usize> Enclosed<S, M> {
-    /// Of a system whose scalar is a series of intervals.
+    /// The enclosures for a system whose scalar is a series of intervals.
     pub fn new(system: S) -> Self {
         let mut binomials = [[0.0; M]; M];
         for n in 0..M {
@@ -68,7 +73,8 @@ impl<S, const M: usize> Enclosed<S, M> {
         shifted
     }
 
-    /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are none.
+    /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are
+    /// none.
     fn bounds<V>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; 3]
     where
         V: Vector<Scalar = Series<Interval, M>>,
@@ -77,7 +83,7 @@ impl<S, const M: usize> Enclosed<S, M> {
         let range = Interval::new(from, to);
         let mut powers = [Interval::one(); M];
         for k in 1..M {
-            // The points are not negative: powers of the bounds are the bounds.
+            // The points are ≥ 0, so that powers of the bounds are bounds.
             powers[k] = if from == 0.0 && to == 1.0 { range } else { powers[k - 1] * range };
         }
         let shift = |part: &V| V::filled(part.as_slice(), |x| self.shifted(&x, &powers));
@@ -96,7 +102,7 @@ impl<S, const M: usize> Enclosed<S, M> {
     }
 }
 
-/// An interval that contains a number of any precision.
+/// An interval that contains the number.
 pub fn enclosing<T: Scalar>(c: T) -> Interval {
     let near = c.to_f64();
     if T::from_f64(near) == c {
@@ -123,14 +129,14 @@ where
         let [q, p, w] = [&expansion.series.q, &expansion.series.p, &expansion.series.w].map(part);
         let scaled = State { q, p, w, t: Series::zero() };
         let (mut done, mut width, mut largest) = (0.0, 1.0, [0.0_f64; 3]);
-        for _ in 0..ENCLOSURES {
+        for _ in 0..MOST_ENCLOSURES {
             let to: f64 = f64::min(done + width, 1.0);
             let found = self.bounds(&scaled, [done, to]);
             let most: [f64; 3] = std::array::from_fn(|i| largest[i].max(found[i]));
             let share = tau.abs() / M as f64 * to.powi(M as i32);
             let scales = expansion.scales(tau.abs() * to);
             let small = |(&most, scale): (&f64, f64)| {
-                share * most <= ALLOWED * <V::Scalar as Scalar>::EPSILON * scale
+                share * most <= ALLOWED_ROUNDINGS * <V::Scalar as Scalar>::EPSILON * scale
             };
             if most.iter().zip(scales).all(small) {
                 (done, largest) = (to, most);
@@ -139,7 +145,7 @@ where
                 }
             } else {
                 width /= 2.0;
-                if width < SHORT * done {
+                if width < SHORTEST_PART * done {
                     break;
                 }
             }
@@ -152,15 +158,16 @@ where
     }
 }
 
-/// Samples of the defect, for a system that cannot be evaluated in intervals. What is passed in less
-/// than a [`SAMPLES`]th of a stride may be missed.
+/// Samples of the defect, for systems that cannot be evaluated in intervals. Features that are
+/// passed in less than a [`SAMPLES`]th of a stride may be missed.
 pub struct Sampled<'a, S: ?Sized>(pub &'a S);
 
-/// Points of a stride at which the defect is looked at.
+/// The number of equally spaced samples in a stride.
 pub const SAMPLES: usize = 48;
 
-/// Strides are cut so often where already the first sample is not solved, to an eighth each time.
-const CUTS: i32 = 12;
+/// The largest number of cuts of a stride, to an eighth each time, while its first sample is not
+/// solved: 8⁻¹² is 1e-11 of the stride.
+const MOST_CUTS: i32 = 12;
 
 impl<V, S, const M: usize> Defect<V, M> for Sampled<'_, S>
 where
@@ -168,7 +175,7 @@ where
     S: System<Series<V::Scalar, M>> + ?Sized,
 {
     fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64 {
-        for cut in 0..CUTS {
+        for cut in 0..MOST_CUTS {
             let part = 0.125_f64.powi(cut);
             let solved = (1..=SAMPLES).take_while(|&i| self.is_small(expansion, tau * part, i)).count();
             if solved > 0 {
@@ -184,8 +191,8 @@ where
 }
 
 impl<S: ?Sized> Sampled<'_, S> {
-    /// Does the defect at sample `i` of a stride τ, were it as large all along, add no more to the error
-    /// than a stride may?
+    /// Whether a defect that is everywhere as large as at sample `i` of the stride τ adds no more
+    /// to the error than a stride may.
     fn is_small<V, const M: usize>(&self, expansion: &Expansion<V, M>, tau: f64, i: usize) -> bool
     where
         V: Vector,
@@ -210,8 +217,10 @@ impl<S: ?Sized> Sampled<'_, S> {
             }
         }
         let scales = expansion.scales(tau.abs());
-        // What f itself is rounded by counts as well: its terms may cancel.
-        let small = |(off, scale): (f64, f64)| off <= 4.0 * ALLOWED * <V::Scalar as Scalar>::EPSILON * scale;
+        // The factor 4 allows for the rounding error of f, whose terms may cancel.
+        let small = |(off, scale): (f64, f64)| {
+            off <= 4.0 * ALLOWED_ROUNDINGS * <V::Scalar as Scalar>::EPSILON * scale
+        };
         off.into_iter().zip(scales).all(small)
     }
 }

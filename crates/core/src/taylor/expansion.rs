@@ -1,13 +1,14 @@
-//! One expansion of the flow.
+//! A Taylor expansion of the flow in time.
 
 use super::kink::first_zero;
 use super::reach::{reach, sizes};
-use crate::{Scalar, Series, State, System, Vector};
+use crate::numbers::{Scalar, Series, Vector};
+use crate::system::{State, System};
 
-/// Fills in the Taylor coefficients in time of q, p and w from their constant terms.
+/// Computes the Taylor coefficients in time of q, p and w from their constant terms.
 ///
-/// Picard's iteration `z ← z_0 + ∫ f(z)` makes one more coefficient right each time; those that are not
-/// yet are left out of the next, which costs less for it.
+/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one correct coefficient. The others are
+/// truncated, which makes the next iteration cheaper.
 pub fn expand<V, T, S, const N: usize>(system: &S, state: &mut State<V>)
 where
     T: Scalar,
@@ -37,9 +38,9 @@ pub struct Expansion<V: Vector, const M: usize> {
     pub(super) series: State<V::Of<Series<V::Scalar, M>>>,
     /// The largest coefficients of q, of p and of w.
     pub(super) sizes: [[f64; M]; 3],
-    /// The terms left out are estimated to be below a rounding for |τ| up to this: of q, of p, and of w,
-    /// which is quadratic in them and whose series falls more slowly. The coefficients do not show what
-    /// is narrower than the way to it; the [defect](super::Defect) does.
+    /// The estimate of the largest |τ| at which the terms left out of q, p and w are below a
+    /// rounding. The coefficients do not show features that are narrower than the distance to them;
+    /// the [defect](super::Defect) does.
     pub reach: f64,
 }
 
@@ -58,22 +59,22 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
         Self { reach: reaches.into_iter().fold(f64::INFINITY, f64::min), series, sizes }
     }
 
-    /// The state the time τ after the one expanded about.
+    /// The state at the time τ after the point of expansion.
     pub fn at(&self, tau: V::Scalar) -> State<V> {
         let Self { series, .. } = self;
         let at = |part: &V::Of<Series<V::Scalar, M>>| V::filled(part.as_slice(), |x| x.at(tau));
         State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
     }
 
-    /// The largest terms of q, of p and of w at a time τ ≥ 0; of w no less than p v, the energy that
-    /// moves.
+    /// The largest terms of q, of p and of w at a time τ ≥ 0. That of w is at least p v, the scale
+    /// of the kinetic energy.
     pub(super) fn scales(&self, tau: f64) -> [f64; 3] {
         let largest = |sizes: &[f64]| sizes.iter().rev().fold(0.0, |most: f64, &size| size.max(most * tau));
         let [q, p, w] = self.sizes.each_ref().map(|sizes| largest(sizes));
         [q, p, w.max(p * largest(&self.sizes[0][1..]))]
     }
 
-    /// The limit, or the time to the first kink ([`System::kinks`]) there may be before it.
+    /// A time up to which there is no kink ([`System::kinks`]), at most |limit|.
     pub(super) fn clear<S>(&self, system: &S, limit: f64) -> f64
     where
         S: System<Series<V::Scalar, M>> + ?Sized,

@@ -1,16 +1,16 @@
-//! The time to the first kink on the way.
+//! A lower bound of the time to the first kink.
 
-use crate::{Scalar, Series};
+use crate::numbers::{Scalar, Series};
 
-/// A time up to which the series has no zero, infinite if it has none on the `way` from 0: the zero of
+/// A time up to which the series has no zero, infinite if it has none up to `way`: the zero of
 ///
 /// ```text
 /// |x_0| + s x_1 τ - Σ_{k≥2} max(0, -s x_k) τ^k ≤ s x(τ)        s = sign x_0
 /// ```
 ///
-/// which is concave in τ ≥ 0. Newton's method comes to it from above, and it comes to a simple zero of x
-/// quadratically where the expansion is made anew each time. A series that begins with 0, and is not 0,
-/// has a zero there.
+/// which is concave in τ ≥ 0. Newton's method approaches it from above. If the expansion is renewed
+/// each time, these zeros converge quadratically to a simple zero of x. A series that is not 0 but
+/// has a constant term of 0 has a zero at τ = 0.
 pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) -> f64 {
     let start = x.0[0].to_f64();
     let term = |k: usize| x.0[k].to_f64() * start.signum() * way.signum().powi(k as i32);
@@ -30,7 +30,7 @@ pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) 
         return f64::INFINITY;
     }
     while value < 0.0 {
-        // What is much smaller than τ is lost in the difference.
+        // A difference much smaller than τ is rounding.
         let next = (tau - value / slope).max(f64::EPSILON * tau);
         if next >= tau {
             break;
@@ -38,6 +38,6 @@ pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) 
         tau = next;
         [value, slope] = bound(tau);
     }
-    // A few roundings short of it.
+    // A few roundings before the zero.
     tau * (1.0 - 64.0 * f64::EPSILON)
 }

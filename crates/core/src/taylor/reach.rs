@@ -1,8 +1,8 @@
-//! How far a Taylor polynomial may be trusted, judged by all of its coefficients.
+//! The reach of a Taylor polynomial, estimated from all of its coefficients.
 
-use crate::{Scalar, Series};
+use crate::numbers::{Scalar, Series};
 
-/// The largest entries of each coefficient of series that belong together.
+/// The largest absolute value of each coefficient among several series.
 pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M] {
     std::array::from_fn(|k| {
         let entries = part.iter().map(|x| x.0[k].abs().to_f64());
@@ -10,15 +10,15 @@ pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M
     })
 }
 
-/// The time τ up to which the terms left out, from `a_M τ^M` on, are estimated to stay below the share
-/// `epsilon` of the largest term there is; 0 where a coefficient is not finite.
+/// An estimate of the time τ up to which the terms left out, from `a_M τ^M` on, are below the share
+/// `epsilon` of the largest term; 0 if a coefficient is not finite.
 ///
-/// The estimate takes the terms from a leading one, `a_i`, on for bounded by a geometric series, whose
-/// ratio is the largest root of the last coefficients, `max_k (a_k/a_i)^{1/(k-i)}`. The best leading
-/// term of the first half counts. Of the last coefficients those of the last quarter count, and where
-/// all of them vanish those of the last half, and then all: every fourth, eighth or twentieth power may
-/// be the only ones there are. It is infinite where none is left beyond the second: only the
-/// [defect](super::Defect) tells how far that polynomial is a solution.
+/// The terms after a leading one, `a_i`, are assumed to be bounded by a geometric series with the
+/// ratio `max_k (a_k/a_i)^{1/(k-i)}` over the last coefficients. The leading term of the first half
+/// that gives the longest time is used. The last coefficients are those of the last quarter; if
+/// they all vanish, those of the last half; then all, since a series may have every fourth, eighth
+/// or twentieth power only. The estimate is infinite if all coefficients beyond the second vanish:
+/// only the [defect](super::Defect) shows how far such a polynomial is a solution.
 pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
     if !sizes.iter().all(|size| size.is_finite()) {
         return 0.0;
@@ -32,7 +32,7 @@ pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
     };
     let leads = (0..(M / 2).min(from)).filter(|&i| sizes[i] > 0.0);
     let reach = leads.map(led_by).fold(0.0, f64::max);
-    // Nothing but later terms: the first of them leads.
+    // If there are only later terms, the first of them leads.
     if reach > 0.0 { reach } else { epsilon.powf(1.0 / M as f64) * sizes[from].powf(-1.0 / from as f64) }
 }
 

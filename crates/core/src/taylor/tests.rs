@@ -1,7 +1,9 @@
 //! Flows followed by series, beside what is known of them.
 
 use super::*;
-use crate::{InputError, Interval, Quad, Scalar, Series, State, System};
+use crate::error::InputError;
+use crate::numbers::{Interval, Quad, Scalar, Series};
+use crate::system::{State, System};
 
 /// H = Σ (p_j² + q_j²)/2 + q1⁴/4 + (q1 - q2)²/2, D_j = c (1 + q_j²) v_j
 struct Pair {
@@ -26,8 +28,8 @@ impl<T: Scalar> System<T> for Pair {
     }
 }
 
-/// What q and p, and what w are off by at the end of the reach, in roundings of the largest of each, beside 48 terms in
-/// 31 digits. Those are good to 1e-31 there.
+/// What q and p, and what w are off by at the end of the reach, in roundings of the largest of
+/// each, beside 48 terms in 31 digits. Those are good to 1e-31 there.
 fn off<T: Scalar>(system: &Pair, [q, p]: [[f64; 2]; 2], back: bool, value: impl Fn(T) -> Quad) -> [f64; 2] {
     fn start<T: Scalar>(q: [f64; 2], p: [f64; 2]) -> State<[T; 2]> {
         State { q: q.map(T::from_f64), p: p.map(T::from_f64), w: [T::zero(); 2], t: T::zero() }
@@ -195,7 +197,8 @@ fn by_steps(scene: Scene, q: f64, p: f64, end: f64, steps: u32) -> [f64; 3] {
     })
 }
 
-/// From (0, 1) only every n-th power of t occurs in q; from n = 24 on none is among the coefficients.
+/// From (0, 1) only every n-th power of t occurs in q; from n = 24 on none is among the
+/// coefficients.
 #[test]
 fn series_with_gaps_end_where_they_do() {
     for n in [4, 6, 10, 12, 20, 23, 24, 25, 30, 40] {

@@ -1,66 +1,70 @@
-//! Expansions strung together.
+//! Trajectories by successive expansions.
 
-use super::defect::ALLOWED;
+use super::defect::ALLOWED_ROUNDINGS;
 use super::{Defect, Expansion, Sampled};
-use crate::{InputError, Scalar, Series, State, System, Vector};
+use crate::error::InputError;
+use crate::numbers::{Scalar, Series, Vector};
+use crate::system::{State, System};
 
-/// How a flow is followed.
+/// The length of strides and the disturbances of a trajectory.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     /// The longest stride, as a share of the reach of its expansion.
     pub share: f64,
-    /// What is found is moved, by chance up or down, by so many roundings of the largest of q, of p and of
-    /// w, in every entry that is not at rest: at the end of each stride, and where it is shown.
+    /// The size of the disturbance of every entry that is not at rest, in unit roundoffs of the
+    /// largest entry of q, of p and of w, with a pseudo-random sign: at the end of each stride and
+    /// where a state is passed on.
     pub off: f64,
-    /// The most strides there may be.
+    /// The largest number of strides.
     pub strides: usize,
 }
 
 impl Pace {
-    /// As far as expansions reach, without disturbance.
+    /// The longest strides, without disturbance.
     pub const FULL: Self = Self { share: 1.0, off: 0.0, strides: usize::MAX };
 
-    /// Other strides than [`Pace::FULL`], disturbed at each by as much as one of those may err. How far
-    /// the two come apart is what these errors grow to.
-    pub const CHECK: Self = Self { share: 0.75, off: ALLOWED, strides: usize::MAX };
+    /// Shorter strides than [`Pace::FULL`], each disturbed by the error that one of those may have.
+    /// The distance of the two trajectories shows how these errors grow.
+    pub const CHECK: Self = Self { share: 0.75, off: ALLOWED_ROUNDINGS, strides: usize::MAX };
 
-    /// The same with a limit on the number of strides.
+    /// The pace with a limit on the number of strides.
     pub const fn within(self, strides: usize) -> Self {
         Self { strides, ..self }
     }
 }
 
-/// What was done to follow a flow.
+/// A summary of a computed trajectory.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Route {
-    /// Expansions made.
+    /// The number of expansions.
     pub strides: usize,
-    /// Features passed in less time than this may have been missed; 0 where the defect was enclosed.
+    /// The longest time of a feature that may have been missed; 0 if the defect was enclosed.
     pub unseen: f64,
-    /// It was asked to stop, and did before the end.
+    /// The computation was interrupted before the end.
     pub interrupted: bool,
 }
 
-/// Strides after which it is seen how many there will be.
-const FORESEEN: usize = 64;
+/// The number of strides after which the total is extrapolated. A choice.
+const STRIDES_BEFORE_FORECAST: usize = 64;
 
-/// Short strides one after the other that no kink takes, and how many of them make the leap over it
-/// twice as long.
-const SHORT: u32 = 128;
-const TWICE: u32 = 4;
+/// The largest number of successive shortest strides, and the number of them after which the stride
+/// across a kink is doubled. Choices: 128/4 doublings lengthen it by 2³².
+const MOST_SHORT_STRIDES: u32 = 128;
+const STRIDES_PER_DOUBLING: u32 = 4;
 
-/// Follows the flow from `start` and gives its states at the times `i h`, i = 0..=count, to `see`, by
-/// expansions with M terms.
+/// Computes the flow from `start` by expansions with M terms and passes its states at the times
+/// `i h`, i = 0..=count, to `see`.
 ///
-/// Between [`System::kinks`] the flow is analytic. Expansions end short of a kink, ever nearer, until a
-/// stride of some roundings of t leaps over it: what the field jumps by counts for no longer than that.
-/// An expansion is left where its `defect` is no longer small. `stop` is asked before each.
+/// The flow is analytic between [`System::kinks`]. Strides end just before a kink, closer each
+/// time, until one of a few roundings of t crosses it; a jump of the field has an effect for no
+/// longer than that. A stride ends where its `defect` is no longer small. `stop` is called before
+/// each.
 ///
 /// # Errors
-/// [`InputError::Length`] and [`InputError::NotFinite`] where `start` is no state of the system,
-/// [`InputError::SolutionEnds`] where the solution leaves the numbers: the reach of the expansions
-/// shrinks to nothing. So it does at a singularity such as √x at 0, and the time between kinks where the
-/// flow sticks to one. [`InputError::Budget`] where more strides are needed than `pace` allows.
+/// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.
+/// [`InputError::SolutionEnds`] if the strides shrink to 0: at a blow-up, at a singularity such as
+/// √x at 0, and where the flow stays on a kink. [`InputError::Budget`] if more strides are needed
+/// than `pace` allows.
 pub fn follow<S, V, const M: usize>(
     (system, defect): (&S, &dyn Defect<V, M>),
     start: &State<V>,
@@ -82,11 +86,11 @@ where
         let ahead = (end - origin).to_f64();
         let limit = (pace.share * expansion.reach).min(ahead.abs()).copysign(ahead);
         let clear = expansion.clear(system, limit);
-        let leaps = clear <= brief(origin.to_f64());
+        let leaps = clear <= shortest(origin.to_f64());
         if leaps { clear } else { clear * defect.solved(expansion, clear.copysign(ahead)) }
     };
     let mut expansion = Expansion::<V, M>::about(system, start);
-    // The time of the point expanded about, and how far it serves from there.
+    // The time of the point of expansion, and the length of the stride from there.
     let mut origin = V::Scalar::zero();
     let mut clear = trusted(&expansion, origin);
     let mut short = 0;
@@ -97,12 +101,15 @@ where
                 route.interrupted = true;
                 return Ok(route);
             }
-            let brief = brief(t.to_f64());
-            short = if clear > brief { 0 } else { short + 1 };
-            let leap = 4.0 * V::Scalar::EPSILON * t.to_f64().abs() * 2f64.powi((short / TWICE) as i32);
+            let shortest = shortest(t.to_f64());
+            short = if clear > shortest { 0 } else { short + 1 };
+            let leap = 4.0
+                * V::Scalar::EPSILON
+                * t.to_f64().abs()
+                * 2f64.powi((short / STRIDES_PER_DOUBLING) as i32);
             let stride = clear.max(leap).copysign(h.to_f64());
             let mut state = expansion.at(V::Scalar::from_f64(stride));
-            if state.check(dof).is_err() || expansion.reach <= brief || short > SHORT {
+            if state.check(dof).is_err() || expansion.reach <= shortest || short > MOST_SHORT_STRIDES {
                 return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
             if pace.off > 0.0 {
@@ -125,16 +132,19 @@ where
     Ok(route)
 }
 
-/// Strides no longer than this are those that end at a kink or a singularity.
-fn brief(t: f64) -> f64 {
-    1e-12 * t.abs()
+/// The longest stride that counts as one that ends at a kink or a singularity, as a share of t.
+const SHORTEST: f64 = 1e-12;
+
+/// The longest stride that counts as one that ends at a kink or a singularity.
+fn shortest(t: f64) -> f64 {
+    SHORTEST * t.abs()
 }
 
 impl Route {
-    /// Are there more strides than there may be, or will there be, by the share of the time done?
+    /// Checks the number of strides, and its extrapolation by the share of the time done.
     fn check(&self, limit: usize, share: f64) -> Result<(), InputError> {
         let will = self.strides as f64 / share;
-        let early = self.strides > FORESEEN.max(limit / 16) && will > 4.0 * limit as f64;
+        let early = self.strides > STRIDES_BEFORE_FORECAST.max(limit / 16) && will > 4.0 * limit as f64;
         if self.strides > limit || early {
             return Err(InputError::Budget { steps: will.max(self.strides as f64), limit: limit as f64 });
         }
@@ -142,7 +152,7 @@ impl Route {
     }
 }
 
-/// Signs by chance, the same in every run.
+/// Pseudo-random signs, the same in every run.
 struct Dice(u64);
 
 impl Dice {
@@ -152,7 +162,7 @@ impl Dice {
         if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// Moves what the expansion moves, by so many roundings of the largest at τ.
+    /// Disturbs the entries that are not at rest, by `off` unit roundoffs of the largest at τ.
     fn disturb<V: Vector, const M: usize>(
         &mut self,
         state: &mut State<V>,
@@ -173,9 +183,9 @@ impl Dice {
     }
 }
 
-/// The exact flow from `start` at the times `i h`, i = 0..=count, from expansions with M terms: a
-/// reference for systems without a closed solution. The defect is [`Sampled`]; [`follow`] tells how
-/// narrow a feature may be missed, and follows systems whose defect can be [enclosed](super::Enclosed).
+/// The flow from `start` at the times `i h`, i = 0..=count, by expansions with M terms: a reference
+/// for systems without a closed solution. The defect is [`Sampled`]. [`follow`] accepts an
+/// [enclosed](super::Enclosed) defect and reports how narrow a feature may have been missed.
 ///
 /// # Errors
 /// Those of [`follow`].

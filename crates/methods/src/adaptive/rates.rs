@@ -111,7 +111,7 @@ const ROUNDINGS: f64 = 8.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use afterbay_core::{Damping, System};
+    use afterbay_core::{DissipationForm, System};
     use faer::Mat;
 
     /// H = ½ (q·K q + 2 q·M p + p·W p) and D = E q + C p, of numbers given one after the other.
@@ -134,8 +134,8 @@ mod tests {
         fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
             d.fill(0.0);
         }
-        fn damping(&self) -> Damping {
-            Damping::GENERAL
+        fn dissipation_form(&self) -> DissipationForm {
+            DissipationForm::GENERAL
         }
     }
 

@@ -69,7 +69,7 @@ where
 {
     type Workspace = Workspace<V>;
 
-    const WORTH: f64 = 1.1;
+    const LEAST_GROWTH: f64 = 1.1;
 
     fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Workspace<V>, InputError> {
         Ok(Workspace(if tolerance.relative > COARSE {

@@ -111,7 +111,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             self.see_fastest(system);
             let error = self.error(n, scales)? / allowed;
             self.stiff.see_long(length);
-            return Ok(Attempt { error, order, reach: f64::INFINITY, effort });
+            return Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort });
         }
         let sweeps = self.sweeps(system, h, state, scales, allowed)?;
         let mut effort = Self::spent(sweeps);
@@ -129,7 +129,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let reach = (BEST / self.contraction).sqrt().min(PHASE / (length * self.fastest));
         let reach = reach.clamp(STRETCH[0], STRETCH[1]);
         self.stiff.see_short(length, reach <= 1.0, error < FAR);
-        Ok(Attempt { error, order, reach, effort })
+        Ok(Attempt { error, order, largest_growth: reach, effort })
     }
 
     /// The state the time h after `before`, which the step kept began with.

@@ -71,7 +71,7 @@ impl<V: Vector> Workspace<V> {
         Self {
             rules,
             ahead: continuation(),
-            dissipative: !system.damping().zero,
+            dissipative: !system.dissipation_form().zero,
             nodes: (0..panels).map(|_| Nodes::new(n)).collect(),
             slopes: Slopes::new(n),
             q_modes: modes(),

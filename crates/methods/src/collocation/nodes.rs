@@ -159,7 +159,7 @@ pub(super) fn forces<V, S>(
     V: Vector,
     S: System<V::Scalar> + ?Sized,
 {
-    let dissipative = !system.damping().zero;
+    let dissipative = !system.dissipation_form().zero;
     let Slopes { hq, hp, v, d } = slopes;
     to.fill(none());
     for (panel, nodes) in panels.iter().zip(nodes) {

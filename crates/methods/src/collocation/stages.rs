@@ -149,7 +149,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
             add(hq, d);
         }
         let moved_p = exchange(weights, hq, f);
-        let moved_w = if system.damping().zero {
+        let moved_w = if system.dissipation_form().zero {
             0.0
         } else {
             multiply(d, if system.unit_mass() { p } else { v }, n);
@@ -171,7 +171,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
             .place(&self.f, &mut self.p);
         self.place_q(gauss, h, state);
         let Self { q, p, v, loss, .. } = self;
-        if !system.damping().zero {
+        if !system.dissipation_form().zero {
             dissipation(system, q, p, v, loss);
             multiply(loss, v, state.dof());
         }

@@ -72,7 +72,7 @@ impl<V: Vector> Workspace<V> {
         let reals = || [vec![0.0; n], vec![0.0; n]];
         Ok(Self {
             jacobian: Jacobian::new(system, solver)?,
-            dissipative: !system.damping().zero,
+            dissipative: !system.dissipation_form().zero,
             dq: zeros(),
             dp: zeros(),
             q_mean: zeros(),

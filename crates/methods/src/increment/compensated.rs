@@ -27,7 +27,7 @@ use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
     Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State, StepFailure,
-    Vector, check,
+    Vector, validate,
 };
 
 /// The storage V with corrected numbers in it.
@@ -81,12 +81,12 @@ where
             let (quantity, found) = (Quantity::Coordinate, self.exact.dof());
             return Err(InputError::Length { quantity, expected: n, found });
         }
-        if self.exact.damping() != system.damping() {
+        if self.exact.dissipation_form() != system.dissipation_form() {
             let why = "the system in corrected numbers has another damping";
             return Err(InputError::Unsupported { method: "increment", why });
         }
-        check::masses(system)?;
-        check::masses(&self.exact)?;
+        validate::masses(system)?;
+        validate::masses(&self.exact)?;
         let order = ordering("increment", self.increment.order.as_ref(), n)?;
         let zeros = || V::Of::<Corrected<V::Scalar>>::zeros(n);
         let carried = State { q: zeros(), p: zeros(), w: zeros(), t: Corrected::zero() };
@@ -175,7 +175,7 @@ impl<P> Compensated<P> {
         S: Separable<V::Scalar> + ?Sized,
         P: Separable<Corrected<V::Scalar>>,
     {
-        let damping = system.damping();
+        let damping = system.dissipation_form();
         let dissipative = !damping.zero && !damping.coupled;
         let (q, p) = (state.q.as_mut_slice(), state.p.as_mut_slice());
         let State { q: exact_q, p: exact_p, w, .. } = carried;
@@ -218,7 +218,7 @@ fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
     let residual = (coordinate.p - v - pull.value).nearest();
     let inverse = (T::one() + pull.slope.rounded()).recip();
     let correction = residual * inverse;
-    let sizes = coordinate.p.nearest().abs() + pull.blur.rounded();
+    let sizes = coordinate.p.nearest().abs() + pull.value_rounding.rounded();
     let enters = sizes.mul_add(inverse.abs(), root.x.abs());
     let evaluations = root.evaluations + 1;
     if correction.abs().le(T::from_f64(CORRECTION) * enters).all() {

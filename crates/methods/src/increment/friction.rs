@@ -53,7 +53,7 @@ impl<V: Vector> Friction<V> {
     where
         S: Separable<V::Scalar> + ?Sized,
     {
-        let (damping, n) = (system.damping(), system.dof());
+        let (damping, n) = (system.dissipation_form(), system.dof());
         let refuse = |why| Err(InputError::Unsupported { method: "increment", why });
         if !damping.coupled {
             return Ok(None);
@@ -122,7 +122,7 @@ where
     let mut p = V::zeros(n);
     let mut entry = |i: usize, j: usize| {
         p.as_mut_slice()[j] = system.mass(j);
-        let drag = system.drag(q.as_slice(), p.as_slice(), i).value;
+        let drag = system.dissipation_of(q.as_slice(), p.as_slice(), i).value;
         p.as_mut_slice()[j] = V::Scalar::zero();
         drag.to_f64()
     };
@@ -168,7 +168,7 @@ where
     for k in 0..n {
         means[k] = one;
         for i in 0..n {
-            let entry = half * system.drag(q, means, i).value;
+            let entry = half * system.dissipation_of(q, means, i).value;
             matrix[i * n + k] = if i == k { one + entry } else { entry };
         }
         means[k] = zero;
@@ -189,7 +189,7 @@ where
     }
     for _ in 0..3 {
         for j in 0..n {
-            left[j] = p[j] - means[j] - half * system.drag(q, means, j).value;
+            left[j] = p[j] - means[j] - half * system.dissipation_of(q, means, j).value;
         }
         for j in 1..n {
             left[j] = (0..j).fold(left[j], |x, k| (-matrix[j * n + k]).mul_add(left[k], x));
@@ -202,7 +202,7 @@ where
     }
     let two = one + one;
     for j in 0..n {
-        let force = system.drag(q, means, j).value;
+        let force = system.dissipation_of(q, means, j).value;
         w[j] = (h / system.mass(j) * force).mul_add(means[j], w[j]);
         p[j] = two.mul_add(means[j], -p[j]);
     }
@@ -228,7 +228,7 @@ where
     means.fill(zero);
     for j in order {
         // With P_j = 0 this is what the others exert; D is linear.
-        let drag = system.drag(q, means, j);
+        let drag = system.dissipation_of(q, means, j);
         let slope = half.mul_add(drag.by_p, V::Scalar::one());
         if !zero.lt(slope).all() {
             return Err(StepFailure::Singular { dof: j, slope: slope.to_f64() });

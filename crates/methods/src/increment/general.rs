@@ -61,7 +61,7 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         const METHOD: &str = "general increment";
-        if system.damping().coupled {
+        if system.dissipation_form().coupled {
             let why = "D couples the velocities: take gonzalez";
             return Err(InputError::Unsupported { method: METHOD, why });
         }
@@ -138,7 +138,7 @@ where
     V: Vector,
     S: PhasePlane<V::Scalar> + ?Sized,
 {
-    let dissipative = !system.damping().zero;
+    let dissipative = !system.dissipation_form().zero;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     let largest = |part: &[V::Scalar]| {
         part.iter().fold(V::Scalar::zero(), |most, x| V::Scalar::select(most.lt(x.abs()), x.abs(), most))

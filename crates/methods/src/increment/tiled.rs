@@ -13,7 +13,7 @@ use super::tile::{TILE, Tile};
 use super::{Composition, advance};
 use afterbay_core::solver::{Equation, Newton, Root, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, check, f64x8,
+    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, f64x8, validate,
 };
 use bytemuck::{bytes_of, pod_read_unaligned};
 use rayon::prelude::*;
@@ -55,7 +55,7 @@ impl Tiled {
             ref coupling if !coupling.two_coloured(system.dof()) => {
                 "a ring of two colours has an even number of members"
             }
-            _ if system.damping().coupled => "friction that couples momenta acts on one at a time",
+            _ if system.dissipation_form().coupled => "friction that couples momenta acts on one at a time",
             _ => return Ok(()),
         };
         Err(InputError::Unsupported { method: "increment", why })
@@ -77,7 +77,7 @@ where
     type Workspace = Workspace;
 
     fn workspace(&self, system: &S) -> Result<Workspace, InputError> {
-        check::masses(system)?;
+        validate::masses(system)?;
         Self::fits(system)?;
         let n = system.dof();
         // A lane takes the mass of one for that of all: the ∂H/∂p of another would cost K.
@@ -144,7 +144,7 @@ impl Tiled {
     ) -> Result<Effort, StepFailure> {
         let Workspace { new, tiles, .. } = workspace;
         let n = state.q.len();
-        let dissipative = !system.damping().zero;
+        let dissipative = !system.dissipation_form().zero;
         let steps = Steps { system, lanes: system.lanes(), h, count, dissipative, old: state };
         let share = n.div_ceil(TILE).div_ceil(tiles.len()) * TILE;
         let part = |(first, (tile, new)): (usize, (&mut Tile, [&mut [f64]; 3]))| {

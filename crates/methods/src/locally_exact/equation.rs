@@ -39,7 +39,7 @@ impl<V: Vector> Workspace<V> {
         let n = system.dof();
         let (zeros, pair) = (|| V::zeros(n), || [V::zeros(n), V::zeros(n)]);
         Self {
-            dissipative: !system.damping().zero,
+            dissipative: !system.dissipation_form().zero,
             linear: system.is_linear(),
             resolved: None,
             slopes: Slopes::new(system),

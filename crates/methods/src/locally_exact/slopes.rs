@@ -12,7 +12,7 @@
 //! The last has R v = D and x·R x = ρ |x|², which is not negative where D·v is not: of a secant by
 //! columns neither is so.
 
-use afterbay_core::{Block, Coupling, Curvature, Damping, Passive, Scalar, System, Vector};
+use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
 
 /// Roundings by which friction that is linear in the velocities may miss R v.
 const ROUNDINGS: f64 = 64.0;
@@ -34,7 +34,7 @@ pub(super) struct Slopes<V: Vector> {
     by_q: Vec<(usize, usize, V::Scalar)>,
     linear: bool,
     kind: Kind,
-    damping: Damping,
+    damping: DissipationForm,
     diagonal: V,
     /// Columns of R: the rows `reach` above and below the diagonal
     columns: Vec<V::Scalar>,
@@ -47,7 +47,7 @@ pub(super) struct Slopes<V: Vector> {
 impl<V: Vector> Slopes<V> {
     pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S) -> Self {
         let n = system.dof();
-        let damping = system.damping();
+        let damping = system.dissipation_form();
         let (mut counts, origin) = ([0, 0], vec![V::Scalar::zero(); n]);
         system.curvature(&origin, &origin, |block, _, _, _| match block {
             Block::Dq => counts[1] += 1,

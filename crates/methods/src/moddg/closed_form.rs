@@ -43,7 +43,7 @@ where
         let one = V::Scalar::one();
         let [q0, p0, w0] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
         let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q0, p0)?;
-        let (k, b) = (system.stiffness(0, 0), system.friction(0));
+        let (k, b) = (system.stiffness(0, 0), system.dissipation_rate(0));
 
         let friction = (delta_q * k).half() + b;
         let sigma = delta_p.half().mul_add(friction, one);
@@ -67,7 +67,7 @@ where
             q1 = V::Scalar::select(regular, q1, delta_q.mul_add(v, q0));
             p1 = V::Scalar::select(regular, p1, (one + one).mul_add(v, -p0));
         }
-        let w1 = (!system.damping().zero).then(|| (delta_w * b * v).mul_add(v, w0));
+        let w1 = (!system.dissipation_form().zero).then(|| (delta_w * b * v).mul_add(v, w0));
         let singular = |failure| match sigma == V::Scalar::zero() {
             true => StepFailure::Singular { dof: 0, slope: 0.0 },
             false => failure,

@@ -39,7 +39,7 @@ where
     ) -> Result<Effort, StepFailure> {
         let [q, p, w] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
         let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q, p)?;
-        let dissipative = !system.damping().zero;
+        let dissipative = !system.dissipation_form().zero;
         let mass = system.mass(0);
         let coordinate = Coordinate {
             dof: 0,
@@ -50,7 +50,7 @@ where
             dissipative,
         };
         let moved = coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
-        if !system.has_exact_edges() {
+        if !system.has_exact_divided_differences() {
             balanced(system, [q, moved.q], [p, moved.p], w)?;
         }
         commit(state, moved.q, moved.p, dissipative.then(|| w + moved.dw))?;
@@ -65,7 +65,7 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     [p0, p1]: [T; 2],
     w: T,
 ) -> Result<(), StepFailure> {
-    let rise = system.edge(&[q0], 0, q1).value * (q1 - q0);
+    let rise = system.divided_difference(&[q0], 0, q1).value * (q1 - q0);
     let account = |q: T, p: T| {
         let energy = system.energy(&[q], &[T::zero()]);
         Account { energy, size: energy.abs() + p * p / system.mass(0) + w.abs() }

@@ -84,7 +84,7 @@ impl Equation {
     pub fn denominator<T: Scalar, S: Separable<T> + ?Sized>(self, system: &S, q: T, p: T) -> T {
         match self {
             Self::Q => p / system.mass(0),
-            Self::P => system.partial(&[q], 0, q) + system.drag(&[q], &[p], 0).value,
+            Self::P => system.partial(&[q], 0, q) + system.dissipation_of(&[q], &[p], 0).value,
         }
     }
 

@@ -1,15 +1,15 @@
 //! A method bound to a system, for whoever knows neither: studies are written once for every method, system and N.
 
 use afterbay_core::{
-    Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State, StepFailure,
-    System, Vector, View, integrate_in,
+    Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State, StateRef,
+    StepFailure, System, Vector, integrate_in,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 /// What is shown of a run: the number of steps done and the state. `Break` ends the run.
-pub type Show<'a, T> = &'a mut dyn FnMut(u64, View<'_, T>) -> ControlFlow<()>;
+pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
 /// A method bound to a system, their types and the storage of its steps forgotten.
 pub struct Run<T: Scalar>(Box<dyn Erased<T>>);
@@ -61,7 +61,7 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 
     pub(super) fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
-        let View { q, p, w, t } = state.view();
+        let StateRef { q, p, w, t } = state.state_ref();
         for (to, from) in [(self.q, q), (self.p, p), (self.w, w)] {
             to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
         }
@@ -132,7 +132,7 @@ where
         show: Show<'_, V::Scalar>,
     ) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
-        let look = |step: u64, state: &State<V>| show(step, state.view());
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let mut observer = Every::new(stride, look);
         let outcome = self.within(|workspace| {
             integrate_in(&self.method, &self.system, grid, &mut state, workspace, &mut observer)

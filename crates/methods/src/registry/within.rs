@@ -138,7 +138,7 @@ where
         show: Show<'_, f64>,
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
-        let mut look = |step: u64, state: &State<V>| show(step, state.view());
+        let mut look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let outcome = integrate_within(&self.method, &self.system, tolerance, end, &mut state, &mut look);
         place.put(&state);
         outcome
@@ -152,7 +152,7 @@ where
         show: Show<'_, f64>,
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
-        let mut look = |n: u64, state: &State<V>| show(n, state.view());
+        let mut look = |n: u64, state: &State<V>| show(n, state.state_ref());
         let outcome = sample_within(&self.method, &self.system, tolerance, times, &mut state, &mut look);
         place.put(&state);
         outcome

@@ -40,7 +40,7 @@ impl<V: Vector> Stages<V> {
             p: zeros(),
             d: zeros(),
             zero: zeros(),
-            dissipative: !system.damping().zero,
+            dissipative: !system.dissipation_form().zero,
         }
     }
 

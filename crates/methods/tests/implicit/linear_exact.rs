@@ -66,7 +66,11 @@ fn k_is_kept_over_any_step() {
                 let size = before.total(&web) + state.w.iter().map(|w| w.abs()).sum::<f64>();
                 let off = (state.total(&web) - before.total(&web)).abs() / (f64::EPSILON * size);
                 assert!(off < 16.0, "N = {n}, c = {c}, g = {g}, h = {h}: K is off by {off} roundings");
-                assert_eq!(falls(web.damping().passive, &before.w, &state.w), 0, "N = {n}, {c}, {g}, {h}");
+                assert_eq!(
+                    falls(web.dissipation_form().passive, &before.w, &state.w),
+                    0,
+                    "N = {n}, {c}, {g}, {h}"
+                );
                 assert!(Curvature::<f64>::is_linear(&web));
             }
         }

@@ -2,7 +2,7 @@
 //! solution.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
-use afterbay_core::{Block, Curvature, Damping, Method, State, StepFailure, System};
+use afterbay_core::{Block, Curvature, DissipationForm, Method, State, StepFailure, System};
 use afterbay_methods::{Collocation, Gonzalez};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain};
 
@@ -25,7 +25,7 @@ fn solved<S: Curvature<f64>>(
         }
         let roundings = drift(system, h, &before, &state);
         assert!(roundings < 16.0, "{name}, s = {stages}, h = {h}: K is off by {roundings} roundings");
-        let fell = falls(system.damping().passive, &before.w, &state.w);
+        let fell = falls(system.dissipation_form().passive, &before.w, &state.w);
         assert_eq!(fell, 0, "{name}, s = {stages}, h = {h}: reservoirs fell");
     }
 }
@@ -137,8 +137,8 @@ impl System<f64> for Crowd {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 
@@ -187,8 +187,8 @@ fn failures_name_their_degree_of_freedom() {
         fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
             d.copy_from_slice(v);
         }
-        fn damping(&self) -> Damping {
-            Damping::LINEAR
+        fn dissipation_form(&self) -> DissipationForm {
+            DissipationForm::LINEAR
         }
     }
     impl Curvature<f64> for Cliff {

@@ -4,11 +4,12 @@
 use super::scenes::{Rubs, Web, drift, falls, wave};
 use afterbay_core::{Curvature, Method, Passive, State};
 use afterbay_methods::{LinearExact, LocallyExact};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 
 fn custom(potential: &str, friction: &[&str]) -> Custom<f64> {
-    let friction = Friction::Forces(friction.iter().map(ToString::to_string).collect());
-    Custom::new(&Description { potential: potential.into(), friction, ..Description::default() }).unwrap()
+    let friction = DissipationText::Forces(friction.iter().map(ToString::to_string).collect());
+    Custom::new(&Description { potential: potential.into(), dissipation: friction, ..Description::default() })
+        .unwrap()
 }
 
 /// Steps of locally-exact: none takes energy back where the system may not, and K is kept.
@@ -22,7 +23,7 @@ fn only_fills<S: Curvature<f64>>(
 ) -> u32 {
     let mut state = State::new(q, p).unwrap();
     let mut workspace = LocallyExact.workspace(system).unwrap();
-    let passive = system.damping().passive;
+    let passive = system.dissipation_form().passive;
     assert!(passive != Passive::No, "{name} owes nothing");
     for step in 0..steps {
         let before = state.clone();

@@ -1,6 +1,8 @@
 //! The systems: everyone acting on everyone, with friction of every kind, and a chain of Toda's.
 
-use afterbay_core::{Block, Coupling, Curvature, Damping, Drag, Passive, Separable, State, System};
+use afterbay_core::{
+    Block, Coupling, Curvature, Dissipation, DissipationForm, Passive, Separable, State, System,
+};
 
 /// What D is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,10 +81,10 @@ impl System<f64> for Web {
             }
         }
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = if self.g == 0.0 { Passive::Each } else { Passive::InSum };
         let coupled = self.g != 0.0 || self.rubs != Rubs::Linearly;
-        Damping { zero: false, passive, linear: self.rubs == Rubs::Linearly, coupled }
+        DissipationForm { zero: false, passive, linear: self.rubs == Rubs::Linearly, coupled }
     }
     fn unit_mass(&self) -> bool {
         true
@@ -94,11 +96,11 @@ impl Separable<f64> for Web {
         let row = self.row(&self.spring, j);
         row[j].mul_add(at - q[j], dot(row, q)) + self.beta * at.powi(3)
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let mut d = vec![0.0; self.n];
         self.dissipation(q, p, p, &mut d);
         let speed = if self.rubs == Rubs::Linearly { 1.0 } else { dot(p, p).sqrt() };
-        Drag { value: d[j], by_q: 0.0, by_p: self.coefficient(j) * speed }
+        Dissipation { value: d[j], by_q: 0.0, by_p: self.coefficient(j) * speed }
     }
 }
 
@@ -159,8 +161,8 @@ impl System<f64> for Toda {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d.iter_mut().zip(v).for_each(|(d, v)| *d = self.c * v);
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain
@@ -191,8 +193,8 @@ impl Separable<f64> for Toda {
         let right = q.get(j + 1).copied().unwrap_or(0.0);
         (at - left).exp_m1() - (right - at).exp_m1()
     }
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[j], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[j], by_q: 0.0, by_p: self.c }
     }
 }
 

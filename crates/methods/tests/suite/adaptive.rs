@@ -1,8 +1,8 @@
 //! Methods that choose their steps: K and passivity at every step, what their flags say, refusals and failures.
 
 use afterbay_core::{
-    Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, State, StepFailure, System,
-    Tolerance, View,
+    Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StateRef,
+    StepFailure, System, Tolerance,
 };
 use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, adaptive};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use std::ops::ControlFlow;
 
 /// |ΔK| of a step in unit roundoffs of what K is made of: H, w, and what a rounding of z makes of H.
-fn drift<S: System<f64>>(system: &S, before: View<'_, f64>, after: View<'_, f64>) -> f64 {
+fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<'_, f64>) -> f64 {
     let mut scale = 0.0;
     for state in [before, after] {
         let n = state.q.len();
@@ -43,11 +43,11 @@ where
     S: Curvature<f64> + Clone + 'static,
 {
     let (mut state, mut last) = (start.clone(), start.clone());
-    let passive = system.damping().passive;
+    let passive = system.dissipation_form().passive;
     let (mut worst, mut taken) = (0.0_f64, false);
     let statistics =
         adaptive(row, system.clone()).unwrap().run(tolerance, end, &mut state, &mut |_, state| {
-            worst = worst.max(drift(system, last.view(), state));
+            worst = worst.max(drift(system, last.state_ref(), state));
             taken |= passive.violated(&last.w, state.w);
             last = State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
             ControlFlow::Continue(())
@@ -132,8 +132,8 @@ impl System<f64> for Gate {
     fn dissipation(&self, q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = if (q[0] - self.at).abs() < 0.02 { 1e-3 * v[0] } else { 0.0 };
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
     }
 }
 
@@ -209,7 +209,7 @@ fn what_cannot_be_done_is_refused() {
             assert!(matches!(refused, IntegrateError::Input(InputError::End { .. })), "{end}");
         }
         let descending = [1.0, 0.5];
-        let look = &mut |_: u64, _: View<'_, f64>| ControlFlow::Continue(());
+        let look = &mut |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
         let refused = within.sample(&Tolerance::all(1e-6), &descending, &mut state, look);
         assert!(matches!(refused, Err(IntegrateError::Input(InputError::End { .. }))));
         assert_eq!(state, start);
@@ -236,8 +236,8 @@ impl System<f64> for Cliff {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = 0.1 * v[0];
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Energy-preserving collocation: symmetry, K, passivity, stiff scenes, failures.
 
 use afterbay_core::{
-    Block, Curvature, Damping, ExactFlow, Grid, Method, Passive, Series, State, StepFailure, System,
+    Block, Curvature, DissipationForm, ExactFlow, Grid, Method, Passive, Series, State, StepFailure, System,
     integrate,
 };
 use afterbay_methods::Collocation;
@@ -28,7 +28,7 @@ fn checked<S: Curvature<f64>>(
 ) -> Result<(), TestCaseError> {
     let (method, mut state) = (Collocation::new(stages), State::new(q, p).unwrap());
     let mut workspace = method.workspace(system).unwrap();
-    let passive = system.damping().passive;
+    let passive = system.dissipation_form().passive;
     for _ in 0..3 {
         let before = state.clone();
         if let Err(failure) = method.step(system, h, &mut state, &mut workspace) {
@@ -250,8 +250,8 @@ impl System<f64> for Cliff {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = 0.1 * v[0];
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
 }
 
@@ -303,8 +303,8 @@ fn nodes_are_added_where_k_needs_them() {
         fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
             d.fill(0.0);
         }
-        fn damping(&self) -> Damping {
-            Damping::NONE
+        fn dissipation_form(&self) -> DissipationForm {
+            DissipationForm::NONE
         }
     }
     impl Curvature<f64> for Steep {

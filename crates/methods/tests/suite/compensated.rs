@@ -2,8 +2,8 @@
 
 use crate::rubbed;
 use afterbay_core::{
-    Corrected, Damping, Drag, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable,
-    State, StepFailure, System, Vector, f64x8, integrate,
+    Corrected, Dissipation, DissipationForm, Grid, InputError, IntegrateError, Method, Quad, Quantity,
+    Scalar, Separable, State, StepFailure, System, Vector, f64x8, integrate,
 };
 use afterbay_methods::{Compensated, Composition, Increment};
 use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
@@ -201,8 +201,8 @@ impl System<f64> for Torn {
     fn dissipation(&self, q: &[f64], p: &[f64], v: &[f64], d: &mut [f64]) {
         self.chain.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        self.chain.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.chain.dissipation_form()
     }
 }
 
@@ -210,8 +210,8 @@ impl Separable<f64> for Torn {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         if j == self.at { f64::NAN } else { self.chain.partial(q, j, at) }
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        self.chain.drag(q, p, j)
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        self.chain.dissipation_of(q, p, j)
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Damping, Drag, Grid, InputError, Method, Passive, Scalar, Separable, State, StepFailure, System,
-    integrate,
+    Dissipation, DissipationForm, Grid, InputError, Method, Passive, Scalar, Separable, State, StepFailure,
+    System, integrate,
 };
 use afterbay_methods::{Composition, Increment, Leapfrog, Rk4};
 use allocation_counter::measure;
@@ -19,10 +19,11 @@ struct Chain {
     friction: Vec<Vec<f64>>,
     /// s
     swell: f64,
-    damping: Damping,
+    damping: DissipationForm,
 }
 
-const PASSIVE: Damping = Damping { zero: false, passive: Passive::InSum, linear: true, coupled: true };
+const PASSIVE: DissipationForm =
+    DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true };
 
 impl Chain {
     fn new(masses: Vec<f64>, shape: &[Vec<f64>], swell: f64) -> Self {
@@ -81,7 +82,7 @@ impl<T: Scalar> System<T> for Chain {
             *d = (0..q.len()).fold(T::zero(), |sum, j| self.resistance(q, i, j).mul_add(v[j], sum));
         }
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         self.damping
     }
 }
@@ -96,10 +97,10 @@ impl<T: Scalar> Separable<T> for Chain {
         let right = q.get(j + 1).map_or(T::zero(), |&next| pull(at - next));
         at + left + right
     }
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let of = |k: usize| self.resistance(q, j, k) / T::from_f64(self.masses[k]);
         let value = (0..q.len()).fold(T::zero(), |sum, k| of(k).mul_add(p[k], sum));
-        Drag { value, by_q: T::zero(), by_p: of(j) }
+        Dissipation { value, by_q: T::zero(), by_p: of(j) }
     }
 }
 
@@ -246,7 +247,7 @@ fn a_reservoir_alone_may_be_drained() {
 
 #[test]
 fn what_is_coupled_and_not_linear_is_refused() {
-    let chain = Chain { damping: Damping { linear: false, ..PASSIVE }, ..four(0.0) };
+    let chain = Chain { damping: DissipationForm { linear: false, ..PASSIVE }, ..four(0.0) };
     for composition in [Composition::sweep(), Composition::pair(), Composition::kahan_li8()] {
         match Method::<[f64; N], Chain>::workspace(&Increment::new(composition), &chain) {
             Err(error @ InputError::Unsupported { method: "increment", .. }) => {
@@ -281,7 +282,7 @@ fn leapfrog_refuses_coupled_friction() {
         }
         other => panic!("{other:?}"),
     }
-    let uncoupled = Chain { damping: Damping { coupled: false, ..PASSIVE }, ..four(0.0) };
+    let uncoupled = Chain { damping: DissipationForm { coupled: false, ..PASSIVE }, ..four(0.0) };
     assert!(Method::<[f64; N], Chain>::workspace(&Leapfrog, &uncoupled).is_ok());
 }
 

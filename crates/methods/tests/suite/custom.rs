@@ -2,12 +2,13 @@
 
 use afterbay_core::{Curvature, Grid, Method, Quad, Scalar, Separable, State, integrate};
 use afterbay_methods::{Composition, Gonzalez, Increment, Leapfrog, ModDg, Rk4};
-use afterbay_systems::{Custom, Description, Duffing, FputChain, Friction, VanDerPolRing};
+use afterbay_systems::{Custom, Description, DissipationText, Duffing, FputChain, VanDerPolRing};
 
 fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let (potential, friction) = (potential.to_owned(), Friction::Forces(forces));
-    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+    let (potential, friction) = (potential.to_owned(), DissipationText::Forces(forces));
+    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
+        .unwrap()
 }
 
 /// The end of a run of 200 steps, and how far K moved.
@@ -82,7 +83,7 @@ fn what_is_not_polynomial_keeps_k_too() {
     let text = |x: &str| x.to_owned();
     let description = Description {
         potential: text("-2*g*cos(q1) - g*cos(q2) + abs(q2)^3/9 + sqrt(1 + (q2 - q1)^2) + q1^4/(1 + q2^2)"),
-        friction: Friction::Matrix(vec![vec![text("c"), text("-c")], vec![text("-c"), text("c")]]),
+        dissipation: DissipationText::Matrix(vec![vec![text("c"), text("-c")], vec![text("-c"), text("c")]]),
         masses: vec![text("2"), text("1")],
         parameters: vec![(text("g"), 1.5), (text("c"), 0.1)],
     };

@@ -1,11 +1,11 @@
 //! K at any step: exact edges, edges that quadrature resolves, and what is refused by name.
 
 use afterbay_core::{
-    Drag, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State, StepFailure, System,
-    integrate,
+    Dissipation, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State, StepFailure,
+    System, integrate,
 };
 use afterbay_methods::{Composition, Increment, ModDg};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 use proptest::prelude::*;
 
 /// The pendulum of the README (g = 1) and of the guide (g = 9.81), known by its force alone.
@@ -33,9 +33,9 @@ impl Separable<f64> for Pendulum {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         self.g * at.sin()
     }
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
         let by_p = 2.0 * self.c * p[0].abs();
-        Drag { value: self.c * p[0].abs() * p[0], by_q: 0.0, by_p }
+        Dissipation { value: self.c * p[0].abs() * p[0], by_q: 0.0, by_p }
     }
 }
 
@@ -61,8 +61,8 @@ impl Separable<f64> for Ring {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         at.sin() + 2.0 * at - q[(j + 1) % 12] - q[(j + 11) % 12]
     }
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        Drag { value: 0.1 * p[j], by_q: 0.0, by_p: 0.1 }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.1 * p[j], by_q: 0.0, by_p: 0.1 }
     }
 }
 
@@ -79,7 +79,7 @@ impl Formulas for Written {
     fn potential<T: Scalar>(&self, q: &[T]) -> T {
         T::from_f64(self.g) * (T::one() - q[0].sin_cos().1)
     }
-    fn friction<T: Scalar>(&self, _q: &[T], v: &[T], _j: usize) -> T {
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], _j: usize) -> T {
         T::from_f64(self.c) * v[0].abs() * v[0]
     }
 }
@@ -145,7 +145,7 @@ fn formulas_make_the_system() {
         let [mut hq, mut hp, mut d] = [[0.0]; 3];
         written.gradient(&[q], &[p], &mut hq, &mut hp);
         written.dissipation(&[q], &[p], &hp, &mut d);
-        let drag = |s: &dyn Separable<f64>| s.drag(&[q], &[p], 0);
+        let drag = |s: &dyn Separable<f64>| s.dissipation_of(&[q], &[p], 0);
         let (found, exact) = (drag(&written), drag(&by_force));
         assert!((written.energy(&[q], &[p]) - by_force.energy(&[q], &[p])).abs() < 1e-14);
         assert!((hq[0] - 9.81 * q.sin()).abs() < 1e-14 && hp[0] == p && d[0] == found.value);
@@ -187,8 +187,8 @@ impl Separable<f64> for Narrow {
         let x = at - 1.0;
         at + if self.pole { -0.2 / (x * x * x) } else { (x / 1e-4).cosh().powi(-2) * 1e4 }
     }
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }
 }
 
@@ -230,12 +230,12 @@ impl Separable<f64> for Wrong {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.0.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], _j: usize, to: f64) -> Line<f64> {
         let middle = (q[0] + to) / 2.0;
         Line { value: self.0.g * middle.sin(), slope: self.0.g * middle.cos() / 2.0 }
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        self.0.drag(q, p, j)
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        self.0.dissipation_of(q, p, j)
     }
 }
 
@@ -247,9 +247,10 @@ fn an_edge_that_is_no_mean_is_refused() {
 }
 
 fn custom(potential: &str, n: usize, c: f64) -> Custom<f64> {
-    let friction = Friction::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
+    let friction = DissipationText::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
+        .unwrap()
 }
 
 #[test]

@@ -4,8 +4,8 @@ use crate::slope;
 use crate::systems;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Grid, InputError, Method, Passive, Quad, Scalar, Series, State,
-    StepFailure, System, Vector, integrate,
+    Block, Coupling, Curvature, DissipationForm, Grid, InputError, Method, Passive, Quad, Scalar, Series,
+    State, StepFailure, System, Vector, integrate,
 };
 use afterbay_methods::{Gonzalez, LinearSolver};
 use nalgebra::{DVector, SVector};
@@ -355,8 +355,8 @@ impl System<f64> for Endless {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d[0] = 0.0;
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain

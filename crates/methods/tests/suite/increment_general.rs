@@ -403,8 +403,8 @@ impl System<f64> for Far {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
-    fn damping(&self) -> afterbay_core::Damping {
-        afterbay_core::Damping::NONE
+    fn dissipation_form(&self) -> afterbay_core::DissipationForm {
+        afterbay_core::DissipationForm::NONE
     }
 }
 
@@ -419,15 +419,15 @@ impl PhasePlane<f64> for Far {
             hpp: 1.0,
         }
     }
-    fn resistance(
+    fn plane_dissipation(
         &self,
         _q: &[f64],
         _p: &[f64],
         _j: usize,
         _at: [f64; 2],
         _v: f64,
-    ) -> afterbay_core::Resistance<f64> {
-        afterbay_core::Resistance { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
+    ) -> afterbay_core::PlaneDissipation<f64> {
+        afterbay_core::PlaneDissipation { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
     }
 }
 

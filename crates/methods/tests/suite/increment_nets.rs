@@ -1,6 +1,8 @@
 //! Coordinate increments on nets of springs between all pairs: K, passivity, names, and what failures advise.
 
-use afterbay_core::{Damping, Drag, Line, Method, Passive, Separable, State, StepFailure, System};
+use afterbay_core::{
+    Dissipation, DissipationForm, Line, Method, Passive, Separable, State, StepFailure, System,
+};
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
 
@@ -70,14 +72,14 @@ impl System<f64> for Net {
         }
     }
     fn dissipation(&self, q: &[f64], p: &[f64], _v: &[f64], d: &mut [f64]) {
-        d.iter_mut().enumerate().for_each(|(j, d)| *d = self.drag(q, p, j).value);
+        d.iter_mut().enumerate().for_each(|(j, d)| *d = self.dissipation_of(q, p, j).value);
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let zero = self.friction.iter().all(|&c| c == 0.0);
-        Damping {
+        DissipationForm {
             zero,
             passive: Passive::each_if(self.friction.iter().all(|&c| c >= 0.0)),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -90,7 +92,7 @@ impl Separable<f64> for Net {
         let springs: f64 = (0..q.len()).filter(|&i| i != j).map(|i| self.springs[i][j] * (at - q[i])).sum();
         self.wells[j][0] * at + self.wells[j][1] * at.powi(3) + springs
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let ([a, b], from) = (self.wells[j], q[j]);
         let others = || (0..q.len()).filter(|&i| i != j);
         let springs: f64 = others().map(|i| self.springs[i][j] * ((from - q[i]) + (to - q[i])) / 2.0).sum();
@@ -101,9 +103,9 @@ impl Separable<f64> for Net {
         Line { value, slope }
     }
     /// c (1 + q²) p
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let by_p = self.friction[j] * (1.0 + q[j] * q[j]);
-        Drag { value: by_p * p[j], by_q: 2.0 * self.friction[j] * q[j] * p[j], by_p }
+        Dissipation { value: by_p * p[j], by_q: 2.0 * self.friction[j] * q[j] * p[j], by_p }
     }
 }
 
@@ -123,8 +125,8 @@ impl System<f64> for Frictionless {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(f64::NAN);
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 
@@ -135,11 +137,11 @@ impl Separable<f64> for Frictionless {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.0.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
-        self.0.edge(q, j, to)
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+        self.0.divided_difference(q, j, to)
     }
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: f64::NAN, by_q: f64::NAN, by_p: f64::NAN }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: f64::NAN, by_q: f64::NAN, by_p: f64::NAN }
     }
 }
 

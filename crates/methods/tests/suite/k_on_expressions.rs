@@ -3,11 +3,11 @@
 
 use afterbay_core::{
     Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable,
-    State, StepFailure, System, Tolerance, View, integrate,
+    State, StateRef, StepFailure, System, Tolerance, integrate,
 };
 use afterbay_methods::registry::{ADAPTIVE, METHODS, Row, Run, adaptive, separable, single};
 use afterbay_methods::{Composition, Increment, Rk4};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, Description, DissipationText};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::collections::BTreeMap;
@@ -40,9 +40,10 @@ const STEPS: u64 = 3;
 
 fn custom(potential: &str, friction: &str, n: usize, c: f64) -> Custom<f64> {
     let force = |j: usize| friction.replace('p', &format!("p{j}"));
-    let friction = Friction::Forces((1..=n).map(force).collect());
+    let friction = DissipationText::Forces((1..=n).map(force).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description { potential, friction, parameters, ..Description::default() }).unwrap()
+    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
+        .unwrap()
 }
 
 fn bind<T: Scalar>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
@@ -128,7 +129,7 @@ fn run<T: Scalar>(
     label: &str,
 ) {
     let (mut states, mut state) = (Vec::new(), start.clone());
-    let mut show = |_: u64, at: View<'_, T>| {
+    let mut show = |_: u64, at: StateRef<'_, T>| {
         states.push(State { q: at.q.to_vec(), p: at.p.to_vec(), w: at.w.to_vec(), t: at.t });
         ControlFlow::Continue(())
     };
@@ -247,7 +248,7 @@ fn every_adaptive_method_keeps_k_on_random_expressions() {
             for row in ADAPTIVE {
                 let bound = adaptive(&row, system.clone()).unwrap();
                 let (mut states, mut state) = (Vec::new(), start.clone());
-                let mut show = |_: u64, at: View<'_, f64>| {
+                let mut show = |_: u64, at: StateRef<'_, f64>| {
                     states.push(State { q: at.q.to_vec(), p: at.p.to_vec(), w: at.w.to_vec(), t: at.t });
                     if states.len() < MOST { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
                 };
@@ -283,7 +284,7 @@ impl Formulas for Repelling {
         let r = if self.n == 1 { q[0] } else { q[0] - q[1] };
         T::one() / (r * r)
     }
-    fn friction<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
         T::from_f64(0.1) * v[j]
     }
 }
@@ -301,7 +302,7 @@ where
             let (q, p) = if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
             let mut state = State::new(q, p).unwrap();
             let mut beyond = false;
-            let mut show = |_: u64, at: View<'_, f64>| {
+            let mut show = |_: u64, at: StateRef<'_, f64>| {
                 beyond |= if n == 1 { at.q[0] <= 0.0 } else { at.q[0] <= at.q[1] };
                 ControlFlow::Continue(())
             };
@@ -378,7 +379,7 @@ impl Formulas for Touching {
     fn potential<T: Scalar>(&self, q: &[T]) -> T {
         (q[0] * q[0] + q[1] * q[1]).sqrt() + T::one() / (T::one() + q[0] * q[0])
     }
-    fn friction<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
+    fn dissipation<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
         T::zero()
     }
 }

@@ -4,7 +4,7 @@ use crate::many;
 use crate::many::orders as orders_of;
 use crate::systems;
 use afterbay_core::{
-    Coupling, Curvature, Damping, Method, Passive, Quad, Scalar, Series, State, StepFailure, System,
+    Coupling, Curvature, DissipationForm, Method, Passive, Quad, Scalar, Series, State, StepFailure, System,
 };
 use afterbay_methods::{Gonzalez, LocallyExact};
 use afterbay_systems::{
@@ -136,7 +136,7 @@ fn checked<S: Curvature<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Resul
         }
         let off = drift(system, h, &before, &state);
         prop_assert!(off < 32.0, "K drifts by {} roundings", off);
-        let violated = system.damping().passive.violated(&before.w, &state.w);
+        let violated = system.dissipation_form().passive.violated(&before.w, &state.w);
         prop_assert!(!violated, "a reservoir gives back: {:?} {:?}", before.w, state.w);
         if h < 0.1 {
             let mut back = state.clone();
@@ -194,8 +194,8 @@ impl System<f64> for Wind {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = self.c * v[0].abs() * v[0];
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::each_if(self.c >= 0.0), ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::each_if(self.c >= 0.0), ..DissipationForm::GENERAL }
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain

@@ -1,7 +1,9 @@
 //! Systems as seen in the plane of one degree of freedom.
 
 use super::systems::{Springs, Twisted};
-use afterbay_core::{Damping, Drag, Passive, PhasePlane, Resistance, Scalar, Separable, Slopes, System};
+use afterbay_core::{
+    Dissipation, DissipationForm, Passive, PhasePlane, PlaneDissipation, Scalar, Separable, Slopes, System,
+};
 
 /// A system known by its slopes alone, with its own edges put aside.
 pub(crate) struct BySlopes<S>(pub(crate) S);
@@ -23,11 +25,14 @@ impl<T: Scalar> System<T> for Curved {
     }
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         for j in 0..2 {
-            d[j] = self.resistance(q, p, j, [q[j], p[j]], v[j]).value;
+            d[j] = self.plane_dissipation(q, p, j, [q[j], p[j]], v[j]).value;
         }
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::each_if(self.0.iter().all(|&c| c >= 0.0)), ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm {
+            passive: Passive::each_if(self.0.iter().all(|&c| c >= 0.0)),
+            ..DissipationForm::GENERAL
+        }
     }
 }
 
@@ -56,10 +61,10 @@ impl<T: Scalar> PhasePlane<T> for Curved {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         twisted_slopes(q, p, j, at)
     }
-    fn resistance(&self, _q: &[T], _p: &[T], j: usize, [q, _]: [T; 2], v: T) -> Resistance<T> {
+    fn plane_dissipation(&self, _q: &[T], _p: &[T], j: usize, [q, _]: [T; 2], v: T) -> PlaneDissipation<T> {
         let c = T::from_f64(self.0[j]);
         let by_v = c * (q * q + T::one());
-        Resistance { value: by_v * v, by_q: (c + c) * q * v, by_p: T::zero(), by_v }
+        PlaneDissipation { value: by_v * v, by_q: (c + c) * q * v, by_p: T::zero(), by_v }
     }
 }
 
@@ -67,8 +72,8 @@ impl<T: Scalar> PhasePlane<T> for Twisted {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         twisted_slopes(q, p, j, at)
     }
-    fn resistance(&self, _q: &[T], _p: &[T], _j: usize, _at: [T; 2], _v: T) -> Resistance<T> {
-        Resistance { value: T::zero(), by_q: T::zero(), by_p: T::zero(), by_v: T::zero() }
+    fn plane_dissipation(&self, _q: &[T], _p: &[T], _j: usize, _at: [T; 2], _v: T) -> PlaneDissipation<T> {
+        PlaneDissipation { value: T::zero(), by_q: T::zero(), by_p: T::zero(), by_v: T::zero() }
     }
 }
 
@@ -85,8 +90,8 @@ impl<T: Scalar, S: System<T>> System<T> for BySlopes<S> {
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         self.0.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        self.0.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.0.dissipation_form()
     }
 }
 
@@ -94,8 +99,8 @@ impl<T: Scalar, S: PhasePlane<T>> PhasePlane<T> for BySlopes<S> {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         self.0.slopes(q, p, j, at)
     }
-    fn resistance(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> Resistance<T> {
-        self.0.resistance(q, p, j, at, v)
+    fn plane_dissipation(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> PlaneDissipation<T> {
+        self.0.plane_dissipation(q, p, j, at, v)
     }
 }
 
@@ -110,8 +115,8 @@ impl Separable<f64> for Springs {
             sum + if a == j { pull(b) } else { 0.0 } + if b == j { pull(a) } else { 0.0 }
         })
     }
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        Drag { value: self.c * p[j], by_q: 0.0, by_p: self.c }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        Dissipation { value: self.c * p[j], by_q: 0.0, by_p: self.c }
     }
 }
 
@@ -124,9 +129,16 @@ impl PhasePlane<f64> for Springs {
         let mass = self.masses[j];
         Slopes { hq: self.partial(q, j, q_j), hp: p_j / mass, hqq: stiffness, hqp: 0.0, hpp: 1.0 / mass }
     }
-    fn resistance(&self, _q: &[f64], _p: &[f64], j: usize, _at: [f64; 2], v: f64) -> Resistance<f64> {
+    fn plane_dissipation(
+        &self,
+        _q: &[f64],
+        _p: &[f64],
+        j: usize,
+        _at: [f64; 2],
+        v: f64,
+    ) -> PlaneDissipation<f64> {
         let by_v = self.c * self.masses[j];
-        Resistance { value: by_v * v, by_q: 0.0, by_p: 0.0, by_v }
+        PlaneDissipation { value: by_v * v, by_q: 0.0, by_p: 0.0, by_v }
     }
 }
 
@@ -147,8 +159,8 @@ impl System<f64> for Endless {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 
@@ -157,7 +169,14 @@ impl PhasePlane<f64> for Endless {
         let (hq, hqq) = if j == 0 { (q, 1.0) } else { (-self.0 * q.powi(3), -3.0 * self.0 * q * q) };
         Slopes { hq, hp: p, hqq, hqp: 0.0, hpp: 1.0 }
     }
-    fn resistance(&self, _q: &[f64], _p: &[f64], _j: usize, _at: [f64; 2], _v: f64) -> Resistance<f64> {
-        Resistance { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
+    fn plane_dissipation(
+        &self,
+        _q: &[f64],
+        _p: &[f64],
+        _j: usize,
+        _at: [f64; 2],
+        _v: f64,
+    ) -> PlaneDissipation<f64> {
+        PlaneDissipation { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
     }
 }

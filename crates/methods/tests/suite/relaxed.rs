@@ -3,7 +3,7 @@
 use crate::many;
 use crate::many::orders as orders_of;
 use afterbay_core::{
-    Damping, Grid, Method, Passive, Quad, Scalar, Series, State, StepFailure, System, integrate,
+    DissipationForm, Grid, Method, Passive, Quad, Scalar, Series, State, StepFailure, System, integrate,
 };
 use afterbay_methods::{Relaxed, Rk4};
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPolRing};
@@ -151,7 +151,7 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
                     // The target is that of the first step: twenty steps keep K as well as one.
                     let off = drift(system, &first, &state);
                     prop_assert!(off <= 16.0, "{:?}: K is off by {} roundings after {}", method, off, n);
-                    let violated = system.damping().passive.violated(&before.w, &state.w);
+                    let violated = system.dissipation_form().passive.violated(&before.w, &state.w);
                     prop_assert!(!(passive && violated), "{:?} {:?}", before.w, state.w);
                 }
                 Err(failure) => {
@@ -280,8 +280,8 @@ impl System<f64> for Cliff {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         (d[0], d[1]) = (0.1 * v[0], 0.1 * v[1]);
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Three masses whose friction couples their momenta.
 
-use afterbay_core::{Damping, Drag, Passive, Scalar, Separable, System};
+use afterbay_core::{Dissipation, DissipationForm, Passive, Scalar, Separable, System};
 
 /// H = Σ [p_j²/(2 m_j) + q_j²/2] + (q_{j+1} - q_j)⁴/4, m = 1, 1.7, 0.6; D = c R ∂H/∂p, R symmetric and positive definite.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +31,8 @@ impl<T: Scalar> System<T> for Rubbed {
                 .fold(T::zero(), |sum, (&r, &v)| sum + T::from_f64(self.c) * T::from_f64(r) * v);
         }
     }
-    fn damping(&self) -> Damping {
-        Damping { zero: false, passive: Passive::InSum, linear: true, coupled: true }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true }
     }
 }
 
@@ -46,9 +46,9 @@ impl<T: Scalar> Separable<T> for Rubbed {
         };
         at + pull(j.checked_sub(1)) + pull(Some(j + 1))
     }
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let of = |k: usize| T::from_f64(self.c) * T::from_f64(R[j][k]) / self.mass(k);
         let value = (0..3).fold(T::zero(), |sum, k| of(k).mul_add(p[k], sum));
-        Drag { value, by_q: T::zero(), by_p: of(j) }
+        Dissipation { value, by_q: T::zero(), by_p: of(j) }
     }
 }

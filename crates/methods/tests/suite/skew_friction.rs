@@ -2,12 +2,15 @@
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Damping, Drag, Grid, Method, Passive, Scalar, Separable, State, System, integrate};
+use afterbay_core::{
+    Dissipation, DissipationForm, Grid, Method, Passive, Scalar, Separable, State, System, integrate,
+};
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
 use slope::slope;
 
-const PASSIVE: Damping = Damping { zero: false, passive: Passive::InSum, linear: true, coupled: true };
+const PASSIVE: DissipationForm =
+    DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true };
 
 /// Three masses on springs with D = R(q) p, R = A Aᵀ + s(q) S: S is skew and s vanishes at q = 0.
 #[derive(Clone, Debug)]
@@ -38,9 +41,9 @@ impl<T: Scalar> System<T> for Gyre {
         hp.copy_from_slice(p);
     }
     fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
-        (0..3).for_each(|j| d[j] = self.drag(q, v, j).value);
+        (0..3).for_each(|j| d[j] = self.dissipation_of(q, v, j).value);
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         PASSIVE
     }
 }
@@ -49,9 +52,9 @@ impl<T: Scalar> Separable<T> for Gyre {
     fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
         at * (at * at + T::one())
     }
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let value = (0..3).fold(T::zero(), |sum, k| self.resistance(q, j, k).mul_add(p[k], sum));
-        Drag { value, by_q: T::zero(), by_p: self.resistance(q, j, j) }
+        Dissipation { value, by_q: T::zero(), by_p: self.resistance(q, j, j) }
     }
 }
 

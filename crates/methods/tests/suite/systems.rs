@@ -1,6 +1,6 @@
 //! Systems of several degrees of freedom: one without a separable H, and springs in any pattern.
 
-use afterbay_core::{Block, Coupling, Curvature, Damping, Passive, Scalar, System};
+use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System};
 
 /// H = (1 + q1²/4) p1²/2 + p2²/2 + 0.3 q1 p2 + q1² q2 + (q1² + q2²)²/4 + (q1² + q2²)/2,
 /// D = c (∂H/∂p1 + ½ ∂H/∂p2, ½ ∂H/∂p1 + ∂H/∂p2): coupled, and positive semidefinite in sum.
@@ -37,9 +37,13 @@ impl<T: Scalar> System<T> for Twisted {
         d[0] = c * (v[0] + v[1].half());
         d[1] = c * (v[1] + v[0].half());
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = if self.c > 0.0 { Passive::InSum } else { Passive::No };
-        if self.c == 0.0 { Damping::NONE } else { Damping { passive, coupled: true, ..Damping::GENERAL } }
+        if self.c == 0.0 {
+            DissipationForm::NONE
+        } else {
+            DissipationForm { passive, coupled: true, ..DissipationForm::GENERAL }
+        }
     }
     fn coupling(&self) -> Coupling {
         Coupling::Dense
@@ -129,11 +133,11 @@ impl<T: Scalar> System<T> for Springs {
             *d = T::from_f64(self.c * mass) * *v;
         }
     }
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         if self.c == 0.0 {
-            Damping::NONE
+            DissipationForm::NONE
         } else {
-            Damping { passive: Passive::each_if(self.c > 0.0), ..Damping::LINEAR }
+            DissipationForm { passive: Passive::each_if(self.c > 0.0), ..DissipationForm::LINEAR }
         }
     }
     fn coupling(&self) -> Coupling {

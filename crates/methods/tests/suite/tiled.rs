@@ -1,8 +1,8 @@
 //! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the bit.
 
 use afterbay_core::{
-    Coupling, Damping, Drag, Effort, Every, Grid, InputError, IntegrateError, Method, RunError, Scalar,
-    Separable, State, StepFailure, System, Uniform, f64x8, integrate,
+    Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError, Method,
+    RunError, Scalar, Separable, State, StepFailure, System, Uniform, f64x8, integrate,
 };
 use afterbay_methods::{Composition, Increment, Tiled};
 use afterbay_systems::{FputChain, VanDerPolRing};
@@ -247,8 +247,8 @@ impl<T: Scalar> System<T> for Masses<T> {
     fn dissipation(&self, _q: &[T], _p: &[T], _v: &[T], d: &mut [T]) {
         d.fill(T::zero());
     }
-    fn damping(&self) -> Damping {
-        Damping::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain
@@ -262,8 +262,8 @@ impl<T: Scalar> Separable<T> for Masses<T> {
     fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
         at
     }
-    fn drag(&self, _q: &[T], _p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: T::zero(), by_q: T::zero(), by_p: T::zero() }
+    fn dissipation_of(&self, _q: &[T], _p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: T::zero(), by_q: T::zero(), by_p: T::zero() }
     }
 }
 

@@ -1,26 +1,27 @@
-//! What a user says of a system, and how it is read.
+//! The description of a system and how it is parsed.
 
 use super::failure::{CustomError, Place};
-use crate::expression::graph::{Graph, Input, Kinds, Node};
-use crate::expression::parse::{MOST_DEGREES, Names, is_name, is_reserved, parse};
+use afterbay_expression::{
+    Graph, Input, Kinds, MOST_DEGREES, Names, Node, ParseError, is_name, is_reserved, parse,
+};
 use std::ops::Range;
 
-/// A system in words: the texts of its expressions.
+/// A system as texts of expressions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// V(q)
     pub potential: String,
     /// D
-    pub friction: Friction,
-    /// m_j > 0, made of numbers and parameters; none: all are 1.
+    pub dissipation: DissipationText,
+    /// The masses m_j > 0, made of numbers and parameters. If empty, all are 1.
     pub masses: Vec<String>,
-    /// Names and values. Every one must be used.
+    /// The names and values of parameters. Each must be used.
     pub parameters: Vec<(String, f64)>,
 }
 
-/// What a user says of D. A p_j in it is m_j v_j where a discrete gradient puts its own velocity.
+/// The texts of D. A p_j in them is m_j v_j, where a discrete gradient passes its own velocity v_j.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub enum Friction {
+pub enum DissipationText {
     /// D = 0
     #[default]
     None,
@@ -30,7 +31,7 @@ pub enum Friction {
     Matrix(Vec<Vec<String>>),
 }
 
-/// The same as nodes of a graph.
+/// A parsed description.
 pub(super) struct Reading {
     pub(super) graph: Graph,
     pub(super) parameters: Vec<String>,
@@ -38,18 +39,18 @@ pub(super) struct Reading {
     pub(super) masses: Vec<Node>,
     /// D_j of (q, p), and of (q, p, v).
     pub(super) forces: Vec<Node>,
-    pub(super) frictions: Vec<Node>,
-    /// Where each operation stands, what it is made of first.
+    pub(super) dissipations: Vec<Node>,
+    /// The expression and the bytes of each operation, operands first.
     pub(super) places: Vec<(Place, Node, Range<usize>)>,
 }
 
 impl Description {
-    /// N, where the lists say it.
+    /// N, if a list gives it.
     fn dof(&self) -> Option<usize> {
-        let rows = match &self.friction {
-            Friction::None => 0,
-            Friction::Forces(rows) => rows.len(),
-            Friction::Matrix(rows) => rows.len(),
+        let rows = match &self.dissipation {
+            DissipationText::None => 0,
+            DissipationText::Forces(rows) => rows.len(),
+            DissipationText::Matrix(rows) => rows.len(),
         };
         [self.masses.len(), rows].into_iter().find(|&n| n > 0)
     }
@@ -82,40 +83,38 @@ impl Description {
                 masses.push(reader.read(Place::Mass(j), text, Some(dof), rule, rule)?.0);
             }
         }
-        let (mut forces, mut frictions) = (Vec::new(), Vec::new());
-        match &self.friction {
-            Friction::None => {}
-            Friction::Forces(texts) => {
+        let (mut forces, mut dissipations) = (Vec::new(), Vec::new());
+        match &self.dissipation {
+            DissipationText::None => {}
+            DissipationText::Forces(texts) => {
                 count("dissipation", texts.len())?;
                 for (j, text) in texts.iter().enumerate() {
                     let force = reader.read(Place::Dissipation(j), text, Some(dof), Ok(()), Ok(()))?.0;
                     forces.push(force);
-                    frictions.push(reader.graph.substitute(
-                        force,
-                        Kinds::MOMENTA,
-                        |graph, input| match input {
+                    dissipations.push(reader.graph.substitute(force, Kinds::MOMENTA, |graph, input| {
+                        match input {
                             Input::Momentum(k) => {
                                 let v = graph.input(Input::Velocity(k));
                                 graph.product(masses[k as usize], v)
                             }
                             _ => graph.input(input),
-                        },
-                    ));
+                        }
+                    }));
                 }
             }
-            Friction::Matrix(rows) => {
+            DissipationText::Matrix(rows) => {
                 count("friction matrix", rows.len())?;
                 for (i, row) in rows.iter().enumerate() {
                     count("row of the friction matrix", row.len())?;
-                    let mut friction = reader.graph.number(0.0);
+                    let mut dissipation = reader.graph.number(0.0);
                     for (k, text) in row.iter().enumerate() {
                         let r = reader.read(Place::Friction(i, k), text, Some(dof), Ok(()), Ok(()))?.0;
                         let v = reader.graph.input(Input::Velocity(k as u32));
                         let part = reader.graph.product(r, v);
-                        friction = reader.graph.sum(friction, part);
+                        dissipation = reader.graph.sum(dissipation, part);
                     }
-                    frictions.push(friction);
-                    forces.push(reader.graph.substitute(friction, Kinds::VELOCITIES, |graph, input| {
+                    dissipations.push(dissipation);
+                    forces.push(reader.graph.substitute(dissipation, Kinds::VELOCITIES, |graph, input| {
                         match input {
                             Input::Velocity(k) => {
                                 let p = graph.input(Input::Momentum(k));
@@ -131,7 +130,7 @@ impl Description {
             return Err(CustomError::Unused { name: reader.names[unused].clone() });
         }
         let Reader { graph, names: parameters, places, .. } = reader;
-        Ok(Reading { graph, parameters, potential, masses, forces, frictions, places })
+        Ok(Reading { graph, parameters, potential, masses, forces, dissipations, places })
     }
 
     fn names(&self) -> Result<Vec<String>, CustomError> {
@@ -165,7 +164,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// The expression, and one more than the largest degree of freedom it mentions.
+    /// The expression, and the largest index of a coordinate or momentum in it, counted from 1.
     fn read(
         &mut self,
         place: Place,
@@ -176,7 +175,7 @@ impl Reader {
     ) -> Result<(Node, usize), CustomError> {
         let names = Names { parameters: &self.names, dof, coordinates, momenta };
         let parsed = parse(&mut self.graph, &names, text)
-            .map_err(|(span, problem)| CustomError::Expression { place, span, problem })?;
+            .map_err(|ParseError { span, problem }| CustomError::Expression { place, span, problem })?;
         self.used.iter_mut().zip(&parsed.used).for_each(|(used, &also)| *used |= also);
         self.places.extend(parsed.places.into_iter().map(|(node, span)| (place, node, span)));
         Ok((parsed.node, parsed.dof))

@@ -1,7 +1,7 @@
-//! Why a description is no system.
+//! Errors of descriptions.
 
-use crate::expression::parse::Problem;
 use afterbay_core::InputError;
+use afterbay_expression::Problem;
 use std::fmt;
 use std::ops::Range;
 use thiserror::Error;
@@ -30,28 +30,29 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a description is no system, or a system cannot be evaluated. Spans are in bytes of the expression.
+/// An invalid description, or a system that cannot be evaluated. Spans are in bytes of the
+/// expression.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CustomError {
-    /// An expression that cannot be read, or says what it may not.
+    /// An expression that cannot be parsed or is not allowed here.
     #[error("{place}, bytes {}..{}: {problem}", span.start, span.end)]
     Expression {
-        /// Which.
+        /// The expression.
         place: Place,
-        /// Where in it.
+        /// The bytes of it.
         span: Range<usize>,
         /// What is wrong.
         problem: Problem,
     },
-    /// A name no parameter can have.
+    /// A name that is not allowed for a parameter.
     #[error("a parameter cannot be called {name:?}: {why}")]
     Name {
         /// The name.
         name: String,
-        /// Why not.
+        /// The reason.
         why: &'static str,
     },
-    /// A parameter that is infinite or no number.
+    /// A parameter that is not finite.
     #[error("parameter {name} = {value:?} must be finite")]
     Value {
         /// Its name.
@@ -71,42 +72,46 @@ pub enum CustomError {
         /// The name asked for.
         name: String,
     },
-    /// A list that is not as long as there are degrees of freedom.
+    /// A list whose length is not the number of degrees of freedom.
     #[error("the {list} has {found} entries where there are {expected} degrees of freedom")]
     Count {
-        /// Which list.
+        /// The list.
         list: &'static str,
         /// N
         expected: usize,
         /// Its length.
         found: usize,
     },
-    /// No degree of freedom.
+    /// A description without degrees of freedom.
     #[error(
-        "there is no degree of freedom: neither masses nor dissipation are given, and the potential mentions no coordinate"
+        "there is no degree of freedom: neither masses nor dissipation are given, and the \
+         potential mentions no coordinate"
     )]
     Empty,
-    /// An expression that has no finite value.
+    /// An expression whose value is not finite.
     #[error("{place}, bytes {}..{}, is {value:?} there", span.start, span.end)]
     NotFinite {
-        /// Which expression.
+        /// The expression.
         place: Place,
-        /// The first operation in it without one.
+        /// The first operation in it whose value is not finite.
         span: Range<usize>,
         /// Its value.
         value: f64,
     },
-    /// More than there is room for.
-    #[error("{count} {what} are more than {limit}: take fewer degrees of freedom, or couple fewer of them")]
+    /// A size beyond its limit.
+    #[error(
+        "{count} {what} are more than {limit}: take fewer degrees of freedom, or couple fewer of \
+         them"
+    )]
     TooLarge {
-        /// What there is too much of.
+        /// The things that are too many.
         what: &'static str,
-        /// How many.
+        /// Their number.
         count: usize,
-        /// The most there may be.
+        /// The limit.
         limit: usize,
     },
-    /// A mass, a state or a derivative that is none.
+    /// A mass, a state or a derivative that is not valid.
     #[error(transparent)]
     Input(#[from] InputError),
 }

@@ -1,17 +1,17 @@
-//! Where friction is zero, and where it is owed that it takes energy only: by form and parameters, not by sampling.
+//! Whether D is zero or passive, by its form and its parameters. States are not sampled.
 
 use super::shape::Shape;
-use crate::expression::graph::{Input, Node};
-use crate::expression::structure::Sign;
 use afterbay_core::{Mask, Passive, Scalar};
+use afterbay_expression::{Input, Node, Sign};
 use std::collections::BTreeMap;
 
-/// D = 0
+/// Whether D = 0.
 pub(super) fn zero<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> bool {
     signs(shape, at).all(|sign| sign == Sign::Zero)
 }
 
-/// D_j v_j ≥ 0 by signs; or D = R v, R constant and positive semidefinite.
+/// Passive in each j if D_j v_j ≥ 0 by signs; in sum if D = R v with R constant and positive
+/// semidefinite.
 pub(super) fn passive<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> Passive {
     if signs(shape, &at).all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
         return Passive::Each;
@@ -30,12 +30,12 @@ fn signs<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> impl Iterator<Ite
             (false, false) => Sign::Unknown,
         }
     };
-    let frictions = shape.frictions.iter().enumerate();
-    frictions.map(move |(j, &node)| shape.graph.sign(node, Input::Velocity(j as u32), &closed))
+    let dissipations = shape.dissipations.iter().enumerate();
+    dissipations.map(move |(j, &node)| shape.graph.sign(node, Input::Velocity(j as u32), &closed))
 }
 
-/// Is the symmetric part of R positive semidefinite, to rounding? By R = L Δ Lᵀ: no entry of Δ below 0, and where one is 0 its
-/// column too.
+/// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ:
+/// no entry of Δ may be negative, and below an entry of 0 the column must be 0.
 fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl Fn(&Node) -> T) -> bool {
     // Rows of the upper triangle, by columns.
     let mut rows: Vec<BTreeMap<usize, T>> = vec![BTreeMap::new(); n];
@@ -67,7 +67,8 @@ fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl 
         }
         let gone = pivot.le(rounding);
         if gone.any() {
-            // A column beside a zero of Δ may be as large as rounding under the root makes it.
+            // Rounding makes a column beside a zero of Δ as large as the square root of the
+            // rounding.
             let small = |x: T| (x * x).le(rounding * largest);
             if !gone.all() || !row.iter().all(|&(_, x)| small(x).all()) {
                 return false;

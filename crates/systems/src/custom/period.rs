@@ -1,61 +1,61 @@
-//! After which length of a coordinate V and D recur: they do where the coordinate occurs in sines
-//! and cosines of one frequency, or of its multiples, alone.
+//! The periods of coordinates: V and D are periodic in a coordinate that occurs only in sines and
+//! cosines of one frequency and its multiples.
 
 use super::Custom;
-use crate::expression::function::Function;
-use crate::expression::graph::{Input, Kinds, Node, Term};
+use afterbay_expression::{Function, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
-/// How a term depends on one coordinate.
+/// The dependence of a term on one coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Course {
-    /// Not at all.
-    Still,
-    /// It is the coordinate times a number, and what does not depend on it.
+enum Dependence {
+    /// It does not depend on the coordinate.
+    Constant,
+    /// It is the coordinate times this number, plus a term without the coordinate.
     Affine(f64),
-    /// It recurs with this angular frequency.
-    Recurs(f64),
-    /// In another way.
+    /// It is periodic with this angular frequency.
+    Periodic(f64),
+    /// Any other dependence.
     Other,
 }
 
-/// Two frequencies are in a whole ratio if they are within this share of it.
-const WHOLE: f64 = 1e-12;
+/// The largest relative deviation of the ratio of two frequencies from a whole number. A choice:
+/// some thousand roundings.
+const WHOLE_RATIO_TOLERANCE: f64 = 1e-12;
 
-impl Course {
-    /// The course of anything made of two terms.
+impl Dependence {
+    /// The dependence of any function of two terms.
     fn with(self, other: Self) -> Self {
         match (self, other) {
-            (Self::Still, x) | (x, Self::Still) => match x {
+            (Self::Constant, x) | (x, Self::Constant) => match x {
                 Self::Affine(_) => Self::Other,
                 x => x,
             },
-            (Self::Recurs(a), Self::Recurs(b)) => {
+            (Self::Periodic(a), Self::Periodic(b)) => {
                 let (low, high) = (a.min(b), a.max(b));
                 let ratio = (high / low).round();
-                let whole = (high - ratio * low).abs() <= WHOLE * high;
-                if whole { Self::Recurs(low) } else { Self::Other }
+                let whole = (high - ratio * low).abs() <= WHOLE_RATIO_TOLERANCE * high;
+                if whole { Self::Periodic(low) } else { Self::Other }
             }
             _ => Self::Other,
         }
     }
 
-    /// The course of a sum, `sign` before the second term.
+    /// The dependence of a + sign b.
     fn plus(self, other: Self, sign: f64) -> Self {
         match (self, other) {
-            (Self::Still, Self::Still) => Self::Still,
+            (Self::Constant, Self::Constant) => Self::Constant,
             (Self::Affine(a), Self::Affine(b)) => Self::affine(a + sign * b),
-            (Self::Affine(a), Self::Still) => Self::Affine(a),
-            (Self::Still, Self::Affine(b)) => Self::Affine(sign * b),
+            (Self::Affine(a), Self::Constant) => Self::Affine(a),
+            (Self::Constant, Self::Affine(b)) => Self::Affine(sign * b),
             _ => self.with(other),
         }
     }
 
     fn affine(rate: f64) -> Self {
-        if rate == 0.0 { Self::Still } else { Self::Affine(rate) }
+        if rate == 0.0 { Self::Constant } else { Self::Affine(rate) }
     }
 
-    /// The course of the term times a number, if its factor is one.
+    /// The dependence of the term times a factor, which is a number if it is known.
     fn times(self, number: Option<f64>) -> Self {
         match (self, number) {
             (Self::Affine(rate), Some(number)) => Self::affine(rate * number),
@@ -66,9 +66,10 @@ impl Course {
 }
 
 impl Custom<f64> {
-    /// The period of each coordinate: V and every D_i are the same where q_j is larger by it. None
-    /// where q_j occurs anywhere but in sines and cosines of linear forms, where their frequencies
-    /// are not multiples of the lowest, and where q_j does not occur. As far as the form shows it.
+    /// The period of each coordinate, if the form shows one: V and every D_i are the same at q_j
+    /// and at q_j plus the period. There is none if q_j occurs outside of sines and cosines of
+    /// linear forms, if their frequencies are not multiples of the lowest, or if q_j does not
+    /// occur.
     pub fn periods(&self) -> Vec<Option<f64>> {
         let (graph, roots) = (&self.shape.graph, &self.shape.fields);
         let nodes = graph.all(roots);
@@ -84,42 +85,44 @@ impl Custom<f64> {
 
     fn period(&self, j: u32, nodes: &[Node], numbers: &HashMap<Node, f64>) -> Option<f64> {
         let graph = &self.shape.graph;
-        let mut courses: HashMap<Node, Course> = HashMap::with_capacity(nodes.len());
+        let mut courses: HashMap<Node, Dependence> = HashMap::with_capacity(nodes.len());
         for &node in nodes {
-            let at = |x: Node| courses.get(&x).copied().unwrap_or(Course::Still);
+            let at = |x: Node| courses.get(&x).copied().unwrap_or(Dependence::Constant);
             let number = |x: Node| numbers.get(&x).copied();
             let course = match graph.term(node) {
-                Term::Input(Input::Coordinate(i)) if i == j => Course::Affine(1.0),
+                Term::Input(Input::Coordinate(i)) if i == j => Dependence::Affine(1.0),
                 Term::Negative(a) => at(a).times(Some(-1.0)),
                 Term::Sum(a, b) => at(a).plus(at(b), 1.0),
                 Term::Difference(a, b) => at(a).plus(at(b), -1.0),
                 Term::Product(a, b) => match (at(a), at(b)) {
-                    (a, Course::Still) => a.times(number(b)),
-                    (Course::Still, b) => b.times(number(a)),
+                    (a, Dependence::Constant) => a.times(number(b)),
+                    (Dependence::Constant, b) => b.times(number(a)),
                     (a, b) => a.with(b),
                 },
                 Term::Quotient(a, b) => match (at(a), at(b)) {
-                    (a, Course::Still) => a.times(number(b).map(f64::recip)),
+                    (a, Dependence::Constant) => a.times(number(b).map(f64::recip)),
                     (a, b) => a.with(b),
                 },
                 Term::Of(function, a) => match (function, at(a)) {
-                    (Function::Sin | Function::Cos, Course::Affine(rate)) => Course::Recurs(rate.abs()),
-                    (_, Course::Affine(_)) => Course::Other,
+                    (Function::Sin | Function::Cos, Dependence::Affine(rate)) => {
+                        Dependence::Periodic(rate.abs())
+                    }
+                    (_, Dependence::Affine(_)) => Dependence::Other,
                     (_, course) => course,
                 },
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => Course::Still,
-                // Slopes along an edge: V and D_j have none.
-                term @ (Term::Divided(..) | Term::Bend(..)) => {
-                    let still = term.operands().all(|x| at(x) == Course::Still);
-                    if still { Course::Still } else { Course::Other }
+                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => Dependence::Constant,
+                // V and D_j contain no divided differences.
+                term @ (Term::Divided(..) | Term::DividedDerivative(..)) => {
+                    let still = term.operands().all(|x| at(x) == Dependence::Constant);
+                    if still { Dependence::Constant } else { Dependence::Other }
                 }
             };
             courses.insert(node, course);
         }
         let roots = self.shape.fields.iter().filter_map(|root| courses.get(root).copied());
-        match roots.fold(Course::Still, Course::with) {
-            Course::Recurs(frequency) => Some(std::f64::consts::TAU / frequency),
-            Course::Still | Course::Affine(_) | Course::Other => None,
+        match roots.fold(Dependence::Constant, Dependence::with) {
+            Dependence::Periodic(frequency) => Some(std::f64::consts::TAU / frequency),
+            Dependence::Constant | Dependence::Affine(_) | Dependence::Other => None,
         }
     }
 }

@@ -1,22 +1,22 @@
-//! A polynomial of degree 4 or less along one coordinate, its coefficients made of the others.
+//! Polynomials of degree 4 or less in one coordinate, with coefficients that depend on the others.
 
-use crate::expression::graph::{Graph, Node};
-use crate::expression::monomial::Monomial;
 use afterbay_core::{Line, Scalar};
+use afterbay_expression::{Graph, Monomial, Node};
 use std::ops::Range;
 
-/// Coefficients, from the power 1 on.
-const COUNT: usize = 4;
+/// The largest degree, and the number of coefficients from the power 1 on.
+const DEGREE: usize = 4;
 
-/// Σ c_k q_jᵏ along q_j, where c_k is a number and a sum of products of other coordinates.
+/// Σ c_k q_jᵏ, where c_k is a constant plus a sum of products of other coordinates.
 #[derive(Debug)]
 pub(super) struct Polynomial {
-    /// Among all numbers the constant parts of c_1 to c_4, and the factor of each mixed monomial.
+    /// The range, among all numbers, of the constant parts of c_1 to c_4 and the factors of the
+    /// mixed monomials.
     numbers: Range<usize>,
     mixed: Box<[Mixed]>,
 }
 
-/// Part of a c_k.
+/// A product of other coordinates in a c_k.
 #[derive(Debug)]
 struct Mixed {
     /// k - 1
@@ -25,14 +25,14 @@ struct Mixed {
 }
 
 impl Polynomial {
-    /// What the monomials are along q_j; none where the degree is too high.
+    /// The monomials as a polynomial in q_j; none if the degree is too high.
     pub(super) fn new(
         graph: &mut Graph,
         numbers: &mut Vec<Node>,
         monomials: &[Monomial],
         j: u32,
     ) -> Option<Self> {
-        let (mut constant, mut mixed) = ([graph.number(0.0); COUNT], Vec::new());
+        let (mut constant, mut mixed) = ([graph.number(0.0); DEGREE], Vec::new());
         let mut factors = Vec::new();
         for Monomial { coefficient, factors: all } in monomials {
             let others: Box<[u32]> = all.iter().copied().filter(|&i| i != j).collect();
@@ -50,11 +50,12 @@ impl Polynomial {
         Some(Self { numbers: start..numbers.len(), mixed: mixed.into() })
     }
 
-    /// The divided difference from q to q with q_j moved to `to`, and its derivative by `to`.
+    /// The divided difference over the edge from q to q with q_j moved to `to`, and its derivative
+    /// by `to`.
     #[inline(always)]
     pub(super) fn mean<T: Scalar>(&self, numbers: &[T], q: &[T], j: usize, to: T) -> Line<T> {
         let numbers = &numbers[self.numbers.clone()];
-        let Some((constant, factors)) = numbers.split_first_chunk::<COUNT>() else {
+        let Some((constant, factors)) = numbers.split_first_chunk::<DEGREE>() else {
             return Line { value: T::zero(), slope: T::zero() };
         };
         let mut c = *constant;
@@ -64,7 +65,7 @@ impl Polynomial {
                 [i, k] => factor * q[i as usize] * q[k as usize],
                 ref others => others.iter().fold(factor, |product, &i| product * q[i as usize]),
             };
-            // Without a detour through memory.
+            // Without indexed writes, so that c stays in registers.
             c = std::array::from_fn(|k| if k == mixed.place { c[k] + product } else { c[k] });
         }
         // c1 + c2 (a + b) + c3 (a² + ab + b²) + c4 (a + b)(a² + b²) from a to b.

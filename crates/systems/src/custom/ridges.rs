@@ -1,65 +1,34 @@
-//! Sums of ridge polynomials Σ W(y) along each coordinate, where y = ℓ or ℓ² + d, ℓ = a q_j + b q_i + c.
+//! Sums of ridge polynomials Σ W(y) along each coordinate, where y = ℓ or y = ℓ² + d with the
+//! linear form ℓ = a q_j + b q_i + c.
 //!
-//! As ℓ goes from r to s the mean of ∂W/∂q_j is a W[r, s], and the divided difference W[r, s] is what (W(ℓ) - W(r))/(ℓ - r) is at s;
-//! for W(ℓ² + d) it is (r + s) W[r² + d, s² + d]. Horner's rule gives that quotient without a difference. Up to the fourth degree all
-//! is written out; where there are many coordinates, what does not depend on the one before is done for some at once.
+//! As ℓ goes from r to s, the divided difference along q_j is a W[r, s]. W[r, s] is the value at s
+//! of the polynomial (W(ℓ) - W(r))/(ℓ - r), whose coefficients Horner's rule gives without a
+//! difference. For W(ℓ² + d) it is (r + s) W[r² + d, s² + d]. Degrees up to 4 are written out. With
+//! many coordinates, eight are evaluated in SIMD lanes.
 
-use crate::expression::graph::{Graph, Node};
-use crate::expression::ridge::Ridge;
+mod block;
+mod link;
+
+pub(super) use link::Wanted;
+
 use afterbay_core::{Line, Scalar};
+use afterbay_expression::{Graph, Node, Ridge};
+use block::{Block, WIDTH};
+use link::{Link, cubic, cubic_derivative, divided_difference, horner};
 use std::ops::Range;
 
-/// A ridge polynomial along a coordinate.
-#[derive(Debug)]
-struct Link {
-    /// i, unless b = 0
-    other: Option<usize>,
-    /// Among all numbers a, b, c and the coefficients of W, from w_0 to w_2, w_4 or a higher one; of y = ℓ² + d a, b, c, d, w_0, w_1
-    /// and w_2, seven in all.
-    numbers: Range<usize>,
-}
-
-/// What is wanted of all coordinates at once: the sums, or their derivatives by q_j.
-#[derive(Clone, Copy)]
-pub(super) enum Wanted {
-    Slopes,
-    Values,
-}
-
-/// The links of every coordinate.
+/// The ridge polynomials of every coordinate.
 #[derive(Debug)]
 pub(super) struct Links {
     links: Vec<Link>,
-    /// Where those of coordinate j end.
+    /// The end of the links of coordinate j.
     ends: Vec<usize>,
     blocks: Vec<Block>,
 }
 
-/// Coordinates in a block.
-const WIDE: usize = 8;
-/// Numbers of each of its links and coordinates.
-const COLUMNS: usize = 8;
-
-/// Coordinates in a row with as many links each, of which cubics are wanted.
-#[derive(Debug)]
-struct Block {
-    first: usize,
-    /// Of each link, for all coordinates.
-    others: Vec<Others>,
-    /// a, b, c, the coefficients of a cubic and its factor of each link, each for all coordinates.
-    numbers: Range<usize>,
-}
-
-/// i of links side by side.
-#[derive(Debug)]
-enum Others {
-    /// One after the other from here.
-    Row(usize),
-    Any([usize; WIDE]),
-}
-
 impl Links {
-    /// The ridges along each coordinate, their numbers added to `numbers`. None if one is of two others, or of a high degree in ℓ² + d.
+    /// The links of the ridges along each coordinate, with their numbers appended to `numbers`.
+    /// None if a ridge depends on two other coordinates or has a degree above 2 in ℓ² + d.
     pub(super) fn new(
         graph: &mut Graph,
         numbers: &mut Vec<Node>,
@@ -74,10 +43,10 @@ impl Links {
             links.ends.push(links.links.len());
         }
         let mut first = 0;
-        while first + WIDE <= along.len() {
+        while first + WIDTH <= along.len() {
             let block =
                 Block::new(graph, numbers, first, std::array::from_fn(|i| links.of(first + i)), wanted);
-            first += if block.is_some() { WIDE } else { 1 };
+            first += if block.is_some() { WIDTH } else { 1 };
             links.blocks.extend(block);
         }
         Some(links)
@@ -89,7 +58,7 @@ impl Links {
         &self.links[start..self.ends[j]]
     }
 
-    /// The derivatives of the sum, of links made for slopes.
+    /// The derivatives of the sum by each coordinate, for links made with [`Wanted::Slopes`].
     #[inline(always)]
     pub(super) fn slopes<T: Scalar>(&self, numbers: &[T], q: &[T], to: &mut [T]) {
         if !self.blocks.is_empty() {
@@ -100,7 +69,7 @@ impl Links {
         }
     }
 
-    /// The sums, of links made for values.
+    /// The sum along each coordinate, for links made with [`Wanted::Values`].
     #[inline(always)]
     pub(super) fn values<T: Scalar>(&self, numbers: &[T], q: &[T], to: &mut [T]) {
         if !self.blocks.is_empty() {
@@ -121,14 +90,14 @@ impl Links {
                 };
             }
             if let Some(block) = block {
-                let mut sums = [T::zero(); WIDE];
+                let mut sums = [T::zero(); WIDTH];
                 block.add(numbers, q, &mut sums);
-                to[block.first..block.first + WIDE].copy_from_slice(&sums);
+                to[block.first..block.first + WIDTH].copy_from_slice(&sums);
             }
         }
     }
 
-    /// All sums in one, of links made for values.
+    /// The sum over all coordinates, for links made with [`Wanted::Values`].
     #[inline(always)]
     pub(super) fn total<T: Scalar>(&self, numbers: &[T], q: &[T]) -> T {
         if !self.blocks.is_empty() {
@@ -143,10 +112,10 @@ impl Links {
 
     #[inline(never)]
     fn total_in_blocks<T: Scalar>(&self, numbers: &[T], q: &[T]) -> T {
-        let mut sums = [T::zero(); WIDE];
+        let mut sums = [T::zero(); WIDTH];
         for (single, block) in self.runs() {
             for j in single {
-                sums[j % WIDE] += self.value(numbers, q, j).value;
+                sums[j % WIDTH] += self.value(numbers, q, j).value;
             }
             if let Some(block) = block {
                 block.add(numbers, q, &mut sums);
@@ -155,9 +124,10 @@ impl Links {
         sums.into_iter().fold(T::zero(), |sum, x| sum + x)
     }
 
-    /// The coordinates one by one before each block, and those after the last.
+    /// Each block with the single coordinates before it, then the single coordinates after the
+    /// last.
     fn runs(&self) -> impl Iterator<Item = (Range<usize>, Option<&Block>)> {
-        let starts = std::iter::once(0).chain(self.blocks.iter().map(|block| block.first + WIDE));
+        let starts = std::iter::once(0).chain(self.blocks.iter().map(|block| block.first + WIDTH));
         let ends = self.blocks.iter().map(|block| (block.first, Some(block)));
         starts.zip(ends.chain([(self.ends.len(), None)])).map(|(start, (end, block))| (start..end, block))
     }
@@ -174,7 +144,7 @@ impl Links {
                     (a, (form + form) * (w2 + w2).mul_add(form.mul_add(form, d), w1))
                 }
                 [a, b, c, _, w1, w2, w3, w4] => {
-                    (a, cubic(by_form([w1, w2, w3, w4]), a.mul_add(at, link.rest(b, c, q))))
+                    (a, cubic(cubic_derivative([w1, w2, w3, w4]), a.mul_add(at, link.rest(b, c, q))))
                 }
                 ref numbers => {
                     let (a, rest, coefficients) = link.parts(numbers, q);
@@ -186,7 +156,8 @@ impl Links {
         sum
     }
 
-    /// The mean of that derivative from q to q with q_j moved to `to`, and its own derivative by `to`.
+    /// The divided difference over the edge from q to q with q_j moved to `to`, and its derivative
+    /// by `to`.
     #[inline(always)]
     pub(super) fn mean<T: Scalar>(&self, numbers: &[T], q: &[T], j: usize, to: T) -> Line<T> {
         let mut sum = Line { value: T::zero(), slope: T::zero() };
@@ -216,7 +187,7 @@ impl Links {
                 }
                 ref numbers => {
                     let (a, rest, coefficients) = link.parts(numbers, q);
-                    (a, divided(coefficients, a.mul_add(q[j], rest), a.mul_add(to, rest)))
+                    (a, divided_difference(coefficients, a.mul_add(q[j], rest), a.mul_add(to, rest)))
                 }
             };
             sum.value = a.mul_add(mean.value, sum.value);
@@ -245,7 +216,7 @@ impl Links {
                 [a, b, c, w0, w1, w2, w3, w4] => {
                     let form = a.mul_add(q[j], link.rest(b, c, q));
                     let value = cubic([w1, w2, w3, w4], form).mul_add(form, w0);
-                    (a, Line { value, slope: cubic(by_form([w1, w2, w3, w4]), form) })
+                    (a, Line { value, slope: cubic(cubic_derivative([w1, w2, w3, w4]), form) })
                 }
                 ref numbers => {
                     let (a, rest, coefficients) = link.parts(numbers, q);
@@ -257,150 +228,4 @@ impl Links {
         }
         sum
     }
-}
-
-impl Link {
-    fn new(graph: &mut Graph, numbers: &mut Vec<Node>, ridge: &Ridge, j: usize) -> Option<Self> {
-        let (start, zero) = (numbers.len(), graph.number(0.0));
-        let (mut own, mut other) = (zero, None);
-        let form = ridge.base.form;
-        for (i, weight) in form.weights() {
-            match i as usize {
-                i if i == j => own = weight,
-                i if other.is_none() => other = Some((i, weight)),
-                _ => return None,
-            }
-        }
-        let (other, weight) = other.unzip();
-        numbers.extend([own, weight.unwrap_or(zero), form.offset]);
-        numbers.extend(ridge.base.shift);
-        numbers.extend(&ridge.coefficients);
-        let count = ridge.coefficients.len();
-        let padded = match ridge.base.shift {
-            Some(_) if count > 3 => return None,
-            _ if count <= 3 => 3,
-            _ => count.max(5),
-        };
-        numbers.resize(numbers.len() + (padded - count), zero);
-        Some(Self { other, numbers: start..numbers.len() })
-    }
-
-    /// Its column in a block, where what is wanted of it is a cubic.
-    fn column(&self, graph: &mut Graph, numbers: &[Node], wanted: Wanted) -> Option<[Node; COLUMNS]> {
-        let &[a, b, c, ref w @ ..] = &numbers[self.numbers.clone()] else { return None };
-        let plain = w.len() != 4;
-        let (coefficients, factor) = match wanted {
-            Wanted::Values => (w.to_vec(), graph.number(1.0)),
-            Wanted::Slopes => {
-                let mut slope = |(k, &w): (usize, &Node)| {
-                    let k = graph.number(k as f64);
-                    graph.product(k, w)
-                };
-                (w.iter().enumerate().skip(1).map(&mut slope).collect(), a)
-            }
-        };
-        let zero = graph.number(0.0);
-        let at = |k: usize| coefficients.get(k).copied().unwrap_or(zero);
-        let cubic = plain && coefficients.iter().skip(4).all(|&x| graph.is_zero(x));
-        cubic.then(|| [a, b, c, at(0), at(1), at(2), at(3), factor])
-    }
-
-    /// b q_i + c
-    #[inline(always)]
-    fn rest<T: Scalar>(&self, b: T, c: T, q: &[T]) -> T {
-        match self.other {
-            Some(i) => b.mul_add(q[i], c),
-            None => c,
-        }
-    }
-
-    /// a, b q_i + c, and the coefficients.
-    fn parts<'a, T: Scalar>(&self, numbers: &'a [T], q: &[T]) -> (T, T, &'a [T]) {
-        match numbers {
-            &[a, b, c, ref coefficients @ ..] => (a, self.rest(b, c, q), coefficients),
-            _ => (T::zero(), T::zero(), &[]),
-        }
-    }
-}
-
-impl Block {
-    /// The coordinates from `first` on, if they make one.
-    fn new(
-        graph: &mut Graph,
-        numbers: &mut Vec<Node>,
-        first: usize,
-        rows: [&[Link]; WIDE],
-        wanted: Wanted,
-    ) -> Option<Self> {
-        let (mut others, mut columns) = (Vec::new(), Vec::new());
-        for k in 0..rows[0].len() {
-            let mut of_link = Vec::with_capacity(WIDE);
-            for row in rows {
-                of_link.push(row.get(k)?.column(graph, numbers, wanted)?);
-            }
-            columns.extend((0..COLUMNS).flat_map(|i| of_link.iter().map(move |column| column[i])));
-            let any: [usize; WIDE] = std::array::from_fn(|i| rows[i][k].other.unwrap_or(first + i));
-            let row = any.is_sorted_by(|a, b| a + 1 == *b);
-            others.push(if row { Others::Row(any[0]) } else { Others::Any(any) });
-        }
-        let alike = rows.iter().all(|row| row.len() == rows[0].len());
-        alike.then(|| {
-            let start = numbers.len();
-            numbers.extend(columns);
-            Self { first, others, numbers: start..numbers.len() }
-        })
-    }
-
-    /// Adds what is wanted of each coordinate to its sum.
-    #[inline(always)]
-    fn add<T: Scalar>(&self, numbers: &[T], q: &[T], sums: &mut [T; WIDE]) {
-        let Some(at) = q[self.first..].first_chunk::<WIDE>() else { return };
-        let (columns, _) = numbers[self.numbers.clone()].as_chunks::<WIDE>();
-        let (columns, _) = columns.as_chunks::<COLUMNS>();
-        for (others, [a, b, c, c0, c1, c2, c3, factor]) in self.others.iter().zip(columns) {
-            let other = match others {
-                Others::Row(start) => q[*start..].first_chunk().copied().unwrap_or(*at),
-                Others::Any(any) => any.map(|i| q[i]),
-            };
-            for i in 0..WIDE {
-                let form = a[i].mul_add(at[i], b[i].mul_add(other[i], c[i]));
-                sums[i] = factor[i].mul_add(cubic([c0[i], c1[i], c2[i], c3[i]], form), sums[i]);
-            }
-        }
-    }
-}
-
-/// The coefficients of W' for those of W from w_1 to w_4.
-#[inline(always)]
-fn by_form<T: Scalar>([w1, w2, w3, w4]: [T; 4]) -> [T; 4] {
-    let twice = w4 + w4;
-    [w1, w2 + w2, w3 + w3 + w3, twice + twice]
-}
-
-/// c_0 + c_1 x + c_2 x² + c_3 x³, no more than three operations one after the other.
-#[inline(always)]
-fn cubic<T: Scalar>([c0, c1, c2, c3]: [T; 4], x: T) -> T {
-    (x * x).mul_add(c3.mul_add(x, c2), c1.mul_add(x, c0))
-}
-
-/// Σ c_k xᵏ and its derivative.
-#[inline(never)]
-fn horner<T: Scalar>(coefficients: &[T], x: T) -> Line<T> {
-    let zero = Line { value: T::zero(), slope: T::zero() };
-    coefficients.iter().rev().fold(zero, |Line { value, slope }, &c| Line {
-        value: value.mul_add(x, c),
-        slope: slope.mul_add(x, value),
-    })
-}
-
-/// (Σ c_k sᵏ - Σ c_k rᵏ) / (s - r) and its derivative by s.
-#[inline(never)]
-fn divided<T: Scalar>(coefficients: &[T], r: T, s: T) -> Line<T> {
-    let mut quotient = T::zero();
-    let mut line = Line { value: quotient, slope: quotient };
-    for &c in coefficients.iter().skip(1).rev() {
-        quotient = quotient.mul_add(r, c);
-        line = Line { value: line.value.mul_add(s, quotient), slope: line.slope.mul_add(s, line.value) };
-    }
-    line
 }

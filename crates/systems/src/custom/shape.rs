@@ -1,60 +1,61 @@
-//! What a system is whatever its parameters are: its programs and its structure.
+//! The part of a described system that does not depend on parameters: its programs and its
+//! structure.
 
 use super::description::Reading;
 use super::failure::{CustomError, Place};
 use super::polynomial::Polynomial;
 use super::ridges::{Links, Wanted};
 use super::structure::{Structure, linear};
-use crate::expression::graph::{Graph, Input, Kinds, Node};
-use crate::expression::program::{BLOCK, Program, REGISTERS, TooManyRegisters};
-use crate::expression::ridge::Ridge;
 use afterbay_core::Block;
+use afterbay_expression::{BLOCK, Graph, Input, Kinds, Node, Program, REGISTERS, Ridge, TooManyRegisters};
 use std::ops::Range;
 
-/// The most nodes of the graph, and the most instructions of all programs.
-const LARGEST: usize = 1 << 20;
+/// The largest number of nodes of the graph, of instructions of all programs, and of second
+/// derivatives. A choice, to bound memory.
+const LARGEST_SIZE: usize = 1 << 20;
 
-/// A program and where its frame lies among all frames.
+/// A program and the range of its frame among all frames.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) program: Program,
     pub(super) frame: Range<usize>,
 }
 
-/// The mean of ∂V/∂q_j along an edge and its derivative by the end.
+/// The divided difference of V along q_j and its derivative by the end of the edge.
 #[derive(Debug)]
-pub(super) enum Edge {
+pub(super) enum DividedDifference {
     /// V is a polynomial along q_j.
     Polynomial(Polynomial),
-    /// A program in slope form.
+    /// A program from slope arithmetic.
     Program(Part),
 }
 
-/// How V and its slopes are found.
+/// The evaluation of V and its derivatives.
 #[derive(Debug)]
 pub(super) enum Potential {
-    /// V is a sum of ridge polynomials: all of them along each coordinate, and each once.
+    /// V is a sum of ridge polynomials: all that depend on a coordinate in `along`, each one once
+    /// in `once`.
     Ridges { along: Links, once: Links },
-    /// V is anything else: V, ∇V, each ∂V/∂q_j at the point with q_j moved to the end, and its means;
-    /// and the part of V that changes with q_j, where it may be singular.
+    /// Any other V: programs for V, ∇V, each ∂V/∂q_j with q_j moved to the end of an edge, each
+    /// divided difference, and the part of V that depends on q_j if it may be singular.
     Programs {
         value: Part,
         gradient: Vec<Part>,
         partials: Vec<Part>,
-        edges: Vec<Edge>,
+        edges: Vec<DividedDifference>,
         singular: Vec<Option<Part>>,
     },
 }
 
-/// What D is made of.
+/// The evaluation of D.
 #[derive(Debug)]
-pub(super) enum Resistance {
-    /// D_j = γ_j p_j, nothing in γ_j but parameters.
+pub(super) enum DissipationKernel {
+    /// D_j = γ_j p_j, with γ_j made of parameters.
     Constant(Vec<Node>),
     /// D_j = γ_j p_j, γ_j(q) a sum of ridge polynomials.
     Linear(Links),
-    /// D_j with its derivatives by q_j and p_j; and D of (q, p, v).
-    General { drags: Vec<Part>, forces: Vec<Part> },
+    /// Any other D: D_j with its derivatives by q_j and p_j, and D as a function of (q, p, v).
+    General { local_dissipations: Vec<Part>, forces: Vec<Part> },
 }
 
 #[derive(Debug)]
@@ -64,30 +65,31 @@ pub(super) struct Shape {
     pub(super) parameters: Vec<String>,
     pub(super) places: Vec<(Place, Node, Range<usize>)>,
     pub(super) masses: Vec<Node>,
-    /// What is computed once the parameters are known, in order.
+    /// The nodes that depend on parameters alone, in order of evaluation.
     pub(super) closed: Vec<Node>,
     /// The frames of all programs and the numbers of all polynomials.
     pub(super) frames: Vec<Node>,
     pub(super) potential: Potential,
-    /// Can V be singular, as far as its form tells?
+    /// Whether V may be singular, by its form.
     pub(super) may_be_singular: bool,
-    pub(super) resistance: Resistance,
-    /// D_j of (q, p, v), and its derivatives by velocities where these are closed: none for no friction.
-    pub(super) frictions: Vec<Node>,
+    pub(super) dissipation_kernel: DissipationKernel,
+    /// D_j as functions of (q, p, v), empty if D = 0, and below their derivatives by velocities, if
+    /// these depend on parameters alone.
+    pub(super) dissipations: Vec<Node>,
     pub(super) matrix: Option<Vec<(usize, usize, Node)>>,
-    /// V, and D_j of (q, p, v).
+    /// V, and D_j as functions of (q, p, v).
     pub(super) fields: Vec<Node>,
-    /// The second derivatives but those by two momenta, and which they are.
+    /// The second derivatives, except those by two momenta, and their blocks, rows and columns.
     pub(super) curvature: Vec<Part>,
     pub(super) entries: Vec<(Block, usize, usize)>,
-    /// Where ∂V/∂q_j and D_j of (q, p) are not analytic.
+    /// The functions at whose zeros ∂V/∂q_j or D_j may not be analytic.
     pub(super) kinks: Vec<Part>,
     pub(super) structure: Structure,
 }
 
 impl Shape {
     pub(super) fn new(reading: Reading) -> Result<Self, CustomError> {
-        let Reading { graph, parameters, potential, masses, forces, frictions, places } = reading;
+        let Reading { graph, parameters, potential, masses, forces, dissipations, places } = reading;
         let dof = masses.len();
         let mut builder = Builder { graph, frames: Vec::new(), instructions: 0 };
         let coordinate = |j: usize| Input::Coordinate(j as u32);
@@ -105,7 +107,7 @@ impl Shape {
             }
             builder.fits(second.len())?;
         }
-        let mut drags = Vec::new();
+        let mut local_dissipations = Vec::new();
         for (i, &force) in forces.iter().enumerate() {
             let mut own = [builder.graph.number(0.0); 2];
             for kinds in [Kinds::COORDINATES, Kinds::MOMENTA] {
@@ -125,7 +127,7 @@ impl Shape {
                     }
                 }
             }
-            drags.push([force, own[0], own[1]]);
+            local_dissipations.push([force, own[0], own[1]]);
             builder.fits(second.len())?;
         }
 
@@ -134,9 +136,10 @@ impl Shape {
         let structure =
             Structure::new(&builder.graph, potential, &slopes, &forces, second_nodes, kinks.is_empty());
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
-        let resistance = builder.resistance(&structure, &drags, &frictions)?;
-        let matrix = builder.matrix(&frictions);
-        let fields = std::iter::once(potential).chain(frictions.iter().copied()).collect();
+        let dissipation_kernel =
+            builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
+        let matrix = builder.matrix(&dissipations);
+        let fields = std::iter::once(potential).chain(dissipations.iter().copied()).collect();
         let potential = builder.potential(potential, &slopes)?;
         let may_be_singular = match &potential {
             Potential::Programs { singular, .. } => singular.iter().any(Option::is_some),
@@ -148,12 +151,12 @@ impl Shape {
 
         let Builder { graph, frames, .. } = builder;
         let mut roots: Vec<Node> = frames.iter().chain(&masses).copied().collect();
-        if let Resistance::Constant(gammas) = &resistance {
+        if let DissipationKernel::Constant(gammas) = &dissipation_kernel {
             roots.extend(gammas);
         }
         roots.extend(matrix.iter().flatten().map(|x| x.2));
-        // Of what decides signs, the closed parts are wanted too.
-        let decisive = graph.all(&frictions).into_iter().chain(places.iter().map(|x| x.1));
+        // The closed parts of D also decide its sign.
+        let decisive = graph.all(&dissipations).into_iter().chain(places.iter().map(|x| x.1));
         roots.extend(decisive.filter(|&x| graph.closed(x)));
         let closed = graph.all(&roots);
         Ok(Self {
@@ -166,8 +169,8 @@ impl Shape {
             frames,
             potential,
             may_be_singular,
-            resistance,
-            frictions,
+            dissipation_kernel,
+            dissipations,
             matrix,
             fields,
             curvature,
@@ -192,19 +195,19 @@ impl Builder {
             ("second derivatives", second),
         ];
         for (what, count) in counts {
-            if count > LARGEST {
-                return Err(CustomError::TooLarge { what, count, limit: LARGEST });
+            if count > LARGEST_SIZE {
+                return Err(CustomError::TooLarge { what, count, limit: LARGEST_SIZE });
             }
         }
         Ok(())
     }
 
     fn part(&mut self, program: Program) -> Part {
-        self.instructions += program.len();
+        self.instructions += program.size();
         let start = self.frames.len();
-        self.frames.extend_from_slice(&program.frame);
+        self.frames.extend_from_slice(program.frame_nodes());
         let zero = self.graph.number(0.0);
-        self.frames.resize(start + program.frame.len().next_multiple_of(BLOCK), zero);
+        self.frames.resize(start + program.frame_nodes().len().next_multiple_of(BLOCK), zero);
         Part { program, frame: start..self.frames.len() }
     }
 
@@ -229,7 +232,7 @@ impl Builder {
         Ok(parts)
     }
 
-    /// As simple as the form of V allows.
+    /// The fastest evaluation that the form of V allows.
     fn potential(&mut self, potential: Node, slopes: &[Node]) -> Result<Potential, CustomError> {
         if let Some(ridges) = self.graph.ridges(potential) {
             let [mut along, mut once] = [0; 2].map(|_| vec![Vec::new(); slopes.len()]);
@@ -254,8 +257,8 @@ impl Builder {
     }
 
     /// γ_j, if each is a sum of ridge polynomials of q_j and another coordinate.
-    fn rates(&mut self, drags: &[[Node; 3]]) -> Result<Option<Links>, CustomError> {
-        let rates = drags.iter().map(|x| self.graph.ridges(x[2])).collect::<Option<Vec<_>>>();
+    fn rates(&mut self, local_dissipations: &[[Node; 3]]) -> Result<Option<Links>, CustomError> {
+        let rates = local_dissipations.iter().map(|x| self.graph.ridges(x[2])).collect::<Option<Vec<_>>>();
         let Some(rates) = rates else { return Ok(None) };
         let along: Vec<Vec<&Ridge>> = rates.iter().map(|ridges| ridges.iter().collect()).collect();
         self.links(&along, Wanted::Values)
@@ -272,36 +275,37 @@ impl Builder {
         Ok(links)
     }
 
-    fn resistance(
+    fn dissipation_kernel(
         &mut self,
         structure: &Structure,
-        drags: &[[Node; 3]],
-        frictions: &[Node],
-    ) -> Result<Resistance, CustomError> {
-        let constant = drags.iter().all(|x| self.graph.closed(x[2]));
-        if structure.linear_friction && !structure.coupled_friction && constant {
-            return Ok(Resistance::Constant(drags.iter().map(|x| x[2]).collect()));
+        local_dissipations: &[[Node; 3]],
+        dissipations: &[Node],
+    ) -> Result<DissipationKernel, CustomError> {
+        let constant = local_dissipations.iter().all(|x| self.graph.closed(x[2]));
+        if structure.linear_dissipation && !structure.coupled_dissipation && constant {
+            return Ok(DissipationKernel::Constant(local_dissipations.iter().map(|x| x[2]).collect()));
         }
-        if structure.linear_friction
-            && !structure.coupled_friction
-            && let Some(links) = self.rates(drags)?
+        if structure.linear_dissipation
+            && !structure.coupled_dissipation
+            && let Some(links) = self.rates(local_dissipations)?
         {
-            return Ok(Resistance::Linear(links));
+            return Ok(DissipationKernel::Linear(links));
         }
-        let drags = drags.iter().map(|results| self.one(results)).collect::<Result<_, _>>()?;
-        let frictions: Vec<(u32, Node)> = (0..).zip(frictions.iter().copied()).collect();
-        Ok(Resistance::General { drags, forces: self.many(&frictions)? })
+        let local_dissipations =
+            local_dissipations.iter().map(|results| self.one(results)).collect::<Result<_, _>>()?;
+        let dissipations: Vec<(u32, Node)> = (0..).zip(dissipations.iter().copied()).collect();
+        Ok(DissipationKernel::General { local_dissipations, forces: self.many(&dissipations)? })
     }
 
-    /// R, where D = R v and nothing in R but parameters.
-    fn matrix(&mut self, frictions: &[Node]) -> Option<Vec<(usize, usize, Node)>> {
+    /// R, if D = R v with R made of parameters.
+    fn matrix(&mut self, dissipations: &[Node]) -> Option<Vec<(usize, usize, Node)>> {
         let mut matrix = Vec::new();
-        for (i, &friction) in frictions.iter().enumerate() {
-            if !linear(&self.graph, friction, Kinds::VELOCITIES) {
+        for (i, &dissipation) in dissipations.iter().enumerate() {
+            if !linear(&self.graph, dissipation, Kinds::VELOCITIES) {
                 return None;
             }
-            let by = self.graph.inputs(friction, Kinds::VELOCITIES);
-            let row = self.graph.gradient(friction, Kinds::VELOCITIES, &by);
+            let by = self.graph.inputs(dissipation, Kinds::VELOCITIES);
+            let row = self.graph.gradient(dissipation, Kinds::VELOCITIES, &by);
             for (input, node) in by.into_iter().zip(row) {
                 match input {
                     Input::Velocity(k) if self.graph.closed(node) => matrix.push((i, k as usize, node)),
@@ -312,8 +316,8 @@ impl Builder {
         Some(matrix)
     }
 
-    /// The means along each coordinate, of the part of V that changes with it.
-    fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<Edges, CustomError> {
+    /// The divided difference along each coordinate, of the part of V that depends on it.
+    fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<DividedDifferences, CustomError> {
         let mut along = vec![Vec::new(); dof];
         for &summand in summands {
             for input in self.graph.inputs(summand, Kinds::COORDINATES) {
@@ -326,28 +330,28 @@ impl Builder {
         for (j, summands) in (0..).zip(along) {
             let zero = self.graph.number(0.0);
             let part = summands.into_iter().fold(zero, |sum, summand| self.graph.sum(sum, summand));
-            edges.push(self.edge(part, j)?);
+            edges.push(self.divided_difference(part, j)?);
             let doubtful = self.graph.may_be_singular(part);
             singular.push(if doubtful { Some(self.moving(j as usize, &[part])?) } else { None });
         }
         Ok((edges, singular))
     }
 
-    fn edge(&mut self, part: Node, j: u32) -> Result<Edge, CustomError> {
+    fn divided_difference(&mut self, part: Node, j: u32) -> Result<DividedDifference, CustomError> {
         if let Some(monomials) = self.graph.monomials(part)
             && let Some(edge) = Polynomial::new(&mut self.graph, &mut self.frames, &monomials, j)
         {
-            return Ok(Edge::Polynomial(edge));
+            return Ok(DividedDifference::Polynomial(edge));
         }
         let mean = self.graph.divided_difference(part, j);
         let slope = self.graph.gradient(mean, Kinds::END, &[Input::End]);
         let results: Vec<Node> = std::iter::once(mean).chain(slope).collect();
-        Ok(Edge::Program(self.one(&results)?))
+        Ok(DividedDifference::Program(self.one(&results)?))
     }
 }
 
-/// Means along each coordinate, and where what they are of may be singular.
-type Edges = (Vec<Edge>, Vec<Option<Part>>);
+/// Divided differences along each coordinate, and programs for the parts that may be singular.
+type DividedDifferences = (Vec<DividedDifference>, Vec<Option<Part>>);
 
 fn crowded(_: TooManyRegisters) -> CustomError {
     CustomError::TooLarge { what: "values needed at once", count: REGISTERS + 1, limit: REGISTERS }

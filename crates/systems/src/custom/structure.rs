@@ -1,23 +1,24 @@
-//! What a system is by the form of its expressions.
+//! Properties of a system that the form of its expressions shows.
 
-use crate::expression::graph::{Graph, Input, Kinds, Node};
 use afterbay_core::Coupling;
+use afterbay_expression::{Graph, Input, Kinds, Node};
 
-/// What follows from the form of V and D alone.
+/// Properties that follow from the form of V and D.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Structure {
     /// The degree of V, if it is a polynomial.
     pub degree: Option<u32>,
-    /// The degree of V in each coordinate, if it is a polynomial in that one.
+    /// The degree of V in each coordinate, if it is a polynomial in it.
     pub degrees: Vec<Option<u32>>,
-    /// H is quadratic and D linear, constant forces allowed: no second derivative depends on the state, and nothing jumps.
+    /// H is quadratic and D linear, apart from constant forces: all second derivatives are
+    /// constant.
     pub linear: bool,
-    /// Who acts on whom.
+    /// The pattern of degrees of freedom that act on each other.
     pub coupling: Coupling,
-    /// D is linear in p, D(q, 0) = 0.
-    pub linear_friction: bool,
-    /// A D_j mentions the momenta of others.
-    pub coupled_friction: bool,
+    /// D is linear in p with D(q, 0) = 0.
+    pub linear_dissipation: bool,
+    /// A D_j depends on another momentum than p_j.
+    pub coupled_dissipation: bool,
 }
 
 impl Structure {
@@ -35,14 +36,15 @@ impl Structure {
             let degrees = graph.degrees_by(slope, Input::Coordinate(j as u32))?;
             Some(if graph.is_zero(slope) { 0 } else { degrees.most.saturating_add(1) })
         };
-        let linear_friction = forces.iter().all(|&x| linear(graph, x, Kinds::MOMENTA));
-        let (mut pairs, mut coupled_friction) = (Vec::new(), false);
+        let linear_dissipation = forces.iter().all(|&x| linear(graph, x, Kinds::MOMENTA));
+        let (mut pairs, mut coupled_dissipation) = (Vec::new(), false);
         for (fields, momenta) in [(slopes, false), (forces, true)] {
             for (j, &field) in fields.iter().enumerate() {
                 for input in graph.inputs(field, Kinds::ALL) {
                     if let Input::Coordinate(i) | Input::Momentum(i) = input {
                         pairs.push((i as usize, j));
-                        coupled_friction |= momenta && matches!(input, Input::Momentum(_)) && i as usize != j;
+                        coupled_dissipation |=
+                            momenta && matches!(input, Input::Momentum(_)) && i as usize != j;
                     }
                 }
             }
@@ -54,13 +56,13 @@ impl Structure {
             degrees: slopes.iter().enumerate().map(along).collect(),
             linear: smooth && second.into_iter().all(|node| graph.closed(node)),
             coupling,
-            linear_friction,
-            coupled_friction,
+            linear_dissipation,
+            coupled_dissipation,
         }
     }
 }
 
-/// Is it homogeneous of degree 1?
+/// Whether the node is homogeneous of degree 1.
 pub(super) fn linear(graph: &Graph, node: Node, kinds: Kinds) -> bool {
     graph.is_zero(node) || graph.degrees(node, kinds).is_some_and(|degrees| degrees.are(1))
 }

@@ -1,17 +1,19 @@
 //! The pendulum along one angle or one momentum at a time, in closed form.
 //!
-//! With ψ = q_j - q_i, i the other rod, the kinetic energy is T = N/(2 det M), N = M22 p1² + M11 p2² - 2 B cos ψ p1 p2. Along an
-//! edge of q_j, from a to b, with m = (a + b)/2, e = (b - a)/2 (of ψ) and σ = sin e / e, differences come from products:
+//! With ψ = q_j - q_i, i the other rod, the kinetic energy is T = N/(2 det M), N = M22 p1² + M11
+//! p2² - 2 B cos ψ p1 p2. Along an edge of q_j, from a to b, with m = (a + b)/2, e = (b - a)/2 (of
+//! ψ) and σ = sin e / e, differences come from products:
 //!
 //! ```text
-//! Δcos ψ/Δψ = -σ sin m        Δsin² ψ/Δψ = 2 σ cos e sin m cos m        Δ(1 - cos q_j)/Δq_j = σ sin (mean of q_j)
+//! Δcos ψ/Δψ = -σ sin m        Δsin² ψ/Δψ = 2 σ cos e sin m cos m
+//! Δ(1 - cos q_j)/Δq_j = σ sin (mean of q_j)
 //! ΔT/Δψ = [ΔN/Δψ - (T_a + T_b) Δdet/Δψ] / (det_a + det_b)
 //! ```
 //!
 //! exact at any length of the edge. H is quadratic in p_j: its mean slope is that at the middle.
 
 use super::DampedDoublePendulum;
-use afterbay_core::{Mean, PhasePlane, Resistance, Scalar, Slopes};
+use afterbay_core::{Mean, PhasePlane, PlaneDissipation, Scalar, Slopes};
 
 /// sin x / x, and its derivative.
 #[inline(always)]
@@ -112,8 +114,8 @@ impl<T: Scalar> PhasePlane<T> for DampedDoublePendulum<T> {
     }
 
     #[inline(always)]
-    fn resistance(&self, _q: &[T], _p: &[T], j: usize, _at: [T; 2], v: T) -> Resistance<T> {
+    fn plane_dissipation(&self, _q: &[T], _p: &[T], j: usize, _at: [T; 2], v: T) -> PlaneDissipation<T> {
         let c = self.c[j];
-        Resistance { value: c * v, by_q: T::zero(), by_p: T::zero(), by_v: c }
+        PlaneDissipation { value: c * v, by_q: T::zero(), by_p: T::zero(), by_v: c }
     }
 }

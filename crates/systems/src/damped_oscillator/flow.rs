@@ -1,13 +1,14 @@
 //! The exact flow over a time h, `z → M z` for z = (q, p), with a = b/2, s = k - a²:
 //!
 //! ```text
-//! b² ≤ 4k    M = e^{-ah} cos(ωh) I + σ [ a  1 ; -k  -a ]                 ω = √s,   σ = e^{-ah} sin(ωh)/ω
-//! b² > 4k    M = diag(e^{-rh}, e^{-Rh}) + σ [ r  1 ; -k  -r ]            R = a ± √-s,   r = k/R,   |r| < |R|,
-//!                                                                         σ = (e^{-rh} - e^{-Rh})/(R - r)
+//! b² ≤ 4k    M = e^{-ah} cos(ωh) I + σ [ a  1 ; -k  -a ]
+//!            ω = √s,   σ = e^{-ah} sin(ωh)/ω
+//! b² > 4k    M = diag(e^{-rh}, e^{-Rh}) + σ [ r  1 ; -k  -r ]
+//!            R = a ± √-s,   r = k/R,   |r| < |R|,   σ = (e^{-rh} - e^{-Rh})/(R - r)
 //! ```
 //!
-//! σ is smooth where the two meet, and both keep its digits there. Hyperbolic functions do not occur: for large
-//! h they overflow long before M does.
+//! σ is smooth at b² = 4k, and both forms are accurate there. Hyperbolic functions are avoided: for
+//! large h they overflow long before M does.
 
 use super::DampedOscillator;
 use afterbay_core::{ExactFlow, Mask, Scalar, State, Vector};
@@ -15,21 +16,24 @@ use afterbay_core::{ExactFlow, Mask, Scalar, State, Vector};
 /// M = diag(keep) + σ [ r 1 ; -k -r ], r the rate.
 struct Transition<T> {
     keep: [T; 2],
-    /// keep - 1, with the digits the difference would lose.
+    /// keep - 1, without cancellation.
     lose: [T; 2],
     sigma: T,
     rate: T,
 }
 
 impl<T: Scalar> DampedOscillator<T> {
-    /// What the exact flow over the time `h`, of either sign, adds to (q, p, w) at (q, p).
+    /// The increments of (q, p, w) by the exact flow from (q, p) over the time `h`, which may be
+    /// negative.
     ///
-    /// Small steps lose nothing: in units of √k q and p the increments are good to a few roundings of the larger
-    /// entry of `|M - I| |z|`, where the difference of two states is good to a rounding of the state only. For
-    /// long times add a rounding for every unit of the phase and of the exponents. Δw is exactly 0 for b = 0.
+    /// In units of √k q and p the increments are accurate to a few roundings of the larger entry of
+    /// `|M - I| |z|`, while a difference of two states is accurate to a rounding of the state only.
+    /// Long times add a rounding for every unit of the phase and of the exponents. Δw is exactly 0
+    /// for b = 0.
     ///
-    /// It overflows where M does. A scalar of several numbers needs all of them on one side of b² = 4k, or those
-    /// that creep come out as NaN; derivatives by h exist everywhere, by k and b except at b² = 4k itself.
+    /// The increments overflow where M does. The lanes of a SIMD scalar must all be on the same
+    /// side of b² = 4k; otherwise the overdamped ones are NaN. Derivatives by h exist everywhere,
+    /// those by k and b except at b² = 4k.
     pub fn increment(&self, h: T, q: T, p: T) -> [T; 3] {
         self.advance(h, q, p).1
     }
@@ -40,7 +44,8 @@ impl<T: Scalar> DampedOscillator<T> {
         if T::zero().lt(creeping).all() {
             let m = self.creep(creeping.sqrt(), h);
             let (z, [dq, dp]) = m.apply(self.k, q, p);
-            // -ΔH = -(p Δp + k q Δq) - ½ (Δp² + k Δq²). The terms of the first bracket in pq cancel: left out.
+            // -ΔH = -(p Δp + k q Δq) - ½ (Δp² + k Δq²). The terms of the first bracket in pq
+            // cancel: left out.
             let [of_q, of_p] = [m.rate.mul_add(m.sigma, m.lose[0]), m.lose[1] - m.rate * m.sigma];
             let square = |q: T, p: T| self.k.mul_add(q * q, p * p);
             let linear = (of_p * p).mul_add(p, of_q * self.k * q * q);
@@ -48,7 +53,8 @@ impl<T: Scalar> DampedOscillator<T> {
         } else {
             let m = self.swing(-creeping, h);
             let ([q1, p1], [dq, dp]) = m.apply(self.k, q, p);
-            // The same by det M = e^{-bh}, which vanishes with b: -(e^{-bh} - 1) H + ½ b σ (p p1 - k q q1).
+            // The same by det M = e^{-bh}, which vanishes with b: -(e^{-bh} - 1) H + ½ b σ (p p1 -
+            // k q q1).
             let decay = (-self.b * h).exp_m1() * self.k.mul_add(q * q, p * p);
             let exchange = self.b * m.sigma * (p * p1 - self.k * q * q1);
             ([q1, p1], [dq, dp, (exchange - decay).half()])
@@ -89,8 +95,8 @@ impl<T: Scalar> Transition<T> {
         let mix = [self.sigma * self.rate.mul_add(q, p), -self.sigma * k.mul_add(q, self.rate * p)];
         let z = [q, p];
         let change = [0, 1].map(|i| self.lose[i].mul_add(z[i], mix[i]));
-        // Added to z while that is the larger part, so that nothing is lost on small steps; afterwards on its
-        // own, so that a state that has decayed keeps its digits.
+        // Added to z while that is the larger part, so that nothing is lost on small steps;
+        // afterwards on its own, so that a state that has decayed keeps its digits.
         let new = [0, 1].map(|i| {
             let short = self.lose[i].abs().lt(T::from_f64(0.5));
             T::select(short, z[i] + change[i], self.keep[i].mul_add(z[i], mix[i]))

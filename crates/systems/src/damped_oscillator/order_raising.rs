@@ -1,4 +1,5 @@
-//! δ₃ and δ₄ of the paper's section 4, for any k. With F = k q + b p = -p' and Q = p² + b q p + k q²,
+//! δ₃ and δ₄ of the paper's section 4, for any k. With F = k q + b p = -p' and Q = p² + b q p + k
+//! q²,
 //!
 //! ```text
 //! δ₃(q) = -p''/(12 p)                  = (k - b² - b k q/p)/12
@@ -14,8 +15,8 @@
 //! δ₃(p) has 22 b p in place of 2 b p:     δ₃ + 20 b p/(12 F)
 //! ```
 //!
-//! For other k the first is taken as it stands and the extra term of the second is ours, 20 b k p/(12 F), so that
-//! it is still the term in p that grows elevenfold.
+//! For other k the first is taken as it stands and the extra term of the second is ours, 20 b k
+//! p/(12 F), so that it is still the term in p that grows elevenfold.
 
 use super::DampedOscillator;
 use afterbay_core::{Correction, Misprinted, OrderRaising, Scalar, System};
@@ -34,7 +35,7 @@ impl<T: Scalar> DampedOscillator<T> {
     /// δ without damping, when it is a number: both poles are gone. It is 2 tan(ωh/2)/ω.
     fn undamped(&self) -> Option<Correction<T>> {
         let third = self.k / T::from_f64(12.0);
-        self.damping().zero.then_some(Correction { third, fourth: T::zero() })
+        self.dissipation_form().zero.then_some(Correction { third, fourth: T::zero() })
     }
 }
 

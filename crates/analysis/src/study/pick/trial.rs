@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
-use afterbay_core::{Effort, Grid, IntegrateError, State, Tolerance, View};
+use afterbay_core::{Effort, Grid, IntegrateError, State, StateRef, Tolerance};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -111,7 +111,7 @@ struct Watch<'a> {
 }
 
 /// The error of q and p, and that of w.
-fn off(found: View<'_, f64>, z: &[f64]) -> [f64; 2] {
+fn off(found: StateRef<'_, f64>, z: &[f64]) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
     let [q, p, w] = [(found.q, q), (found.p, p), (found.w, w)].map(|(found, exact)| {
@@ -122,7 +122,7 @@ fn off(found: View<'_, f64>, z: &[f64]) -> [f64; 2] {
 }
 
 impl Watch<'_> {
-    fn see(&mut self, step: u64, state: View<'_, f64>) -> ControlFlow<()> {
+    fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         let Bench { problem, wanted, dense, progress, subject, total } = self.bench;
         self.drift = self.drift.max((state.total(&**subject) - total).abs());
         if step > self.steps {
@@ -177,7 +177,7 @@ impl<'a> Bench<'a> {
         let mut watch = Watch {
             bench: self,
             drift: 0.0,
-            passivity: Passivity::new(self.subject.damping().passive, &state.w),
+            passivity: Passivity::new(self.subject.dissipation_form().passive, &state.w),
             steps: 0,
             next: 0.0,
             samples: 0,
@@ -190,14 +190,14 @@ impl<'a> Bench<'a> {
             Setting::Steps(row, steps) => {
                 let h = problem.end / steps as f64;
                 let grid = Grid::of(h, steps)?;
-                let look = &mut |step: u64, state: View<'_, f64>| watch.see(step, state);
+                let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
                 let result = problem.model.bind(row)?.run(grid, &mut state, 1, look);
                 let ending = Ending::of(&result, steps, watch.steps);
                 (ending, result.ok(), h, None)
             }
             Setting::Tolerance(row, tolerance) => {
                 let method = problem.model.bind_adaptive(row)?;
-                let look = &mut |step: u64, state: View<'_, f64>| watch.see(step, state);
+                let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
                 let result = method.run(&Tolerance::all(tolerance), problem.end, &mut state, look);
                 if let Err(IntegrateError::Input(error)) = result {
                     return Err(error.into());
@@ -221,7 +221,7 @@ impl<'a> Bench<'a> {
         let effort = effort.filter(|_| ending.is_completed());
         let at_end = effort.map(|_| {
             let exact = self.dense.end();
-            let errors = off(state.view(), &[exact.q, exact.p, exact.w].concat());
+            let errors = off(state.state_ref(), &[exact.q, exact.p, exact.w].concat());
             watch.take(self.problem.end, errors, self.dense.doubt_at_end());
             errors
         });

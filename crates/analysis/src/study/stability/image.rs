@@ -1,7 +1,7 @@
 //! What of a state is compared: coordinates that wind are points of a circle.
 
 use super::side::Side;
-use afterbay_core::View;
+use afterbay_core::StateRef;
 
 /// The map from a state to the numbers that are compared, z = (x, p, w): x holds q_j, or where the
 /// system recurs with the period P of q_j the point (P/2π) (cos 2πq_j/P, sin 2πq_j/P), which has
@@ -75,7 +75,7 @@ impl<T: Side> Image<T> {
 
     /// Writes z.
     #[inline]
-    pub(super) fn of(&self, state: View<'_, T>, z: &mut [T]) {
+    pub(super) fn of(&self, state: StateRef<'_, T>, z: &mut [T]) {
         let (x, rest) = z.split_at_mut(self.places());
         let (p, w) = rest.split_at_mut(self.turns.len());
         self.place(state.q, x);

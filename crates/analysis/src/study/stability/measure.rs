@@ -28,7 +28,7 @@ use super::halves::Halves;
 use super::image::Image;
 use super::side::{Side, lane_of, put_lane};
 use super::track::Track;
-use afterbay_core::{Passive, Scalar, System, View};
+use afterbay_core::{Passive, Scalar, StateRef, System};
 
 /// The most times a run is looked at.
 pub const MOST_LOOKS: u64 = 2048;
@@ -167,7 +167,7 @@ impl<T: Side> Seen<T> {
     #[inline]
     pub(super) fn look(
         &mut self,
-        state: View<'_, T>,
+        state: StateRef<'_, T>,
         look: Look,
         scales: &Scales<T>,
         system: &dyn System<T>,

@@ -7,7 +7,7 @@ use super::reference::{Event, Reference, Standing};
 use super::side::{Side, lane_of};
 use super::track::{Track, sizes};
 use super::verdict::SHARE;
-use afterbay_core::{System, View};
+use afterbay_core::{StateRef, System};
 
 /// A point of the solution.
 struct Node<T> {
@@ -92,7 +92,7 @@ impl<'a, T: Side> Walk<'a, T> {
     }
 
     /// Takes in the next point.
-    pub(super) fn arrive(&mut self, state: View<'_, T>) {
+    pub(super) fn arrive(&mut self, state: StateRef<'_, T>) {
         let Self { image, z, range: [low, high], .. } = self;
         std::mem::swap(&mut self.before, &mut self.now);
         let Node { point: [q, p, w], slopes: [dq, hq, _], asked } = &mut self.now;
@@ -138,7 +138,7 @@ impl<'a, T: Side> Walk<'a, T> {
         let [hq, _, hp] = &mut self.room;
         self.system.gradient(q, p, hq, hp);
         let t = T::from_f64(event.t);
-        self.image.of(View { q, p, w, t }, &mut self.z);
+        self.image.of(StateRef { q, p, w, t }, &mut self.z);
         if let (Some(sums), Some((origin, _))) = (self.sums.get_mut(event.step), &self.start) {
             sums.look(&self.z, kinetic(p, hp), event, origin);
             sums.largest = self.largest;

@@ -1,9 +1,8 @@
-//! Two points between which x + F passes `start`.
+//! Brackets: two points between which the residual changes its sign.
 
-use crate::{Mask, Scalar};
+use crate::numbers::{Mask, Scalar};
 
-/// Points with residuals of opposite signs, in each lane; as far away as can be where none is seen
-/// yet.
+/// Points with residuals of opposite signs, lane by lane; ±`f64::MAX` until one is known.
 pub(super) struct Bracket<T> {
     low: T,
     high: T,
@@ -16,7 +15,7 @@ impl<T: Scalar> Bracket<T> {
         Self { low: -far, high: far }
     }
 
-    /// Takes in a point. A bracket it contradicts is opened on the other side.
+    /// Adds a point. If it contradicts the bracket, the other side is opened.
     #[inline(always)]
     pub(super) fn take(&mut self, x: T, residual: T) {
         let (zero, none) = (T::zero(), Self::none());
@@ -28,14 +27,14 @@ impl<T: Scalar> Bracket<T> {
         self.low = T::select(crossed.and(above), none.low, self.low);
     }
 
-    /// Lanes in which both ends are seen.
+    /// Lanes in which both ends are known.
     #[inline(always)]
     fn is_closed(&self) -> T::Mask {
         let none = Self::none();
         none.low.lt(self.low).and(self.high.lt(none.high))
     }
 
-    /// Lanes in which the ends are no farther apart than `scale`.
+    /// Lanes in which the distance of the ends is at most `scale`.
     #[inline(always)]
     pub(super) fn within(&self, scale: T) -> T::Mask {
         self.is_closed().and((self.high - self.low).le(scale))

@@ -2,9 +2,9 @@
 
 mod convergence;
 
-use super::twice::Twice;
+use super::two_corrections::TwoCorrections;
 use super::*;
-use crate::f64x8;
+use crate::numbers::f64x8;
 use qd::Quad;
 
 /// x + s (a x + b x³) = start
@@ -13,8 +13,8 @@ fn cubic<T: Scalar>(a: f64, b: f64) -> impl FnMut(T, T) -> Sample<T> {
     move |s, x| Sample {
         value: s * (a * x + b * x * x * x),
         slope: s * (a + T::from_f64(3.0) * b * x * x),
-        rough: T::zero(),
-        blur: T::zero(),
+        argument_rounding: T::zero(),
+        value_rounding: T::zero(),
     }
 }
 
@@ -46,8 +46,8 @@ fn random(seed: &mut u64, low: f64, high: f64) -> f64 {
     low + (high - low) * (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Where the solution is small beside the start the second correction is as large as the solution, and each bit of the inverse
-/// counts.
+/// Where the solution is small beside the start the second correction is as large as the solution,
+/// and each bit of the inverse counts.
 #[test]
 fn two_evaluations_give_what_more_care_gives() {
     let (mut seed, mut taken, mut felt) = (1_u64, 0, 0);
@@ -59,13 +59,18 @@ fn two_evaluations_give_what_more_care_gives() {
         let mut nonlinear = cubic(a, b);
         let mut equation = |s: f64, x: f64| {
             let f = nonlinear(s, x);
-            Sample { value: f.value + s * force, rough: s * force.abs(), ..f }
+            Sample { value: f.value + s * force, argument_rounding: s * force.abs(), ..f }
         };
         let Some(quick) = Newton::ordinary(start, &mut equation) else { continue };
         let first = equation(1.0, start);
-        let twice = twice::<f64, true>(1.0, start, start, first, &mut equation);
-        let middle = twice.second.unwrap().0;
-        let careful = carefully::<f64, _, true>(1.0, start, Twice { done: false, ..twice }, &mut equation);
+        let pair = two_corrections::<f64, true>(1.0, start, start, first, &mut equation);
+        let middle = pair.second.unwrap().0;
+        let careful = iterate_to_rounding::<f64, _, true>(
+            1.0,
+            start,
+            TwoCorrections { done: false, ..pair },
+            &mut equation,
+        );
         assert!(!careful.stalled);
         assert_eq!((quick.x.to_bits(), 2), (careful.x.to_bits(), careful.evaluations), "{a} {b} {x} {start}");
         taken += 1;
@@ -90,7 +95,8 @@ fn stiff_and_steep_equations_are_solved_to_rounding() {
 
 #[test]
 fn the_solution_taken_is_the_one_that_leads_back_to_the_start() {
-    // Three solutions: about -10, -0.1 and 10.1; only the last is reached from s = 0 with a rising slope.
+    // Three solutions: about -10, -0.1 and 10.1; only the last is reached from s = 0 with a rising
+    // slope.
     let root = Newton.solve(0, 1.0, cubic(-11.0, 0.1)).unwrap();
     assert!((root.x - 10.05).abs() < 0.1, "{root:?}");
 }
@@ -103,8 +109,8 @@ fn double_well(h: f64, q: f64) -> impl FnMut(f64, f64) -> Sample<f64> {
         Sample {
             value: pull * ((q + to) * (q * q + to * to) / 4.0 - (q + to) / 2.0),
             slope: pull * h * ((q * q + 2.0 * q * to + 3.0 * to * to) / 4.0 - 0.5),
-            rough: 0.0,
-            blur: 0.0,
+            argument_rounding: 0.0,
+            value_rounding: 0.0,
         }
     }
 }
@@ -157,15 +163,15 @@ fn no_pair_of_folds_is_jumped_over() {
 #[test]
 fn slow_convergence_is_no_noise() {
     // V = q²/2, D = 1.4 p of which the slope is not known, h = 1, from q = 1 and p = 1e-3.
-    for blur in [0.0, 1e8] {
+    for value_rounding in [0.0, 1e8] {
         let root = Newton.solve(0, 1e-3, |s: f64, v: f64| Sample {
             value: s * 0.5 * (1.0 + s * v / 2.0 + 1.4 * v),
             slope: s * s * 0.25,
-            rough: s * 0.5,
-            blur: blur * s * 0.5,
+            argument_rounding: s * 0.5,
+            value_rounding: value_rounding * s * 0.5,
         });
         let exact = (1e-3 - 0.5) / 1.95;
-        assert!((root.unwrap().x - exact).abs() < 4e-16, "{blur}: {root:?} {exact}");
+        assert!((root.unwrap().x - exact).abs() < 4e-16, "{value_rounding}: {root:?} {exact}");
     }
 }
 
@@ -180,7 +186,12 @@ fn what_has_decayed_below_the_normal_numbers_is_solved() {
             let (h, pull) = (s * 0.05, s * 0.025);
             let to = h.mul_add(v, q);
             let slope = pull * (h * 0.5 + 2.0);
-            Sample { value: pull * ((q + to) * 0.5 + 2.0 * v), slope, rough: pull * 0.5 * q.abs(), blur: 0.0 }
+            Sample {
+                value: pull * ((q + to) * 0.5 + 2.0 * v),
+                slope,
+                argument_rounding: pull * 0.5 * q.abs(),
+                value_rounding: 0.0,
+            }
         });
         let exact = (p - 0.025 * q) / (1.0 + 0.025 * 2.025);
         assert!((root.unwrap().x - exact).abs() <= 1e-15 * exact.abs() + 1e-322, "{q:e} {p:e} {root:?}");
@@ -193,8 +204,8 @@ fn a_slope_that_is_not_the_derivative_leads_to_the_solution() {
     let root = Newton.solve(0, 1.0, |s: f64, x: f64| Sample {
         value: s * 3.0 * x,
         slope: 0.0,
-        rough: 0.0,
-        blur: 0.0,
+        argument_rounding: 0.0,
+        value_rounding: 0.0,
     });
     assert!(root.is_ok_and(|root| (root.x - 0.25).abs() < 1e-16 && root.evaluations < 30));
 }
@@ -206,8 +217,8 @@ fn a_lost_solution_is_a_failure() {
         .solve(1, 0.0, |s: f64, x: f64| Sample {
             value: s * (x * x - 4.0 * x + 6.0),
             slope: s * (2.0 * x - 4.0),
-            rough: 0.0,
-            blur: 0.0,
+            argument_rounding: 0.0,
+            value_rounding: 0.0,
         })
         .unwrap_err();
     let StepFailure::SeveralSolutions { dof: 1, share } = failure else { panic!("{failure}") };
@@ -216,7 +227,8 @@ fn a_lost_solution_is_a_failure() {
 
 #[test]
 fn a_fork_is_a_failure() {
-    // x + s (x³ - 2 x) = 0 has the solution 0, where the slope is 1 - 2 s, and ±√(2 - 1/s) beside it from s = 1/2 on.
+    // x + s (x³ - 2 x) = 0 has the solution 0, where the slope is 1 - 2 s, and ±√(2 - 1/s) beside
+    // it from s = 1/2 on.
     let failure = Newton.solve(0, 0.0, cubic(-2.0, 1.0)).unwrap_err();
     let StepFailure::SeveralSolutions { dof: 0, share } = failure else { panic!("{failure}") };
     assert!(share > 0.49, "{share}");
@@ -234,8 +246,8 @@ fn double_wells(h: [f64; 8], q: [f64; 8]) -> impl FnMut(f64x8, f64x8) -> Sample<
         Sample {
             value: each(|f| f.value),
             slope: each(|f| f.slope),
-            rough: each(|f| f.rough),
-            blur: each(|f| f.blur),
+            argument_rounding: each(|f| f.argument_rounding),
+            value_rounding: each(|f| f.value_rounding),
         }
     }
 }
@@ -278,8 +290,8 @@ fn side_by_side_all_fail_where_one_is_lost() {
         Sample {
             value: s * fold * (x * x - four * x + six),
             slope: s * fold * (two * x - four),
-            rough: x,
-            blur: x,
+            argument_rounding: x,
+            value_rounding: x,
         }
     };
     let failure = Newton.solve(0, f64x8::splat(0.0), folded).unwrap_err();

@@ -1,8 +1,10 @@
-//! Equations whose updates stop at the rounding of F: each is solved, alone and in lanes to the bit.
+//! Equations whose updates stop at the rounding of F: each is solved, alone and in lanes to the
+//! bit.
 
 use super::random;
+use crate::error::StepFailure;
+use crate::numbers::f64x8;
 use crate::solver::{FixedPoint, Newton, Sample, Solver};
-use crate::{StepFailure, f64x8};
 
 /// F, ∂F/∂x, and the size of the terms F is made of.
 type Force = fn(&Case, f64, f64) -> [f64; 3];
@@ -24,7 +26,7 @@ impl Case {
         let by_q = s * h / 2.0;
         let [value, slope, _] = force(self, s, v);
         let reach = q.abs().max(left.abs()).max(right.abs());
-        Sample { value, slope, rough: by_q * q.abs(), blur: by_q * reach }
+        Sample { value, slope, argument_rounding: by_q * q.abs(), value_rounding: by_q * reach }
     }
 
     /// 64 roundings of x, of the start, of a position and of the terms of F, over 1 + F'.
@@ -54,7 +56,8 @@ impl Case {
     }
 }
 
-/// Bonds of V = e^r - r - 1 to both neighbours, each of which is 0 to rounding near rest, and friction.
+/// Bonds of V = e^r - r - 1 to both neighbours, each of which is 0 to rounding near rest, and
+/// friction.
 fn toda(case: &Case, s: f64, v: f64) -> [f64; 3] {
     let (pull, to) = (s * case.h / 2.0, case.q + s * case.h * v);
     let [left, right] = [(to - case.beside[0]).exp(), (case.beside[1] - to).exp()];
@@ -121,8 +124,8 @@ fn check(name: &str, force: Force, steps: [f64; 2], sizes: [f64; 2]) {
             Sample {
                 value: each(|f| f.value),
                 slope: each(|f| f.slope),
-                rough: each(|f| f.rough),
-                blur: each(|f| f.blur),
+                argument_rounding: each(|f| f.argument_rounding),
+                value_rounding: each(|f| f.value_rounding),
             }
         });
         let lanes = together.unwrap_or_else(|e| panic!("{name}: {e}")).x.to_array();

@@ -1,0 +1,219 @@
+//! Steps that cannot be taken.
+
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::Quantity;
+use thiserror::Error;
+
+/// The reason why a step failed. The state is unchanged.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StepFailure {
+    /// The step gives a number that is not finite.
+    #[error(
+        "{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here",
+        dof + 1
+    )]
+    NonFinite {
+        /// Which vector.
+        quantity: Quantity,
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The value it would have.
+        value: f64,
+    },
+    /// The fixed-point iteration does not contract.
+    #[error(
+        "the fixed-point iteration of degree of freedom {} does not contract (updates change by \
+         the factor {} after {iterations} iterations): take a smaller step or Newton's method",
+        dof + 1,
+        factor(*ratio)
+    )]
+    NotContracting {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Iterations done.
+        iterations: u32,
+        /// The last update over the one before.
+        ratio: f64,
+    },
+    /// Newton's method finds no solution on the branch that starts at h = 0 within its limit of
+    /// iterations.
+    #[error(
+        "Newton's iteration of degree of freedom {} stalls (last update {update:e} after \
+         {iterations} iterations): it finds no solution that continues from h = 0, take a smaller \
+         step",
+        dof + 1
+    )]
+    NewtonStalled {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Iterations done.
+        iterations: u32,
+        /// The last update.
+        update: f64,
+    },
+    /// The branch of solutions that starts at h = 0 ends at a fold or forks before the whole step,
+    /// where the equation has several solutions.
+    #[error(
+        "the equation of degree of freedom {} has several solutions at {share:.6} of the step, and \
+         none is seen to continue from h = 0 to its end: take a smaller step",
+        dof + 1
+    )]
+    SeveralSolutions {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The share of the step at which several solutions are found.
+        share: f64,
+    },
+    /// The linear equation of the step has no solution.
+    #[error(
+        "the equation of degree of freedom {} is singular (its slope is {slope:e}): take another \
+         step",
+        dof + 1
+    )]
+    Singular {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The slope.
+        slope: f64,
+    },
+    /// The matrices of the equations exceed the memory allowed.
+    #[error(
+        "the equations of the step have {unknowns} unknowns, and their matrices would take \
+         {bytes:.1e} bytes: take a step so short that simple iteration contracts, or an explicit \
+         method"
+    )]
+    TooLarge {
+        /// The unknowns of one system of equations.
+        unknowns: usize,
+        /// The memory that all of their matrices would take.
+        bytes: f64,
+    },
+    /// No small change of (q, p) restores K.
+    #[error(
+        "the projection fails: K is off by {excess:e} after the step, and no change of q and p \
+         within the error allowed makes up for it: take a smaller step, allow a larger error, \
+         or take a method of collocation"
+    )]
+    ProjectionFailed {
+        /// The change of K over the step.
+        excess: f64,
+    },
+    /// δ is not finite: its denominator vanishes.
+    #[error(
+        "δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it",
+        dof + 1
+    )]
+    Pole {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// The denominator: p for δ(q), V' + D for δ(p).
+        denominator: f64,
+    },
+    /// The error control shortens the step until t + h = t.
+    #[error("the step shrinks to {h:e}, and t + h = t: allow a larger error, or end before")]
+    Vanishes {
+        /// The step.
+        h: f64,
+    },
+    /// A quadrature does not resolve H along the step, so that K would change.
+    #[error(
+        "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): \
+         take a smaller step"
+    )]
+    Unresolved {
+        /// The nodes of the quadrature.
+        nodes: usize,
+        /// The change of K, in rounding errors of its terms.
+        roundings: f64,
+    },
+    /// H is singular between the ends of the step: on the edge along which a coordinate moves, or
+    /// on the straight line from q to where the step leads. A mean of ∂H/∂q exists across a pole,
+    /// and would keep K.
+    #[error(
+        "H is singular between the ends of the step, in which q{} goes from {from:?} to {to:?}: no \
+         step crosses a singularity, take a smaller one, or end before the motion itself meets it",
+        dof + 1
+    )]
+    AcrossSingularity {
+        /// The degree of freedom that moves, or moves furthest, from 0.
+        dof: usize,
+        /// Its coordinate before the step.
+        from: f64,
+        /// Its coordinate after the step.
+        to: f64,
+    },
+    /// The mean of ∂V/∂q along an edge is not resolved by quadrature: there may be a singularity on
+    /// it.
+    #[error(
+        "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a \
+         smaller step, or give the edge in closed form",
+        dof + 1
+    )]
+    EdgeUnresolved {
+        /// Which degree of freedom, from 0.
+        dof: usize,
+        /// Where the edge starts.
+        from: f64,
+        /// Where it ends.
+        to: f64,
+    },
+    /// The divided differences along the edges of a step do not add up to the change of H.
+    #[error(
+        "the means along the edges of the step do not add up to the increment of H (K would move \
+         by {roundings:.0} roundings): H changes between the points they are taken from, or is \
+         another function; take a smaller step, or give the edges in closed form"
+    )]
+    BalanceLost {
+        /// The change of K, in rounding errors of its terms.
+        roundings: f64,
+    },
+    /// The step is too long for the flow of the linearised system to be computed.
+    #[error(
+        "h times the rates of the linearised system is more than {limit:e}, or about that: take a \
+         smaller step"
+    )]
+    TooLong {
+        /// The limit.
+        limit: f64,
+    },
+    /// No point near the end of an explicit step keeps K.
+    #[error(
+        "no relaxation root: K is off by {excess:e} after the explicit step, and no step near it \
+         keeps K: take another step size (a smaller one if K grows), or an implicit method"
+    )]
+    NoRelaxationRoot {
+        /// The change of K over the explicit step.
+        excess: f64,
+    },
+}
+
+/// A factor with three decimals, or in scientific notation if it is large.
+fn factor(x: f64) -> String {
+    if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
+}
+
+impl StepFailure {
+    /// The failure that names the first entry of `parts` that is not finite.
+    #[cold]
+    pub fn non_finite<T: Scalar>(parts: &[(Quantity, &[T])]) -> Self {
+        for &(quantity, part) in parts {
+            if let Some(dof) = part.iter().position(|x| !x.is_finite().all()) {
+                return Self::NonFinite { quantity, dof, value: part[dof].to_f64() };
+            }
+        }
+        Self::NonFinite { quantity: Quantity::Force, dof: 0, value: f64::NAN }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_are_short() {
+        let says = |ratio| StepFailure::NotContracting { dof: 0, iterations: 3, ratio }.to_string();
+        for (ratio, factor) in [(1.5, " 1.500 "), (1.25e300, " 1.25e300 "), (f64::NAN, " NaN ")] {
+            assert!(says(ratio).contains(factor), "{}", says(ratio));
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Numbers and functions of one number.
+//!
+//! A step is written once, for every [`Scalar`]: `f64`, [`Quad`] with 106 bits to see below the
+//! rounding of `f64`, SIMD lanes ([`f64x4`], [`f64x8`]), [`Corrected`] numbers that carry their
+//! rounding errors, [`Series`] for Taylor coefficients, [`Slope`] for divided differences,
+//! [`Interval`] for enclosures, and dual numbers (feature `num-dual`). Divided differences
+//! without cancellation are in [`divided`], means over an edge in [`quadrature`].
+
+mod corrected;
+pub mod divided;
+#[cfg(feature = "num-dual")]
+mod dual;
+mod interval;
+mod lanes;
+mod line;
+mod quad;
+pub mod quadrature;
+mod scalar;
+mod series;
+pub mod singularity;
+mod slope;
+mod vector;
+
+pub use corrected::{Corrected, Lanewise};
+pub use interval::{Certainty, Interval};
+pub use line::Line;
+pub use qd::Quad;
+pub use scalar::{Mask, Scalar};
+pub use series::Series;
+pub use slope::{Ends, Slope};
+pub use vector::Vector;
+pub use wide::{f64x4, f64x8};

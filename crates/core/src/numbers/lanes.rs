@@ -1,0 +1,117 @@
+//! Four or eight `f64` side by side ([`wide::f64x4`], [`wide::f64x8`]), each computed as it would
+//! be alone.
+//!
+//! Sums, products, quotients and roots round as those of `f64` do, and `ln` and `atan` are those of
+//! `f64`, lane by lane. `exp`, `exp_m1` and `sin_cos` are the crate's own: their last digits are
+//! not those of the standard library.
+
+use super::corrected::Lanewise;
+use super::scalar::{Mask, Scalar};
+use wide::{f64x4, f64x8};
+
+macro_rules! side_by_side {
+    ($($lanes:ty, $count:literal;)*) => {$(
+        impl Mask for $lanes {
+            #[inline(always)]
+            fn all(self) -> bool {
+                <$lanes>::all(self)
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                <$lanes>::any(self)
+            }
+            #[inline(always)]
+            fn and(self, other: Self) -> Self {
+                self & other
+            }
+            #[inline(always)]
+            fn or(self, other: Self) -> Self {
+                self | other
+            }
+            #[inline(always)]
+            fn not(self) -> Self {
+                !self
+            }
+        }
+
+        impl Scalar for $lanes {
+            /// All bits of a lane set or none.
+            type Mask = $lanes;
+            const LANES: usize = $count;
+            const EPSILON: f64 = f64::EPSILON / 2.0;
+
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                Self::splat(x)
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self.to_array()[0]
+            }
+            #[inline(always)]
+            fn lane(self, index: usize) -> f64 {
+                self.to_array()[index % $count]
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                <$lanes>::mul_add(self, a, b)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$lanes>::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$lanes>::sqrt(self)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                <$lanes>::exp(self)
+            }
+            #[inline(always)]
+            fn exp_m1(self) -> Self {
+                <$lanes>::exp_m1(self)
+            }
+            #[inline]
+            fn ln(self) -> Self {
+                Self::new(self.to_array().map(f64::ln))
+            }
+            #[inline(always)]
+            fn sin_cos(self) -> (Self, Self) {
+                <$lanes>::sin_cos(self)
+            }
+            #[inline]
+            fn atan(self) -> Self {
+                Self::new(self.to_array().map(f64::atan))
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> Self {
+                self.simd_lt(other)
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> Self {
+                self.simd_le(other)
+            }
+            #[inline(always)]
+            fn is_finite(self) -> Self {
+                (self * Self::splat(0.0)).simd_eq(Self::splat(0.0))
+            }
+            #[inline(always)]
+            fn select(mask: Self, a: Self, b: Self) -> Self {
+                mask.select(a, b)
+            }
+        }
+
+        impl Lanewise for $lanes {
+            #[inline(always)]
+            fn of_lanes(lane: impl FnMut(usize) -> f64) -> Self {
+                Self::new(std::array::from_fn(lane))
+            }
+        }
+    )*};
+}
+
+side_by_side! {
+    f64x4, 4;
+    f64x8, 8;
+}

@@ -1,0 +1,193 @@
+//! The trait of the numbers that systems and methods compute with.
+//!
+//! Comparisons give a [`Mask`], and branches on values are a [`Scalar::select`], so that a scalar
+//! may hold several numbers in SIMD lanes.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// The outcome of a comparison: one truth value for each number a [`Scalar`] holds.
+pub trait Mask: Copy {
+    /// Whether it is true in every lane.
+    fn all(self) -> bool;
+    /// Whether it is true in at least one lane.
+    fn any(self) -> bool;
+    /// True where both masks are.
+    fn and(self, other: Self) -> Self;
+    /// True where at least one mask is.
+    fn or(self, other: Self) -> Self;
+    /// True where the mask is not.
+    fn not(self) -> Self;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self & other
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self | other
+    }
+    #[inline(always)]
+    fn not(self) -> Self {
+        !self
+    }
+}
+
+/// A real number, or several in SIMD lanes.
+pub trait Scalar:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// The outcome of a comparison.
+    type Mask: Mask;
+
+    /// The number of lanes.
+    const LANES: usize = 1;
+
+    /// The unit roundoff: the largest relative error of a sum or product.
+    const EPSILON: f64;
+
+    /// `x`, without rounding.
+    fn from_f64(x: f64) -> Self;
+
+    /// The nearest `f64` (of the real part, of the first lane), for messages and tables.
+    fn to_f64(self) -> f64;
+
+    /// The nearest `f64` (of the real part) of one lane, counted from 0.
+    #[inline(always)]
+    fn lane(self, _index: usize) -> f64 {
+        self.to_f64()
+    }
+
+    /// `self · a + b`, with one rounding where the hardware has it.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// |self|
+    fn abs(self) -> Self;
+    /// √self
+    fn sqrt(self) -> Self;
+    /// e^self
+    fn exp(self) -> Self;
+    /// e^self - 1, accurate near 0.
+    fn exp_m1(self) -> Self;
+    /// ln self
+    fn ln(self) -> Self;
+    /// sin self and cos self.
+    fn sin_cos(self) -> (Self, Self);
+    /// The angle between -π/2 and π/2 whose tangent is self.
+    fn atan(self) -> Self;
+
+    /// self < other
+    fn lt(self, other: Self) -> Self::Mask;
+    /// self ≤ other
+    fn le(self, other: Self) -> Self::Mask;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> Self::Mask;
+    /// `a` where the mask is true, `b` elsewhere.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+
+    /// 0
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::from_f64(0.0)
+    }
+    /// 1
+    #[inline(always)]
+    fn one() -> Self {
+        Self::from_f64(1.0)
+    }
+    /// ½ self
+    #[inline(always)]
+    fn half(self) -> Self {
+        self * Self::from_f64(0.5)
+    }
+    /// 1 / self
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::one() / self
+    }
+}
+
+impl Scalar for f64 {
+    type Mask = bool;
+    const EPSILON: f64 = f64::EPSILON / 2.0;
+
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        f64::mul_add(self, a, b)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        f64::exp_m1(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    #[inline(always)]
+    fn atan(self) -> Self {
+        f64::atan(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        // Infinity and NaN give NaN. `f64::is_finite` would go through the integer registers.
+        self * 0.0 == 0.0
+    }
+    #[inline(always)]
+    fn select(mask: bool, a: Self, b: Self) -> Self {
+        if mask { a } else { b }
+    }
+}

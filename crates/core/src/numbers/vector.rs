@@ -1,0 +1,111 @@
+//! Storage of N numbers: on the stack where N is known to the compiler, on the heap where it is
+//! not.
+
+use super::scalar::Scalar;
+use nalgebra::{DVector, SVector};
+
+/// Storage of N scalars. Kernels are written once on slices. A constant [`Vector::LEN`] lets the
+/// compiler unroll their loops and, for N = 1, remove them.
+pub trait Vector: Clone + Send + Sync {
+    /// The type of the numbers.
+    type Scalar: Scalar;
+
+    /// The same storage of other scalars.
+    type Of<U: Scalar>: Vector<Scalar = U>;
+
+    /// The length, if the type fixes it.
+    const LEN: Option<usize>;
+
+    /// `len` zeros, or as many as the type fixes.
+    fn zeros(len: usize) -> Self;
+
+    /// f of each of `from`, as many as the type can hold.
+    #[inline(always)]
+    fn filled<U: Copy>(from: &[U], f: impl Fn(U) -> Self::Scalar) -> Self {
+        let mut vector = Self::zeros(from.len());
+        vector.as_mut_slice().iter_mut().zip(from).for_each(|(x, &from)| *x = f(from));
+        vector
+    }
+
+    /// The numbers.
+    fn as_slice(&self) -> &[Self::Scalar];
+
+    /// The numbers, mutable.
+    fn as_mut_slice(&mut self) -> &mut [Self::Scalar];
+}
+
+impl<T: Scalar, const N: usize> Vector for [T; N] {
+    type Scalar = T;
+    type Of<U: Scalar> = [U; N];
+    const LEN: Option<usize> = Some(N);
+
+    #[inline(always)]
+    fn zeros(_len: usize) -> Self {
+        [T::zero(); N]
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        self
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        self
+    }
+}
+
+impl<T: Scalar, const N: usize> Vector for SVector<T, N> {
+    type Scalar = T;
+    type Of<U: Scalar> = SVector<U, N>;
+    const LEN: Option<usize> = Some(N);
+
+    #[inline(always)]
+    fn zeros(_len: usize) -> Self {
+        Self::from_element(T::zero())
+    }
+    // The inner array: the compiler does not know the length of nalgebra's own slice (13 % at N =
+    // 1).
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        &self.data.0[0]
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        &mut self.data.0[0]
+    }
+}
+
+impl<T: Scalar> Vector for Vec<T> {
+    type Scalar = T;
+    type Of<U: Scalar> = Vec<U>;
+    const LEN: Option<usize> = None;
+
+    fn zeros(len: usize) -> Self {
+        vec![T::zero(); len]
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        self
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        self
+    }
+}
+
+impl<T: Scalar> Vector for DVector<T> {
+    type Scalar = T;
+    type Of<U: Scalar> = DVector<U>;
+    const LEN: Option<usize> = None;
+
+    fn zeros(len: usize) -> Self {
+        Self::from_element(len, T::zero())
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        self.data.as_slice()
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        self.data.as_mut_slice()
+    }
+}

@@ -1,0 +1,16 @@
+//! Runs: methods, grids of times and tolerances, the time loops, and observers.
+
+mod adaptive;
+mod controller;
+mod grid;
+mod integrate;
+mod method;
+mod observer;
+mod tolerance;
+
+pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
+pub use grid::Grid;
+pub use integrate::{integrate, integrate_in};
+pub use method::{Effort, Method};
+pub use observer::{Every, Observer};
+pub use tolerance::Tolerance;

@@ -1,0 +1,287 @@
+//! The time loop with error control: steps as long as a tolerance allows.
+
+use super::controller::{CUT, Controller, LAST_STRETCH, MOST_CUTS, first};
+use super::integrate::check_between;
+use super::method::Effort;
+use super::observer::Observer;
+use super::tolerance::Tolerance;
+use crate::error::{InputError, IntegrateError, RunError, StepFailure};
+use crate::numbers::{Mask, Scalar, Vector};
+use crate::system::{State, System};
+
+/// A method that estimates its own error.
+pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
+    /// Scratch space and the last attempted step.
+    type Workspace;
+
+    /// The least factor by which a step grows; at least 1. A step that could grow by less keeps its
+    /// length. Above 1 it pays for methods that reuse work as long as the step does not change.
+    const LEAST_GROWTH: f64 = 1.0;
+
+    /// The workspace for a run over the time `span`.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] if the method does not apply to this system,
+    /// [`InputError::Tolerance`] if it cannot meet the tolerance.
+    fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Self::Workspace, InputError>;
+
+    /// Computes the step h from `state`, which does not change, and estimates its error.
+    ///
+    /// # Errors
+    /// A [`StepFailure`]. A shorter step may succeed.
+    fn attempt(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Attempt, StepFailure>;
+
+    /// The coordinates at the end of the step attempted last.
+    fn end<'a>(&self, workspace: &'a Self::Workspace) -> &'a [V::Scalar];
+
+    /// Moves `state` to the end of the step attempted last. The caller sets its time.
+    fn accept(&self, state: &mut State<V>, workspace: &mut Self::Workspace);
+
+    /// Computes the state at the time h after `before`, the initial state of the step accepted
+    /// last, which is longer than h.
+    ///
+    /// # Errors
+    /// A [`StepFailure`].
+    fn between(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        before: &State<V>,
+        workspace: &mut Self::Workspace,
+        to: &mut State<V>,
+    ) -> Result<Effort, StepFailure>;
+}
+
+/// The estimates for an attempted step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attempt {
+    /// The error as a share of the error allowed for a step of its length; accepted up to 1.
+    pub error: f64,
+    /// The power of h by which this share grows.
+    pub order: u32,
+    /// The largest factor from this step to the next for reasons other than the error, such as
+    /// stability.
+    pub largest_growth: f64,
+    /// The work done.
+    pub effort: Effort,
+}
+
+/// The steps of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Steps taken.
+    pub accepted: u64,
+    /// Steps whose error was too large.
+    pub rejected: u64,
+    /// Steps that could not be computed.
+    pub failed: u64,
+    /// The shortest step taken.
+    pub least: f64,
+    /// The longest step taken.
+    pub largest: f64,
+    /// The work done for all of them.
+    pub effort: Effort,
+}
+
+/// Integrates from `state` to the time `end` and passes every accepted step to `observer`.
+///
+/// # Errors
+/// [`IntegrateError::Input`] if the state does not fit the system, the method does not apply, or
+/// the tolerance or the end is invalid; nothing was computed then. [`IntegrateError::Run`] if steps
+/// fail at every length or shrink until t + h = t; `state` is then that of the last successful
+/// step.
+pub fn integrate_within<V, S, M, O>(
+    method: &M,
+    system: &S,
+    tolerance: &Tolerance,
+    end: V::Scalar,
+    state: &mut State<V>,
+    observer: &mut O,
+) -> Result<Statistics, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Adaptive<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    let mut run = Run::new(method, system, tolerance, end, state)?;
+    let mut seen = observer.observe(0, state);
+    while seen.is_continue() && state.t.lt(end).all() {
+        run.step(state)?;
+        seen = observer.observe(run.statistics.accepted, state);
+    }
+    Ok(run.statistics)
+}
+
+/// Integrates from `state` to the last of `times`, which ascend from the time of the state, and
+/// passes the states at these times to `observer`. They are as accurate as the steps, and K is kept
+/// as well.
+///
+/// # Errors
+/// Those of [`integrate_within`], and [`InputError::End`] if the times do not ascend.
+pub fn sample_within<V, S, M, O>(
+    method: &M,
+    system: &S,
+    tolerance: &Tolerance,
+    times: &[V::Scalar],
+    state: &mut State<V>,
+    observer: &mut O,
+) -> Result<Statistics, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Adaptive<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    let Some(&end) = times.last() else { return Ok(Statistics::default()) };
+    if let Some(pair) = times.windows(2).find(|pair| !pair[0].le(pair[1]).all()) {
+        return Err(InputError::End { end: pair[1].to_f64() }.into());
+    }
+    if !state.t.le(times[0]).all() {
+        return Err(InputError::End { end: times[0].to_f64() }.into());
+    }
+    let mut run = Run::new(method, system, tolerance, end, state)?;
+    let (mut before, mut shown) = (state.clone(), state.clone());
+    for (n, &time) in (0..).zip(times) {
+        while state.t.lt(time).all() {
+            before.copy(state);
+            run.step(state)?;
+        }
+        let seen = if state.t == time {
+            observer.observe(n, state)
+        } else {
+            let h = time - before.t;
+            run.statistics.effort += match method.between(system, h, &before, &mut run.workspace, &mut shown)
+            {
+                Ok(effort) => effort,
+                // A state that cannot be computed within one step is reached by separate steps.
+                Err(_) => run.apart(&before, time, &mut shown)?,
+            };
+            shown.t = time;
+            observer.observe(n, &shown)
+        };
+        if seen.is_break() {
+            break;
+        }
+    }
+    Ok(run.statistics)
+}
+
+/// A run with its step size and statistics.
+struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
+    method: &'a M,
+    system: &'a S,
+    workspace: W,
+    tolerance: Tolerance,
+    end: V::Scalar,
+    controller: Controller,
+    statistics: Statistics,
+}
+
+impl<'a, V, S, M> Run<'a, V, S, M, M::Workspace>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Adaptive<V, S> + ?Sized,
+{
+    fn new(
+        method: &'a M,
+        system: &'a S,
+        tolerance: &Tolerance,
+        end: V::Scalar,
+        state: &State<V>,
+    ) -> Result<Self, InputError> {
+        state.check(system.dof())?;
+        tolerance.check::<V::Scalar>()?;
+        let span = (end - state.t).to_f64();
+        if !(span >= 0.0 && span.is_finite()) {
+            return Err(InputError::End { end: end.to_f64() });
+        }
+        let workspace = method.workspace(system, tolerance, span)?;
+        let h = first(system, state, tolerance).min(span);
+        let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
+        let tolerance = *tolerance;
+        Ok(Self { method, system, workspace, tolerance, end, controller: Controller::new(h), statistics })
+    }
+
+    /// Integrates from `before` to a time within the tolerance of the run, by steps apart from it.
+    #[cold]
+    fn apart(
+        &self,
+        before: &State<V>,
+        time: V::Scalar,
+        shown: &mut State<V>,
+    ) -> Result<Effort, IntegrateError> {
+        shown.copy(before);
+        let mut run =
+            Run { end: time, ..Run::new(self.method, self.system, &self.tolerance, self.end, before)? };
+        while shown.t.lt(time).all() {
+            run.step(shown).map_err(|error| self.failed(before, error.failure))?;
+        }
+        Ok(run.statistics.effort)
+    }
+
+    fn failed(&self, state: &State<V>, failure: StepFailure) -> RunError {
+        RunError { step: self.statistics.accepted + 1, t: state.t.to_f64(), failure }
+    }
+
+    /// Takes one step within the tolerance.
+    fn step(&mut self, state: &mut State<V>) -> Result<(), RunError> {
+        let left = self.end - state.t;
+        let mut cuts = 0;
+        loop {
+            // The last step is not much shorter than those before.
+            let rest = left.to_f64();
+            let last = rest <= self.controller.h * LAST_STRETCH;
+            let h = match rest / self.controller.h {
+                _ if last => left,
+                steps if steps < 2.0 => left.half(),
+                _ => V::Scalar::from_f64(self.controller.h),
+            };
+            if state.t + h == state.t {
+                return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
+            }
+            let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
+            match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
+                Err(failure) => {
+                    self.statistics.failed += 1;
+                    cuts += 1;
+                    if cuts > MOST_CUTS {
+                        return Err(self.failed(state, failure));
+                    }
+                    self.controller.h = CUT * h.to_f64();
+                }
+                Ok(attempt) => {
+                    self.statistics.effort += attempt.effort;
+                    let taken = attempt.error <= 1.0;
+                    self.controller.update(attempt, h.to_f64(), taken, cuts > 0, M::LEAST_GROWTH);
+                    if taken {
+                        self.method.accept(state, &mut self.workspace);
+                        state.t = if last { self.end } else { state.t + h };
+                        let h = h.to_f64();
+                        let Statistics { accepted, least, largest, .. } = &mut self.statistics;
+                        (*accepted, *least, *largest) = (*accepted + 1, least.min(h), largest.max(h));
+                        return Ok(());
+                    }
+                    self.statistics.rejected += 1;
+                    cuts = 1;
+                }
+            }
+        }
+    }
+
+    /// Fails a step that is accurate enough and has a singularity of H between its ends.
+    #[inline(always)]
+    fn refuse_across(&self, attempt: Attempt, state: &State<V>) -> Result<Attempt, StepFailure> {
+        if self.system.may_be_singular() && attempt.error <= 1.0 {
+            check_between(self.system, state.q.as_slice(), self.method.end(&self.workspace))?;
+        }
+        Ok(attempt)
+    }
+}

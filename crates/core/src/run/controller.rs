@@ -1,0 +1,108 @@
+//! The control of the step size.
+//!
+//! A controller that sees how the error changes from step to step (K. Gustafsson, ACM TOMS 20
+//! (1994) 496-517). All errors are shares of the error allowed for a step of that length.
+
+use super::adaptive::Attempt;
+use super::tolerance::Tolerance;
+use crate::numbers::{Scalar, Vector};
+use crate::system::{State, System};
+
+/// The error a step aims at, as a share of the error allowed; between 0 and 1. Values from 0.25 to
+/// 0.4 are usual (E. Hairer, S. P. Nørsett, G. Wanner, *Solving ODEs I*, section II.4).
+const TARGET_ERROR: f64 = 0.2;
+/// The largest factor by which a step grows or shrinks; above 1. Values from 1.5 to 5 are usual
+/// (ibid.).
+const LARGEST_FACTOR: f64 = 5.0;
+/// The largest factor for the step after a rejected one; below 1, so that it is shorter.
+const LARGEST_AFTER_REJECTION: f64 = 0.9;
+/// The first step, as a share of the step at which a solution of the size and slope of the initial
+/// state has the error allowed; between 0 and 1. A choice.
+const FIRST_SHARE: f64 = 0.3;
+/// The least size assumed for q and p when the first step is chosen, in their own units.
+const LEAST_SIZE: f64 = 1e-6;
+/// The least error that enters the next step, as a share of the error allowed. It only avoids ln 0.
+const LEAST_ERROR: f64 = 1e-30;
+/// The least error that is remembered for the trend, as a share of the error allowed: smaller ones
+/// are dominated by rounding and carry no trend.
+const LEAST_TREND: f64 = 1e-3;
+/// The factor for a step that could not be computed or was rejected again; between 0 and 1.
+pub(super) const CUT: f64 = 0.5;
+/// The largest number of such cuts in a row: 2⁻⁶⁰ of a step is below its rounding.
+pub(super) const MOST_CUTS: u32 = 60;
+/// A remaining time of up to so many steps is covered by one, and of less than 2 by two equal ones.
+pub(super) const LAST_STRETCH: f64 = 1.01;
+
+/// The size of the next step, and what is remembered of the step before.
+pub(super) struct Controller {
+    /// The length of the next step.
+    pub(super) h: f64,
+    /// The logarithm of the error of the last accepted step over [`TARGET_ERROR`].
+    log_error: f64,
+    /// The length of that step.
+    last_h: f64,
+}
+
+impl Controller {
+    /// A controller that begins with the step h.
+    pub(super) fn new(h: f64) -> Self {
+        Self { h, log_error: f64::INFINITY, last_h: h }
+    }
+
+    /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut`
+    /// says that a longer step has failed before. Growth by a factor below `least_growth` is not
+    /// made.
+    pub(super) fn update(&mut self, attempt: Attempt, h: f64, accepted: bool, cut: bool, least_growth: f64) {
+        self.h = h * self.factor(attempt, h, accepted, cut, least_growth);
+    }
+
+    fn factor(&mut self, attempt: Attempt, h: f64, accepted: bool, cut: bool, least_growth: f64) -> f64 {
+        let order = f64::from(attempt.order);
+        let error = ln(attempt.error.max(LEAST_ERROR) / TARGET_ERROR);
+        if !accepted {
+            // The error of a step that is rejected twice does not follow the power of h.
+            let factor = if cut {
+                CUT
+            } else {
+                exp(-error / order).clamp(1.0 / LARGEST_FACTOR, LARGEST_AFTER_REJECTION)
+            };
+            return factor.min(attempt.largest_growth);
+        }
+        let most = if cut { 1.0 } else { LARGEST_FACTOR };
+        // The step for the present error, shortened if the error goes on to grow as it did.
+        let longer = if h == self.last_h { 0.0 } else { ln(h / self.last_h) };
+        let trend = self.log_error - error + order * longer;
+        let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / LARGEST_FACTOR, most);
+        let factor = factor.min(attempt.largest_growth);
+        (self.last_h, self.log_error) = (h, error.max(ln(LEAST_TREND / TARGET_ERROR)));
+        if (1.0..least_growth).contains(&factor) { 1.0 } else { factor }
+    }
+}
+
+/// ln in single precision, which suffices for a step size and takes a third of the time.
+fn ln(x: f64) -> f64 {
+    f64::from((x as f32).ln())
+}
+
+/// exp in single precision.
+fn exp(x: f64) -> f64 {
+    f64::from((x as f32).exp())
+}
+
+/// The first step: a share of the time in which q or p would change by its size, such that a method
+/// of order 8 has about the error allowed.
+pub(super) fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
+    system: &S,
+    state: &State<V>,
+    tolerance: &Tolerance,
+) -> f64 {
+    let n = state.dof();
+    let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
+    system.gradient(state.q.as_slice(), state.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+    system.dissipation(state.q.as_slice(), state.p.as_slice(), hp.as_slice(), d.as_mut_slice());
+    let largest = |x: &V| x.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+    let size = largest(&state.q).max(largest(&state.p)).max(LEAST_SIZE);
+    let rate = largest(&hq).max(largest(&hp)).max(largest(&d));
+    let h = FIRST_SHARE * tolerance.relative.powf(0.125) * size / rate;
+    if h.is_finite() { h } else { f64::MAX }
+}

@@ -1,0 +1,84 @@
+//! Equally spaced times.
+
+use crate::error::InputError;
+use crate::numbers::Scalar;
+
+/// The times `t_n = t0 + n h`, n = 0..=steps. They are not accumulated, so that each has one
+/// rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid<T> {
+    /// h
+    pub h: T,
+    /// The number of steps.
+    pub steps: u64,
+}
+
+impl<T: Scalar> Grid<T> {
+    /// The steps of size `h` that end at `end`, counted from 0.
+    ///
+    /// # Errors
+    /// [`InputError::Step`] and [`InputError::End`] if a number is not positive and finite,
+    /// [`InputError::TimeStalled`] if `end + h = end`, [`InputError::NotAMultiple`] if `end / h`
+    /// differs from a whole number by more than rounding.
+    pub fn new(h: f64, end: f64) -> Result<Self, InputError> {
+        if !(end > 0.0 && end.is_finite()) {
+            return Err(InputError::End { end });
+        }
+        check_step(h)?;
+        if end + h == end {
+            return Err(InputError::TimeStalled { t: end, h });
+        }
+        let count = (end / h).round();
+        // The quotient of two rounded numbers is off by a few roundings of itself.
+        if count < 1.0 || ((end / h) - count).abs() > 4.0 * f64::EPSILON * count {
+            return Err(InputError::NotAMultiple { end, h, nearest: end / count.max(1.0) });
+        }
+        Ok(Self { h: T::from_f64(h), steps: count as u64 })
+    }
+
+    /// `steps` steps of size `h`.
+    ///
+    /// # Errors
+    /// [`InputError::Step`] if the step is not positive and finite, [`InputError::End`] if the end
+    /// overflows.
+    pub fn of(h: f64, steps: u64) -> Result<Self, InputError> {
+        check_step(h)?;
+        let end = h * steps as f64;
+        if !end.is_finite() {
+            return Err(InputError::End { end });
+        }
+        Ok(Self { h: T::from_f64(h), steps })
+    }
+}
+
+fn check_step(h: f64) -> Result<(), InputError> {
+    if h > 0.0 && h.is_finite() { Ok(()) } else { Err(InputError::Step { h }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_steps_are_counted() {
+        for (h, end, steps) in
+            [(0.1, 20.0, 200), (0.001, 20.0, 20_000), (1.0 / 3.0, 1.0, 3), (0.036, 0.036, 1)]
+        {
+            assert_eq!(Grid::<f64>::new(h, end).unwrap().steps, steps);
+        }
+    }
+
+    #[test]
+    fn steps_that_lead_nowhere_are_refused() {
+        for h in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+            assert!(matches!(Grid::<f64>::new(h, 1.0), Err(InputError::Step { .. })), "{h}");
+        }
+        for end in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(Grid::<f64>::new(0.1, end), Err(InputError::End { .. })), "{end}");
+        }
+        assert!(matches!(Grid::<f64>::new(1e-20, 1.0), Err(InputError::TimeStalled { .. })));
+        let error = Grid::<f64>::new(0.3, 1.0).unwrap_err();
+        assert_eq!(error, InputError::NotAMultiple { end: 1.0, h: 0.3, nearest: 1.0 / 3.0 });
+        assert!(matches!(Grid::<f64>::new(3.0, 1.0), Err(InputError::NotAMultiple { .. })));
+    }
+}

@@ -1,0 +1,179 @@
+//! The time loop with a fixed step.
+
+use super::grid::Grid;
+use super::method::{Effort, Method};
+use super::observer::Observer;
+use crate::error::{InputError, IntegrateError, RunError, StepFailure};
+use crate::numbers::{Mask, Scalar, Vector};
+use crate::system::{State, System};
+use std::ops::ControlFlow;
+
+/// Steps between two checks whether the state has come to rest. A choice: so many that the checks
+/// cost little beside the steps.
+const STEPS_BETWEEN_CHECKS: u64 = 1024;
+
+/// Integrates over the grid from `state` and passes the states that `observer` asks for. The times
+/// are `t + n h`, with t the time of the initial state.
+///
+/// # Errors
+/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply;
+/// nothing was computed then. [`IntegrateError::Run`] if a step fails; `state` is then that of the
+/// last successful step.
+pub fn integrate<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    state.check(system.dof())?;
+    integrate_in(method, system, grid, state, &mut method.workspace(system)?, observer)
+}
+
+/// [`integrate`] in a given workspace for the method and the system. It must be new, unless the
+/// method is memoryless ([`Method::is_memoryless`]).
+///
+/// # Errors
+/// Those of [`integrate`].
+#[inline(always)]
+pub fn integrate_in<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
+    workspace: &mut M::Workspace,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    state.check(system.dof())?;
+    let mut effort = Effort::default();
+    let start = state.t;
+    let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
+    let end = time(grid.steps);
+    if end + grid.h == end || !end.is_finite().all() {
+        return Err(InputError::TimeStalled { t: end.to_f64(), h: grid.h.to_f64() }.into());
+    }
+    if observer.observe(0, state).is_break() {
+        return Ok(effort);
+    }
+    let mut done = 0;
+    let guarded = system.may_be_singular() && !method.refuses_singularities();
+    let mut guard = guarded.then(|| state.clone());
+    let mut before = state.clone();
+    // The work of a step, once steps leave the state unchanged.
+    let mut idle = None;
+    while done < grid.steps {
+        let settled = grid.steps.min(done + STEPS_BETWEEN_CHECKS);
+        // A local copy whose address is not shared lets small states stay in registers.
+        let mut current = std::mem::replace(state, State::vacant());
+        let mut outcome = Ok(ControlFlow::Continue(()));
+        while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
+            let count = observer.next(done).min(settled).saturating_sub(done).max(1);
+            let taken = match idle {
+                // All further steps leave the state unchanged, too.
+                Some(each) => Ok(Effort::times(each, count)),
+                None => match &mut guard {
+                    Some(before) => {
+                        guarded_steps(method, system, grid.h, count, [before, &mut current], workspace)
+                    }
+                    None => method.steps(system, grid.h, count, &mut current, workspace),
+                },
+            };
+            match taken {
+                Ok(spent) => {
+                    effort += spent;
+                    done += count;
+                    current.t = time(done);
+                    outcome = Ok(observer.observe(done, &current));
+                }
+                Err((good, failure)) => {
+                    done += good;
+                    current.t = time(done);
+                    outcome = Err(RunError { step: done + 1, t: current.t.to_f64(), failure });
+                }
+            }
+        }
+        *state = current;
+        state.settle();
+        if outcome?.is_break() {
+            break;
+        }
+        if idle.is_none() && done < grid.steps && method.is_memoryless() && state.stands_where(&before) {
+            idle = effort_at_rest(method, system, grid.h, state);
+        }
+        before.copy(state);
+    }
+    Ok(effort)
+}
+
+/// Takes `count` steps one at a time and refuses the first that crosses a singularity of H, as
+/// [`Method::steps`] does what fails.
+#[inline(never)]
+fn guarded_steps<V, S, M>(
+    method: &M,
+    system: &S,
+    h: V::Scalar,
+    count: u64,
+    [before, state]: [&mut State<V>; 2],
+    workspace: &mut M::Workspace,
+) -> Result<Effort, (u64, StepFailure)>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let mut effort = Effort::default();
+    for done in 0..count {
+        before.copy(state);
+        effort += method.steps(system, h, 1, state, workspace).map_err(|(_, failure)| (done, failure))?;
+        if let Err(failure) = check_between(system, before.q.as_slice(), state.q.as_slice()) {
+            state.copy(before);
+            return Err((done, failure));
+        }
+    }
+    Ok(effort)
+}
+
+/// Refuses a step between whose ends H is singular.
+///
+/// # Errors
+/// [`StepFailure::AcrossSingularity`], with the coordinate that moves furthest.
+pub(crate) fn check_between<T, S>(system: &S, from: &[T], to: &[T]) -> Result<(), StepFailure>
+where
+    T: Scalar,
+    S: System<T> + ?Sized,
+{
+    if !system.is_singular_between(from, to) {
+        return Ok(());
+    }
+    let moved = |j: usize| (to[j] - from[j]).abs().to_f64();
+    let dof = (0..to.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0);
+    let [from, to] = [from, to].map(|q| q.get(dof).map_or(0.0, |q| q.to_f64()));
+    Err(StepFailure::AcrossSingularity { dof, from, to })
+}
+
+/// The work of a step that leaves the state unchanged; none if the step changes it. It uses its own
+/// workspace, so that the one of the loop can stay in registers.
+#[cold]
+#[inline(never)]
+fn effort_at_rest<V, S, M>(method: &M, system: &S, h: V::Scalar, state: &State<V>) -> Option<Effort>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let (mut next, mut workspace) = (state.clone(), method.workspace(system).ok()?);
+    let spent = method.steps(system, h, 1, &mut next, &mut workspace).ok()?;
+    next.stands_where(state).then_some(spent)
+}

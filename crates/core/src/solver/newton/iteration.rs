@@ -1,0 +1,249 @@
+//! Newton's iteration for equations that two evaluations do not solve in every lane.
+
+use super::bracket::Bracket;
+use super::rounding::{MeasuredRounding, Point, measure_rounding};
+use super::two_corrections::{Correction, TwoCorrections};
+use super::{Equation, MOST_MISSING, Outcome, Sample};
+use crate::numbers::{Mask, Scalar};
+use std::hint::cold_path;
+
+/// The largest number of evaluations of the direct iteration. Bisection takes 64 to 128 of them for
+/// all bits of a number.
+const MOST_EVALUATIONS: u32 = 200;
+/// Evaluations after which the iteration is confined to a bracket. A choice: Newton's method needs
+/// fewer where it converges quadratically.
+const EVALUATIONS_BEFORE_BRACKET: u32 = 16;
+/// The largest |F'| at the start for a direct iteration; between 0 and 1. Beyond it the solution at
+/// s = 1 may be on another branch, and is continued from s = 0.
+const LARGEST_DIRECT_SLOPE: f64 = 0.125;
+/// The largest correction that counts as noise, in rounding errors of the terms of the equation.
+const NOISE_ROUNDINGS: f64 = 64.0;
+
+/// Corrects until every lane has converged or stalled.
+#[cold]
+#[inline(never)]
+pub(super) fn iterate_to_rounding<T: Scalar, E: Equation<T>, const DIRECT: bool>(
+    s: T,
+    start: T,
+    pair: TwoCorrections<T>,
+    equation: &mut E,
+) -> Outcome<T> {
+    // Lanes with an improvable inverse are where this iteration would have them, to the bit.
+    let (mut iteration, mut evaluations) = match pair.second {
+        Some((middle, second)) if DIRECT && pair.improvable.or(pair.done).all() => {
+            (Iteration::after(&pair, middle, second), 2)
+        }
+        _ => (Iteration::new(&pair), 0),
+    };
+    let mut looked = if evaluations > 1 { iteration.judge(s, start, equation) } else { 0 };
+    let second = pair.second.map(|(middle, f)| (T::select(pair.done, pair.end, middle), f));
+    while !iteration.done.or(iteration.stalled).all() {
+        if evaluations == MOST_EVALUATIONS {
+            iteration.stalled = iteration.done.not();
+            break;
+        }
+        evaluations += 1;
+        let f = match (evaluations, second) {
+            (1, _) => pair.first.1,
+            (2, Some((middle, f))) if iteration.x == middle => f,
+            _ => equation.at(s, iteration.x),
+        };
+        iteration.correct::<DIRECT>(start, f, evaluations);
+        if evaluations > 1 {
+            looked += iteration.judge(s, start, equation);
+        }
+    }
+    let Iteration { x, stalled, correction: Correction { update, .. }, .. } = iteration;
+    Outcome { x, stalled, update, evaluations: evaluations + looked }
+}
+
+/// The state of an iteration, lane by lane.
+struct Iteration<T: Scalar> {
+    x: T,
+    /// Lanes that have converged, and below, lanes that have failed. Both keep their x.
+    done: T::Mask,
+    stalled: T::Mask,
+    inverse: T,
+    /// Lanes in which the inverse has just been computed by a division.
+    anew: T::Mask,
+    /// The last two corrections.
+    correction: Correction<T>,
+    /// The square of what the inverse missed of the last slope.
+    rest: T,
+    /// The last two points.
+    seen: [Point<T>; 2],
+    argument_rounding: T,
+    value_rounding: T,
+    /// The measured rounding error of F.
+    rounding: T,
+    /// The number of corrections that grew and are small enough for noise.
+    grown: T,
+    bracket: Bracket<T>,
+    /// Lanes in which the last two moves were bisections, older first.
+    halved: [T::Mask; 2],
+}
+
+impl<T: Scalar> Iteration<T> {
+    /// The state before the first correction.
+    #[inline(always)]
+    fn new(pair: &TwoCorrections<T>) -> Self {
+        let (zero, one) = (T::zero(), T::one());
+        let none = one.lt(zero);
+        Self {
+            x: T::select(pair.done, pair.end, pair.first.0),
+            done: pair.done,
+            stalled: none,
+            inverse: one,
+            anew: none,
+            correction: Correction::none(),
+            rest: zero,
+            seen: [Point { x: zero, slope: one, residual: zero }; 2],
+            argument_rounding: zero,
+            value_rounding: zero,
+            rounding: zero,
+            grown: zero,
+            bracket: Bracket::none(),
+            halved: [none; 2],
+        }
+    }
+
+    /// The state after both corrections of an ordinary step.
+    #[inline(always)]
+    fn after(pair: &TwoCorrections<T>, middle: T, second: Sample<T>) -> Self {
+        let (one, [before, residual]) = (T::one(), pair.residuals);
+        let (x, first) = pair.first;
+        let Correction { missing, .. } = pair.correction;
+        Self {
+            x: pair.end,
+            inverse: pair.inverse,
+            correction: pair.correction,
+            rest: missing * missing,
+            seen: [
+                Point { x, slope: one + first.slope, residual: before },
+                Point { x: middle, slope: one + second.slope, residual },
+            ],
+            argument_rounding: second.argument_rounding,
+            value_rounding: second.value_rounding,
+            ..Self::new(pair)
+        }
+    }
+
+    /// A correction with an inverse slope that is improved or computed anew.
+    #[inline(always)]
+    fn correct<const DIRECT: bool>(&mut self, start: T, f: Sample<T>, evaluations: u32) {
+        let (zero, one) = (T::zero(), T::one());
+        let mut open = self.done.or(self.stalled).not();
+        // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses and
+        // needs no division. An inverse that misses much, as for any slope that is not positive, is
+        // computed anew.
+        let (before, inverse) = (self.rest, self.inverse);
+        let short = one - inverse;
+        let missing = (-f.slope).mul_add(inverse, short);
+        self.rest = missing * missing;
+        self.anew = open.and(T::from_f64(MOST_MISSING).le(missing.abs()));
+        self.inverse = if DIRECT && evaluations == 2 {
+            // As in `two_corrections`, to the bit. The square of a small inverse would underflow.
+            (-f.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse))
+        } else {
+            inverse.mul_add(missing, inverse)
+        };
+        if self.anew.any() {
+            cold_path();
+            let derivative = one + f.slope;
+            let mut stalled = zero.lt(derivative).not();
+            // A steep F is continued from s = 0 in steps.
+            if DIRECT && evaluations == 1 {
+                stalled = stalled.or(T::from_f64(LARGEST_DIRECT_SLOPE).lt(f.slope.abs()));
+            }
+            self.stalled = self.stalled.or(self.anew.and(stalled));
+            open = open.and(self.stalled.not());
+            self.rest = T::select(self.anew, zero, self.rest);
+            self.inverse = T::select(self.anew, derivative.recip(), self.inverse);
+        }
+        let residual = if DIRECT && evaluations == 1 { -f.value } else { start - self.x - f.value };
+        let update = residual * self.inverse;
+        self.correction = Correction { previous: self.correction.update, update, rest: before, missing };
+        self.seen = [self.seen[1], Point { x: self.x, slope: one + f.slope, residual }];
+        let mut end = residual.mul_add(self.inverse, self.x);
+        if evaluations > EVALUATIONS_BEFORE_BRACKET {
+            cold_path();
+            end = self.within(end);
+        }
+        self.x = T::select(open, end, self.x);
+        (self.argument_rounding, self.value_rounding) = (f.argument_rounding, f.value_rounding);
+    }
+
+    /// The end of a correction, or the middle of the bracket if the correction leaves it or is more
+    /// than half of the previous one.
+    #[inline(always)]
+    fn within(&mut self, end: T) -> T {
+        let Correction { previous, update, .. } = self.correction;
+        let Point { x, residual, .. } = self.seen[1];
+        self.bracket.take(x, residual);
+        let (middle, able) = self.bracket.middle();
+        let slow = previous.abs().half().lt(update.abs());
+        let halve = able.and(slow.or(self.bracket.leaves(end)));
+        self.halved = [self.halved[1], halve];
+        self.correction.update = T::select(halve, middle - x, update);
+        T::select(halve, middle, end)
+    }
+
+    /// Marks the lanes that have converged and those that have stalled. Returns the number of
+    /// evaluations made.
+    #[inline(always)]
+    fn judge<E: Equation<T>>(&mut self, s: T, start: T, equation: &mut E) -> u32 {
+        let open = self.done.or(self.stalled).not();
+        let Correction { previous, update, .. } = self.correction;
+        let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
+        let scale =
+            T::from_f64(T::EPSILON) * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
+        // Converged if the next correction is below rounding. A bisection does not predict it.
+        let corrected = self.halved[0].or(self.halved[1]).not();
+        let lost = open.and(corrected).and(self.correction.lost_near_rest(scale));
+        // Numbers near underflow are rounded by the smallest normal number.
+        let scale = scale + T::from_f64(f64::MIN_POSITIVE);
+        self.done = self.done.or(lost);
+        let unsure = open.and(self.anew.or(lost.not()));
+        if !unsure.any() {
+            return 0;
+        }
+        cold_path();
+        let (zero, one) = (T::zero(), T::one());
+        let noise = T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * scale;
+        let noise = noise.mul_add(self.seen[0].slope.abs(), self.rounding + self.rounding);
+        let bent = unsure.and(rises(self.seen, previous, noise).not());
+        self.done = self.done.and(bent.not());
+        // Corrections that shrink, however slowly, are not noise. Noise grows now and then.
+        let noise = (T::from_f64(T::EPSILON) * self.value_rounding).mul_add(steep, scale);
+        let seen = (self.rounding + self.rounding) * steep;
+        let open = self.done.or(self.stalled).or(bent).not();
+        let small = open.and(size.le(T::from_f64(NOISE_ROUNDINGS).mul_add(noise, seen)));
+        self.grown = T::select(small.and(largest.le(size)), self.grown + one, self.grown);
+        let settled = size.le(zero).or(one.lt(self.grown));
+        self.done = self.done.or(small.and(settled)).or(open.and(self.bracket.within(scale)));
+        if !bent.any() {
+            return 0;
+        }
+        // A measurement decides between rounding and an x + F that does not rise.
+        let MeasuredRounding { size, rounding, evaluations } =
+            measure_rounding(s, start, self.seen, bent, equation);
+        let more = rounding.and(self.rounding.lt(size));
+        self.rounding = T::select(more, size, self.rounding);
+        self.stalled = self.stalled.or(bent.and(rounding.not()));
+        evaluations
+    }
+}
+
+/// Whether x + F rises all along an edge of that width, judged by its slopes a and b at the ends
+/// and its rise. Its slope is approximated by the parabola a (1-t)² + 2 c t (1-t) + b t² with the
+/// mean (a + c + b)/3, which has no zero if c > -√(ab). Half of that bound is required as a margin,
+/// up to the noise of the rise.
+#[inline(always)]
+fn rises<T: Scalar>([from, to]: [Point<T>; 2], width: T, noise: T) -> T::Mask {
+    let (a, b, rise) = (from.slope, to.slope, from.residual - to.residual);
+    let c = rise * T::from_f64(3.0) - (a + b) * width;
+    let c = T::select(width.lt(T::zero()), -c, c);
+    let product = a * b;
+    let least = product.abs().sqrt().half().mul_add(width.abs(), noise);
+    T::zero().lt(a).and(T::zero().lt(b)).and(T::zero().le(c + least))
+}

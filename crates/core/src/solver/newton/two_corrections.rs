@@ -1,0 +1,144 @@
+//! Two evaluations and two corrections, which solve the equation of an ordinary step.
+
+use super::{Equation, Root, Sample, can_be_improved};
+use crate::numbers::{Mask, Scalar};
+use std::hint::cold_path;
+
+/// Two evaluations, or only the first, with the corrections computed from them.
+pub(super) struct TwoCorrections<T: Scalar> {
+    /// x after both corrections.
+    pub(super) end: T,
+    /// Lanes in which `end` is the solution.
+    pub(super) done: T::Mask,
+    /// Lanes in which the inverse slope could be improved by multiplications.
+    pub(super) improvable: T::Mask,
+    pub(super) inverse: T,
+    pub(super) residuals: [T; 2],
+    pub(super) correction: Correction<T>,
+    /// The rounding error of `end`.
+    pub(super) scale: T,
+    /// The points at which F was evaluated, and F there.
+    pub(super) first: (T, Sample<T>),
+    pub(super) second: Option<(T, Sample<T>)>,
+}
+
+impl<T: Scalar> TwoCorrections<T> {
+    /// A single evaluation, for slopes that allow no second correction with an improved inverse.
+    #[inline(always)]
+    pub(super) fn once(x: T, done: T::Mask, first: Sample<T>) -> Self {
+        let (zero, one) = (T::zero(), T::one());
+        Self {
+            end: x,
+            done,
+            improvable: one.lt(zero),
+            inverse: one,
+            residuals: [zero; 2],
+            correction: Correction::none(),
+            scale: zero,
+            first: (x, first),
+            second: None,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn root(&self) -> Root<T> {
+        Root { x: self.end, evaluations: 2 }
+    }
+
+    /// Marks lanes that are done at rest, where the first point is the solution and both
+    /// corrections are 0, and near rest, where products of corrections underflow.
+    #[inline(always)]
+    pub(super) fn rest(&mut self) {
+        let none = self.correction.previous.abs().le(T::zero());
+        let lost = self.correction.lost_near_rest(self.scale);
+        self.done = self.done.or(self.improvable.and(none.or(lost)));
+    }
+}
+
+/// A correction with the slope at x and one with an improved inverse slope. `DIRECT` states that x
+/// is `start` and s = 1.
+#[inline(always)]
+pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
+    s: T,
+    x: T,
+    start: T,
+    first: Sample<T>,
+    equation: &mut impl Equation<T>,
+) -> TwoCorrections<T> {
+    let one = T::one();
+    let (inverse, rest) = (one - first.slope, first.slope * first.slope);
+    let before = if DIRECT { -first.value } else { start - x - first.value };
+    let (previous, middle) = (before * inverse, before.mul_add(inverse, x));
+    let second = equation.at(s, middle);
+    let short = one - inverse;
+    let missing = (-second.slope).mul_add(inverse, short);
+    let inverse = (-second.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse));
+    let residual = start - middle - second.value;
+    let (update, end) = (residual * inverse, residual.mul_add(inverse, middle));
+    // A lower bound of the rounding error, by fewer operations than in `iterate_to_rounding`.
+    let scale = T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
+    let correction = Correction { previous, update, rest, missing };
+    let lost = correction.lost(scale);
+    let improvable = can_be_improved(first.slope).and(can_be_improved(missing));
+    TwoCorrections {
+        end,
+        done: lost.and(improvable),
+        improvable,
+        inverse,
+        residuals: [before, residual],
+        correction,
+        scale,
+        first: (x, first),
+        second: Some((middle, second)),
+    }
+}
+
+/// Two successive corrections.
+#[derive(Clone, Copy)]
+pub(super) struct Correction<T> {
+    pub(super) previous: T,
+    pub(super) update: T,
+    pub(super) rest: T,
+    pub(super) missing: T,
+}
+
+impl<T: Scalar> Correction<T> {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        let zero = T::zero();
+        Self { previous: zero, update: zero, rest: zero, missing: zero }
+    }
+
+    /// Whether the next correction is less than `scale`.
+    ///
+    /// A correction turns an error e into e (r + c + d), with r the error of the inverse, c the
+    /// change of the slope over e/2, and d the error of a slope that is not quite the derivative.
+    /// The last two corrections give r + c + d as their ratio, and the last slope gives r + 2 c as
+    /// what the inverse misses. For the next correction r and c are smaller by that ratio, d is the
+    /// same. Both sides are multiplied by the square of the previous correction, which avoids a
+    /// division.
+    #[inline(always)]
+    pub(super) fn lost(&self, scale: T) -> T::Mask {
+        let (size, largest) = (self.update.abs(), self.previous.abs());
+        let off = (self.rest + self.missing).half().mul_add(-self.previous, self.update).abs();
+        let contraction = self.missing.abs().mul_add(largest, size);
+        let next = contraction.mul_add(contraction, off * largest) * size;
+        next.lt(scale * (largest * largest))
+    }
+
+    /// [`Correction::lost`], with all terms divided by the previous correction where the products
+    /// would underflow.
+    #[inline(always)]
+    pub(super) fn lost_near_rest(&self, scale: T) -> T::Mask {
+        let largest = self.previous.abs();
+        let vanishing = (scale * (largest * largest)).lt(T::from_f64(f64::MIN_POSITIVE));
+        let lost = self.lost(scale);
+        if !vanishing.any() {
+            return lost;
+        }
+        cold_path();
+        let share = largest.recip();
+        let shares = Self { previous: self.previous * share, update: self.update * share, ..*self };
+        lost.or(vanishing.and(shares.lost(scale * share)))
+    }
+}

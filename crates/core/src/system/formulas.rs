@@ -1,0 +1,182 @@
+//! Systems defined by formulas that are written once for every scalar.
+
+use super::dissipation::{Dissipation, DissipationForm};
+use super::hamiltonian::System;
+use super::separable::Separable;
+use crate::numbers::singularity::{Sight, between, diverges, enclosed, is_singular};
+use crate::numbers::{Interval, Line, Scalar, Slope, divided};
+
+/// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
+///
+/// [`FromFormulas`] makes a system of them: gradients, divided differences and the derivatives of D
+/// come from the formulas by slope arithmetic ([`Slope`]).
+pub trait Formulas: Send + Sync {
+    /// N, the number of degrees of freedom.
+    fn dof(&self) -> usize;
+
+    /// V(q)
+    fn potential<T: Scalar>(&self, q: &[T]) -> T;
+
+    /// D_j(q, v). It depends on no velocity but that of j, unless [`Formulas::dissipation_form`] is
+    /// coupled.
+    fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
+
+    /// The mass m_j > 0.
+    fn mass(&self, _j: usize) -> f64 {
+        1.0
+    }
+
+    /// The properties of D that hold at every state.
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::GENERAL
+    }
+
+    /// Whether V may be singular where q is finite. Steps are then examined, by V in intervals, and
+    /// refused across a singularity; a V without any is spared the time by `false`.
+    fn may_be_singular(&self) -> bool {
+        true
+    }
+}
+
+/// The system of [`Formulas`], in any scalar. Its divided differences are exact to roundings on
+/// edges of any length.
+///
+/// A gradient takes N evaluations of V, a divided difference three. Where V is a sum over many
+/// neighbours, a [`Separable`] written by hand is faster. Up to 64 degrees of freedom nothing is
+/// allocated.
+#[derive(Clone, Copy, Debug)]
+pub struct FromFormulas<F>(pub F);
+
+/// The largest number of degrees of freedom whose arguments are stored on the stack.
+const MOST_ON_STACK: usize = 64;
+
+/// Calls `f` with n numbers, given by index.
+#[inline(always)]
+fn with_entries<T: Scalar, R>(n: usize, entry: impl Fn(usize) -> T, f: impl FnOnce(&[T]) -> R) -> R {
+    if n <= 4 {
+        let room: [_; 4] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        f(&room[..n])
+    } else if n <= MOST_ON_STACK {
+        let room: [_; MOST_ON_STACK] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        f(&room[..n])
+    } else {
+        f(&(0..n).map(entry).collect::<Vec<_>>())
+    }
+}
+
+/// Calls `f` with n constants, given by index, but for entry j, which is `at`.
+#[inline(always)]
+fn along<T: Scalar, R>(
+    n: usize,
+    entry: impl Fn(usize) -> T,
+    j: usize,
+    at: Slope<T>,
+    f: impl FnOnce(&[Slope<T>]) -> R,
+) -> R {
+    with_entries(n, |i| if i == j { at } else { Slope::constant(entry(i)) }, f)
+}
+
+impl<F: Formulas> FromFormulas<F> {
+    /// The slope of V along q_j.
+    #[inline(always)]
+    fn potential<T: Scalar>(&self, q: &[T], j: usize, at: Slope<T>) -> Slope<T> {
+        along(q.len(), |i| q[i], j, at, |q| self.0.potential(q))
+    }
+
+    /// Whether V is singular somewhere on a line, given its coordinates at a share of it.
+    #[cold]
+    fn is_singular(&self, n: usize, line: impl Fn(usize, Interval) -> Interval) -> bool {
+        let value = |share: f64| {
+            let point = |i| line(i, Interval::from_f64(share)).to_f64();
+            with_entries(n, point, |q| self.0.potential(q))
+        };
+        is_singular([0.0, 1.0], |share| {
+            if with_entries(n, |i| line(i, share), |q| self.0.potential(q)).is_bounded() {
+                Sight::Clear
+            } else if diverges(share.to_f64(), 1.0, value) {
+                Sight::Pole
+            } else {
+                Sight::Border
+            }
+        })
+    }
+
+    /// The slope of D_j along q_j and v_j.
+    #[inline(always)]
+    fn dissipation_between<T: Scalar>(&self, [q, p]: [&[T]; 2], j: usize, at: [Slope<T>; 2]) -> Slope<T> {
+        let v = |i: usize| p[i] / T::from_f64(self.0.mass(i));
+        along(q.len(), |i| q[i], j, at[0], |q| along(q.len(), v, j, at[1], |v| self.0.dissipation(q, v, j)))
+    }
+}
+
+impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let twice = (0..p.len()).fold(T::zero(), |sum, j| sum + p[j] * p[j] / T::from_f64(self.0.mass(j)));
+        twice.half() + self.0.potential(q)
+    }
+
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        for j in 0..q.len() {
+            (hq[j], hp[j]) = (self.partial(q, j, q[j]), p[j] / T::from_f64(self.0.mass(j)));
+        }
+    }
+
+    fn dissipation(&self, q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
+        d.iter_mut().enumerate().for_each(|(j, d)| *d = self.0.dissipation(q, v, j));
+    }
+
+    fn dissipation_form(&self) -> DissipationForm {
+        self.0.dissipation_form()
+    }
+
+    fn may_be_singular(&self) -> bool {
+        self.0.may_be_singular()
+    }
+
+    fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        (0..T::LANES).any(|lane| {
+            self.is_singular(from.len(), |i, share| {
+                between(enclosed(from[i], lane), enclosed(to[i], lane), share)
+            })
+        })
+    }
+}
+
+impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
+    fn mass(&self, j: usize) -> T {
+        T::from_f64(self.0.mass(j))
+    }
+
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        self.potential(q, j, Slope::between(at, at)).slope
+    }
+
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        divided::of_potential(q[j], to, |at| self.potential(q, j, at))
+    }
+
+    fn has_exact_divided_differences(&self) -> bool {
+        true
+    }
+
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        (0..T::LANES).any(|lane| {
+            self.is_singular(q.len(), |i, share| {
+                let from = enclosed(q[i], lane);
+                if i == j { between(from, enclosed(to, lane), share) } else { from }
+            })
+        })
+    }
+
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        let (m, at) = (T::from_f64(self.0.mass(j)), q[j]);
+        let v = p[j] / m;
+        let by_q = self.dissipation_between([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
+        let by_v = self.dissipation_between([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
+        Dissipation { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
+    }
+}

@@ -1,0 +1,70 @@
+//! The trait that every system implements.
+
+use super::coupling::Coupling;
+use super::dissipation::DissipationForm;
+use crate::numbers::Scalar;
+
+/// A Hamiltonian system with N degrees of freedom and a dissipative force,
+/// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`.
+///
+/// The interface has no t. K = H + Σ w_j would be constant for D(q,p,t) as well, but not for
+/// H(q,p,t), where K' = ∂H/∂t.
+///
+/// All slices have length N, the number of degrees of freedom.
+pub trait System<T: Scalar>: Send + Sync {
+    /// N, the number of degrees of freedom.
+    fn dof(&self) -> usize;
+
+    /// H(q, p)
+    fn energy(&self, q: &[T], p: &[T]) -> T;
+
+    /// Writes ∂H/∂q to `hq` and ∂H/∂p to `hp`.
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]);
+
+    /// Writes D(q, p) to `d`, given the velocities v = ∂H/∂p at (q, p).
+    ///
+    /// Compute D = R(q, p) v from v. A discrete gradient passes its own mean velocity, so that
+    /// `D·v = vᵀ R v ≥ 0` holds for a step as it does for the system.
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
+
+    /// The properties of D that hold at every state. Methods omit the work that they make
+    /// unnecessary.
+    #[inline(always)]
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::GENERAL
+    }
+
+    /// Whether H = Σ p_j²/2 + V(q), so that velocities equal momenta and need not be computed.
+    #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        false
+    }
+
+    /// The pattern of degrees of freedom that act on each other.
+    #[inline(always)]
+    fn coupling(&self) -> Coupling {
+        Coupling::Dense
+    }
+
+    /// Passes to `put` the value at (q, p) of every function at whose zeros ∇H or D may not be
+    /// analytic, such as x of |x|. The default passes none: ∇H and D are analytic wherever they are
+    /// defined. Taylor series are not continued across a zero.
+    #[inline]
+    fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
+
+    /// Whether H may be singular where (q, p) is finite. Only then are steps examined by
+    /// [`System::is_singular_between`].
+    #[inline(always)]
+    fn may_be_singular(&self) -> bool {
+        false
+    }
+
+    /// Whether H is singular somewhere on the straight line between two points of the coordinates.
+    ///
+    /// A method that keeps K can step across a pole and keep K there. The time loops refuse a step
+    /// whose ends have a singularity between them ([`crate::StepFailure::AcrossSingularity`]).
+    #[inline(always)]
+    fn is_singular_between(&self, _from: &[T], _to: &[T]) -> bool {
+        false
+    }
+}

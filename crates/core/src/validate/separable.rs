@@ -1,0 +1,123 @@
+//! Separable systems.
+
+use super::along::{Resolved, Sample, compare};
+use super::around::{Place, around, most, moved, reach, rounding, starts};
+use super::coupling::unmoved;
+use super::system;
+use crate::error::InputError;
+use crate::numbers::divided::by_quadrature;
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::{Block, Quantity};
+use crate::system::Separable;
+
+/// Checks that every mass is positive and finite. The cost is O(N).
+///
+/// # Errors
+/// [`InputError::Mass`], with the first that is not.
+pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), InputError> {
+    for dof in 0..system.dof() {
+        let mass = system.mass(dof);
+        if !T::zero().lt(mass).and(mass.is_finite()).all() {
+            return Err(InputError::Mass { dof, value: mass.to_f64() });
+        }
+    }
+    Ok(())
+}
+
+/// Validates by [`system()`], and compares the parts of a separable system with its gradient and
+/// dissipation: the masses, ∂V/∂q_j, divided differences with the increments of V on edges of all
+/// lengths down to 0, D_j and, if D is linear, ∂D_j/∂p_j. D_j may depend on no momentum but p_j,
+/// unless the dissipation is coupled.
+///
+/// # Errors
+/// Those of [`system()`], and [`InputError::Mass`].
+pub fn separable<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+    system(s, q, p)?;
+    masses(s)?;
+    let places = around(s, q, p);
+    for dof in 0..q.len() {
+        parts(s, q, &places, dof)?;
+        starts(&places).iter().try_for_each(|place| increments(s, &place.q, dof))?;
+    }
+    if s.dissipation_form().coupled {
+        return Ok(());
+    }
+    let rule = "D_j of a separable system depends on no other momentum, unless dissipation_form() \
+        says it is coupled";
+    starts(&places)
+        .iter()
+        .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, |i, j| i != j, &[Block::Dp], rule))
+}
+
+/// ∂V/∂q_j, m_j and D_j against the gradient and the dissipation, at every place.
+fn parts<S: Separable<f64> + ?Sized>(
+    s: &S,
+    start: &[f64],
+    places: &[Place],
+    dof: usize,
+) -> Result<(), InputError> {
+    let rounding = rounding(start.len());
+    let steepest = most(places, |place| place.fields.hq[dof]);
+    let strongest = most(places, |place| place.fields.d[dof]);
+    let damping = s.dissipation_form();
+    for Place { q, p, fields } in places {
+        let same = |quantity, given: f64, found: f64, off: f64, slack: f64, rule| {
+            // NaN counts as a difference.
+            if off.abs() <= slack {
+                Ok(())
+            } else {
+                Err(InputError::Contradiction { quantity, dof, given, found, rule })
+            }
+        };
+        let (hq, hp, d) = (fields.hq[dof], fields.hp[dof], fields.d[dof]);
+        // q_j is another number here, so that `partial` must use `at` in its place.
+        let partial = s.partial(&moved(q, dof, start[dof]), dof, q[dof]);
+        let rule = "partial() must be ∂H/∂q of the gradient at the point moved to";
+        same(Quantity::Partial, partial, hq, partial - hq, rounding * steepest, rule)?;
+        let mass = s.mass(dof);
+        let rule = "mass() must be p over ∂H/∂p";
+        same(Quantity::Mass, mass, p[dof] / hp, mass * hp - p[dof], rounding * p[dof].abs(), rule)?;
+        let drag = s.dissipation_of(q, p, dof);
+        let rule = "dissipation_of() must give the D of dissipation()";
+        same(Quantity::Dissipation, drag.value, d, drag.value - d, rounding * strongest, rule)?;
+        if damping.linear && !damping.coupled {
+            let rule = "by_p of dissipation_of() must be D over p where dissipation_form() says it \
+                is linear";
+            let off = drag.by_p * p[dof] - d;
+            same(Quantity::DissipationSlope, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
+        }
+    }
+    Ok(())
+}
+
+/// Divided differences against the increments of V on the longest edges, and against the quadrature
+/// of ∂V/∂q_j on shorter ones.
+fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Result<(), InputError> {
+    let (quantity, rounding, from, rest) =
+        (Quantity::Increment, rounding(q.len()), q[dof], vec![0.0; q.len()]);
+    let sample = |at: f64| {
+        let to = moved(q, dof, at);
+        let (v, slope) = (s.energy(&to, &rest), s.partial(q, dof, at));
+        let size = (0..q.len()).fold(v.abs(), |size, i| size + (to[i] * s.partial(&to, i, to[i])).abs());
+        Sample { value: vec![v], slope: vec![slope], size: vec![size] }
+    };
+    let edges = compare(from, reach(q), rounding, sample, |_, to, _| s.divided_difference(q, dof, to).value)
+        .map_err(|found| {
+            let rule = "divided_difference() times the length must be V(to) - V(from)";
+            InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
+        })?;
+    for Resolved { width, steepest } in edges {
+        let slack = rounding * steepest * (1.0 + from.abs() / width.abs());
+        for to in (1..=20).map(|k| from + width * 0.25_f64.powi(k)).chain([from]) {
+            let given = s.divided_difference(q, dof, to).value;
+            let found = by_quadrature(from, to, |at| s.partial(q, dof, at)).value;
+            if (given - found).abs() <= slack {
+                continue;
+            }
+            let rule = "divided_difference() must be the mean of partial() on short edges too, and \
+                partial() itself on none";
+            return Err(InputError::Contradiction { quantity, dof, given, found, rule });
+        }
+    }
+    Ok(())
+}

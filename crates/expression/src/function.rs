@@ -1,0 +1,184 @@
+//! The functions an expression may call: their names, values in any scalar, and derivatives.
+
+use crate::graph::{Graph, Node};
+use afterbay_core::{Line, Scalar, divided};
+
+/// A function of one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Function {
+    /// |x|
+    Abs,
+    /// The sign of x, -1, 0 or 1: the derivative of |x|. A text cannot name it.
+    Sign,
+    /// √x
+    Sqrt,
+    /// eˣ
+    Exp,
+    /// The natural logarithm.
+    Log,
+    /// sin x
+    Sin,
+    /// cos x
+    Cos,
+    /// The inverse sine.
+    Asin,
+    /// The inverse cosine.
+    Acos,
+    /// The inverse tangent.
+    Atan,
+    /// sinh x
+    Sinh,
+    /// cosh x
+    Cosh,
+    /// tanh x
+    Tanh,
+    /// 1/cosh x, of which the derivative of tanh is the square. A text cannot name it.
+    Sech,
+}
+
+/// The names of all functions. The tangent is the quotient of sine and cosine.
+pub(crate) const NAMES: [&str; 13] =
+    ["abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"];
+
+impl Graph {
+    /// The function of that name at x; none if there is no such function.
+    pub fn call(&mut self, name: &str, x: Node) -> Option<Node> {
+        let function = match name {
+            "abs" => Function::Abs,
+            "sqrt" => Function::Sqrt,
+            "exp" => Function::Exp,
+            "log" => Function::Log,
+            "sin" => Function::Sin,
+            "cos" => Function::Cos,
+            "tan" => {
+                let (sin, cos) = (self.of(Function::Sin, x), self.of(Function::Cos, x));
+                return Some(self.quotient(sin, cos));
+            }
+            "asin" => Function::Asin,
+            "acos" => Function::Acos,
+            "atan" => Function::Atan,
+            "sinh" => Function::Sinh,
+            "cosh" => Function::Cosh,
+            "tanh" => Function::Tanh,
+            _ => return None,
+        };
+        Some(self.of(function, x))
+    }
+
+    /// f'(x), given x and f(x).
+    pub(crate) fn slope(&mut self, function: Function, x: Node, value: Node) -> Node {
+        let one = self.number(1.0);
+        match function {
+            Function::Abs => self.of(Function::Sign, x),
+            Function::Sign => self.number(0.0),
+            Function::Sqrt => {
+                let half = self.number(0.5);
+                self.quotient(half, value)
+            }
+            Function::Exp => value,
+            Function::Log => self.quotient(one, x),
+            Function::Sin => self.of(Function::Cos, x),
+            Function::Cos => {
+                let sin = self.of(Function::Sin, x);
+                self.negative(sin)
+            }
+            Function::Asin | Function::Acos => {
+                // 1 - x² is one fused instruction with one rounding. The derivative of (1 - x)(1 +
+                // x) would cancel.
+                let square = self.product(x, x);
+                let rest = self.difference(one, square);
+                let root = self.of(Function::Sqrt, rest);
+                let slope = self.quotient(one, root);
+                if function == Function::Asin { slope } else { self.negative(slope) }
+            }
+            Function::Atan => {
+                let square = self.product(x, x);
+                let sum = self.sum(one, square);
+                self.quotient(one, sum)
+            }
+            Function::Sinh => self.of(Function::Cosh, x),
+            Function::Cosh => self.of(Function::Sinh, x),
+            Function::Tanh => {
+                // 1 - tanh² would cancel, and cosh² would overflow at |x| > 355.
+                let sech = self.of(Function::Sech, x);
+                self.product(sech, sech)
+            }
+            Function::Sech => {
+                let tanh = self.of(Function::Tanh, x);
+                let product = self.product(tanh, value);
+                self.negative(product)
+            }
+        }
+    }
+}
+
+impl Function {
+    /// f(x), from the operations of [`Scalar`], without cancellation.
+    #[inline]
+    pub fn at<T: Scalar>(self, x: T) -> T {
+        let (zero, one) = (T::zero(), T::one());
+        match self {
+            Self::Abs => x.abs(),
+            Self::Sign => T::select(x.lt(zero), -one, T::select(zero.lt(x), one, x * zero)),
+            Self::Sqrt => x.sqrt(),
+            Self::Exp => x.exp(),
+            Self::Log => x.ln(),
+            Self::Sin => x.sin_cos().0,
+            Self::Cos => x.sin_cos().1,
+            // By the half and the quarter of the angle no divisor is 0 and nothing cancels near ±1.
+            Self::Asin => {
+                let half = (x / (one + ((one - x) * (one + x)).sqrt())).atan();
+                half + half
+            }
+            Self::Acos => {
+                let quarter = ((one - x).sqrt() / ((one + one).sqrt() + (one + x).sqrt())).atan();
+                T::from_f64(4.0) * quarter
+            }
+            Self::Atan => x.atan(),
+            Self::Sinh => {
+                let e = x.abs().exp_m1();
+                let sinh = (e + e / (e + one)).half();
+                T::select(x.lt(zero), -sinh, sinh)
+            }
+            Self::Cosh => {
+                let e = x.exp();
+                (e + e.recip()).half()
+            }
+            Self::Sech => {
+                let e = (-x.abs()).exp();
+                (e + e) / e.mul_add(e, one)
+            }
+            Self::Tanh => {
+                let e = (-(x.abs() + x.abs())).exp_m1();
+                let tanh = -e / (e + one + one);
+                T::select(x.lt(zero), -tanh, tanh)
+            }
+        }
+    }
+
+    /// f[a, b] and its derivative by b, without cancellation for any b - a.
+    #[inline]
+    pub fn divided<T: Scalar>(self, a: T, b: T) -> Line<T> {
+        match self {
+            Self::Abs => divided::abs(a, b),
+            Self::Sqrt => divided::sqrt(a.sqrt(), b.sqrt()),
+            Self::Exp => divided::exp(a, b),
+            Self::Log => divided::ln(a, b),
+            Self::Sin => divided::sin(a, b),
+            Self::Cos => divided::cos(a, b),
+            Self::Asin => divided::asin(a, b),
+            Self::Acos => divided::acos(a, b),
+            Self::Atan => divided::atan(a, b),
+            Self::Sinh => divided::sinh(a, b),
+            Self::Cosh => divided::cosh(a, b),
+            Self::Tanh => divided::tanh(a, b),
+            // A text cannot name these two, so that no potential contains them: a plain quotient
+            // will do.
+            Self::Sign | Self::Sech => {
+                let still = (b - a).abs().le(T::zero());
+                let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);
+                Line { value: rise, slope: T::zero() }
+            }
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! Straight-line programs, run in registers on the stack.
+//!
+//! A program computes the operands of its results and nothing else. Nodes that depend on no input
+//! are computed once, before all runs. They make up the frame that a run starts from.
+
+use crate::compile::compile;
+use crate::function::Function;
+use crate::graph::{Graph, Input, Node};
+use afterbay_core::Scalar;
+use thiserror::Error;
+
+/// The largest number of registers of a program.
+pub const REGISTERS: usize = 1024;
+/// Entries in a block of a frame. A frame is copied block by block, so that its length is padded to
+/// a multiple.
+pub const BLOCK: usize = 8;
+
+pub(super) type Register = u16;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Instruction {
+    Load {
+        to: Register,
+        input: Input,
+    },
+    Negative {
+        to: Register,
+        a: Register,
+    },
+    Sum {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
+    Difference {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
+    Product {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
+    Quotient {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
+    /// a b + c
+    ProductSum {
+        to: Register,
+        a: Register,
+        b: Register,
+        c: Register,
+    },
+    /// c - a b
+    ProductDifference {
+        to: Register,
+        a: Register,
+        b: Register,
+        c: Register,
+    },
+    Of {
+        function: Function,
+        to: Register,
+        a: Register,
+    },
+    /// φ[a, b], and its derivative by b where that is wanted too.
+    Divided {
+        function: Function,
+        to: Register,
+        derivative: Option<Register>,
+        a: Register,
+        b: Register,
+    },
+    /// Gives the register as the result of this index.
+    Give {
+        index: u32,
+        a: Register,
+    },
+}
+
+/// The inputs of a run. Parts that a program does not read may be empty.
+#[derive(Clone, Copy)]
+pub struct Point<'a, T> {
+    /// Coordinates.
+    pub q: &'a [T],
+    /// Momenta.
+    pub p: &'a [T],
+    /// Velocities.
+    pub v: &'a [T],
+    /// The end of an edge, or the value of the coordinate that [`Program::moving`] replaced.
+    pub end: T,
+}
+
+impl<T: Copy> Point<'_, T> {
+    #[inline(always)]
+    fn read(&self, input: Input) -> T {
+        match input {
+            Input::Coordinate(j) => self.q[j as usize],
+            Input::Momentum(j) => self.p[j as usize],
+            Input::Velocity(j) => self.v[j as usize],
+            Input::End => self.end,
+        }
+    }
+}
+
+/// A compiled set of nodes. It is evaluated without heap allocation.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Register k starts with entry k of the frame. The inputs follow.
+    pub(super) frame: Box<[Node]>,
+    pub(super) inputs: Box<[Input]>,
+    pub(super) code: Box<[Instruction]>,
+    /// The registers of the results that are read at the end of a run.
+    pub(super) results: Box<[Register]>,
+    pub(super) registers: usize,
+}
+
+/// A program needs more than [`REGISTERS`] values at one time.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("more than {REGISTERS} values are needed at one time")]
+pub struct TooManyRegisters;
+
+impl Program {
+    /// The program of a few results, which [`Program::results`] reads at the end of a run.
+    ///
+    /// # Errors
+    /// [`TooManyRegisters`]
+    pub fn new(graph: &Graph, results: &[Node]) -> Result<Self, TooManyRegisters> {
+        compile(graph, results, &[])
+    }
+
+    /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as
+    /// it is computed. Results that need too many registers together are spread over several
+    /// programs.
+    ///
+    /// # Errors
+    /// [`TooManyRegisters`], if a single result needs more than there are.
+    pub fn many(graph: &Graph, results: &[(u32, Node)]) -> Result<Vec<Self>, TooManyRegisters> {
+        let (mut programs, mut stack) = (Vec::new(), vec![results]);
+        while let Some(part) = stack.pop() {
+            match compile(graph, &[], part) {
+                Ok(program) => programs.push(program),
+                Err(TooManyRegisters) if part.len() > 1 => {
+                    let (first, second) = part.split_at(part.len() / 2);
+                    stack.extend([second, first]);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(programs)
+    }
+
+    /// The program with [`Input::End`] read in the place of q_j.
+    pub fn moving(mut self, j: u32) -> Self {
+        let moved = |input: &mut Input| {
+            if *input == Input::Coordinate(j) {
+                *input = Input::End;
+            }
+        };
+        self.inputs.iter_mut().for_each(moved);
+        for instruction in &mut self.code {
+            if let Instruction::Load { input, .. } = instruction {
+                moved(input);
+            }
+        }
+        self
+    }
+
+    /// The nodes of the frame, in order.
+    pub fn frame_nodes(&self) -> &[Node] {
+        &self.frame
+    }
+
+    /// The frame for these values of the parameters, padded with zeros to whole blocks.
+    ///
+    /// # Panics
+    /// If the program mentions a parameter beyond the last.
+    pub fn frame<T: Scalar>(&self, graph: &Graph, parameters: &[T]) -> Vec<T> {
+        let values = graph.evaluate(&graph.all(&self.frame), parameters, |_| T::zero());
+        let mut frame: Vec<T> = self.frame.iter().filter_map(|x| values.get(x).copied()).collect();
+        frame.resize(frame.len().next_multiple_of(BLOCK), T::zero());
+        frame
+    }
+
+    /// The number of instructions, entries of the frame and inputs.
+    pub fn size(&self) -> usize {
+        self.code.len() + self.frame.len() + self.inputs.len()
+    }
+
+    /// The values of the first K results of [`Program::new`] at a point.
+    ///
+    /// # Panics
+    /// If the program reads beyond the end of a part of the point.
+    #[inline]
+    pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+        if self.registers > 16 {
+            return self.large_results(frame, point);
+        }
+        self.last::<T, 16, K>(frame, point)
+    }
+
+    /// A separate function, so that a small program does not reserve the registers of a large one.
+    #[inline(never)]
+    fn large_results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+        match self.registers {
+            0..=64 => self.last::<T, 64, K>(frame, point),
+            _ => self.last::<T, REGISTERS, K>(frame, point),
+        }
+    }
+
+    #[inline(always)]
+    fn last<T: Scalar, const N: usize, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+        let mut registers = [T::zero(); N];
+        self.execute(&mut registers, frame, point, |_, _| {});
+        let mut results = [T::zero(); K];
+        results.iter_mut().zip(&self.results).for_each(|(x, &at)| *x = registers[at as usize & (N - 1)]);
+        results
+    }
+
+    /// Calls `give` with the index and the value of every result of [`Program::many`].
+    ///
+    /// # Panics
+    /// If the program reads beyond the end of a part of the point.
+    #[inline]
+    pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
+        if self.registers > 16 {
+            return self.large_run(frame, point, give);
+        }
+        self.execute(&mut [T::zero(); 16], frame, point, give);
+    }
+
+    #[inline(never)]
+    fn large_run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
+        match self.registers {
+            0..=64 => self.execute(&mut [T::zero(); 64], frame, point, give),
+            _ => self.execute(&mut [T::zero(); REGISTERS], frame, point, give),
+        }
+    }
+
+    /// Runs the program in N registers. N is a power of two, so that the mask makes every index
+    /// valid without a bounds check; all registers of the program are below N.
+    #[inline(always)]
+    fn execute<T: Scalar, const N: usize>(
+        &self,
+        r: &mut [T; N],
+        frame: &[T],
+        point: &Point<'_, T>,
+        mut give: impl FnMut(u32, T),
+    ) {
+        let at = |register: Register| register as usize & (N - 1);
+        let mut blocks = r.as_chunks_mut::<BLOCK>().0.iter_mut().zip(frame.as_chunks::<BLOCK>().0);
+        // The first block is copied on its own: its known length makes the copy a few instructions.
+        if let Some((r, x)) = blocks.next() {
+            *r = *x;
+            blocks.for_each(|(r, x)| *r = *x);
+        }
+        for (k, &input) in (self.frame.len()..).zip(&self.inputs) {
+            r[k & (N - 1)] = point.read(input);
+        }
+        for &instruction in &self.code {
+            match instruction {
+                Instruction::Load { to, input } => r[at(to)] = point.read(input),
+                Instruction::Negative { to, a } => r[at(to)] = -r[at(a)],
+                Instruction::Sum { to, a, b } => r[at(to)] = r[at(a)] + r[at(b)],
+                Instruction::Difference { to, a, b } => r[at(to)] = r[at(a)] - r[at(b)],
+                Instruction::Product { to, a, b } => r[at(to)] = r[at(a)] * r[at(b)],
+                Instruction::Quotient { to, a, b } => r[at(to)] = r[at(a)] / r[at(b)],
+                Instruction::ProductSum { to, a, b, c } => r[at(to)] = r[at(a)].mul_add(r[at(b)], r[at(c)]),
+                Instruction::ProductDifference { to, a, b, c } => {
+                    r[at(to)] = (-r[at(a)]).mul_add(r[at(b)], r[at(c)]);
+                }
+                Instruction::Of { function, to, a } => r[at(to)] = function.at(r[at(a)]),
+                Instruction::Divided { function, to, derivative, a, b } => {
+                    let line = function.divided(r[at(a)], r[at(b)]);
+                    r[at(to)] = line.value;
+                    if let Some(derivative) = derivative {
+                        r[at(derivative)] = line.slope;
+                    }
+                }
+                Instruction::Give { index, a } => give(index, r[at(a)]),
+            }
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Properties that the form of an expression shows: degrees, signs, summands, and points where it
+//! is not analytic.
+
+use crate::function::Function;
+use crate::graph::{Graph, Input, Kinds, Node, Term};
+use std::collections::HashMap;
+
+/// The least and the largest degree of the monomials of a polynomial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Degrees {
+    /// The least degree.
+    pub least: u32,
+    /// The largest degree.
+    pub most: u32,
+}
+
+impl Degrees {
+    const NONE: Self = Self { least: 0, most: 0 };
+
+    /// Whether all monomials have this degree.
+    pub fn are(self, degree: u32) -> bool {
+        self.least == degree && self.most == degree
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let least = self.least.saturating_add(other.least);
+        Self { least, most: self.most.saturating_add(other.most) }
+    }
+
+    fn or(self, other: Self) -> Self {
+        Self { least: self.least.min(other.least), most: self.most.max(other.most) }
+    }
+}
+
+impl Graph {
+    /// The degrees of a node as a polynomial in the inputs of these kinds, if it is one. It may
+    /// depend on other inputs in any way. The constant 0 has degree 0.
+    pub fn degrees(&self, of: Node, kinds: Kinds) -> Option<Degrees> {
+        self.degrees_in(of, kinds, |_| true)
+    }
+
+    /// The degrees of a node as a polynomial in one input, if it is one.
+    pub fn degrees_by(&self, of: Node, by: Input) -> Option<Degrees> {
+        self.degrees_in(of, Kinds::ALL, |input| input == by)
+    }
+
+    fn degrees_in(&self, of: Node, kinds: Kinds, counts: impl Fn(Input) -> bool) -> Option<Degrees> {
+        let mut degrees: HashMap<Node, Option<Degrees>> = HashMap::new();
+        for node in self.cone(&[of], kinds) {
+            let at = |x: Node| degrees.get(&x).copied().unwrap_or(Some(Degrees::NONE));
+            let constant = |x: Node| at(x) == Some(Degrees::NONE);
+            let found = match self.term(node) {
+                Term::Input(input) if counts(input) => Some(Degrees { least: 1, most: 1 }),
+                Term::Negative(a) => at(a),
+                Term::Sum(a, b) | Term::Difference(a, b) => at(a).zip(at(b)).map(|(a, b)| a.or(b)),
+                Term::Product(a, b) => at(a).zip(at(b)).map(|(a, b)| a.plus(b)),
+                Term::Quotient(a, b) if constant(b) => at(a),
+                Term::Quotient(..) => None,
+                Term::Of(_, a) if !constant(a) => None,
+                Term::Divided(_, a, b) | Term::DividedDerivative(_, a, b)
+                    if !(constant(a) && constant(b)) =>
+                {
+                    None
+                }
+                _ => Some(Degrees::NONE),
+            };
+            degrees.insert(node, found);
+        }
+        degrees.get(&of).copied().unwrap_or(Some(Degrees::NONE))
+    }
+
+    /// The terms whose sum the node is, with their signs.
+    pub fn summands(&mut self, of: Node) -> Vec<Node> {
+        let (mut summands, mut stack) = (Vec::new(), vec![(of, false)]);
+        while let Some((node, negative)) = stack.pop() {
+            match self.term(node) {
+                Term::Sum(a, b) => stack.extend([(b, negative), (a, negative)]),
+                Term::Difference(a, b) => stack.extend([(b, !negative), (a, negative)]),
+                Term::Negative(a) => stack.push((a, !negative)),
+                _ if self.is_zero(node) => {}
+                _ => summands.push(if negative { self.negative(node) } else { node }),
+            }
+        }
+        summands
+    }
+
+    /// The nodes at whose zeros `of` may not be analytic: x of |x|, √x and ln x.
+    pub fn kinks(&self, of: &[Node]) -> Vec<Node> {
+        let mut kinks: Vec<Node> = self
+            .cone(of, Kinds::ALL)
+            .into_iter()
+            .filter_map(|node| match self.term(node) {
+                Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => Some(x),
+                _ => None,
+            })
+            .collect();
+        kinks.sort_unstable();
+        kinks.dedup();
+        kinks
+    }
+
+    /// The sign of a node, by its form. It may be relative to the sign of the input `beside`;
+    /// `closed` gives the signs of closed nodes.
+    pub fn sign(&self, of: Node, beside: Input, closed: impl Fn(Node) -> Sign) -> Sign {
+        let mut signs: HashMap<Node, Sign> = HashMap::new();
+        let cone = self.cone(&[of], Kinds::ALL);
+        for node in cone {
+            let at = |x: Node| {
+                if self.closed(x) { closed(x) } else { signs.get(&x).copied().unwrap_or(Sign::Unknown) }
+            };
+            let sign = match self.term(node) {
+                Term::Input(input) if input == beside => Sign::Along,
+                Term::Negative(a) => at(a).opposite(),
+                Term::Sum(a, b) => at(a).plus(at(b)),
+                Term::Difference(a, b) => at(a).plus(at(b).opposite()),
+                Term::Product(a, b) if a == b && at(a) != Sign::Zero => Sign::NotNegative,
+                Term::Product(a, b) => at(a).times(at(b)),
+                // A quotient by 0 is not a number, so that a divisor of one sign is taken for
+                // nonzero.
+                Term::Quotient(a, b) if at(b) != Sign::Zero => at(a).times(at(b)),
+                Term::Of(function, a) => at(a).under(function),
+                _ => Sign::Unknown,
+            };
+            signs.insert(node, sign);
+        }
+        if self.closed(of) { closed(of) } else { signs.get(&of).copied().unwrap_or(Sign::Unknown) }
+    }
+}
+
+/// The sign of a node at every state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// = 0
+    Zero,
+    /// ≥ 0
+    NotNegative,
+    /// ≤ 0
+    NotPositive,
+    /// Its product with the input it is compared with is ≥ 0.
+    Along,
+    /// Its product with that input is ≤ 0.
+    Against,
+    /// The form does not tell.
+    Unknown,
+}
+
+impl Sign {
+    fn opposite(self) -> Self {
+        match self {
+            Self::NotNegative => Self::NotPositive,
+            Self::NotPositive => Self::NotNegative,
+            Self::Along => Self::Against,
+            Self::Against => Self::Along,
+            Self::Zero | Self::Unknown => self,
+        }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Zero, sign) | (sign, Self::Zero) => sign,
+            (a, b) if a == b => a,
+            _ => Self::Unknown,
+        }
+    }
+
+    fn times(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Zero, _) | (_, Self::Zero) => Self::Zero,
+            (Self::Unknown, _) | (_, Self::Unknown) => Self::Unknown,
+            (Self::NotNegative, sign) | (sign, Self::NotNegative) => sign,
+            (Self::NotPositive, sign) | (sign, Self::NotPositive) => sign.opposite(),
+            (a, b) if a == b => Self::NotNegative,
+            _ => Self::NotPositive,
+        }
+    }
+
+    /// The sign of the function at a number of this sign.
+    fn under(self, function: Function) -> Self {
+        match function {
+            Function::Abs if self == Self::Zero => Self::Zero,
+            Function::Abs
+            | Function::Sqrt
+            | Function::Exp
+            | Function::Cosh
+            | Function::Sech
+            | Function::Acos => Self::NotNegative,
+            // Odd and increasing functions.
+            Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => self,
+            Function::Log | Function::Sin | Function::Cos => Self::Unknown,
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The energy of a described system, its derivatives and its dissipation, by kernels and programs.
+
+use super::Custom;
+use super::shape::{DissipationKernel, DividedDifference, Part, Potential};
+use afterbay_core::singularity::{between, enclosed};
+use afterbay_core::{
+    Block, Coupling, Curvature, Dissipation, DissipationForm, Interval, Line, Scalar, Separable, System,
+};
+use afterbay_expression::{Input, Point};
+
+impl<T: Scalar> Custom<T> {
+    fn frame(&self, part: &Part) -> &[T] {
+        &self.frames[part.frame.clone()]
+    }
+
+    /// Runs programs and writes their results.
+    #[inline(never)]
+    fn fill(&self, parts: &[Part], point: &Point<'_, T>, to: &mut [T]) {
+        for part in parts {
+            part.program.run(self.frame(part), point, |j, x| to[j as usize] = x);
+        }
+    }
+
+    /// Whether the part of V has no value somewhere between q and q with q_j moved to `to`.
+    #[cold]
+    fn is_singular(&self, part: &Part, q: &[T], j: usize, to: T) -> bool {
+        let frame = self.frame(part);
+        (0..T::LANES).any(|lane| {
+            part.program.is_singular(
+                [q[j].lane(lane), to.lane(lane)],
+                |k| enclosed(frame[k], lane),
+                |input, end| match input {
+                    Input::Coordinate(i) => enclosed(q[i as usize], lane),
+                    Input::End => end,
+                    Input::Momentum(_) | Input::Velocity(_) => Interval::WHOLE,
+                },
+            )
+        })
+    }
+
+    #[inline(never)]
+    fn run<const K: usize>(&self, part: &Part, q: &[T], p: &[T], end: T) -> [T; K] {
+        part.program.results(self.frame(part), &Point { q, p, v: &[], end })
+    }
+}
+
+impl<T: Scalar> System<T> for Custom<T> {
+    #[inline]
+    fn dof(&self) -> usize {
+        self.shape.dof
+    }
+
+    #[inline]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let potential = match &self.shape.potential {
+            Potential::Ridges { once, .. } => once.total(&self.frames, q),
+            Potential::Programs { value, .. } => {
+                let [potential] = self.run(value, q, p, T::zero());
+                potential
+            }
+        };
+        let twice =
+            p.iter().zip(&self.inverse_masses).fold(T::zero(), |sum, (&p, &m)| (p * p).mul_add(m, sum));
+        twice.half() + potential
+    }
+
+    #[inline(always)]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => along.slopes(&self.frames, q, hq),
+            Potential::Programs { gradient, .. } => {
+                self.fill(gradient, &Point { q, p, v: &[], end: T::zero() }, hq);
+            }
+        }
+        if self.unit_mass {
+            hp.copy_from_slice(p);
+            return;
+        }
+        for (j, hp) in hp.iter_mut().enumerate() {
+            *hp = p[j] * self.inverse_masses[j];
+        }
+    }
+
+    #[inline(always)]
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        match &self.shape.dissipation_kernel {
+            DissipationKernel::Constant(rates) if rates.is_empty() => d.fill(T::zero()),
+            DissipationKernel::Constant(_) => {
+                for (j, d) in d.iter_mut().enumerate() {
+                    *d = self.rates[j][1] * v[j];
+                }
+            }
+            DissipationKernel::Linear(rates) => {
+                rates.values(&self.frames, q, d);
+                for (j, d) in d.iter_mut().enumerate() {
+                    *d *= if self.unit_mass { v[j] } else { self.masses[j] * v[j] };
+                }
+            }
+            DissipationKernel::General { forces, .. } => {
+                self.fill(forces, &Point { q, p, v, end: T::zero() }, d);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unit_mass(&self) -> bool {
+        self.unit_mass
+    }
+
+    #[inline(always)]
+    fn dissipation_form(&self) -> DissipationForm {
+        self.dissipation_form
+    }
+
+    #[inline]
+    fn coupling(&self) -> Coupling {
+        self.shape.structure.coupling.clone()
+    }
+
+    /// The arguments of each |x|, √x and ln x in ∂V/∂q_j and D_j.
+    fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        let point = Point { q, p, v: &[], end: T::zero() };
+        for part in &self.shape.kinks {
+            part.program.run(self.frame(part), &point, |_, x| put(x));
+        }
+    }
+
+    #[inline(always)]
+    fn may_be_singular(&self) -> bool {
+        self.shape.may_be_singular
+    }
+
+    #[cold]
+    fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        let Potential::Programs { value, .. } = &self.shape.potential else { return false };
+        let frame = self.frame(value);
+        (0..T::LANES).any(|lane| {
+            value.program.is_singular(
+                [0.0, 1.0],
+                |k| enclosed(frame[k], lane),
+                |input, share| match input {
+                    Input::Coordinate(i) => {
+                        let [from, to] = [from, to].map(|q| enclosed(q[i as usize], lane));
+                        between(from, to, share)
+                    }
+                    Input::Momentum(_) | Input::Velocity(_) | Input::End => Interval::WHOLE,
+                },
+            )
+        })
+    }
+}
+
+impl<T: Scalar> Separable<T> for Custom<T> {
+    #[inline]
+    fn mass(&self, j: usize) -> T {
+        self.masses[j]
+    }
+
+    #[inline(always)]
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => along.slope(&self.frames, q, j, at),
+            Potential::Programs { partials, .. } => {
+                let [slope] = self.run(&partials[j], q, &[], at);
+                slope
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => along.mean(&self.frames, q, j, to),
+            Potential::Programs { edges, .. } => match &edges[j] {
+                DividedDifference::Polynomial(polynomial) => polynomial.mean(&self.frames, q, j, to),
+                DividedDifference::Program(part) => {
+                    let [value, slope] = self.run(part, q, &[], to);
+                    Line { value, slope }
+                }
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn has_exact_divided_differences(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        match &self.shape.potential {
+            Potential::Programs { singular, .. } => {
+                singular[j].as_ref().is_some_and(|part| self.is_singular(part, q, j, to))
+            }
+            Potential::Ridges { .. } => false,
+        }
+    }
+
+    #[inline(always)]
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        let [value, by_q, by_p] = match &self.shape.dissipation_kernel {
+            DissipationKernel::Constant(_) => match self.rates.get(j) {
+                Some(&[rate, _]) => [rate * p[j], T::zero(), rate],
+                None => [T::zero(); 3],
+            },
+            DissipationKernel::Linear(rates) => {
+                let Line { value: rate, slope } = rates.value(&self.frames, q, j);
+                [rate * p[j], slope * p[j], rate]
+            }
+            DissipationKernel::General { local_dissipations, .. } => {
+                self.run(&local_dissipations[j], q, p, T::zero())
+            }
+        };
+        Dissipation { value, by_q, by_p }
+    }
+}
+
+impl<T: Scalar> Curvature<T> for Custom<T> {
+    #[inline]
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        self.inverse_masses.iter().enumerate().for_each(|(j, &m)| put(Block::Hpp, j, j, m));
+        let point = Point { q, p, v: &[], end: T::zero() };
+        for part in &self.shape.curvature {
+            part.program.run(self.frame(part), &point, |index, x| {
+                let (block, i, j) = self.shape.entries[index as usize];
+                put(block, i, j, x);
+            });
+        }
+    }
+
+    fn is_linear(&self) -> bool {
+        self.shape.structure.linear
+    }
+}
