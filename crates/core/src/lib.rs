@@ -14,6 +14,7 @@
 //! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]).
 //! It knows no method and no system by name.
 
+mod abilities;
 mod adaptive;
 pub mod check;
 mod coupling;
@@ -30,6 +31,7 @@ mod observer;
 mod order_raising;
 mod phase_plane;
 mod scalar;
+mod shared;
 pub mod solver;
 mod state;
 mod system;
@@ -39,6 +41,7 @@ mod uniform;
 mod vector;
 mod view;
 
+pub use abilities::{Abilities, Flow, Members, SecondDerivatives};
 pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
 pub use coupling::Coupling;
 pub use curvature::{Block, Curvature};

@@ -1,6 +1,6 @@
 //! The paper's way to higher order: h in the discrete equations becomes δ = h + δ₃h³ + δ₄h⁴ (paper, section 4).
 
-use crate::{Scalar, Separable};
+use crate::{Linear, Scalar, Separable};
 
 /// δ₃ and δ₄ at one state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +34,8 @@ pub trait OrderRaising<T: Scalar>: Separable<T> {
     fn delta_p(&self, q: T, p: T) -> Correction<T>;
 }
 
-/// A system for which the paper prints δ, with its misprints.
-pub trait Misprinted<T: Scalar>: OrderRaising<T> {
+/// A system for which the paper prints δ, with its misprints. The paper does so for a linear one.
+pub trait Misprinted<T: Scalar>: OrderRaising<T> + Linear<T> {
     /// δ of the equation for q as printed.
     fn printed_delta_q(&self, q: T, p: T) -> Correction<T>;
     /// δ of the equation for p as printed.

@@ -21,6 +21,7 @@
 //! Parameters and masses may be any finite and any positive numbers. Invariant: K = H + Σ w_j. References come from
 //! [`afterbay_core::taylor::trajectory`], from kink to kink.
 
+mod abilities;
 mod description;
 mod failure;
 mod passive;

@@ -28,7 +28,11 @@
 mod phase_plane;
 
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Block, Coupling, Curvature, Damping, InputError, Passive, Scalar, System};
+use afterbay_core::{
+    Abilities, Block, Coupling, Curvature, Damping, InputError, Passive, PhasePlane, Scalar,
+    SecondDerivatives, System,
+};
+use std::sync::Arc;
 
 /// Two point masses m on rods of length l under gravity g, with D_j = c_j q_j'.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,6 +169,16 @@ impl<T: Scalar> Curvature<T> for DampedDoublePendulum<T> {
                 put(Block::Dp, i, j, self.c[i] * inverse);
             }
         }
+    }
+}
+
+impl<T: Scalar> Abilities<T> for DampedDoublePendulum<T> {
+    fn phase_planes(self: Arc<Self>) -> Option<Arc<dyn PhasePlane<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
     }
 }
 

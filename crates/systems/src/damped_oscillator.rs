@@ -16,8 +16,10 @@ mod order_raising;
 
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Block, Curvature, Damping, Drag, InputError, Line, Linear, Passive, Scalar, Separable, System,
+    Abilities, Block, Curvature, Damping, Drag, Flow, InputError, Line, Linear, Misprinted, OrderRaising,
+    Passive, Scalar, SecondDerivatives, Separable, System,
 };
+use std::sync::Arc;
 
 /// V = k q²/2 with D = b p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,6 +127,32 @@ impl<T: Scalar> Linear<T> for DampedOscillator<T> {
     #[inline(always)]
     fn friction(&self, _j: usize) -> T {
         self.b
+    }
+}
+
+impl<T: Scalar> Abilities<T> for DampedOscillator<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn linear(self: Arc<Self>) -> Option<Arc<dyn Linear<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
+    }
+
+    fn misprinted(self: Arc<Self>) -> Option<Arc<dyn Misprinted<T>>> {
+        Some(self)
+    }
+
+    fn exact_flow(self: Arc<Self>) -> Option<Arc<dyn Flow<T>>> {
+        Some(self)
     }
 }
 

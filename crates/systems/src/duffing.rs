@@ -15,7 +15,11 @@
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System};
+use afterbay_core::{
+    Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Passive, Scalar,
+    SecondDerivatives, Separable, System,
+};
+use std::sync::Arc;
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +120,20 @@ impl<T: Scalar> Curvature<T> for Duffing<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         is_zero(self.beta)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for Duffing<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
     }
 }
 

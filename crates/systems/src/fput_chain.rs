@@ -18,9 +18,11 @@
 
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Passive, Scalar, Separable, System, Uniform,
-    f64x8,
+    Abilities, Block, Coupling, Curvature, Damping, Drag, InputError, Line, Members, Passive, Scalar,
+    SecondDerivatives, Separable, System, Uniform, f64x8,
 };
+use std::any::Any;
+use std::sync::Arc;
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,6 +189,25 @@ impl<T: Scalar> Curvature<T> for FputChain<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         is_zero(self.beta)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for FputChain<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
+        let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<FputChain<f64>>().ok();
+        of_f64.map(|system| system as Arc<dyn Members>)
     }
 }
 

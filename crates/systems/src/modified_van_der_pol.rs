@@ -15,7 +15,11 @@
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
 use crate::{Duffing, VanDerPol};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Scalar, SecondDerivatives,
+    Separable, System,
+};
+use std::sync::Arc;
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +115,20 @@ impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         self.force.is_linear() && self.potential.is_linear()
+    }
+}
+
+impl<T: Scalar> Abilities<T> for ModifiedVanDerPol<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
     }
 }
 

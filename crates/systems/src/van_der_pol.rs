@@ -13,7 +13,11 @@
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
 use crate::{finite, is_zero, not_negative};
-use afterbay_core::{Block, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System};
+use afterbay_core::{
+    Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Scalar, SecondDerivatives,
+    Separable, System,
+};
+use std::sync::Arc;
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,6 +116,20 @@ impl<T: Scalar> Curvature<T> for VanDerPol<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         is_zero(self.mu)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for VanDerPol<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
     }
 }
 

@@ -17,8 +17,11 @@
 
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Line, Scalar, Separable, System, Uniform, f64x8,
+    Abilities, Block, Coupling, Curvature, Damping, Drag, InputError, Line, Members, Scalar,
+    SecondDerivatives, Separable, System, Uniform, f64x8,
 };
+use std::any::Any;
+use std::sync::Arc;
 
 /// V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], around the circle, with D_j = -μ (1 - q_j²) p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,6 +161,25 @@ impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         self.single.is_linear()
+    }
+}
+
+impl<T: Scalar> Abilities<T> for VanDerPolRing<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
+        let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<VanDerPolRing<f64>>().ok();
+        of_f64.map(|system| system as Arc<dyn Members>)
     }
 }
 

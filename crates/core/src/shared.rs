@@ -1,0 +1,70 @@
+//! A shared system is a system.
+
+use crate::{Coupling, Damping, Drag, Line, Scalar, Separable, System};
+use std::sync::Arc;
+
+impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
+    #[inline]
+    fn dof(&self) -> usize {
+        (**self).dof()
+    }
+    #[inline]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        (**self).energy(q, p)
+    }
+    #[inline]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        (**self).gradient(q, p, hq, hp);
+    }
+    #[inline]
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        (**self).dissipation(q, p, v, d);
+    }
+    #[inline]
+    fn damping(&self) -> Damping {
+        (**self).damping()
+    }
+    #[inline]
+    fn unit_mass(&self) -> bool {
+        (**self).unit_mass()
+    }
+    #[inline]
+    fn coupling(&self) -> Coupling {
+        (**self).coupling()
+    }
+    #[inline]
+    fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        (**self).kinks(q, p, put);
+    }
+}
+
+impl<T: Scalar, S: Separable<T> + ?Sized> Separable<T> for Arc<S> {
+    #[inline]
+    fn mass(&self, j: usize) -> T {
+        (**self).mass(j)
+    }
+    #[inline]
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        (**self).partial(q, j, at)
+    }
+    #[inline]
+    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        (**self).edge(q, j, to)
+    }
+    #[inline]
+    fn has_exact_edges(&self) -> bool {
+        (**self).has_exact_edges()
+    }
+    #[inline]
+    fn may_be_singular(&self) -> bool {
+        (**self).may_be_singular()
+    }
+    #[inline]
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        (**self).is_singular_along(q, j, to)
+    }
+    #[inline]
+    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+        (**self).drag(q, p, j)
+    }
+}
