@@ -8,6 +8,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, StabilityRow};
 use afterbay_methods::registry::{self, Row};
+use afterbay_systems::{DampedOscillator, Duffing};
 use rayon::ThreadPool;
 use std::time::Instant;
 
@@ -70,11 +71,11 @@ fn main() {
 }
 
 fn oscillator() -> Model {
-    Model::DampedOscillator { k: 1.0, b: 0.1 }
+    Model::of::<DampedOscillator<f64>>(&[1.0, 0.1])
 }
 
 fn duffing() -> Model {
-    Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }
+    Model::of::<Duffing<f64>>(&[1.0, 0.5, 0.1])
 }
 
 fn map<'a>(

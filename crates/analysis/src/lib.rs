@@ -6,6 +6,7 @@
 pub mod chart;
 pub mod claim;
 pub mod experiment;
+mod inlined;
 pub mod measured;
 mod model;
 pub mod paper;
@@ -18,11 +19,9 @@ mod sheet;
 mod solution;
 pub mod statistics;
 pub mod study;
-mod subject;
 
 pub use claim::Finding;
 pub use measured::{Doubt, Measured};
-pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
+pub use model::{Lanes, Model, ModelError};
 pub use sheet::ReportError;
 pub use solution::Solution;
-pub use subject::Subject;

@@ -6,9 +6,10 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, Statistic, order, rows};
 use afterbay_core::Quad;
 use afterbay_methods::registry::{METHODS, Row, find};
+use afterbay_systems::DampedOscillator;
 
 fn the_paper() -> Problem {
-    Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: vec![2.3], p: vec![-3.1], end: 20.0 }
+    Problem { model: Model::of::<DampedOscillator<f64>>(&[1.0, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 }
 }
 
 fn study() -> LocalOrder {

@@ -12,7 +12,7 @@ use afterbay_methods::registry::{METHODS, Row, find};
 use afterbay_systems::DampedOscillator;
 
 fn problem(b: f64) -> Problem {
-    Problem { model: Model::DampedOscillator { k: 1.0, b }, q: vec![1.0], p: vec![1.0], end: 2.0 }
+    Problem { model: Model::of::<DampedOscillator<f64>>(&[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
 }
 
 fn decays(b: f64, methods: &[&'static Row]) -> Vec<DecayRow> {

@@ -7,7 +7,7 @@ use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, View};
 use afterbay_methods::registry::{METHODS, Row, find};
-use afterbay_systems::{Custom, Description, Friction};
+use afterbay_systems::{Custom, DampedOscillator, Description, Duffing, Friction, VanDerPol};
 use std::collections::BTreeMap;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -90,14 +90,14 @@ fn books_tell_the_methods_that_keep_k() {
             assert_eq!(books.violations, Some(0), "{}", row.name);
         }
     }
-    let active = Problem { model: Model::VanDerPol { mu: 1.0 }, ..oscillator() };
+    let active = Problem { model: Model::of::<VanDerPol<f64>>(&[1.0]), ..oscillator() };
     let books = energy::run(&active, &rows(&["moddg"]), 0.05, 1, &Silent).expect("runs");
     assert_eq!(books[0].violations, None, "an active system owes nothing");
 }
 
 #[test]
 fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
-    let model = Model::DampedOscillator { k: 1.0, b: 200.0 };
+    let model = Model::of::<DampedOscillator<f64>>(&[1.0, 200.0]);
     let problem = Problem { model, q: vec![1.0], p: vec![1.0], end: 1.0 };
     let books = energy::run(&problem, &rows(&["moddg"]), 0.1, 1, &Silent).expect("runs");
     let row = &books[0].rows[2];
@@ -110,7 +110,7 @@ fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
 fn global_errors_fall_with_the_order_of_the_method() {
     let steps = [0.05, 0.025, 0.0125];
     for model in
-        [oscillator().model, Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, Model::VanDerPol { mu: 1.0 }]
+        [oscillator().model, Model::of::<Duffing<f64>>(&[1.0, 0.5, 0.1]), Model::of::<VanDerPol<f64>>(&[1.0])]
     {
         let problem = Problem { model: model.clone(), end: 5.0, ..oscillator() };
         for row in
@@ -175,7 +175,8 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
 
 #[test]
 fn van_der_pol_is_judged_by_its_limit_cycle() {
-    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
+    let problem =
+        Problem { model: Model::of::<VanDerPol<f64>>(&[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map {
         problem,
         parameter: "mu",
@@ -196,7 +197,7 @@ fn van_der_pol_is_judged_by_its_limit_cycle() {
 
 #[test]
 fn references_know_rest_decay_and_their_end() {
-    let duffing = |alpha, beta, c| Model::Duffing { alpha, beta, c };
+    let duffing = |alpha, beta, c| Model::of::<Duffing<f64>>(&[alpha, beta, c]);
     let at_rest = Problem { model: duffing(1.0, 1.0, 0.1), q: vec![0.0], p: vec![0.0], end: 5.0 };
     let rest = at_rest.solution(0.5, 10, &Silent).expect("rest lasts");
     assert_eq!(rest.at(10), View { q: &[0.0], p: &[0.0], w: &[0.0], t: 5.0 });

@@ -14,6 +14,7 @@
 mod flow;
 mod order_raising;
 
+use crate::catalog::{Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
     Abilities, Block, Curvature, Damping, Drag, Flow, InputError, Line, Linear, Misprinted, OrderRaising,
@@ -153,6 +154,22 @@ impl<T: Scalar> Abilities<T> for DampedOscillator<T> {
 
     fn exact_flow(self: Arc<Self>) -> Option<Arc<dyn Flow<T>>> {
         Some(self)
+    }
+}
+
+impl Family for DampedOscillator<f64> {
+    type Of<T: Scalar> = DampedOscillator<T>;
+
+    const NAME: &'static str = "damped-oscillator";
+    const EQUATIONS: &'static str = "V = k q²/2, D = b p";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::new("k", "1/time²"), Parameter::new("b", "1/time")];
+    const RANGES: &'static str = "k > 0 (b < 0 feeds energy in)";
+    const SOLUTION: &'static str = "exact: q, p and w";
+    const DOF: Option<usize> = Some(1);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<DampedOscillator<T>, InputError> {
+        let [k, b] = exactly(parameters)?;
+        DampedOscillator::new(k, b)
     }
 }
 

@@ -16,6 +16,7 @@
 //! damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise references come from `tests/data/many_degrees.py`, made
 //! by another library, and from [`afterbay_core::taylor::trajectory`].
 
+use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
     Abilities, Block, Coupling, Curvature, Damping, Drag, InputError, Line, Members, Passive, Scalar,
@@ -208,6 +209,26 @@ impl<T: Scalar> Abilities<T> for FputChain<T> {
     fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
         let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<FputChain<f64>>().ok();
         of_f64.map(|system| system as Arc<dyn Members>)
+    }
+}
+
+impl Family for FputChain<f64> {
+    type Of<T: Scalar> = FputChain<T>;
+
+    const NAME: &'static str = "fput-chain";
+    const EQUATIONS: &'static str = "V = Σ (r_i²/2 + β r_i⁴/4), r_i = q_{i+1} - q_i, fixed ends, D_j = c p_j";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("n", "1"),
+        Parameter::new("beta", "1/(length² time²)"),
+        Parameter::new("c", "1/time"),
+    ];
+    const RANGES: &'static str = "n ≥ 1";
+    const SOLUTION: &'static str = BY_SIZE;
+    const DOF: Option<usize> = None;
+
+    fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<FputChain<T>, InputError> {
+        let [beta, c] = exactly(parameters)?;
+        FputChain::new(n, beta, c)
     }
 }
 

@@ -9,6 +9,7 @@
 //! exactly solvable and misprinted; the [`FputChain`] and the [`VanDerPolRing`] are [`afterbay_core::Uniform`].
 //! [`Custom`] is any other separable system, its potential and friction given as text.
 
+pub mod catalog;
 mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
@@ -20,6 +21,7 @@ mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
+pub use catalog::{Family, SYSTEMS, SystemRow};
 pub use custom::{Custom, CustomError, Description, Friction, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;

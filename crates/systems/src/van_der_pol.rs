@@ -12,6 +12,7 @@
 //! Invariant: K = H + w. For μ ≠ 0 the reservoir gives and takes by turns, so D is never passive. There is no
 //! closed solution: references come from [`afterbay_core::taylor::trajectory`] in a wider scalar.
 
+use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
     Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Scalar, SecondDerivatives,
@@ -130,6 +131,22 @@ impl<T: Scalar> Abilities<T> for VanDerPol<T> {
 
     fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
         Some(self)
+    }
+}
+
+impl Family for VanDerPol<f64> {
+    type Of<T: Scalar> = VanDerPol<T>;
+
+    const NAME: &'static str = "van-der-pol";
+    const EQUATIONS: &'static str = "V = q²/2, D = -μ (1 - q²) p";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::new("mu", "1/time")];
+    const RANGES: &'static str = "any (mu > 0: limit cycle)";
+    const SOLUTION: &'static str = BY_SERIES;
+    const DOF: Option<usize> = Some(1);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<VanDerPol<T>, InputError> {
+        let [mu] = exactly(parameters)?;
+        VanDerPol::new(mu)
     }
 }
 

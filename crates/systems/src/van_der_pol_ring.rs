@@ -15,6 +15,7 @@
 //! oscillator. There is no closed solution: references come from `tests/data/many_degrees.py`, made by another
 //! library, and from [`afterbay_core::taylor::trajectory`].
 
+use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
     Abilities, Block, Coupling, Curvature, Damping, Drag, InputError, Line, Members, Scalar,
@@ -180,6 +181,24 @@ impl<T: Scalar> Abilities<T> for VanDerPolRing<T> {
     fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
         let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<VanDerPolRing<f64>>().ok();
         of_f64.map(|system| system as Arc<dyn Members>)
+    }
+}
+
+impl Family for VanDerPolRing<f64> {
+    type Of<T: Scalar> = VanDerPolRing<T>;
+
+    const NAME: &'static str = "van-der-pol-ring";
+    const EQUATIONS: &'static str =
+        "V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], periodic, D_j = -μ (1 - q_j²) p_j";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::new("n", "1"), Parameter::new("mu", "1/time"), Parameter::new("coupling", "1/time²")];
+    const RANGES: &'static str = "n ≥ 1 (coupling: κ)";
+    const SOLUTION: &'static str = BY_SIZE;
+    const DOF: Option<usize> = None;
+
+    fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<VanDerPolRing<T>, InputError> {
+        let [mu, coupling] = exactly(parameters)?;
+        VanDerPolRing::new(n, mu, coupling)
     }
 }
 

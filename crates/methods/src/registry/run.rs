@@ -17,6 +17,12 @@ pub enum Setting<T> {
     Tolerance(Tolerance, T),
 }
 
+impl<T> From<Grid<T>> for Setting<T> {
+    fn from(grid: Grid<T>) -> Self {
+        Self::Step(grid)
+    }
+}
+
 /// What is shown of a run: the number of steps done and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, View<'_, T>) -> ControlFlow<()>;
 
@@ -35,14 +41,14 @@ impl<T: Scalar> Run<T> {
     /// [`integrate`](afterbay_core::integrate) and [`integrate_within`].
     pub fn run<V: Vector<Scalar = T>>(
         &self,
-        setting: Setting<T>,
+        setting: impl Into<Setting<T>>,
         state: &mut State<V>,
         stride: u64,
         show: Show<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
         state.check(self.bound.dof())?;
         let place = Place::of(state);
-        match setting {
+        match setting.into() {
             Setting::Step(grid) => {
                 let mut last = grid.steps;
                 let effort = self.bound.run(grid, place, stride, &mut |step, state| {
