@@ -4,7 +4,7 @@ use crate::inlined;
 use afterbay_core::{Abilities, Corrected, InputError, Series, System, f64x8};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
-use afterbay_systems::{Custom, CustomError, Family};
+use afterbay_systems::{Custom, CustomError};
 use serde::ser::{SerializeMap, SerializeStruct};
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
@@ -52,8 +52,8 @@ pub struct Lanes {
 impl Model {
     /// A system of the catalogue, with its parameters in their order. That they are as many as there should
     /// be and in their ranges is seen by [`Model::system`].
-    pub fn of<F: Family>(parameters: &[f64]) -> Self {
-        Self::Listed(const { &SystemRow::of::<F>() }, parameters.to_vec())
+    pub fn of(row: &'static SystemRow, parameters: &[f64]) -> Self {
+        Self::Listed(row, parameters.to_vec())
     }
 
     /// A system of the catalogue with parameters by name; those not named are 0.

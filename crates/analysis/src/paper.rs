@@ -24,12 +24,12 @@ use crate::study::Problem;
 use crate::study::outcome::INTERRUPTED;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{FIXED, Row};
-use afterbay_systems::DampedOscillator;
+use afterbay_systems::DAMPED_OSCILLATOR;
 use serde::Serialize;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
 pub fn oscillator() -> Problem {
-    Problem { model: Model::of::<DampedOscillator<f64>>(&[1.0, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 }
+    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 }
 }
 
 /// The paper's base grid.

@@ -91,7 +91,7 @@ fn methods() -> impl Iterator<Item = Method> {
 }
 
 fn systems() -> impl Iterator<Item = System> {
-    SYSTEMS.iter().map(System::from)
+    SYSTEMS.iter().map(|row| System::from(*row))
 }
 
 pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {

@@ -112,15 +112,30 @@ impl SystemRow {
 }
 
 /// Every system there is, but [`Custom`](crate::Custom).
-pub static SYSTEMS: [SystemRow; 7] = [
-    SystemRow::of::<DampedOscillator<f64>>(),
-    SystemRow::of::<Duffing<f64>>(),
-    SystemRow::of::<VanDerPol<f64>>(),
-    SystemRow::of::<ModifiedVanDerPol<f64>>(),
-    SystemRow::of::<FputChain<f64>>(),
-    SystemRow::of::<VanDerPolRing<f64>>(),
-    SystemRow::of::<DampedDoublePendulum<f64>>(),
+pub static SYSTEMS: [&SystemRow; 7] = [
+    &DAMPED_OSCILLATOR,
+    &DUFFING,
+    &VAN_DER_POL,
+    &MODIFIED_VAN_DER_POL,
+    &FPUT_CHAIN,
+    &VAN_DER_POL_RING,
+    &DAMPED_DOUBLE_PENDULUM,
 ];
+
+/// The damped oscillator.
+pub static DAMPED_OSCILLATOR: SystemRow = SystemRow::of::<DampedOscillator<f64>>();
+/// The Duffing oscillator.
+pub static DUFFING: SystemRow = SystemRow::of::<Duffing<f64>>();
+/// The Van der Pol oscillator.
+pub static VAN_DER_POL: SystemRow = SystemRow::of::<VanDerPol<f64>>();
+/// The Van der Pol oscillator in a Duffing potential.
+pub static MODIFIED_VAN_DER_POL: SystemRow = SystemRow::of::<ModifiedVanDerPol<f64>>();
+/// The damped FPUT-β chain.
+pub static FPUT_CHAIN: SystemRow = SystemRow::of::<FputChain<f64>>();
+/// The ring of Van der Pol oscillators.
+pub static VAN_DER_POL_RING: SystemRow = SystemRow::of::<VanDerPolRing<f64>>();
+/// The damped double pendulum.
+pub static DAMPED_DOUBLE_PENDULUM: SystemRow = SystemRow::of::<DampedDoublePendulum<f64>>();
 
 /// What is known of a solution with few degrees of freedom.
 pub(crate) const BY_SERIES: &str = "Taylor series with a doubt, in 106 bits";

@@ -21,7 +21,10 @@ mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
-pub use catalog::{Family, SYSTEMS, SystemRow};
+pub use catalog::{
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL, SYSTEMS,
+    SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
+};
 pub use custom::{Custom, CustomError, Description, Friction, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;

@@ -12,7 +12,7 @@ use crate::study::Problem;
 use crate::study::decay::{self, DecayRow};
 use crate::study::energy::{self, Books};
 use afterbay_methods::registry::Row;
-use afterbay_systems::DampedOscillator;
+use afterbay_systems::DAMPED_OSCILLATOR;
 
 pub(super) const PART: Part =
     Part { heading: "An exact balance, a wrong decay", methods: &[&SHOWN, &[L_STABLE]], sheet };
@@ -28,7 +28,7 @@ const FINE: (f64, u64) = (STEP / 200.0, 200);
 const FRICTION: [f64; 2] = [200.0, 5000.0];
 
 fn problem(b: f64) -> Problem {
-    Problem { model: Model::of::<DampedOscillator<f64>>(&[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
+    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
 }
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {

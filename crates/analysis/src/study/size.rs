@@ -51,7 +51,13 @@ pub fn run(
             let system = problem.model.system::<f64>()?;
             let initial_energy = problem.start()?.energy(&*system);
             let rows = methods.iter().map(|row| {
-                let found = work_precision::errors(problem, row, Grid::new(h, problem.end)?.into(), &exact, progress)?;
+                let found = work_precision::errors(
+                    problem,
+                    row,
+                    Grid::new(h, problem.end)?.into(),
+                    &exact,
+                    progress,
+                )?;
                 progress.advance();
                 Ok(SizeRow {
                     method: row.name,
