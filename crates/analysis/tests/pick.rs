@@ -6,7 +6,7 @@ use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Wanted};
 use afterbay_core::{Grid, Tolerance, View};
-use afterbay_methods::registry::find;
+use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{Custom, DUFFING, Description, FPUT_CHAIN, Friction};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};

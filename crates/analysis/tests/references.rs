@@ -5,7 +5,7 @@ use afterbay_analysis::study::{Problem, global_order};
 use afterbay_analysis::{Doubt, Model, Solution};
 use afterbay_core::taylor::{Pace, Sampled, follow};
 use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System};
-use afterbay_methods::registry::find;
+use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{Custom, DAMPED_OSCILLATOR, DUFFING, Description, FPUT_CHAIN, Friction, VAN_DER_POL};
 use proptest::prelude::*;
 use std::ops::ControlFlow;

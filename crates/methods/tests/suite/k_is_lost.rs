@@ -1,7 +1,7 @@
 //! Failures built in, each of which the properties of `k_is_kept.rs` must see; and what no method promises.
 
 use crate::books;
-use afterbay_core::{RunError, Scalar, State, StepFailure};
+use afterbay_core::{RunError, State, StepFailure};
 use afterbay_methods::registry::{FIXED, Number, Run, find};
 use books::*;
 use proptest::strategy::{Strategy, ValueTree};
