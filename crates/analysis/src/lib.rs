@@ -6,7 +6,6 @@
 pub mod chart;
 pub mod claim;
 pub mod experiment;
-mod inlined;
 pub mod measured;
 mod model;
 pub mod paper;

@@ -1,6 +1,5 @@
 //! A system by name, with its parameters.
 
-use crate::inlined;
 use afterbay_core::{Abilities, Corrected, InputError, Series, System, f64x8};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
@@ -128,7 +127,7 @@ impl Model {
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
     pub fn bind(&self, row: &Row) -> Result<Run<f64>, InputError> {
         let system = self.system()?;
-        inlined::bind(row, &system).unwrap_or_else(|| registry::bind(row, system))
+        afterbay_inlined::bind(row, &system).unwrap_or_else(|| registry::bind(row, system))
     }
 
     /// A method bound to the system in a scalar.

@@ -81,18 +81,34 @@ pub trait Abilities<T: Scalar>: System<T> + Any {
     }
 }
 
+/// A block of derivatives, the row and the column in it, and the entry there.
+pub type Entry<T> = (Block, usize, usize, T);
+
+/// Entries handed over at a time.
+const ENTRIES: usize = 16;
+
 /// [`Curvature`], its type forgotten. Every system with curvature has it.
 pub trait SecondDerivatives<T: Scalar>: System<T> {
-    /// [`Curvature::curvature`]
-    fn each(&self, q: &[T], p: &[T], put: &mut dyn FnMut(Block, usize, usize, T));
+    /// [`Curvature::curvature`], some entries at a time.
+    fn each(&self, q: &[T], p: &[T], put: &mut dyn FnMut(&[Entry<T>]));
 
     /// [`Curvature::is_linear`]
     fn is_constant(&self) -> bool;
 }
 
 impl<T: Scalar, S: Curvature<T>> SecondDerivatives<T> for S {
-    fn each(&self, q: &[T], p: &[T], put: &mut dyn FnMut(Block, usize, usize, T)) {
-        self.curvature(q, p, put);
+    fn each(&self, q: &[T], p: &[T], put: &mut dyn FnMut(&[Entry<T>])) {
+        let mut entries = [(Block::Hqq, 0, 0, T::zero()); ENTRIES];
+        let mut count = 0;
+        self.curvature(q, p, |block, row, column, value| {
+            entries[count] = (block, row, column, value);
+            count += 1;
+            if count == ENTRIES {
+                put(&entries);
+                count = 0;
+            }
+        });
+        put(&entries[..count]);
     }
 
     fn is_constant(&self) -> bool {
@@ -103,7 +119,9 @@ impl<T: Scalar, S: Curvature<T>> SecondDerivatives<T> for S {
 impl<T: Scalar> Curvature<T> for dyn SecondDerivatives<T> {
     #[inline]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        self.each(q, p, &mut put);
+        self.each(q, p, &mut |entries| {
+            entries.iter().for_each(|&(block, row, column, value)| put(block, row, column, value));
+        });
     }
 
     #[inline]

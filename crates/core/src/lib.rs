@@ -41,7 +41,7 @@ mod uniform;
 mod vector;
 mod view;
 
-pub use abilities::{Abilities, Flow, Members, SecondDerivatives};
+pub use abilities::{Abilities, Entry, Flow, Members, SecondDerivatives};
 pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
 pub use coupling::Coupling;
 pub use curvature::{Block, Curvature};

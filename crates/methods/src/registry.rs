@@ -2,7 +2,7 @@
 
 mod cost;
 mod forms;
-mod inlined;
+pub mod inlined;
 mod number;
 mod run;
 mod table;
@@ -13,7 +13,6 @@ use afterbay_core::{Abilities, InputError};
 use std::sync::Arc;
 
 pub use cost::Cost;
-pub use inlined::{inlined, tiled};
 pub use number::{Compensable, Number, compensated};
 pub use run::{Run, Setting, Show};
 pub use table::{ADAPTIVE, FIXED, METHODS};

@@ -1,39 +1,69 @@
-//! Methods compiled for one system, where that was measured to pay: cheap steps of one degree of freedom.
+//! Methods compiled for one system each. [`bind`](super::bind) serves every system; these serve those whose
+//! steps are so cheap that calls through a table of functions would show.
 
 use super::run::{Run, chosen, fixed};
 use super::{Kind, Row};
-use crate::{AdaptiveCollocation, AdaptiveDop853, Leapfrog, ModDg, Rk4, Tiled};
-use afterbay_core::{Abilities, Curvature, InputError, Separable, Uniform};
+use crate::moddg::steps::Plain;
+use crate::{AdaptiveCollocation, AdaptiveDop853, Collocation, Increment, Leapfrog, ModDg, Rk4, Tiled};
+use afterbay_core::solver::FixedPoint;
+use afterbay_core::{Abilities, Curvature, InputError, Separable, Uniform, Vector};
 use std::sync::Arc;
 
-/// Binds a method to a system with one degree of freedom in a form compiled for this system; none where
-/// [`bind`](super::bind) is as fast.
+/// Binds a method to a separable system with one degree of freedom; none where [`bind`](super::bind) is as
+/// fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
-pub fn inlined<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
+pub fn one_degree<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
 where
     S: Abilities<f64> + Separable<f64> + Curvature<f64>,
 {
     let name = row.name;
     match row.kind {
         Kind::Leapfrog => Some(fixed::<[f64; 1], S, _>(name, Leapfrog, system)),
-        Kind::Rk4 => Some(fixed::<[f64; 1], S, _>(name, Rk4, system)),
+        // In closed form where it is linear.
         Kind::ModDg if system.clone().linear().is_none() => {
             Some(fixed::<[f64; 1], S, _>(name, ModDg::newton(), system))
         }
-        Kind::AdaptiveCollocation => Some(chosen::<[f64; 1], S, _>(name, AdaptiveCollocation, system)),
-        Kind::AdaptiveDop853 => Some(chosen::<[f64; 1], S, _>(name, AdaptiveDop853, system)),
+        Kind::ModDgFixedPoint => {
+            let method = ModDg { steps: Plain, solver: FixedPoint };
+            Some(fixed::<[f64; 1], S, _>(name, method, system))
+        }
+        Kind::Increment(composition) => {
+            Some(fixed::<[f64; 1], S, _>(name, Increment::new(composition()), system))
+        }
+        _ => few_degrees::<[f64; 1], [f64; 1], S>(row, system),
+    }
+}
+
+/// Binds a method to any system with few degrees of freedom, its states stored in `V` while it steps, and in
+/// `W` while `adaptive-dop853` does; none where [`bind`](super::bind) is as fast.
+///
+/// # Errors
+/// Those of [`bind`](super::bind).
+pub fn few_degrees<V, W, S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
+where
+    V: Vector<Scalar = f64> + 'static,
+    W: Vector<Scalar = f64> + 'static,
+    S: Curvature<f64> + 'static,
+{
+    let name = row.name;
+    match row.kind {
+        Kind::Rk4 => Some(fixed::<V, S, _>(name, Rk4, system)),
+        Kind::Relaxed(method) => Some(fixed::<V, S, _>(name, method, system)),
+        Kind::Collocation(stages) => Some(fixed::<V, S, _>(name, Collocation::new(stages), system)),
+        Kind::AdaptiveCollocation => Some(chosen::<V, S, _>(name, AdaptiveCollocation, system)),
+        Kind::AdaptiveDop853 => Some(chosen::<W, S, _>(name, AdaptiveDop853, system)),
         _ => None,
     }
 }
 
-/// Binds coordinate increments to a chain or a ring of equal members in a form compiled for this system;
-/// none for other methods and where two colours are not enough.
+/// Binds coordinate increments and leap-frog to a chain or a ring of equal members; none for other methods,
+/// and none for increments where two colours are not enough.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
-pub fn tiled<S: Uniform + 'static>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
+pub fn equal_members<S: Uniform + 'static>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
 where
     S::Lanes: 'static,
 {
@@ -41,6 +71,7 @@ where
         Kind::Increment(composition) if Tiled::fits(&*system).is_ok() => {
             Some(fixed::<Vec<f64>, S, _>(row.name, Tiled::new(composition()), system))
         }
+        Kind::Leapfrog if system.dof() > 1 => Some(fixed::<Vec<f64>, S, _>(row.name, Leapfrog, system)),
         _ => None,
     }
 }
