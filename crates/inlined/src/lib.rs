@@ -7,7 +7,8 @@
 use afterbay_core::{Abilities, Curvature, InputError, Separable, Uniform};
 use afterbay_methods::registry::{Row, Run, inlined};
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    Custom, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
 };
 use std::any::Any;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ type Form = Option<Result<Run<f64>, InputError>>;
 
 /// Binds a method to a system in the form compiled for it; none where there is none.
 pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
-    const FORMS: [fn(&Row, Untyped) -> Form; 7] = [
+    const FORMS: [fn(&Row, Untyped) -> Form; 8] = [
         one_degree::<DampedOscillator<f64>>,
         one_degree::<Duffing<f64>>,
         one_degree::<VanDerPol<f64>>,
@@ -25,20 +26,23 @@ pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
         equal_members::<FputChain<f64>>,
         equal_members::<VanDerPolRing<f64>>,
         few_degrees::<DampedDoublePendulum<f64>>,
+        one_degree::<Custom<f64>>,
     ];
     FORMS.iter().find_map(|form| form(row, system.clone()))
 }
 
 fn one_degree<S: Abilities<f64> + Separable<f64> + Curvature<f64>>(row: &Row, system: Untyped) -> Form {
-    inlined::one_degree(row, system.downcast::<S>().ok()?)
+    let system = system.downcast::<S>().ok().filter(|system| system.dof() == 1)?;
+    inlined::one_degree(row, system)
 }
 
 fn few_degrees<S: Curvature<f64> + 'static>(row: &Row, system: Untyped) -> Form {
     inlined::few_degrees::<Vec<f64>, [f64; 2], S>(row, system.downcast::<S>().ok()?)
 }
 
-fn equal_members<S: Uniform + 'static>(row: &Row, system: Untyped) -> Form
+fn equal_members<S>(row: &Row, system: Untyped) -> Form
 where
+    S: Uniform + Curvature<f64> + 'static,
     S::Lanes: 'static,
 {
     inlined::equal_members(row, system.downcast::<S>().ok()?)

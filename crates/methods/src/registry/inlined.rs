@@ -4,7 +4,9 @@
 use super::run::{Run, chosen, fixed};
 use super::{Kind, Row};
 use crate::moddg::steps::Plain;
-use crate::{AdaptiveCollocation, AdaptiveDop853, Collocation, Increment, Leapfrog, ModDg, Rk4, Tiled};
+use crate::{
+    AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled,
+};
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{Abilities, Curvature, InputError, Separable, Uniform, Vector};
 use std::sync::Arc;
@@ -58,20 +60,27 @@ where
     }
 }
 
-/// Binds coordinate increments and leap-frog to a chain or a ring of equal members; none for other methods,
-/// and none for increments where two colours are not enough.
+/// Binds a method to a chain or a ring of equal members; none where [`bind`](super::bind) is as fast, and none
+/// for increments where two colours are not enough.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
-pub fn equal_members<S: Uniform + 'static>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
+pub fn equal_members<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
 where
+    S: Uniform + Curvature<f64> + 'static,
     S::Lanes: 'static,
 {
+    let name = row.name;
     match row.kind {
         Kind::Increment(composition) if Tiled::fits(&*system).is_ok() => {
-            Some(fixed::<Vec<f64>, S, _>(row.name, Tiled::new(composition()), system))
+            Some(fixed::<Vec<f64>, S, _>(name, Tiled::new(composition()), system))
         }
-        Kind::Leapfrog if system.dof() > 1 => Some(fixed::<Vec<f64>, S, _>(row.name, Leapfrog, system)),
+        _ if system.dof() == 1 => None,
+        Kind::Leapfrog => Some(fixed::<Vec<f64>, S, _>(name, Leapfrog, system)),
+        Kind::Gonzalez => Some(fixed::<Vec<f64>, S, _>(name, Gonzalez::default(), system)),
+        Kind::AdaptiveCollocation => Some(chosen::<Vec<f64>, S, _>(name, AdaptiveCollocation, system)),
+        Kind::AdaptiveDop853 if system.dof() == 2 => None,
+        Kind::AdaptiveDop853 => Some(chosen::<Vec<f64>, S, _>(name, AdaptiveDop853, system)),
         _ => None,
     }
 }
