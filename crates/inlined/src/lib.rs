@@ -4,7 +4,7 @@
 //! Each form computes what that of [`afterbay_methods::registry::bind`] does, to the bit. A system needs no
 //! row here.
 
-use afterbay_core::{Abilities, Curvature, InputError, Separable, Uniform};
+use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform};
 use afterbay_methods::registry::{Row, Run, inlined};
 use afterbay_systems::{
     Custom, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
@@ -19,7 +19,7 @@ type Form = Option<Result<Run<f64>, InputError>>;
 /// Binds a method to a system in the form compiled for it; none where there is none.
 pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
     const FORMS: [fn(&Row, Untyped) -> Form; 8] = [
-        one_degree::<DampedOscillator<f64>>,
+        linear::<DampedOscillator<f64>>,
         one_degree::<Duffing<f64>>,
         one_degree::<VanDerPol<f64>>,
         one_degree::<ModifiedVanDerPol<f64>>,
@@ -34,6 +34,13 @@ pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
 fn one_degree<S: Abilities<f64> + Separable<f64> + Curvature<f64>>(row: &Row, system: Untyped) -> Form {
     let system = system.downcast::<S>().ok().filter(|system| system.dof() == 1)?;
     inlined::one_degree(row, system)
+}
+
+fn linear<S>(row: &Row, system: Untyped) -> Form
+where
+    S: Abilities<f64> + Linear<f64> + Curvature<f64>,
+{
+    inlined::linear(row, system.downcast::<S>().ok()?)
 }
 
 fn few_degrees<S: Curvature<f64> + 'static>(row: &Row, system: Untyped) -> Form {

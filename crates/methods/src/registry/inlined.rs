@@ -8,7 +8,7 @@ use crate::{
     AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled,
 };
 use afterbay_core::solver::FixedPoint;
-use afterbay_core::{Abilities, Curvature, InputError, Separable, Uniform, Vector};
+use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform, Vector};
 use std::sync::Arc;
 
 /// Binds a method to a separable system with one degree of freedom; none where [`bind`](super::bind) is as
@@ -35,6 +35,21 @@ where
             Some(fixed::<[f64; 1], S, _>(name, Increment::new(composition()), system))
         }
         _ => few_degrees::<[f64; 1], [f64; 1], S>(row, system),
+    }
+}
+
+/// Binds a method to a linear system with one degree of freedom, implicit steps in their closed form; none
+/// where [`bind`](super::bind) is as fast.
+///
+/// # Errors
+/// Those of [`bind`](super::bind).
+pub fn linear<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
+where
+    S: Abilities<f64> + Linear<f64> + Curvature<f64>,
+{
+    match row.kind {
+        Kind::ModDg => Some(fixed::<[f64; 1], S, _>(row.name, ModDg::linear(), system)),
+        _ => one_degree(row, system),
     }
 }
 
