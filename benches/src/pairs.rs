@@ -2,7 +2,7 @@
 
 use crate::by_hand::{self, Task};
 use afterbay_analysis::Model;
-use afterbay_core::{Grid, IntegrateError, Method, State, System, Vector, View, integrate};
+use afterbay_core::{Grid, IntegrateError, Method, State, StateRef, System, Vector, integrate};
 use afterbay_methods::{Leapfrog, ModDg, Rk4, registry};
 use afterbay_systems::{DAMPED_OSCILLATOR, DUFFING, DampedOscillator, Duffing};
 use nalgebra::SVector;
@@ -76,7 +76,7 @@ where
 fn dispatched(task: Task, method: registry::Run<f64>) -> Run {
     Box::new(move || {
         run::<[f64; 1]>(task, |grid, state| {
-            let show = &mut |_, _: View<'_, f64>| ControlFlow::Continue(());
+            let show = &mut |_, _: StateRef<'_, f64>| ControlFlow::Continue(());
             black_box(&method).run(grid, state, u64::MAX, show).map(drop)
         })
     })

@@ -61,7 +61,7 @@ fn stored<V: Vector<Scalar = f64> + 'static>(
             }
         };
         let done = done.map_err(|error| error.to_string())?;
-        write(state.view(), last);
+        write(state.state_ref(), last);
         let iterations = done.effort.iterations;
         Ok(Spent {
             steps: done.accepted,

@@ -188,7 +188,7 @@ fn watched(
 ) -> Result<(Run, Duration), String> {
     let n = scene.dof();
     let subject = scene.problem.model.system::<f64>().map_err(|error| error.to_string())?;
-    let passive = subject.damping().passive;
+    let passive = subject.dissipation_form().passive;
     let run = (line.bind)(setting)?;
     let mut end = scene.start();
     let clock = Instant::now();

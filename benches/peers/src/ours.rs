@@ -2,7 +2,7 @@
 
 use super::measure::{Line, Run, Setting, Spent, Watch};
 use super::{Scene, adaptive};
-use afterbay_core::{Effort, Grid, InputError, IntegrateError, State, Vector, View};
+use afterbay_core::{Effort, Grid, InputError, IntegrateError, State, StateRef, Vector};
 use afterbay_methods::registry::{self, Row};
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -82,7 +82,7 @@ fn stored<V: Vector<Scalar = f64> + 'static>(
     Ok(Box::new(move |last, watch| {
         let mut state = start.clone();
         let spent = carry(&method, grid, &mut state, watch).map_err(|error| error.to_string())?;
-        write(state.view(), last);
+        write(state.state_ref(), last);
         let Effort { evaluations, iterations } = spent;
         Ok(Spent { steps: grid.steps, evaluations, iterations: (iterations > 0).then_some(iterations) })
     }))
@@ -95,7 +95,7 @@ fn carry<V: Vector<Scalar = f64>>(
     watch: Option<Watch<'_>>,
 ) -> Result<Effort, IntegrateError> {
     let Some(watch) = watch else {
-        let look = &mut |_, _: View<'_, f64>| ControlFlow::Continue(());
+        let look = &mut |_, _: StateRef<'_, f64>| ControlFlow::Continue(());
         return Ok(method.run(grid, state, u64::MAX, look)?.effort);
     };
     let mut y = vec![0.0; 3 * state.dof()];
@@ -107,7 +107,7 @@ fn carry<V: Vector<Scalar = f64>>(
     Ok(done.effort)
 }
 
-pub(crate) fn write(View { q, p, w, .. }: View<'_, f64>, y: &mut [f64]) {
+pub(crate) fn write(StateRef { q, p, w, .. }: StateRef<'_, f64>, y: &mut [f64]) {
     for (to, from) in y.chunks_exact_mut(q.len()).zip([q, p, w]) {
         to.copy_from_slice(from);
     }

@@ -152,7 +152,7 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     }
     row("degrees of freedom", problem.model.dof().to_string());
     row("equations are linear", if is_linear(&system) { "yes" } else { "no" }.into());
-    let damping = system.damping();
+    let damping = system.dissipation_form();
     row(
         "friction",
         match (damping.zero, damping.passive) {

@@ -64,7 +64,7 @@ fn by_flow<T: Scalar>(
         let third = t * T::from_f64(1.0 / 3.0);
         flow.carry(third, &mut twice);
         flow.carry(t - third, &mut twice);
-        solution.push(state.view());
+        solution.push(state.state_ref());
         solution.doubt_last(twice_apart(&state, &twice));
     }
     Ok(solution)
@@ -102,7 +102,7 @@ where
     for (i, (state, check)) in states.iter().zip(&check).enumerate() {
         doubt = doubt.larger(twice_apart(state, check));
         if i % between == 0 {
-            solution.push(state.view());
+            solution.push(state.state_ref());
             solution.doubt_last(doubt);
         }
     }

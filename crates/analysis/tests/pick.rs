@@ -5,9 +5,9 @@ use afterbay_analysis::Model;
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Wanted};
-use afterbay_core::{Grid, Tolerance, View};
+use afterbay_core::{Grid, StateRef, Tolerance};
 use afterbay_methods::registry::{Setting, find};
-use afterbay_systems::{Custom, DUFFING, Description, FPUT_CHAIN, Friction};
+use afterbay_systems::{Custom, DUFFING, Description, DissipationText, FPUT_CHAIN};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 fn custom(potential: &str, dissipation: &str) -> Model {
     let description = Description {
         potential: potential.to_owned(),
-        friction: Friction::Forces(vec![dissipation.to_owned()]),
+        dissipation: DissipationText::Forces(vec![dissipation.to_owned()]),
         ..Default::default()
     };
     Model::Custom(Custom::new(&description).expect("a system"))
@@ -46,7 +46,7 @@ fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
     let run = problem.model.bind(find(method).expect("a method")).expect("it applies");
     let mut seen: Vec<(f64, Vec<f64>)> = Vec::new();
     let mut state = problem.start().expect("a state");
-    let look = &mut |_: u64, state: View<'_, f64>| {
+    let look = &mut |_: u64, state: StateRef<'_, f64>| {
         seen.push((state.t, [state.q, state.p, state.w].concat()));
         ControlFlow::Continue(())
     };

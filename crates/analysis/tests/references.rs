@@ -6,21 +6,24 @@ use afterbay_analysis::{Doubt, Model, Solution};
 use afterbay_core::taylor::{Pace, Sampled, follow};
 use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System};
 use afterbay_methods::registry::{Setting, find};
-use afterbay_systems::{Custom, DAMPED_OSCILLATOR, DUFFING, Description, FPUT_CHAIN, Friction, VAN_DER_POL};
+use afterbay_systems::{
+    Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, FPUT_CHAIN, VAN_DER_POL,
+};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-fn described(potential: &str, friction: Friction) -> Custom<f64> {
+fn described(potential: &str, friction: DissipationText) -> Custom<f64> {
     let parts = (Vec::new(), Vec::new());
     let potential = potential.to_owned();
-    let description = Description { potential, friction, masses: parts.0, parameters: parts.1 };
+    let description = Description { potential, dissipation: friction, masses: parts.0, parameters: parts.1 };
     Custom::new(&description).expect("a system")
 }
 
 fn custom(potential: &str, dissipation: &[&str]) -> Custom<f64> {
     let forces = dissipation.iter().map(ToString::to_string).collect();
-    let friction = if dissipation.is_empty() { Friction::None } else { Friction::Forces(forces) };
+    let friction =
+        if dissipation.is_empty() { DissipationText::None } else { DissipationText::Forces(forces) };
     described(potential, friction)
 }
 
@@ -78,7 +81,7 @@ fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
 
 /// The largest of what two states are apart by.
 fn apart(found: &Solution<f64>, other: &State<Vec<f64>>) -> f64 {
-    found.errors(found.len() - 1, other.view()).map(|x| x.error).into_iter().fold(0.0, f64::max)
+    found.errors(found.len() - 1, other.state_ref()).map(|x| x.error).into_iter().fold(0.0, f64::max)
 }
 
 #[test]
@@ -174,7 +177,7 @@ fn a_stiff_chain_has_a_reference_worth_the_name() {
     let dop853 = scene.model.bind(find("adaptive-dop853").expect("a method"));
     let mut state = scene.start::<f64>().expect("a state");
     let tolerance = afterbay_core::Tolerance::all(1e-12);
-    let see = &mut |_: u64, _: afterbay_core::View<'_, f64>| ControlFlow::Continue(());
+    let see = &mut |_: u64, _: afterbay_core::StateRef<'_, f64>| ControlFlow::Continue(());
     dop853
         .expect("it applies")
         .run(Setting::Tolerance(tolerance, scene.end), &mut state, 1, see)
@@ -266,7 +269,7 @@ proptest! {
 
     #[test]
     fn polynomials_are_known_to_their_doubt((potential, rubs, q, p) in polynomial(), end in 0.2..1.5_f64) {
-        let system = described(&potential, Friction::Forces(rubs));
+        let system = described(&potential, DissipationText::Forces(rubs));
         let scene = of(system.clone(), &q, &p, end);
         // Nothing is said of a scene that takes too many strides.
         let Ok(sharp) = sharp(&scene, 1) else { return Ok(()) };

@@ -7,8 +7,8 @@ use afterbay_analysis::study::stability::{Map, MapError, StabilityRow, Verdict, 
 use afterbay_core::Grid;
 use afterbay_methods::registry::{Row, find};
 use afterbay_systems::{
-    Custom, DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, DampedOscillator, Description, Duffing,
-    FPUT_CHAIN, Friction, VAN_DER_POL,
+    Custom, DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, DampedOscillator, Description,
+    DissipationText, Duffing, FPUT_CHAIN, VAN_DER_POL,
 };
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -23,7 +23,7 @@ fn spread(count: usize, from: f64, to: f64) -> Vec<f64> {
 fn custom(potential: &str, dissipation: &[&str], parameters: &[(&str, f64)]) -> Model {
     let description = Description {
         potential: potential.into(),
-        friction: Friction::Forces(dissipation.iter().map(|&d| d.into()).collect()),
+        dissipation: DissipationText::Forces(dissipation.iter().map(|&d| d.into()).collect()),
         parameters: parameters.iter().map(|&(name, value)| (name.into(), value)).collect(),
         ..Default::default()
     };

@@ -5,9 +5,9 @@ use afterbay_analysis::paper::{self, Extent, oscillator};
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
-use afterbay_core::{InputError, IntegrateError, View};
+use afterbay_core::{InputError, IntegrateError, StateRef};
 use afterbay_methods::registry::{FIXED, Row, find};
-use afterbay_systems::{Custom, DAMPED_OSCILLATOR, DUFFING, Description, Friction, VAN_DER_POL};
+use afterbay_systems::{Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, VAN_DER_POL};
 use std::collections::BTreeMap;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -198,10 +198,10 @@ fn references_know_rest_decay_and_their_end() {
     let duffing = |alpha, beta, c| Model::of(&DUFFING, &[alpha, beta, c]);
     let at_rest = Problem { model: duffing(1.0, 1.0, 0.1), q: vec![0.0], p: vec![0.0], end: 5.0 };
     let rest = at_rest.solution(0.5, 10, &Silent).expect("rest lasts");
-    assert_eq!(rest.at(10), View { q: &[0.0], p: &[0.0], w: &[0.0], t: 5.0 });
+    assert_eq!(rest.at(10), StateRef { q: &[0.0], p: &[0.0], w: &[0.0], t: 5.0 });
     let decay = Problem { model: duffing(1.0, 1.0, 2.0), q: vec![1.0], p: vec![0.0], end: 1000.0 };
     let decayed = decay.solution(100.0, 10, &Silent).expect("a decay lasts");
-    let View { q: &[q], p: &[p], w: &[w], t: 1000.0 } = decayed.at(10) else { panic!("{decayed:?}") };
+    let StateRef { q: &[q], p: &[p], w: &[w], t: 1000.0 } = decayed.at(10) else { panic!("{decayed:?}") };
     assert!(q.abs() < 1e-280 && p.abs() < 1e-280 && (w - 0.75).abs() < 1e-15, "{q} {p} {w}");
     // q'' = q + 5 q³ leaves the numbers in finite time.
     let escape = Problem { model: duffing(-1.0, -5.0, 0.1), q: vec![2.0], p: vec![1.0], end: 10.0 };
@@ -212,11 +212,15 @@ fn references_know_rest_decay_and_their_end() {
 
 fn custom(potential: &str, dissipation: &str) -> Model {
     let friction = match dissipation {
-        "" => Friction::None,
-        text => Friction::Forces(vec![text.to_owned()]),
+        "" => DissipationText::None,
+        text => DissipationText::Forces(vec![text.to_owned()]),
     };
-    let description =
-        Description { potential: potential.to_owned(), friction, masses: Vec::new(), parameters: Vec::new() };
+    let description = Description {
+        potential: potential.to_owned(),
+        dissipation: friction,
+        masses: Vec::new(),
+        parameters: Vec::new(),
+    };
     Model::Custom(Custom::new(&description).expect("a system"))
 }
 
@@ -230,7 +234,7 @@ fn a_reference_without_series_says_what_it_is_worth() {
         let problem = Problem { model: custom(potential, ""), q: vec![1.0], p: vec![0.0], end: period };
         let found = problem.solution(period / 2.0, 2, &Silent).expect("runs stand in");
         let off = (1..=2).map(|i| {
-            let View { q, p, .. } = found.at(i);
+            let StateRef { q, p, .. } = found.at(i);
             (q[0] - if i == 1 { -1.0 } else { 1.0 }).abs().max(p[0].abs())
         });
         let (off, doubt) = (off.fold(0.0, f64::max), found.doubt().most());

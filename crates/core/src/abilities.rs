@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// # }
 /// # impl Separable<f64> for Free {
 /// #     fn partial(&self, _q: &[f64], _j: usize, _at: f64) -> f64 { 0.0 }
-/// #     fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> { Drag { value: 0.0, by_q: 0.0, by_p: 0.0 } }
+/// #     fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> { Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 } }
 /// # }
 /// impl Abilities<f64> for Free {
 ///     fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<f64>>> {

@@ -11,7 +11,7 @@
 //! [`Corrected`] numbers). It holds the time loops ([`integrate`], and [`integrate_within`] a
 //! [`Tolerance`]), divided differences without cancellation ([`divided`], [`Slope`], [`edge`]),
 //! systems from their formulas alone ([`Formulas`]), the solvers of scalar equations ([`solver`]),
-//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`check`]).
+//! solutions by Taylor series ([`taylor`]) and a check of what a system says of itself ([`validate`]).
 //! It knows no method and no system by name.
 
 mod abilities;
@@ -53,13 +53,13 @@ pub use integrate::{integrate, integrate_in};
 pub use method::{Effort, Method};
 pub use observer::{Every, Observer};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
-pub use phase_plane::{Mean, PhasePlane, Resistance, Slopes};
+pub use phase_plane::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use qd::Quad;
 pub use scalar::{Certainty, Corrected, Ends, Interval, Lanewise, Mask, Scalar, Series, Slope};
 pub use state::State;
-pub use system::{Damping, Drag, Line, Linear, Passive, Separable, System};
+pub use system::{Dissipation, DissipationForm, Line, Linear, Passive, Separable, System};
 pub use tolerance::Tolerance;
 pub use uniform::Uniform;
 pub use vector::Vector;
-pub use view::View;
+pub use view::StateRef;
 pub use wide::{f64x4, f64x8};

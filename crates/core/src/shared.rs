@@ -1,6 +1,6 @@
 //! A shared system is a system.
 
-use crate::{Coupling, Damping, Drag, Line, Scalar, Separable, System};
+use crate::{Coupling, Dissipation, DissipationForm, Line, Scalar, Separable, System};
 use std::sync::Arc;
 
 impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
@@ -21,8 +21,8 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).dissipation(q, p, v, d);
     }
     #[inline]
-    fn damping(&self) -> Damping {
-        (**self).damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        (**self).dissipation_form()
     }
     #[inline]
     fn unit_mass(&self) -> bool {
@@ -48,12 +48,12 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Separable<T> for Arc<S> {
         (**self).partial(q, j, at)
     }
     #[inline]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        (**self).edge(q, j, to)
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        (**self).divided_difference(q, j, to)
     }
     #[inline]
-    fn has_exact_edges(&self) -> bool {
-        (**self).has_exact_edges()
+    fn has_exact_divided_differences(&self) -> bool {
+        (**self).has_exact_divided_differences()
     }
     #[inline]
     fn may_be_singular(&self) -> bool {
@@ -64,7 +64,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Separable<T> for Arc<S> {
         (**self).is_singular_along(q, j, to)
     }
     #[inline]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        (**self).drag(q, p, j)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        (**self).dissipation_of(q, p, j)
     }
 }

@@ -32,15 +32,15 @@ mod shape;
 mod structure;
 
 pub use crate::expression::parse::Problem;
-pub use description::{Description, Friction};
+pub use description::{Description, DissipationText};
 pub use failure::{CustomError, Place};
 pub use structure::Structure;
 
 use crate::expression::graph::{Input, Node};
 use crate::expression::program::Point;
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, Interval, Line, Mask, Quantity, Scalar, Separable,
-    System, check,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Interval, Line, Mask, Quantity,
+    Scalar, Separable, System, validate,
 };
 use shape::{Edge, Part, Potential, Resistance, Shape};
 use std::sync::Arc;
@@ -59,7 +59,7 @@ pub struct Custom<T> {
     frames: Vec<T>,
     /// γ_j of D_j = γ_j p_j, and γ_j m_j of D_j = γ_j m_j v_j; nothing where D is not so simple.
     rates: Vec<[T; 2]>,
-    damping: Damping,
+    damping: DissipationForm,
 }
 
 impl Custom<f64> {
@@ -164,13 +164,13 @@ impl<T: Scalar> Custom<T> {
         let structure = &shape.structure;
         let zero = passive::zero(&shape, at);
         let damping = if zero {
-            Damping::NONE
+            DissipationForm::NONE
         } else {
-            Damping {
+            DissipationForm {
                 zero,
                 passive: passive::passive(&shape, at),
-                linear: structure.linear_friction,
-                coupled: structure.coupled_friction,
+                linear: structure.linear_dissipation,
+                coupled: structure.coupled_dissipation,
             }
         };
         let frames = shape.frames.iter().map(at).collect();
@@ -192,7 +192,7 @@ impl<T: Scalar> Custom<T> {
                 });
             }
         }
-        check::masses(&self)?;
+        validate::masses(&self)?;
         Ok(self)
     }
 
@@ -310,7 +310,7 @@ impl<T: Scalar> System<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         self.damping
     }
 
@@ -346,7 +346,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         match &self.shape.potential {
             Potential::Ridges { along, .. } => along.mean(&self.frames, q, j, to),
             Potential::Programs { edges, .. } => match &edges[j] {
@@ -360,7 +360,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
@@ -380,7 +380,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let [value, by_q, by_p] = match &self.shape.resistance {
             Resistance::Constant(_) => match self.rates.get(j) {
                 Some(&[rate, _]) => [rate * p[j], T::zero(), rate],
@@ -392,7 +392,7 @@ impl<T: Scalar> Separable<T> for Custom<T> {
             }
             Resistance::General { drags, .. } => self.run(&drags[j], q, p, T::zero()),
         };
-        Drag { value, by_q, by_p }
+        Dissipation { value, by_q, by_p }
     }
 }
 

@@ -30,7 +30,7 @@ mod phase_plane;
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Damping, InputError, Passive, PhasePlane, Scalar,
+    Abilities, Block, Coupling, Curvature, DissipationForm, InputError, Passive, PhasePlane, Scalar,
     SecondDerivatives, System,
 };
 use std::sync::Arc;
@@ -135,10 +135,10 @@ impl<T: Scalar> System<T> for DampedDoublePendulum<T> {
 
     /// D_j depends on both momenta, so it is linear only where there is none.
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = self.c.into_iter().all(not_negative);
         let zero = passive && self.c.into_iter().all(|c| not_negative(-c));
-        Damping { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
+        DissipationForm { zero, passive: Passive::each_if(passive), linear: zero, coupled: false }
     }
 
     #[inline(always)]
@@ -231,10 +231,13 @@ mod tests {
 
     #[test]
     fn it_is_passive_if_both_rods_are() {
-        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().damping();
-        assert_eq!(damping([0.0, -0.0]), Damping::NONE);
-        assert_eq!(damping([0.0, 0.1]), Damping { passive: Passive::Each, ..Damping::GENERAL });
-        assert_eq!(damping([0.1, -0.1]), Damping::GENERAL);
+        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().dissipation_form();
+        assert_eq!(damping([0.0, -0.0]), DissipationForm::NONE);
+        assert_eq!(
+            damping([0.0, 0.1]),
+            DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
+        );
+        assert_eq!(damping([0.1, -0.1]), DissipationForm::GENERAL);
     }
 
     #[test]

@@ -17,8 +17,8 @@ mod order_raising;
 use crate::catalog::{Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Abilities, Block, Curvature, Damping, Drag, Flow, InputError, Line, Linear, Misprinted, OrderRaising,
-    Passive, Scalar, SecondDerivatives, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, Flow, InputError, Line, Linear, Misprinted,
+    OrderRaising, Passive, Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -72,12 +72,12 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.b);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.b),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -89,19 +89,19 @@ impl<T: Scalar> Separable<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         let slope = self.k.half();
         Line { value: slope * (q[0] + to), slope }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: self.b * p[0], by_q: T::zero(), by_p: self.b }
     }
 }
 
@@ -126,7 +126,7 @@ impl<T: Scalar> Linear<T> for DampedOscillator<T> {
     }
 
     #[inline(always)]
-    fn friction(&self, _j: usize) -> T {
+    fn dissipation_rate(&self, _j: usize) -> T {
         self.b
     }
 }
@@ -192,17 +192,17 @@ mod tests {
 
     #[test]
     fn the_sign_of_b_decides() {
-        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(-0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     #[test]
     fn as_a_linear_system_it_is_the_same() {
         let system = DampedOscillator::new(2.0, 0.3).unwrap();
         assert_eq!(system.partial(&[0.0], 0, 1.0), system.stiffness(0, 0));
-        assert_eq!(system.drag(&[0.0], &[1.0], 0).value, system.friction(0));
+        assert_eq!(system.dissipation_of(&[0.0], &[1.0], 0).value, system.dissipation_rate(0));
     }
 }

@@ -17,8 +17,8 @@
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Passive, Scalar,
-    SecondDerivatives, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Passive,
+    Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -74,12 +74,12 @@ impl<T: Scalar> System<T> for Duffing<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.c);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.c),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 }
@@ -92,20 +92,20 @@ impl<T: Scalar> Separable<T> for Duffing<T> {
 
     /// `ΔV/Δq = (a + b) [α/2 + β/4 (a² + b²)]` between a and b.
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         let (sum, half_beta) = (q[0] + to, self.beta.half());
         let stiffness = half_beta.half().mul_add(to.mul_add(to, q[0] * q[0]), self.alpha.half());
         Line { value: sum * stiffness, slope: (half_beta * to).mul_add(sum, stiffness) }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
-        Drag { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
+        Dissipation { value: self.c * p[0], by_q: T::zero(), by_p: self.c }
     }
 }
 
@@ -177,11 +177,11 @@ mod tests {
 
     #[test]
     fn the_sign_of_c_decides() {
-        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(-0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(-0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     #[test]

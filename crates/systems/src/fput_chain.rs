@@ -19,8 +19,8 @@
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Damping, Drag, InputError, Line, Members, Passive, Scalar,
-    SecondDerivatives, Separable, System, Uniform, f64x8,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members, Passive,
+    Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
 };
 use std::any::Any;
 use std::sync::Arc;
@@ -117,12 +117,12 @@ impl<T: Scalar> System<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let passive = not_negative(self.c);
-        Damping {
+        DissipationForm {
             zero: passive && not_negative(-self.c),
             passive: Passive::each_if(passive),
-            ..Damping::LINEAR
+            ..DissipationForm::LINEAR
         }
     }
 
@@ -141,7 +141,7 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
 
     /// The mean tension of the bond to the left less that of the bond to the right, each a polynomial.
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         let (left, right) = beside(q, j);
         let before = self.mean_tension(q[j] - left, to - left);
         let after = self.mean_tension(right - q[j], right - to);
@@ -149,13 +149,13 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
-        Drag { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        Dissipation { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
     }
 }
 
@@ -250,10 +250,10 @@ mod tests {
 
     #[test]
     fn the_sign_of_c_decides() {
-        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(0.1), Damping { passive: Passive::Each, ..Damping::LINEAR });
-        assert_eq!(damping(-0.1), Damping::LINEAR);
+        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     /// One mass hangs on two bonds of length q: V = q² + β q⁴/2.
@@ -264,7 +264,7 @@ mod tests {
         let (q, p, to) = ([1.5], [-0.5], -0.75);
         assert_eq!(chain.energy(&q, &p), duffing.energy(&q, &p));
         assert_eq!(chain.partial(&q, 0, to), duffing.partial(&q, 0, to));
-        assert_eq!(chain.edge(&q, 0, to), duffing.edge(&q, 0, to));
-        assert_eq!(chain.drag(&q, &p, 0), duffing.drag(&q, &p, 0));
+        assert_eq!(chain.divided_difference(&q, 0, to), duffing.divided_difference(&q, 0, to));
+        assert_eq!(chain.dissipation_of(&q, &p, 0), duffing.dissipation_of(&q, &p, 0));
     }
 }

@@ -17,8 +17,8 @@
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{Duffing, VanDerPol};
 use afterbay_core::{
-    Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Scalar, SecondDerivatives,
-    Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Scalar,
+    SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -72,8 +72,8 @@ impl<T: Scalar> System<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        self.force.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.force.dissipation_form()
     }
 }
 
@@ -84,18 +84,18 @@ impl<T: Scalar> Separable<T> for ModifiedVanDerPol<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        self.potential.edge(q, j, to)
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        self.potential.divided_difference(q, j, to)
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        self.force.drag(q, p, j)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.force.dissipation_of(q, p, j)
     }
 }
 
@@ -108,7 +108,7 @@ impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
                 put(block, i, j, x);
             }
         });
-        let drag = self.drag(q, p, 0);
+        let drag = self.dissipation_of(q, p, 0);
         put(Block::Dq, 0, 0, drag.by_q);
         put(Block::Dp, 0, 0, drag.by_p);
     }
@@ -174,9 +174,9 @@ mod tests {
     fn without_a_cubic_term_it_is_van_der_pol() {
         let (system, plain) = (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
         let (q, p, to) = ([0.7], [-1.3], 0.9);
-        assert_eq!(system.damping(), plain.damping());
-        assert_eq!(system.drag(&q, &p, 0), plain.drag(&q, &p, 0));
-        assert_eq!(system.edge(&q, 0, to), plain.edge(&q, 0, to));
+        assert_eq!(system.dissipation_form(), plain.dissipation_form());
+        assert_eq!(system.dissipation_of(&q, &p, 0), plain.dissipation_of(&q, &p, 0));
+        assert_eq!(system.divided_difference(&q, 0, to), plain.divided_difference(&q, 0, to));
         assert_eq!(system.delta_q(q[0], p[0]), plain.delta_q(q[0], p[0]));
     }
 }

@@ -15,8 +15,8 @@
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Abilities, Block, Curvature, Damping, Drag, InputError, Line, OrderRaising, Scalar, SecondDerivatives,
-    Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Scalar,
+    SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -75,9 +75,9 @@ impl<T: Scalar> System<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
+    fn dissipation_form(&self) -> DissipationForm {
         let zero = not_negative(self.mu) && not_negative(-self.mu);
-        if zero { Damping::NONE } else { Damping::LINEAR }
+        if zero { DissipationForm::NONE } else { DissipationForm::LINEAR }
     }
 }
 
@@ -88,26 +88,26 @@ impl<T: Scalar> Separable<T> for VanDerPol<T> {
     }
 
     #[inline(always)]
-    fn edge(&self, q: &[T], _j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], _j: usize, to: T) -> Line<T> {
         Line { value: (q[0] + to).half(), slope: T::one().half() }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], _j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
         let (by_p, twice_q) = (self.friction(q[0]), q[0] + q[0]);
-        Drag { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
+        Dissipation { value: by_p * p[0], by_q: (self.mu * p[0]) * twice_q, by_p }
     }
 }
 
 impl<T: Scalar> Curvature<T> for VanDerPol<T> {
     #[inline(always)]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let drag = self.drag(q, p, 0);
+        let drag = self.dissipation_of(q, p, 0);
         put(Block::Hqq, 0, 0, T::one());
         put(Block::Hpp, 0, 0, T::one());
         put(Block::Dq, 0, 0, drag.by_q);
@@ -163,17 +163,17 @@ mod tests {
 
     #[test]
     fn only_without_mu_is_it_passive() {
-        let damping = |mu: f64| VanDerPol::new(mu).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
+        let damping = |mu: f64| VanDerPol::new(mu).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
         for mu in [5.0, -5.0] {
-            assert_eq!(damping(mu), Damping::LINEAR);
+            assert_eq!(damping(mu), DissipationForm::LINEAR);
         }
     }
 
     #[test]
     fn the_strip_drives_and_the_rest_damps() {
         let system = VanDerPol::new(3.0).unwrap();
-        let power = |q: f64| system.drag(&[q], &[2.0], 0).value * 2.0;
+        let power = |q: f64| system.dissipation_of(&[q], &[2.0], 0).value * 2.0;
         assert_eq!((power(0.0), power(1.0), power(-2.0)), (-12.0, 0.0, 36.0));
     }
 }

@@ -18,7 +18,7 @@
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Damping, Drag, InputError, Line, Members, Scalar,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members, Scalar,
     SecondDerivatives, Separable, System, Uniform, f64x8,
 };
 use std::any::Any;
@@ -97,8 +97,8 @@ impl<T: Scalar> System<T> for VanDerPolRing<T> {
     }
 
     #[inline(always)]
-    fn damping(&self) -> Damping {
-        self.single.damping()
+    fn dissipation_form(&self) -> DissipationForm {
+        self.single.dissipation_form()
     }
 
     #[inline(always)]
@@ -116,18 +116,18 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
 
     /// V is quadratic: the mean is the derivative in the middle.
     #[inline(always)]
-    fn edge(&self, q: &[T], j: usize, to: T) -> Line<T> {
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
         Line { value: self.partial(q, j, (q[j] + to).half()), slope: T::one().half() + self.coupling }
     }
 
     #[inline(always)]
-    fn has_exact_edges(&self) -> bool {
+    fn has_exact_divided_differences(&self) -> bool {
         true
     }
 
     #[inline(always)]
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
-        self.single.drag(&q[j..], &p[j..], 0)
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.single.dissipation_of(&q[j..], &p[j..], 0)
     }
 }
 
@@ -153,7 +153,7 @@ impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
                 put(Block::Hqq, j, left, -twice);
             }
             put(Block::Hpp, j, j, T::one());
-            let drag = self.drag(q, p, j);
+            let drag = self.dissipation_of(q, p, j);
             put(Block::Dq, j, j, drag.by_q);
             put(Block::Dp, j, j, drag.by_p);
         }
@@ -221,9 +221,9 @@ mod tests {
 
     #[test]
     fn only_without_mu_is_it_passive() {
-        let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().damping();
-        assert_eq!(damping(0.0), Damping::NONE);
-        assert_eq!(damping(5.0), Damping::LINEAR);
+        let damping = |mu: f64| VanDerPolRing::new(3, mu, 0.3).unwrap().dissipation_form();
+        assert_eq!(damping(0.0), DissipationForm::NONE);
+        assert_eq!(damping(5.0), DissipationForm::LINEAR);
     }
 
     #[test]
@@ -232,8 +232,8 @@ mod tests {
         let (q, p, to) = ([0.75], [-1.25], -0.5);
         assert_eq!(ring.energy(&q, &p), single.energy(&q, &p));
         assert_eq!(ring.partial(&q, 0, to), single.partial(&q, 0, to));
-        assert_eq!(ring.edge(&q, 0, to), single.edge(&q, 0, to));
-        assert_eq!(ring.drag(&q, &p, 0), single.drag(&q, &p, 0));
+        assert_eq!(ring.divided_difference(&q, 0, to), single.divided_difference(&q, 0, to));
+        assert_eq!(ring.dissipation_of(&q, &p, 0), single.dissipation_of(&q, &p, 0));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::source::Source;
 use crate::study::Problem;
 use crate::{Model, ModelError};
 use afterbay_core::{InputError, Quantity, State};
-use afterbay_systems::{Custom, CustomError, Description, Friction, Place, SYSTEMS};
+use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place, SYSTEMS};
 
 /// The name of a system that is made of expressions.
 const CUSTOM: &str = "custom";
@@ -100,13 +100,13 @@ fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, Scene
 fn description(table: &SystemTable) -> Description {
     let texts = |list: &[Expression]| list.iter().map(Expression::text).collect::<Vec<_>>();
     let friction = match (&table.dissipation, &table.friction) {
-        (Some(forces), _) => Friction::Forces(texts(forces)),
-        (None, Some(rows)) => Friction::Matrix(rows.iter().map(|row| texts(row)).collect()),
-        (None, None) => Friction::None,
+        (Some(forces), _) => DissipationText::Forces(texts(forces)),
+        (None, Some(rows)) => DissipationText::Matrix(rows.iter().map(|row| texts(row)).collect()),
+        (None, None) => DissipationText::None,
     };
     Description {
         potential: table.potential.as_ref().map(Expression::text).unwrap_or_default(),
-        friction,
+        dissipation: friction,
         masses: table.mass.as_deref().map(texts).unwrap_or_default(),
         parameters: table.parameters.iter().map(|(name, &value)| (name.clone(), value)).collect(),
     }

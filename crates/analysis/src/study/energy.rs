@@ -113,7 +113,7 @@ fn follow(
     let mut rows = Vec::new();
     let grid = Grid::<f64>::new(h, problem.end)?;
     let (mut drift, mut energy_before, mut done) = (0.0_f64, None, 0);
-    let mut passivity = Passivity::new(system.damping().passive, &state.w);
+    let mut passivity = Passivity::new(system.dissipation_form().passive, &state.w);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
         let energy = state.energy(&*system);

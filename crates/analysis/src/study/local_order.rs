@@ -13,7 +13,7 @@ use crate::Solution;
 use crate::progress::{Progress, Silent};
 use crate::series;
 use crate::statistics::{Fit, fit, median};
-use afterbay_core::{Grid, InputError, IntegrateError, Quad, Scalar, State, View};
+use afterbay_core::{Grid, InputError, IntegrateError, Quad, Scalar, State, StateRef};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{Number, Row, Run};
 use afterbay_systems::catalog::Expandable;
@@ -223,7 +223,7 @@ impl LocalOrder {
                 part.copy_from_slice(from);
             }
             method.step(h, &mut state).ok()?;
-            Some(distance(to, state.view()).map(|off| (off / h).to_f64()))
+            Some(distance(to, state.state_ref()).map(|off| (off / h).to_f64()))
         };
         Ok((0..points).map(&mut errors).collect())
     }
@@ -277,7 +277,7 @@ impl LocalOrder {
         let sample = (0..points).step_by(points.div_ceil(SAMPLES)).chain(worst);
         for i in sample {
             let ends = [solution.at(i), solution.at(i + multiple)];
-            let sizes = |of: fn(View<'_, T>) -> &[T]| {
+            let sizes = |of: fn(StateRef<'_, T>) -> &[T]| {
                 ends.iter().flat_map(|&end| of(end)).fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
             };
             // Two states are compared, each of them rounded.
@@ -298,7 +298,7 @@ impl LocalOrder {
 
 /// What rounding makes of a step: how far it is from the same step in `Quad`. None where either
 /// fails.
-fn lost<T: Scalar>(method: &Run<T>, exact: &Run<Quad>, h: T, from: View<'_, T>) -> Option<[f64; 3]> {
+fn lost<T: Scalar>(method: &Run<T>, exact: &Run<Quad>, h: T, from: StateRef<'_, T>) -> Option<[f64; 3]> {
     let same = |part: &[T]| part.to_vec();
     let lift = |part: &[T]| part.iter().map(|x| Quad::from_f64(x.to_f64())).collect::<Vec<_>>();
     let mut rounded = State { q: same(from.q), p: same(from.p), w: same(from.w), t: from.t };
@@ -307,7 +307,7 @@ fn lost<T: Scalar>(method: &Run<T>, exact: &Run<Quad>, h: T, from: View<'_, T>) 
     method.step(h, &mut rounded).ok()?;
     exact.step(Quad::from_f64(h.to_f64()), &mut state).ok()?;
     let found = State { q: lift(&rounded.q), p: lift(&rounded.p), w: lift(&rounded.w), t };
-    Some(distance(found.view(), state.view()).map(Scalar::to_f64))
+    Some(distance(found.state_ref(), state.state_ref()).map(Scalar::to_f64))
 }
 
 /// The slope of log statistic against log h for one method and variable, of the steps that stand

@@ -8,7 +8,7 @@ use super::Problem;
 use super::outcome::{COMPLETED, Ending};
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
-use afterbay_core::{Grid, IntegrateError, Lanewise, Quad, Scalar, State, System, View, f64x4, f64x8};
+use afterbay_core::{Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8};
 use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -191,8 +191,8 @@ fn alone(
     let exact = model.system::<Quad>()?;
     let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
     let state = problem.start::<f64>()?;
-    let initial = total(&*exact, state.view(), |x| x);
-    let off = |state: View<'_, f64>, _| deviation(total(&*exact, state, |x| x), initial);
+    let initial = total(&*exact, state.state_ref(), |x| x);
+    let off = |state: StateRef<'_, f64>, _| deviation(total(&*exact, state, |x| x), initial);
     let mut seen = windows(&method, h, state, 1, ends, progress, off)?;
     let ending = seen.ending(progress);
     Ok((seen.windows.swap_remove(0), ending))
@@ -225,8 +225,9 @@ fn beside<T: Lanewise>(
         (0..states[0].dof()).map(|j| T::of_lanes(|k| lane(k)[j])).collect()
     };
     let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
-    let initial: Vec<Quad> = states.iter().map(|state| total(&*exact, state.view(), |x| x)).collect();
-    let off = |state: View<'_, T>, k: usize| deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k]);
+    let initial: Vec<Quad> = states.iter().map(|state| total(&*exact, state.state_ref(), |x| x)).collect();
+    let off =
+        |state: StateRef<'_, T>, k: usize| deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k]);
     let seen = windows(method, setup.h, state, states.len(), ends, progress, off)?;
     if seen.result.is_err() {
         return Ok(None);
@@ -255,7 +256,7 @@ fn windows<T: Scalar>(
     count: usize,
     ends: &[u64],
     progress: &dyn Progress,
-    off: impl Fn(View<'_, T>, usize) -> f64,
+    off: impl Fn(StateRef<'_, T>, usize) -> f64,
 ) -> Result<Seen, IntegrateError> {
     let (mut all, mut done) = (vec![Vec::with_capacity(ends.len()); count], 0);
     for &end in ends {
@@ -284,7 +285,7 @@ fn deviation(total: Quad, initial: Quad) -> f64 {
 }
 
 /// K of one of the runs in a state, in 106 bits.
-fn total<T: Scalar>(system: &dyn System<Quad>, state: View<'_, T>, of: impl Fn(T) -> f64) -> Quad {
+fn total<T: Scalar>(system: &dyn System<Quad>, state: StateRef<'_, T>, of: impl Fn(T) -> f64) -> Quad {
     let lift = |part: &[T]| part.iter().map(|&x| Quad::from_f64(of(x))).collect::<Vec<_>>();
     let t = Quad::from_f64(of(state.t));
     State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)

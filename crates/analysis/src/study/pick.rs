@@ -17,7 +17,7 @@ mod trial;
 use super::Problem;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use afterbay_core::{IntegrateError, Passive, View};
+use afterbay_core::{IntegrateError, Passive, StateRef};
 use afterbay_methods::registry::{ADAPTIVE, FIXED, Row};
 use dense::Dense;
 use rayon::prelude::*;
@@ -93,7 +93,7 @@ pub struct Pick {
 /// Those of the input, and of the reference. What goes wrong in a run is why its method does not
 /// qualify.
 pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result<Pick, IntegrateError> {
-    let owed = problem.model.system::<f64>()?.damping().passive != Passive::No;
+    let owed = problem.model.system::<f64>()?.dissipation_form().passive != Passive::No;
     let mut pick = Pick {
         wanted,
         qualified: Vec::new(),
@@ -186,7 +186,7 @@ fn finer(
     let Some(finer) = setting.finer() else { return Ok(None) };
     let follow = |setting: Choice, parts: u64| -> Result<Option<Vec<f64>>, IntegrateError> {
         let (mut state, mut seen) = (problem.start::<f64>()?, Vec::new());
-        let look = &mut |_: u64, state: View<'_, f64>| {
+        let look = &mut |_: u64, state: StateRef<'_, f64>| {
             if matches!(setting, Choice::Steps(..)) {
                 seen.extend([state.q, state.p, state.w].concat());
             }

@@ -3,7 +3,7 @@
 use super::outcome::Ending;
 use super::{Problem, numbered};
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError, Tolerance, View};
+use afterbay_core::{Grid, IntegrateError, StateRef, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, Row};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -68,7 +68,7 @@ pub fn run(
         .map(|row| {
             let system = problem.model.system::<f64>()?;
             let (mut rows, every) = (Vec::new(), every.max(1));
-            let mut record = |step: u64, state: View<'_, f64>| {
+            let mut record = |step: u64, state: StateRef<'_, f64>| {
                 let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
                 let (energy, total) = (state.energy(&*system), state.total(&*system));
                 rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
@@ -91,7 +91,7 @@ pub fn run(
                 Err(IntegrateError::Input(_) | IntegrateError::Interrupted) => 0,
             };
             if last != recorded {
-                record(last, state.view());
+                record(last, state.state_ref());
             }
             Ok(Trajectory { method: row.name, rows, ending: Ending::of(&result, grid.steps, last) })
         })

@@ -6,7 +6,7 @@ use super::passivity::Passivity;
 use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::{Measured, Solution};
-use afterbay_core::{Abilities, Effort, Grid, IntegrateError, State, Statistics, Tolerance, View};
+use afterbay_core::{Abilities, Effort, Grid, IntegrateError, State, StateRef, Statistics, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -125,11 +125,11 @@ struct Watch<'a> {
 impl<'a> Watch<'a> {
     fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
         let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
-        let passivity = Passivity::new(system.damping().passive, &start.w);
+        let passivity = Passivity::new(system.dissipation_form().passive, &start.w);
         Ok(Self { total: start.total(&*system), system, drift: 0.0, steps: 0, passivity, progress })
     }
 
-    fn see(&mut self, step: u64, state: View<'_, f64>) -> ControlFlow<()> {
+    fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         self.drift = self.drift.max((state.total(&*self.system) - self.total).abs());
         self.passivity.see(state.w);
         self.steps = step;
@@ -145,7 +145,7 @@ impl<'a> Watch<'a> {
         exact: &Solution<f64>,
     ) -> WorkRow {
         let effort = effort.filter(|_| ending.is_completed());
-        let errors = effort.map(|_| exact.errors(1, state.view()));
+        let errors = effort.map(|_| exact.errors(1, state.state_ref()));
         let doubt = exact.doubt_at(1);
         let Ending { outcome, failure } = ending;
         WorkRow {
@@ -229,7 +229,7 @@ pub(super) fn time(
     };
     let start = problem.start()?;
     let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);
-    let mut look = |_: u64, _: View<'_, f64>| {
+    let mut look = |_: u64, _: StateRef<'_, f64>| {
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     while (repeats < REPEATS || all < LONG_ENOUGH) && !progress.stopped() {

@@ -146,7 +146,8 @@ where
         Kind::Rk4 => fixed::<V, dyn Abilities<f64x8>, _>(name, Once(Rk4), system.clone()),
         Kind::Increment(composition) => {
             let (n, coupling) = (system.dof(), system.coupling());
-            let red_and_black = system.is_uniform() && coupling.two_coloured(n) && !system.damping().coupled;
+            let red_and_black =
+                system.is_uniform() && coupling.two_coloured(n) && !system.dissipation_form().coupled;
             let order = if red_and_black { coupling.coloured(n) } else { (0..n).collect() };
             fixed::<V, _, _>(name, Once(Increment::new(composition()).in_order(order)), pair.separable()?)
         }

@@ -2,7 +2,8 @@
 
 use afterbay_core::{
     Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State,
-    Statistics, StepFailure, System, Tolerance, Vector, View, integrate_in, integrate_within, sample_within,
+    StateRef, Statistics, StepFailure, System, Tolerance, Vector, integrate_in, integrate_within,
+    sample_within,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -24,7 +25,7 @@ impl<T> From<Grid<T>> for Setting<T> {
 }
 
 /// What is shown of a run: the number of steps done and the state. `Break` ends the run.
-pub type Show<'a, T> = &'a mut dyn FnMut(u64, View<'_, T>) -> ControlFlow<()>;
+pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
 /// A method bound to a system. The types of both, and the storage of the steps, are forgotten.
 pub struct Run<T: Scalar> {
@@ -123,7 +124,7 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 
     fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
-        let View { q, p, w, t } = state.view();
+        let StateRef { q, p, w, t } = state.state_ref();
         for (to, from) in [(self.q, q), (self.p, p), (self.w, w)] {
             to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
         }
@@ -222,7 +223,7 @@ where
         show: Show<'_, V::Scalar>,
     ) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
-        let look = |step: u64, state: &State<V>| show(step, state.view());
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let mut observer = Every::new(stride, look);
         let outcome = self.within(|workspace| {
             integrate_in(&self.method, &*self.system, grid, &mut state, workspace, &mut observer)
@@ -266,7 +267,7 @@ where
         show: Show<'_, V::Scalar>,
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
-        let look = |step: u64, state: &State<V>| show(step, state.view());
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let mut observer = Every::new(stride, look);
         let outcome =
             integrate_within(&self.method, &*self.system, tolerance, end, &mut state, &mut observer);
@@ -282,7 +283,7 @@ where
         show: Show<'_, V::Scalar>,
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
-        let mut look = |n: u64, state: &State<V>| show(n, state.view());
+        let mut look = |n: u64, state: &State<V>| show(n, state.state_ref());
         let outcome = sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut look);
         place.put(&state);
         outcome

@@ -52,7 +52,7 @@ fn watch<S: Curvature<f64>>(
                 match run.step(h, &mut state) {
                     Ok(_) => {
                         found.drift = found.drift.max(drift(system, h, &before, &state));
-                        found.fell += falls(system.damping().passive, &before.w, &state.w);
+                        found.fell += falls(system.dissipation_form().passive, &before.w, &state.w);
                         let more = state.energy(system) > before.energy(system) * (1.0 + 1e-12);
                         if system.is_linear() && more {
                             found.unstable.push(format!("{name}, h = {h}: H grows"));

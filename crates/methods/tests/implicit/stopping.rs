@@ -5,7 +5,7 @@ use super::scenes::{Toda, drift};
 use crate::bind::separable;
 use afterbay_core::{Curvature, Grid, Separable, State};
 use afterbay_methods::registry::{FIXED, Needs, Row, Run};
-use afterbay_systems::{Custom, Description, FputChain, Friction};
+use afterbay_systems::{Custom, Description, DissipationText, FputChain};
 use std::ops::ControlFlow;
 
 /// The methods that solve equations in all of (q, p).
@@ -83,7 +83,7 @@ fn saturated_friction() {
     for friction in ["0.2*tanh(p1/0.003)", "tanh(p1/0.003)", "0.2*tanh(p1/0.001)"] {
         let system = Custom::new(&Description {
             potential: "q1^2/2".into(),
-            friction: Friction::Forces(vec![friction.into()]),
+            dissipation: DissipationText::Forces(vec![friction.into()]),
             ..Description::default()
         })
         .unwrap();

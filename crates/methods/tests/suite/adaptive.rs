@@ -2,8 +2,8 @@
 
 use crate::bind::any;
 use afterbay_core::{
-    Adaptive, Block, Curvature, Damping, InputError, IntegrateError, Passive, State, StepFailure, System,
-    Tolerance, View,
+    Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StateRef,
+    StepFailure, System, Tolerance,
 };
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use std::ops::ControlFlow;
 
 /// |ΔK| of a step in unit roundoffs of what K is made of: H, w, and what a rounding of z makes of H.
-fn drift<S: System<f64>>(system: &S, before: View<'_, f64>, after: View<'_, f64>) -> f64 {
+fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<'_, f64>) -> f64 {
     let mut scale = 0.0;
     for state in [before, after] {
         let n = state.q.len();
@@ -44,14 +44,14 @@ where
     S: Curvature<f64> + Clone + 'static,
 {
     let (mut state, mut last) = (start.clone(), start.clone());
-    let passive = system.damping().passive;
+    let passive = system.dissipation_form().passive;
     let (mut worst, mut taken) = (0.0_f64, false);
     let statistics = any(row, system.clone()).unwrap().run(
         Setting::Tolerance(*tolerance, end),
         &mut state,
         1,
         &mut |_, state| {
-            worst = worst.max(drift(system, last.view(), state));
+            worst = worst.max(drift(system, last.state_ref(), state));
             taken |= passive.violated(&last.w, state.w);
             last = State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
             ControlFlow::Continue(())
@@ -137,8 +137,8 @@ impl System<f64> for Gate {
     fn dissipation(&self, q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = if (q[0] - self.at).abs() < 0.02 { 1e-3 * v[0] } else { 0.0 };
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
     }
 }
 
@@ -218,7 +218,7 @@ fn what_cannot_be_done_is_refused() {
             assert!(matches!(refused, IntegrateError::Input(InputError::End { .. })), "{end}");
         }
         let descending = [1.0, 0.5];
-        let look = &mut |_: u64, _: View<'_, f64>| ControlFlow::Continue(());
+        let look = &mut |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
         let refused = within.sample(&Tolerance::all(1e-6), &descending, &mut state, look);
         assert!(matches!(refused, Err(IntegrateError::Input(InputError::End { .. }))));
         assert_eq!(state, start);
@@ -245,8 +245,8 @@ impl System<f64> for Cliff {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d[0] = 0.1 * v[0];
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Systems bound to the rows of the registry, each with the abilities a test gives it.
 
 use afterbay_core::{
-    Abilities, Coupling, Curvature, Damping, InputError, Linear, Members, Misprinted, OrderRaising,
+    Abilities, Coupling, Curvature, DissipationForm, InputError, Linear, Members, Misprinted, OrderRaising,
     PhasePlane, Scalar, SecondDerivatives, Separable, System, Uniform,
 };
 use afterbay_methods::registry::{self, Number, Row, Run};
@@ -82,8 +82,8 @@ impl<T: Scalar, S: System<T>, A> System<T> for Able<S, A> {
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         self.0.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        System::<T>::damping(&*self.0)
+    fn dissipation_form(&self) -> DissipationForm {
+        System::<T>::dissipation_form(&*self.0)
     }
     fn unit_mass(&self) -> bool {
         System::<T>::unit_mass(&*self.0)

@@ -2,7 +2,8 @@
 
 use crate::bind::{linear, separable};
 use afterbay_core::{
-    Coupling, Curvature, Damping, Drag, Effort, Grid, InputError, Line, Separable, State, System,
+    Coupling, Curvature, Dissipation, DissipationForm, Effort, Grid, InputError, Line, Separable, State,
+    System,
 };
 use afterbay_methods::registry::{Cost, FIXED, Needs, Row, find};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -47,8 +48,8 @@ impl System<f64> for Counted {
         self.count(1, q.len());
         self.system.dissipation(q, p, v, d);
     }
-    fn damping(&self) -> Damping {
-        System::<f64>::damping(&self.system)
+    fn dissipation_form(&self) -> DissipationForm {
+        System::<f64>::dissipation_form(&self.system)
     }
     fn coupling(&self) -> Coupling {
         System::<f64>::coupling(&self.system)
@@ -60,16 +61,16 @@ impl Separable<f64> for Counted {
         self.count(0, 1);
         self.system.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         self.count(0, 1);
-        self.system.edge(q, j, to)
+        self.system.divided_difference(q, j, to)
     }
-    fn has_exact_edges(&self) -> bool {
-        Separable::<f64>::has_exact_edges(&self.system)
+    fn has_exact_divided_differences(&self) -> bool {
+        Separable::<f64>::has_exact_divided_differences(&self.system)
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         self.count(1, 1);
-        self.system.drag(q, p, j)
+        self.system.dissipation_of(q, p, j)
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::bind::{linear, nonlinear};
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
-    Block, Curvature, Drag, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
-    RunError, Separable, State, StepFailure, System, View, integrate,
+    Block, Curvature, Dissipation, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
+    RunError, Separable, State, StateRef, StepFailure, System, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
 use afterbay_methods::registry::{FIXED, Needs, Run, find};
@@ -39,8 +39,8 @@ impl Separable<f64> for Wall {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         Self::force(at)
     }
-    fn drag(&self, _q: &[f64], p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.1 * p[0], by_q: 0.0, by_p: 0.1 }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.1 * p[0], by_q: 0.0, by_p: 0.1 }
     }
 }
 
@@ -67,8 +67,8 @@ impl Separable<f64> for Pair {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         if j == 1 && at > 1.0 { f64::NAN } else { q[1 - j] }
     }
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }
 }
 
@@ -300,8 +300,8 @@ fn divergence_ends_before_the_numbers_do() {
         for run in [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))] {
             let mut last = state(2.3, -3.1);
             let mut count = 0;
-            let mut show = |n: u64, seen: View<'_, f64>| {
-                let View { q: &[q], p: &[p], w: &[w], t } = seen else { panic!("{seen:?}") };
+            let mut show = |n: u64, seen: StateRef<'_, f64>| {
+                let StateRef { q: &[q], p: &[p], w: &[w], t } = seen else { panic!("{seen:?}") };
                 let state = State { q: [q], p: [p], w: [w], t };
                 assert!(state.check(1).is_ok(), "{name} shows {state:?}");
                 (count, last) = (n, state);

@@ -3,7 +3,7 @@
 use crate::bind::separable;
 use crate::slope;
 use afterbay_core::taylor::Expansion;
-use afterbay_core::{Block, Curvature, Drag, Quad, Scalar, Separable, Series, State, System};
+use afterbay_core::{Block, Curvature, Dissipation, Quad, Scalar, Separable, Series, State, System};
 use afterbay_methods::registry::{FIXED, Row};
 use afterbay_systems::{FputChain, VanDerPolRing};
 use slope::slope;
@@ -54,9 +54,9 @@ impl<T: Scalar> Separable<T> for Crowd {
             _ => at + (q[1] * at + q[1] * at),
         }
     }
-    fn drag(&self, q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let by_q = T::from_f64(0.6) * sum(q) * p[j];
-        Drag { value: gamma(q) * p[j], by_q, by_p: gamma(q) }
+        Dissipation { value: gamma(q) * p[j], by_q, by_p: gamma(q) }
     }
 }
 

@@ -2,7 +2,7 @@
 //! passive system's reservoir never gives anything back to a method that claims so.
 
 use crate::books;
-use afterbay_core::{Drag, Method, Quad, Scalar, Separable, State, StepFailure, System};
+use afterbay_core::{Dissipation, Method, Quad, Scalar, Separable, State, StepFailure, System};
 use afterbay_methods::ModDg;
 use afterbay_methods::registry::{FIXED, Row, find};
 use books::*;
@@ -211,9 +211,9 @@ impl<T: Scalar> Separable<T> for Exponential {
     fn partial(&self, _q: &[T], _j: usize, at: T) -> T {
         at.exp_m1()
     }
-    fn drag(&self, _q: &[T], p: &[T], _j: usize) -> Drag<T> {
+    fn dissipation_of(&self, _q: &[T], p: &[T], _j: usize) -> Dissipation<T> {
         let by_p = T::from_f64(self.c);
-        Drag { value: by_p * p[0], by_q: T::zero(), by_p }
+        Dissipation { value: by_p * p[0], by_q: T::zero(), by_p }
     }
 }
 

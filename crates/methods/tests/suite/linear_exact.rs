@@ -3,8 +3,8 @@
 use crate::bind::linear;
 use crate::many;
 use afterbay_core::{
-    Block, Curvature, Damping, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series, State,
-    StepFailure, System, View,
+    Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series,
+    State, StateRef, StepFailure, System,
 };
 use afterbay_methods::LinearExact;
 use afterbay_methods::registry::{FIXED, Run};
@@ -60,8 +60,8 @@ impl<T: Scalar> System<T> for Web {
             }
         }
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::InSum, coupled: true, ..Damping::GENERAL }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::InSum, coupled: true, ..DissipationForm::GENERAL }
     }
 }
 
@@ -188,7 +188,7 @@ fn checked<S: Curvature<f64>>(
         let size = f64::EPSILON / 2.0 * (scale(&before) + scale(&state));
         let off = (state.total(system) - before.total(system)).abs() / (size + f64::MIN_POSITIVE);
         prop_assert!(off < 16.0 * (1.0 + h * rate), "K is off by {} roundings", off);
-        prop_assert!(!system.damping().passive.violated(&before.w, &state.w));
+        prop_assert!(!system.dissipation_form().passive.violated(&before.w, &state.w));
     }
     Ok(())
 }
@@ -228,7 +228,7 @@ fn runs_of_a_bound_method_do_not_feel_each_other() {
         let end = |run: &Run<f64>, h: f64, within: bool| {
             let mut state = State::new([1.0], [0.5]).unwrap();
             let grid = Grid::new(h, 3.0).unwrap();
-            let mut look = |_: u64, _: View<'_, f64>| {
+            let mut look = |_: u64, _: StateRef<'_, f64>| {
                 if within {
                     let mut other = State::new([0.2], [-0.5]).unwrap();
                     run.run(grid, &mut other, u64::MAX, &mut |_, _| ControlFlow::Continue(())).unwrap();

@@ -2,8 +2,8 @@
 
 use crate::bind::{linear, nonlinear, separable, uniform};
 use afterbay_core::{
-    Block, Coupling, Curvature, Damping, Drag, InputError, IntegrateError, Line, Passive, Separable, State,
-    System,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, IntegrateError, Line, Passive,
+    Separable, State, System,
 };
 use afterbay_methods::registry::{Row, Run};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -55,8 +55,8 @@ impl System<f64> for Network {
     fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
         d.iter_mut().zip(&self.friction).zip(v).for_each(|((d, c), v)| *d = c * v);
     }
-    fn damping(&self) -> Damping {
-        Damping { passive: Passive::Each, ..Damping::LINEAR }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
     }
     fn coupling(&self) -> Coupling {
         Coupling::Chain
@@ -70,13 +70,13 @@ impl Separable<f64> for Network {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.at(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let slope = (self.spring[j] + self.spring[j + 1]) / 2.0;
         Line { value: self.at(q, j, (q[j] + to) / 2.0), slope }
     }
-    fn drag(&self, _q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
         let by_p = self.friction[j] / self.mass[j];
-        Drag { value: by_p * p[j], by_q: 0.0, by_p }
+        Dissipation { value: by_p * p[j], by_q: 0.0, by_p }
     }
 }
 

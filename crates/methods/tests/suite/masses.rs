@@ -2,7 +2,7 @@
 
 use crate::bind::{linear, nonlinear, separable};
 use afterbay_core::{
-    Block, Correction, Curvature, Drag, Grid, InputError, IntegrateError, Linear, Method, Misprinted,
+    Block, Correction, Curvature, Dissipation, Grid, InputError, IntegrateError, Linear, Method, Misprinted,
     OrderRaising, Separable, State, System, integrate,
 };
 use afterbay_methods::moddg::ClosedForm;
@@ -37,8 +37,8 @@ impl<const N: usize> Separable<f64> for Weights<N> {
     fn partial(&self, _q: &[f64], _j: usize, at: f64) -> f64 {
         at
     }
-    fn drag(&self, _q: &[f64], _p: &[f64], _j: usize) -> Drag<f64> {
-        Drag { value: 0.0, by_q: 0.0, by_p: 0.0 }
+    fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
     }
 }
 
@@ -46,7 +46,7 @@ impl Linear<f64> for Weights<1> {
     fn stiffness(&self, _i: usize, _j: usize) -> f64 {
         1.0
     }
-    fn friction(&self, _j: usize) -> f64 {
+    fn dissipation_rate(&self, _j: usize) -> f64 {
         0.0
     }
 }

@@ -4,7 +4,8 @@ use crate::bind::nonlinear;
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Curvature, Drag, Grid, Linear, Method, OrderRaising, Scalar, Separable, State, System, Vector, integrate,
+    Curvature, Dissipation, Grid, Linear, Method, OrderRaising, Scalar, Separable, State, System, Vector,
+    integrate,
 };
 use afterbay_methods::registry::FIXED;
 use afterbay_methods::{Leapfrog, ModDg, Rk4};
@@ -91,11 +92,11 @@ impl<S: Separable<f64>> Separable<f64> for Unaware<S> {
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
         self.0.partial(q, j, at)
     }
-    fn edge(&self, q: &[f64], j: usize, to: f64) -> afterbay_core::Line<f64> {
-        self.0.edge(q, j, to)
+    fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> afterbay_core::Line<f64> {
+        self.0.divided_difference(q, j, to)
     }
-    fn drag(&self, q: &[f64], p: &[f64], j: usize) -> Drag<f64> {
-        self.0.drag(q, p, j)
+    fn dissipation_of(&self, q: &[f64], p: &[f64], j: usize) -> Dissipation<f64> {
+        self.0.dissipation_of(q, p, j)
     }
 }
 
@@ -164,7 +165,7 @@ fn without_dissipation_every_reservoir_stays_exactly_as_it_was() {
     check(ModifiedVanDerPol::new(0.0, 1.0, 0.5).unwrap());
     let undamped = DampedOscillator::new(1.0, -0.0).unwrap();
     check(undamped);
-    assert!(undamped.friction(0) == 0.0);
+    assert!(undamped.dissipation_rate(0) == 0.0);
 }
 
 /// Two masses 2 and 3 on springs with a quartic coupling, each with a friction of its own.
@@ -201,9 +202,9 @@ impl<T: Scalar> Separable<T> for Coupled {
         let stretch = at - q[1 - j];
         at + stretch * stretch * stretch
     }
-    fn drag(&self, _q: &[T], p: &[T], j: usize) -> Drag<T> {
+    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let by_p = T::from_f64(FRICTION[j]);
-        Drag { value: by_p * p[j], by_q: T::zero(), by_p }
+        Dissipation { value: by_p * p[j], by_q: T::zero(), by_p }
     }
 }
 

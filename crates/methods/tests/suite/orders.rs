@@ -4,7 +4,8 @@ use crate::bind::{linear, nonlinear};
 use crate::slope;
 use afterbay_core::taylor::{Expansion, trajectory};
 use afterbay_core::{
-    Curvature, Grid, InputError, Linear, Misprinted, OrderRaising, Quad, Scalar, Series, State, System, View,
+    Curvature, Grid, InputError, Linear, Misprinted, OrderRaising, Quad, Scalar, Series, State, StateRef,
+    System,
 };
 use afterbay_methods::registry::{FIXED, Needs, Number, Row, Run, find};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol};
@@ -48,7 +49,7 @@ fn start<T: Scalar>((q, p): (f64, f64)) -> State<[T; 1]> {
 }
 
 /// |q|, |p| and |w| of the difference of two states.
-fn distance<T: Scalar>(a: View<'_, T>, b: View<'_, T>) -> [f64; 3] {
+fn distance<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> [f64; 3] {
     [a.q[0] - b.q[0], a.p[0] - b.p[0], a.w[0] - b.w[0]].map(|x| x.to_f64().abs())
 }
 
@@ -62,7 +63,7 @@ where
     let error = |&h: &f64| {
         let mut state = start(point);
         run.step(T::from_f64(h), &mut state).unwrap();
-        distance(exact.at(T::from_f64(h)).view(), state.view()).map(|error| error / h)
+        distance(exact.at(T::from_f64(h)).state_ref(), state.state_ref()).map(|error| error / h)
     };
     steps.iter().map(error).collect()
 }
@@ -176,8 +177,8 @@ where
             let exact = trajectory::<_, _, 24>(system, &start(POINTS[0]), T::from_f64(h), count as usize);
             let exact = exact.unwrap();
             let mut worst = [0.0_f64; 3];
-            let mut show = |n: u64, state: View<'_, T>| {
-                let now = distance(exact[n as usize].view(), state);
+            let mut show = |n: u64, state: StateRef<'_, T>| {
+                let now = distance(exact[n as usize].state_ref(), state);
                 worst.iter_mut().zip(now).for_each(|(worst, now)| *worst = worst.max(now));
                 ControlFlow::Continue(())
             };
@@ -215,7 +216,7 @@ fn global_orders_on_modified_van_der_pol() {
 fn points_are_away_from_the_poles() {
     fn far<S: OrderRaising<f64>>(system: &S) -> bool {
         POINTS.iter().all(|&(q, p)| {
-            let force = system.partial(&[q], 0, q) + system.drag(&[q], &[p], 0).value;
+            let force = system.partial(&[q], 0, q) + system.dissipation_of(&[q], &[p], 0).value;
             p.abs() > 0.5 && force.abs() > 0.5
         })
     }

@@ -3,7 +3,7 @@
 use crate::bind::{any, nonlinear, separable};
 use afterbay_core::{Curvature, Grid, Separable, State, System, Tolerance};
 use afterbay_methods::registry::{self, FIXED, Needs, Setting};
-use afterbay_systems::{Custom, Description, Duffing, Friction};
+use afterbay_systems::{Custom, Description, DissipationText, Duffing};
 use std::ops::ControlFlow;
 
 const END: f64 = 200.0;
@@ -11,8 +11,9 @@ const STEPS: [f64; 3] = [0.025, 0.125, 0.2];
 
 /// A Morse potential with its lowest point at q1 = 2, coupled to a spring of length 3.
 fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
-    let friction = Friction::Forces(friction.iter().map(ToString::to_string).collect());
-    Custom::new(&Description { potential: potential.into(), friction, ..Description::default() }).unwrap()
+    let friction = DissipationText::Forces(friction.iter().map(ToString::to_string).collect());
+    Custom::new(&Description { potential: potential.into(), dissipation: friction, ..Description::default() })
+        .unwrap()
 }
 
 /// Every method that applies and has no pole at rest goes on until the end, at the point of rest, with K kept where it says so.

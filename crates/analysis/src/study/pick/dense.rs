@@ -4,7 +4,7 @@ use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use crate::study::Problem;
-use afterbay_core::{InputError, IntegrateError, System, View};
+use afterbay_core::{InputError, IntegrateError, StateRef, System};
 
 /// States, equally spaced, with the slopes of q, p and w there.
 pub(super) struct Dense {
@@ -136,7 +136,7 @@ impl Dense {
     }
 
     /// The state at the end.
-    pub(super) fn end(&self) -> View<'_, f64> {
+    pub(super) fn end(&self) -> StateRef<'_, f64> {
         self.exact.at(self.cells.len())
     }
 
@@ -153,7 +153,7 @@ impl Dense {
     /// The largest of what K is made of along the solution.
     pub(super) fn scale(&self, problem: &Problem) -> Result<f64, InputError> {
         let system = problem.model.system::<f64>()?;
-        let of = |state: View<'_, f64>| {
+        let of = |state: StateRef<'_, f64>| {
             let kinetic: f64 = state.p.iter().map(|p| p * p).sum();
             state.energy(&*system).abs() + state.w.iter().map(|w| w.abs()).sum::<f64>() + kinetic
         };
@@ -178,7 +178,7 @@ mod tests {
         for count in [64, 256, 1024] {
             let spacing = 20.0 / f64::from(count);
             let mut solution = Solution::with_room(1, count as usize + 1);
-            (0..=count).for_each(|i| solution.push(exact(f64::from(i) * spacing).view()));
+            (0..=count).for_each(|i| solution.push(exact(f64::from(i) * spacing).state_ref()));
             let (dense, mut z) = (Dense::of(&system, solution, spacing), [0.0; 3]);
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
             for t in (0..=777).map(|i| 20.0 / 777.0 * f64::from(i)) {

@@ -5,7 +5,7 @@ use super::dense::Dense;
 use crate::progress::Progress;
 use crate::series;
 use crate::study::{LARGEST_BY_SERIES, Problem};
-use afterbay_core::{IntegrateError, Quad, Scalar, State, View};
+use afterbay_core::{IntegrateError, Quad, Scalar, State, StateRef};
 use serde::Serialize;
 use std::fmt;
 
@@ -101,7 +101,7 @@ pub(super) fn judge(
 }
 
 /// The largest difference of an entry of two states, and the largest entry of q and p.
-fn compared(one: View<'_, Quad>, other: View<'_, Quad>) -> (f64, f64) {
+fn compared(one: StateRef<'_, Quad>, other: StateRef<'_, Quad>) -> (f64, f64) {
     let pairs = [(one.q, other.q), (one.p, other.p), (one.w, other.w)];
     let apart = pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b)).map(|(&a, &b)| (a - b).abs().to_f64());
     let large = one.q.iter().chain(one.p).map(|x| x.abs().to_f64());

@@ -9,7 +9,7 @@ use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
 use crate::study::work_precision::ended;
-use afterbay_core::{Abilities, Effort, IntegrateError, State, View};
+use afterbay_core::{Abilities, Effort, IntegrateError, State, StateRef};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -112,7 +112,7 @@ struct Watch<'a> {
 }
 
 /// The error of q and p, and that of w.
-fn off(found: View<'_, f64>, z: &[f64]) -> [f64; 2] {
+fn off(found: StateRef<'_, f64>, z: &[f64]) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
     let [q, p, w] = [(found.q, q), (found.p, p), (found.w, w)].map(|(found, exact)| {
@@ -123,7 +123,7 @@ fn off(found: View<'_, f64>, z: &[f64]) -> [f64; 2] {
 }
 
 impl Watch<'_> {
-    fn see(&mut self, step: u64, state: View<'_, f64>) -> ControlFlow<()> {
+    fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         let Bench { problem, wanted, dense, progress, system, total } = self.bench;
         self.drift = self.drift.max((state.total(&**system) - total).abs());
         if step > self.steps {
@@ -178,7 +178,7 @@ impl<'a> Bench<'a> {
         let mut watch = Watch {
             bench: self,
             drift: 0.0,
-            passivity: Passivity::new(self.system.damping().passive, &state.w),
+            passivity: Passivity::new(self.system.dissipation_form().passive, &state.w),
             steps: 0,
             next: 0.0,
             samples: 0,
@@ -188,7 +188,7 @@ impl<'a> Bench<'a> {
             z: vec![0.0; 3 * state.dof()],
         };
         let (row, setting) = (choice.row(), choice.setting(problem.end)?);
-        let look = &mut |step: u64, state: View<'_, f64>| watch.see(step, state);
+        let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
         let result = problem.model.bind(row)?.run(setting, &mut state, 1, look);
         let (ending, h, tolerance) = ended(&result, setting, watch.steps, &state, problem.end)?;
         let effort = result.ok().map(|statistics| statistics.effort);
@@ -206,7 +206,7 @@ impl<'a> Bench<'a> {
         let effort = effort.filter(|_| ending.is_completed());
         let at_end = effort.map(|_| {
             let exact = self.dense.end();
-            let errors = off(state.view(), &[exact.q, exact.p, exact.w].concat());
+            let errors = off(state.state_ref(), &[exact.q, exact.p, exact.w].concat());
             watch.take(self.problem.end, errors, self.dense.doubt_at_end());
             errors
         });

@@ -5,7 +5,7 @@ use super::super::Problem;
 use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use afterbay_core::{Grid, InputError, IntegrateError, State, Tolerance, View};
+use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef, Tolerance};
 use afterbay_methods::registry::{self, Setting};
 use std::ops::ControlFlow;
 
@@ -154,11 +154,11 @@ fn by_tolerance(
     let most = MOST_WORK / dof as u64;
     let mut state: State<Vec<f64>> = problem.start()?;
     let mut solution = Solution::with_room(dof, count + 1);
-    solution.push(state.view());
+    solution.push(state.state_ref());
     let mut steps = 0;
     for i in 1..=count {
         let end = h * i as f64;
-        let mut see = |_: u64, _: View<'_, f64>| {
+        let mut see = |_: u64, _: StateRef<'_, f64>| {
             steps += 1;
             if steps > most { ControlFlow::Break(()) } else { heard(progress) }
         };
@@ -169,7 +169,7 @@ fn by_tolerance(
         if steps > most {
             return Err(InputError::Budget { steps: steps as f64, limit: most as f64 }.into());
         }
-        solution.push(state.view());
+        solution.push(state.state_ref());
     }
     Ok(solution)
 }

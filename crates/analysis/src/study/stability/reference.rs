@@ -203,7 +203,7 @@ pub(super) fn of_start(
 ) -> Result<Vec<Reference>, InputError> {
     let state = problem.start::<f64>()?;
     let mut walk = Walk::new(system, image.clone(), state.dof(), 1);
-    walk.arrive(state.view());
+    walk.arrive(state.state_ref());
     let of_start = walk.of_start(0, image);
     let leaves = |start: Reference| Reference { standing: Standing::Leaves, ..start };
     Ok(of_start.map_or(Vec::new(), |start| vec![leaves(start); steps]))
