@@ -10,7 +10,7 @@ use afterbay_analysis::study::{
 };
 use afterbay_core::{Corrected, Grid, Method, State, integrate};
 use afterbay_methods::{Composition, Increment, registry};
-use afterbay_systems::FputChain;
+use afterbay_systems::{FPUT_CHAIN, FputChain, VAN_DER_POL};
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -37,7 +37,7 @@ fn main() {
     let setups: Vec<_> = RUNS.into_iter().filter_map(setup).collect();
     println!("the chain: (K - K0)/K0 over {steps} steps, {} starts", starts.len());
     table(&long_run::run(&starts, &setups, steps, &Silent).expect("the input is in range"));
-    let cycle = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.0], end: 0.0 };
+    let cycle = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.0], end: 0.0 };
     let setups: Vec<_> =
         [false, true].into_iter().filter_map(|how| setup(("increment-2", 0.1, how))).collect();
     println!("Van der Pol, μ = 1, on the limit cycle: the same over {} steps", steps / 10);
@@ -108,5 +108,5 @@ fn start(i: u64) -> Problem {
     let n = 8;
     let amplitude = 1.0 + i as f64 / 1024.0;
     let q = (1..=n).map(|j| amplitude * (PI * j as f64 / (n + 1) as f64).sin()).collect();
-    Problem { model: Model::FputChain { n, beta: 1.0, c: 0.0 }, q, p: vec![0.0; n], end: 0.0 }
+    Problem { model: Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.0]), q, p: vec![0.0; n], end: 0.0 }
 }

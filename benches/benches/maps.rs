@@ -8,6 +8,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, StabilityRow};
 use afterbay_methods::registry::{self, Row};
+use afterbay_systems::{DAMPED_OSCILLATOR, DUFFING};
 use rayon::ThreadPool;
 use std::time::Instant;
 
@@ -40,7 +41,7 @@ fn main() {
     println!("\n{:36} {:>10} {:>10} {:>7}", "ms, lanes", "one core", "two", "ratio");
     let (values, steps) = (spread(64, 0.0, 1.0, false), spread(32, 0.01, 1.0, true));
     for model in [oscillator(), duffing()] {
-        let name = if matches!(model, Model::Duffing { .. }) { "c" } else { "b" };
+        let name = if model.name() == "duffing" { "c" } else { "b" };
         let map = map(model.clone(), name, &values, &steps, least_steps);
         let [one, two] = cores(&map, &rows(&METHODS), &pools, turns);
         println!("{:36} {:10.1} {:10.1} {:7.2}", model.name(), one * 1e3, two * 1e3, one / two);
@@ -70,11 +71,11 @@ fn main() {
 }
 
 fn oscillator() -> Model {
-    Model::DampedOscillator { k: 1.0, b: 0.1 }
+    Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1])
 }
 
 fn duffing() -> Model {
-    Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }
+    Model::of(&DUFFING, &[1.0, 0.5, 0.1])
 }
 
 fn map<'a>(

@@ -1,9 +1,10 @@
 //! The pairs: what is run through the public API, and what stands beside it.
 
 use crate::by_hand::{self, Task};
+use afterbay_analysis::Model;
 use afterbay_core::{Grid, IntegrateError, Method, State, StateRef, System, Vector, integrate};
 use afterbay_methods::{Leapfrog, ModDg, Rk4, registry};
-use afterbay_systems::{DampedOscillator, Duffing};
+use afterbay_systems::{DAMPED_OSCILLATOR, DUFFING, DampedOscillator, Duffing};
 use nalgebra::SVector;
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -122,11 +123,13 @@ pub fn pairs() -> Vec<Pair> {
     let free_by = |run: fn(by_hand::Duffing, Task) -> _| by_hand(TASK, hand_free, run);
     let linear = |name| {
         let row = registry::find(name).expect("a registered method");
-        dispatched(TASK, registry::linear(row, oscillator).expect("a method for linear systems"))
+        let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]);
+        dispatched(TASK, model.bind(row).expect("a method for linear systems"))
     };
     let nonlinear = |name| {
         let row = registry::find(name).expect("a registered method");
-        dispatched(TASK, registry::nonlinear(row, single).expect("a method for any system"))
+        let model = Model::of(&DUFFING, &[1.0, 0.5, 0.1]);
+        dispatched(TASK, model.bind(row).expect("a method for any system"))
     };
     let [hand_leapfrog, hand_rk4, hand_moddg, hand_newton] = [
         by_hand::Oscillator::leapfrog,

@@ -37,8 +37,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let clock = Instant::now();
         let problem = &*scene.problem;
         let (q, p) = (&problem.q, &problem.p);
-        let (coarse, fine) = match problem.model {
-            Model::DampedOscillator { k, b } => {
+        let Model::Listed(_, parameters) = &problem.model else {
+            return Err("a system without a series".into());
+        };
+        let (coarse, fine) = match (problem.model.name(), &parameters[..]) {
+            ("damped-oscillator", &[k, b]) => {
                 let [k, b] = [k, b].map(Quad::from_f64);
                 let exact = DampedOscillator::new(k, b)?;
                 let mut state: State<Vec<Quad>> = problem.start()?;
@@ -46,10 +49,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let by_series = end::<24>(&exact.map(Series::constant), q, p, problem.end)?;
                 (by_series, vec![[state.q[0], state.p[0], state.w[0]]])
             }
-            Model::Duffing { alpha, beta, c } => both!(Duffing::new(alpha, beta, c)?, problem),
-            Model::VanDerPol { mu } => both!(VanDerPol::new(mu)?, problem),
-            Model::FputChain { n, beta, c } => both!(FputChain::new(n, beta, c)?, problem),
-            Model::DampedDoublePendulum { m1, m2, l1, l2, g, c1, c2 } => {
+            ("duffing", &[alpha, beta, c]) => both!(Duffing::new(alpha, beta, c)?, problem),
+            ("van-der-pol", &[mu]) => both!(VanDerPol::new(mu)?, problem),
+            ("fput-chain", &[n, beta, c]) => both!(FputChain::new(n as usize, beta, c)?, problem),
+            ("damped-double-pendulum", &[m1, m2, l1, l2, g, c1, c2]) => {
                 both!(DampedDoublePendulum::new([m1, m2], [l1, l2], g, [c1, c2])?, problem)
             }
             _ => return Err("a system without a series".into()),

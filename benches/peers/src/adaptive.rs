@@ -4,7 +4,7 @@ use super::Scene;
 use super::measure::{Line, Run, Setting, Spent};
 use super::ours::write;
 use afterbay_core::{InputError, State, Tolerance, Vector};
-use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow};
+use afterbay_methods::registry::{self, ADAPTIVE, Row};
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
@@ -13,7 +13,7 @@ pub(crate) fn lines(scene: &Scene) -> impl Iterator<Item = Line> {
     ADAPTIVE.iter().map(|row| line(scene, row))
 }
 
-fn line(scene: &Scene, row: &'static AdaptiveRow) -> Line {
+fn line(scene: &Scene, row: &'static Row) -> Line {
     let of = scene.clone();
     Line {
         method: row.name,
@@ -29,7 +29,7 @@ fn line(scene: &Scene, row: &'static AdaptiveRow) -> Line {
     }
 }
 
-fn bind(scene: &Scene, row: &AdaptiveRow, tolerance: Tolerance) -> Result<Run, InputError> {
+fn bind(scene: &Scene, row: &Row, tolerance: Tolerance) -> Result<Run, InputError> {
     if scene.dof() == 1 {
         stored::<[f64; 1]>(scene, row, tolerance)
     } else {
@@ -40,20 +40,20 @@ fn bind(scene: &Scene, row: &AdaptiveRow, tolerance: Tolerance) -> Result<Run, I
 /// The run with its state in `V`.
 fn stored<V: Vector<Scalar = f64> + 'static>(
     scene: &Scene,
-    row: &AdaptiveRow,
+    row: &Row,
     tolerance: Tolerance,
 ) -> Result<Run, InputError> {
-    let method = scene.problem.model.bind_adaptive(row)?;
+    let method = scene.problem.model.bind(row)?;
     let lift = |part: &[f64]| V::filled(part, |x| x);
     let start = State::new(lift(&scene.problem.q), lift(&scene.problem.p))?;
-    let end = scene.problem.end;
+    let setting = registry::Setting::Tolerance(tolerance, scene.problem.end);
     Ok(Box::new(move |last, watch| {
         let mut state = start.clone();
         let done = match watch {
-            None => method.run(&tolerance, end, &mut state, &mut |_, _| ControlFlow::Continue(())),
+            None => method.run(setting, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(())),
             Some(watch) => {
                 let mut y = vec![0.0; 3 * state.dof()];
-                method.run(&tolerance, end, &mut state, &mut |_, state| {
+                method.run(setting, &mut state, 1, &mut |_, state| {
                     write(state, &mut y);
                     watch(&y);
                     ControlFlow::Continue(())

@@ -159,7 +159,7 @@ mod tests {
     fn check<F: Field>(name: &str, field: F) {
         let scene = scenes::all().into_iter().find(|scene| scene.name == name).unwrap();
         let n = scene.dof();
-        let subject = scene.problem.model.subject::<f64>().unwrap();
+        let subject = scene.problem.model.system::<f64>().unwrap();
         let (y, v) = (scattered(3 * n, 0.31), scattered(3 * n, 0.47));
         let (mut hq, mut hp, mut d, mut dy) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; 3 * n]);
         subject.gradient(&y[..n], &y[n..2 * n], &mut hq, &mut hp);

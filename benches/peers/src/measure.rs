@@ -187,7 +187,7 @@ fn watched(
     row: &mut Row,
 ) -> Result<(Run, Duration), String> {
     let n = scene.dof();
-    let subject = scene.problem.model.subject::<f64>().map_err(|error| error.to_string())?;
+    let subject = scene.problem.model.system::<f64>().map_err(|error| error.to_string())?;
     let passive = subject.dissipation_form().passive;
     let run = (line.bind)(setting)?;
     let mut end = scene.start();

@@ -95,14 +95,16 @@ fn carry<V: Vector<Scalar = f64>>(
     watch: Option<Watch<'_>>,
 ) -> Result<Effort, IntegrateError> {
     let Some(watch) = watch else {
-        return method.run(grid, state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
+        let look = &mut |_, _: StateRef<'_, f64>| ControlFlow::Continue(());
+        return Ok(method.run(grid, state, u64::MAX, look)?.effort);
     };
     let mut y = vec![0.0; 3 * state.dof()];
-    method.run(grid, state, 1, &mut |_, state| {
+    let done = method.run(grid, state, 1, &mut |_, state| {
         write(state, &mut y);
         watch(&y);
         ControlFlow::Continue(())
-    })
+    })?;
+    Ok(done.effort)
 }
 
 pub(crate) fn write(StateRef { q, p, w, .. }: StateRef<'_, f64>, y: &mut [f64]) {

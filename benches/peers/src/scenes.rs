@@ -2,6 +2,7 @@
 
 use afterbay_analysis::Model;
 use afterbay_analysis::study::Problem;
+use afterbay_systems::{DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, VAN_DER_POL};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -54,17 +55,16 @@ pub fn all() -> [Scene; 7] {
     };
     let chain = |name, about, n: usize| {
         let q = (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect();
-        scene(name, about, Model::FputChain { n, beta: 1.0, c: 0.01 }, q, vec![0.0; n], 100.0, 25)
+        scene(name, about, Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.01]), q, vec![0.0; n], 100.0, 25)
     };
-    let pendulum =
-        Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 1.0, c1: 0.1, c2: 0.1 };
-    let duffing = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.1 };
-    let pol = |mu| Model::VanDerPol { mu };
+    let pendulum = Model::of(&DAMPED_DOUBLE_PENDULUM, &[1.0, 1.0, 1.0, 1.0, 1.0, 0.1, 0.1]);
+    let duffing = Model::of(&DUFFING, &[-1.0, 1.0, 0.1]);
+    let pol = |mu| Model::of(&VAN_DER_POL, &[mu]);
     [
         scene(
             "A",
             "damped oscillator, k = 1, b = 0.1",
-            Model::DampedOscillator { k: 1.0, b: 0.1 },
+            Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]),
             vec![2.3],
             vec![-3.1],
             100.0,
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn the_reference_keeps_k() {
         for scene in all() {
-            let subject = scene.problem.model.subject::<f64>().unwrap();
+            let subject = scene.problem.model.system::<f64>().unwrap();
             let total = |y: &[f64]| {
                 let n = scene.dof();
                 subject.energy(&y[..n], &y[n..2 * n]) + y[2 * n..].iter().sum::<f64>()

@@ -9,7 +9,9 @@ mod stability;
 mod trajectories;
 mod work;
 
+use crate::Model;
 use crate::claim::Finding;
+use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::Report;
@@ -17,7 +19,6 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::Pick;
-use crate::{Model, SYSTEMS};
 use afterbay_core::{InputError, IntegrateError, Passive, State};
 use afterbay_methods::registry::Row;
 
@@ -127,14 +128,14 @@ fn without_reference(scene: &Scene, study: &'static str, error: &IntegrateError)
 /// What the scene is about.
 fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     let (mut sheet, problem) = (Sheet::new("The scene"), &scene.problem);
-    let subject = problem.model.subject::<f64>()?;
+    let system = problem.model.system::<f64>()?;
     let start: State<Vec<f64>> = problem.start()?;
-    let system = &scene.document.system;
+    let table = &scene.document.system;
     let mut rows = vec![vec!["system".into(), problem.model.name().into()]];
     let mut row = |name: &str, value: String| rows.push(vec![name.into(), value]);
-    match (&problem.model, SYSTEMS.iter().find(|row| row.name == problem.model.name())) {
-        (Model::Custom(custom), _) => {
-            for (name, expression) in system.expressions() {
+    match &problem.model {
+        Model::Custom(custom) => {
+            for (name, expression) in table.expressions() {
                 row(&name, expression);
             }
             let structure = custom.structure();
@@ -144,15 +145,14 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
             );
             row("coupling", format!("{:?}", structure.coupling).to_lowercase());
         }
-        (_, Some(known)) => row("equations", known.equations.into()),
-        (_, None) => {}
+        Model::Listed(known, _) => row("equations", known.equations.into()),
     }
-    for (name, value) in &system.parameters {
+    for (name, value) in &table.parameters {
         row(name, value.to_string());
     }
     row("degrees of freedom", problem.model.dof().to_string());
-    row("equations are linear", if subject.is_linear() { "yes" } else { "no" }.into());
-    let damping = subject.dissipation_form();
+    row("equations are linear", if is_linear(&system) { "yes" } else { "no" }.into());
+    let damping = system.dissipation_form();
     row(
         "friction",
         match (damping.zero, damping.passive) {
@@ -164,7 +164,7 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     );
     row("q at t = 0", list(&start.q));
     row("p at t = 0", list(&start.p));
-    row("H at t = 0, which K keeps", start.energy(&*subject).to_string());
+    row("H at t = 0, which K keeps", start.energy(&*system).to_string());
     row("end of time", problem.end.to_string());
     row("step", scene.step.to_string());
     sheet.table(&["what", "value"], rows);

@@ -18,11 +18,9 @@ mod sheet;
 mod solution;
 pub mod statistics;
 pub mod study;
-mod subject;
 
 pub use claim::Finding;
 pub use measured::{Doubt, Measured};
-pub use model::{Lanes, Model, ModelError, SYSTEMS, SystemRow};
+pub use model::{Lanes, Model, ModelError};
 pub use sheet::ReportError;
 pub use solution::Solution;
-pub use subject::Subject;

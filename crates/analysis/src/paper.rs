@@ -23,12 +23,13 @@ use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
 use crate::study::outcome::INTERRUPTED;
 use afterbay_core::IntegrateError;
-use afterbay_methods::registry::{METHODS, Row};
+use afterbay_methods::registry::{FIXED, Row};
+use afterbay_systems::DAMPED_OSCILLATOR;
 use serde::Serialize;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
 pub fn oscillator() -> Problem {
-    Problem { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: vec![2.3], p: vec![-3.1], end: 20.0 }
+    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 }
 }
 
 /// The paper's base grid.
@@ -102,7 +103,7 @@ const PARTS: [Part; 8] = [
 /// # Errors
 /// [`ReportError`] if a study is refused; a run that fails is a row in its table.
 pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Finding>), ReportError> {
-    run_with(METHODS, extent, progress)
+    run_with(FIXED, extent, progress)
 }
 
 /// Runs the paper with the methods of another registry. Every name the paper needs is looked up in it before anything
@@ -199,7 +200,7 @@ mod tests {
 
     #[test]
     fn a_misspelt_method_is_an_error_that_names_the_nearest() {
-        let paper = Paper { extent: Extent::Quick, registry: METHODS, progress: &Silent };
+        let paper = Paper { extent: Extent::Quick, registry: FIXED, progress: &Silent };
         let misspelt = paper.methods(&["moddg", "mdodg"]).unwrap_err().to_string();
         assert_eq!(misspelt, "there is no method mdodg; did you mean moddg?");
     }

@@ -4,23 +4,13 @@
 //! strides and is moved at each by as much as one of the first may err; how far the two come apart is
 //! what errors and roundings grow to, in chaos as well, and with a margin it is the doubt.
 
-use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use crate::solution::twice_apart;
-use afterbay_core::taylor::{Enclosed, Pace, enclosing, follow};
-use afterbay_core::{InputError, IntegrateError, Interval, Scalar, Series, State, System, Vector};
-
-/// Terms of the series.
-pub(crate) const TERMS: usize = 24;
-
-/// Series of intervals, in which the defect is enclosed.
-pub(crate) type Ranges = Series<Interval, TERMS>;
-
-/// A parameter of a system as a range.
-pub(crate) fn range<T: Scalar>(x: T) -> Ranges {
-    Series::constant(enclosing(x))
-}
+use crate::{Model, Solution};
+use afterbay_core::taylor::{Enclosed, Pace, follow};
+use afterbay_core::{Flow, InputError, IntegrateError, Scalar, State, Vector};
+use afterbay_systems::catalog::{Expandable, TERMS};
 
 /// The runs are compared at this many times at least: at one of them they may meet by chance.
 const COMPARED: usize = 256;
@@ -31,9 +21,59 @@ pub(crate) fn most_strides<T: Scalar>(dof: usize) -> usize {
     most / dof.max(1)
 }
 
+impl Model {
+    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt: by the exact flow, or by series.
+    ///
+    /// # Errors
+    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`]
+    /// where the solution leaves the numbers, [`IntegrateError::Interrupted`].
+    pub fn solution<T: Expandable>(
+        &self,
+        start: &State<Vec<T>>,
+        h: T,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Solution<T>, IntegrateError> {
+        match self.system::<T>()?.exact_flow() {
+            Some(flow) => by_flow(&*flow, start, h, count, progress),
+            None if self.dof() == 1 => by_series::<[T; 1]>(self, start, h, count, progress),
+            None => by_series::<Vec<T>>(self, start, h, count, progress),
+        }
+    }
+}
+
+/// The solution by the exact flow. A second state takes two flows of a third and the rest: how far that is off is
+/// what roundings make of it.
+fn by_flow<T: Scalar>(
+    flow: &dyn Flow<T>,
+    start: &State<Vec<T>>,
+    h: T,
+    count: usize,
+    progress: &dyn Progress,
+) -> Result<Solution<T>, IntegrateError> {
+    let dof = flow.dof();
+    start.check(dof)?;
+    let mut solution = Solution::with_room(dof, count + 1);
+    for i in 0..=count {
+        if progress.stopped() {
+            return Err(IntegrateError::Interrupted);
+        }
+        let t = T::from_f64(i as f64) * h;
+        let (mut state, mut twice) = (start.clone(), start.clone());
+        flow.carry(t, &mut state);
+        state.check(dof).map_err(|_| InputError::SolutionEnds { t: state.t.to_f64() })?;
+        let third = t * T::from_f64(1.0 / 3.0);
+        flow.carry(third, &mut twice);
+        flow.carry(t - third, &mut twice);
+        solution.push(state.state_ref());
+        solution.doubt_last(twice_apart(&state, &twice));
+    }
+    Ok(solution)
+}
+
 /// The solution by series at the times `i h`, i = 0..=count, its states stored in `V` on the way.
-pub(crate) fn by_series<V, S, R>(
-    (system, ranges): (&S, R),
+fn by_series<V>(
+    model: &Model,
     start: &State<Vec<V::Scalar>>,
     h: V::Scalar,
     count: usize,
@@ -41,19 +81,19 @@ pub(crate) fn by_series<V, S, R>(
 ) -> Result<Solution<V::Scalar>, IntegrateError>
 where
     V: Vector,
-    S: System<Series<V::Scalar, TERMS>>,
-    R: System<Ranges>,
+    V::Scalar: Expandable,
 {
+    let (system, ranges) = model.expanded::<V::Scalar>()?;
     let dof = system.dof();
     let start = stored::<V>(start, dof)?;
-    let defect = Enclosed::new(ranges);
+    let defect = Enclosed::<_, TERMS>::new(ranges);
     let between = COMPARED.div_ceil(count.max(1));
     let fine = (h / V::Scalar::from_f64(between as f64), count * between);
     let run = |pace: Pace| -> Result<Option<Vec<State<V>>>, InputError> {
         let mut states = Vec::with_capacity(fine.1 + 1);
         let pace = pace.within(most_strides::<V::Scalar>(dof));
         let mut see = |_, state| states.push(state);
-        let route = follow((system, &defect), &start, fine, pace, &|| progress.stopped(), &mut see)?;
+        let route = follow((&*system, &defect), &start, fine, pace, &|| progress.stopped(), &mut see)?;
         Ok((!route.interrupted).then_some(states))
     };
     let (states, check) = rayon::join(|| run(Pace::FULL), || run(Pace::CHECK));
@@ -71,7 +111,7 @@ where
 }
 
 /// The same state in another storage.
-pub(crate) fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<V>, InputError> {
+fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<V>, InputError> {
     state.check(dof)?;
     let copy = |part: &Vec<V::Scalar>| V::filled(part, |x| x);
     Ok(State { q: copy(&state.q), p: copy(&state.p), w: copy(&state.w), t: state.t })

@@ -8,7 +8,7 @@ use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::pick::{self, Wanted};
 use afterbay_analysis::{Finding, ReportError, experiment};
-use afterbay_methods::registry::{METHODS, Row, find};
+use afterbay_methods::registry::{FIXED, Row, find};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
@@ -266,7 +266,7 @@ fn broken(places: &[(&'static str, &str)]) -> &'static [Row] {
         }
         None => *row,
     };
-    METHODS.iter().map(row).collect::<Vec<_>>().leak()
+    FIXED.iter().map(row).collect::<Vec<_>>().leak()
 }
 
 #[test]
@@ -323,7 +323,7 @@ fn a_name_no_method_has_is_refused_before_anything_runs() {
         }
         fn advance(&self) {}
     }
-    let without: Vec<Row> = METHODS.iter().filter(|row| row.name != "gonzalez").copied().collect();
+    let without: Vec<Row> = FIXED.iter().filter(|row| row.name != "gonzalez").copied().collect();
     let refused = paper::run_with(without.leak(), Extent::Quick, &Nothing).unwrap_err();
     assert!(matches!(&refused, ReportError::Method { name, .. } if name == "gonzalez"), "{refused}");
 }

@@ -12,6 +12,10 @@ use afterbay_analysis::study::{
 };
 use afterbay_core::{InputError, IntegrateError, Quad, Quantity};
 use afterbay_methods::registry::{Row, find};
+use afterbay_systems::{
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, MODIFIED_VAN_DER_POL, VAN_DER_POL,
+    VAN_DER_POL_RING,
+};
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
     names.iter().map(|name| find(name).unwrap()).collect()
@@ -19,11 +23,11 @@ fn rows(names: &[&str]) -> Vec<&'static Row> {
 
 fn chain(n: usize, c: f64, end: f64) -> Problem {
     let wave = |speed: f64| (1..=n).map(|j| (speed * j as f64).sin()).collect();
-    Problem { model: Model::FputChain { n, beta: 1.0, c }, q: wave(0.9), p: wave(2.1), end }
+    Problem { model: Model::of(&FPUT_CHAIN, &[n as f64, 1.0, c]), q: wave(0.9), p: wave(2.1), end }
 }
 
 fn pendulum(end: f64) -> Problem {
-    let model = Model::DampedDoublePendulum { m1: 1.0, m2: 0.5, l1: 1.0, l2: 0.75, g: 2.0, c1: 0.1, c2: 0.2 };
+    let model = Model::of(&DAMPED_DOUBLE_PENDULUM, &[1.0, 0.5, 1.0, 0.75, 2.0, 0.1, 0.2]);
     Problem { model, q: vec![1.0, -0.5], p: vec![0.25, 0.5], end }
 }
 
@@ -77,8 +81,8 @@ fn trajectories_hold_the_states_asked_for() {
 fn a_long_chain_is_followed_in_f64() {
     let problem = chain(LARGEST_BY_SERIES + 1, 0.1, 2.0);
     let found = problem.solution(0.5, 4, &Silent).unwrap();
-    let subject = problem.model.subject::<Quad>().unwrap();
-    let exact = subject.solution(&problem.start().unwrap(), Quad::from(0.5), 4, &Silent).unwrap().rounded();
+    let exact =
+        problem.model.solution(&problem.start().unwrap(), Quad::from(0.5), 4, &Silent).unwrap().rounded();
     let (off, size) = found.distance(&exact);
     let doubt = found.doubt().most();
     assert!(doubt > 0.0 && doubt < 1e-12 * size, "{doubt:e}");
@@ -111,7 +115,7 @@ fn what_is_owed_in_each_is_counted_in_each() {
     // Parts of this one run backwards: with strong friction and long steps it takes energy back. Steps are counted, of
     // which there are two, however many masses a step takes it from.
     assert!(count(&chain(4, 10.0, 2.0), "increment-6", 1.0).is_some_and(|count| (1..=2).contains(&count)));
-    let ring = Model::VanDerPolRing { n: 4, mu: 1.0, coupling: 0.5 };
+    let ring = Model::of(&VAN_DER_POL_RING, &[4.0, 1.0, 0.5]);
     assert_eq!(count(&Problem { model: ring, ..passive.clone() }, "increment-2", 0.1), None);
 }
 
@@ -198,12 +202,12 @@ fn starts_side_by_side_are_those_alone() {
 fn only_increments_of_separable_systems_are_compensated() {
     let bind = |problem: Problem, name| problem.model.bind_compensated::<f64>(find(name).unwrap()).map(drop);
     for model in [
-        Model::DampedOscillator { k: 1.0, b: 0.1 },
-        Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.1 },
-        Model::VanDerPol { mu: 1.0 },
-        Model::ModifiedVanDerPol { mu: 1.0, alpha: 1.0, beta: 1.0 },
-        Model::FputChain { n: 4, beta: 1.0, c: 0.1 },
-        Model::VanDerPolRing { n: 6, mu: 1.0, coupling: 0.5 },
+        Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]),
+        Model::of(&DUFFING, &[1.0, 1.0, 0.1]),
+        Model::of(&VAN_DER_POL, &[1.0]),
+        Model::of(&MODIFIED_VAN_DER_POL, &[1.0, 1.0, 1.0]),
+        Model::of(&FPUT_CHAIN, &[4.0, 1.0, 0.1]),
+        Model::of(&VAN_DER_POL_RING, &[6.0, 1.0, 0.5]),
     ] {
         let (q, p) = (vec![0.5; model.dof()], vec![0.1; model.dof()]);
         let problem = Problem { model: model.clone(), q, p, end: 1.0 };
@@ -252,7 +256,6 @@ fn what_does_not_fit_is_refused() {
             IntegrateError::Input(length)
         );
     }
-    let none =
-        Problem { q: vec![], p: vec![], model: Model::FputChain { n: 0, beta: 1.0, c: 0.1 }, end: 1.0 };
+    let none = Problem { q: vec![], p: vec![], model: Model::of(&FPUT_CHAIN, &[0.0, 1.0, 0.1]), end: 1.0 };
     assert!(matches!(refused(&none, "rk4"), InputError::Parameter { name: "n", .. }));
 }

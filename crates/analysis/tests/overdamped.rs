@@ -8,11 +8,11 @@ use afterbay_analysis::study::decay::{self, Decay, DecayRow};
 use afterbay_analysis::study::energy::{self, Books, EnergyRow};
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_core::{IntegrateError, System};
-use afterbay_methods::registry::{METHODS, Row, find};
-use afterbay_systems::DampedOscillator;
+use afterbay_methods::registry::{FIXED, Row, find};
+use afterbay_systems::{DAMPED_OSCILLATOR, DampedOscillator};
 
 fn problem(b: f64) -> Problem {
-    Problem { model: Model::DampedOscillator { k: 1.0, b }, q: vec![1.0], p: vec![1.0], end: 2.0 }
+    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
 }
 
 fn decays(b: f64, methods: &[&'static Row]) -> Vec<DecayRow> {
@@ -22,7 +22,7 @@ fn decays(b: f64, methods: &[&'static Row]) -> Vec<DecayRow> {
 }
 
 fn all() -> Vec<&'static Row> {
-    METHODS.iter().collect()
+    FIXED.iter().collect()
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn the_report_has_a_line_for_every_method() {
     );
     let records: Vec<_> = reader.records().map(|record| record.expect("a row")).collect();
     let html = output.report.html();
-    for row in METHODS {
+    for row in FIXED {
         for b in ["200", "5000"] {
             let lines = records.iter().filter(|r| &r[0] == row.name && r[1].trim_end_matches(".0") == b);
             assert_eq!(lines.count(), 1, "{} at b = {b}", row.name);
@@ -46,7 +46,7 @@ fn the_report_has_a_line_for_every_method() {
     // In the order of the registry, under the table's own header.
     let from = html.find("max |K - K₀|").expect("a table");
     let mut rest = &html[from..];
-    for row in METHODS {
+    for row in FIXED {
         let at = rest.find(&format!(">{}<", row.name)).unwrap_or_else(|| panic!("{} has no line", row.name));
         rest = &rest[at..];
     }

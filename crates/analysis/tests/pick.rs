@@ -6,8 +6,8 @@ use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Wanted};
 use afterbay_core::{Grid, StateRef, Tolerance};
-use afterbay_methods::registry::{find, find_adaptive};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_methods::registry::{Setting, find};
+use afterbay_systems::{Custom, DUFFING, Description, DissipationText, FPUT_CHAIN};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -43,14 +43,15 @@ fn along(problem: &Problem, method: &str, steps: u64) -> f64 {
 
 /// The same at some twenty states of a run whose steps follow from a tolerance.
 fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
-    let run = problem.model.bind_adaptive(find_adaptive(method).expect("a method")).expect("it applies");
+    let run = problem.model.bind(find(method).expect("a method")).expect("it applies");
     let mut seen: Vec<(f64, Vec<f64>)> = Vec::new();
     let mut state = problem.start().expect("a state");
     let look = &mut |_: u64, state: StateRef<'_, f64>| {
         seen.push((state.t, [state.q, state.p, state.w].concat()));
         ControlFlow::Continue(())
     };
-    run.run(&Tolerance::all(tolerance), problem.end, &mut state, look).expect("it runs");
+    run.run(Setting::Tolerance(Tolerance::all(tolerance), problem.end), &mut state, 1, look)
+        .expect("it runs");
     let every = seen.len().div_ceil(20);
     let some = seen.iter().rev().step_by(every).filter(|(t, _)| *t > 0.0);
     let off = |(t, z): &(f64, Vec<f64>)| {
@@ -83,7 +84,7 @@ fn says(found: &Pick) -> String {
 fn a_double_well_is_followed_all_along_and_not_met_at_the_end() {
     // At the end every run is at rest in a well. Relaxed-dop853 at h = 1.3158 errs there by 4e-13,
     // and by 0.8 on the way; its neighbours in h end in the other well.
-    let model = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.3 };
+    let model = Model::of(&DUFFING, &[-1.0, 1.0, 0.3]);
     let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 200.0 };
     assert!(along(&problem, "relaxed-dop853", 152) > 0.1);
     let clock = Instant::now();
@@ -117,7 +118,7 @@ fn what_is_recommended_holds_all_along() {
     for i in 0..20 {
         let [a, b, c, q, p] = [0, 1, 2, 3, 4].map(|k| share(i, k));
         let model = if i % 2 == 0 {
-            Model::Duffing { alpha: -0.5 - a, beta: 0.5 + b, c: 0.05 + 0.5 * c }
+            Model::of(&DUFFING, &[-0.5 - a, 0.5 + b, 0.05 + 0.5 * c])
         } else {
             let (g, c) = (0.5 + 2.0 * a, 0.02 + 0.3 * c);
             custom(&format!("{g}*(1 - cos(q1))"), &format!("{c}*p1"))
@@ -154,7 +155,7 @@ fn what_is_recommended_holds_all_along() {
 #[test]
 fn a_scene_that_is_too_sensitive_is_named() {
     // A start on the ridge between the wells, to a rounding: it grows by e^t.
-    let model = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.0 };
+    let model = Model::of(&DUFFING, &[-1.0, 1.0, 0.0]);
     let problem = Problem { model, q: vec![1e-12], p: vec![0.0], end: 200.0 };
     let found = pick::run(&problem, wanted(1e-6), &Silent).expect("an answer");
     let Some(TooSensitive::Roundings { growth, error, until }) = found.too_sensitive else {
@@ -209,7 +210,7 @@ impl Progress for After {
 
 #[test]
 fn an_interrupted_pick_has_what_was_found_so_far() {
-    let model = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.3 };
+    let model = Model::of(&DUFFING, &[-1.0, 1.0, 0.3]);
     let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 20.0 };
     let stop = After(AtomicUsize::new(0), 4);
     let found = pick::run(&problem, wanted(1e-4), &stop).expect("an answer");
@@ -239,7 +240,7 @@ impl Progress for Late {
 fn a_long_search_ends_soon_after_it_is_asked_to() {
     let mut q = vec![0.0; 40];
     q[0] = 1.0;
-    let model = Model::FputChain { n: 40, beta: 0.3, c: 0.01 };
+    let model = Model::of(&FPUT_CHAIN, &[40.0, 0.3, 0.01]);
     let problem = Problem { model, p: vec![0.0; 40], q, end: 1000.0 };
     for patience in [50, 3000] {
         let (clock, patience) = (Instant::now(), Duration::from_millis(patience));

@@ -5,8 +5,10 @@ use afterbay_analysis::study::{Problem, global_order};
 use afterbay_analysis::{Doubt, Model, Solution};
 use afterbay_core::taylor::{Pace, Sampled, follow};
 use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System};
-use afterbay_methods::registry::{find, find_adaptive};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_methods::registry::{Setting, find};
+use afterbay_systems::{
+    Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, FPUT_CHAIN, VAN_DER_POL,
+};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -84,7 +86,7 @@ fn apart(found: &Solution<f64>, other: &State<Vec<f64>>) -> f64 {
 
 #[test]
 fn powers_that_are_left_out_are_no_end() {
-    let quartic = Model::Duffing { alpha: 0.0, beta: 1.0, c: 0.0 };
+    let quartic = Model::of(&DUFFING, &[0.0, 1.0, 0.0]);
     let scene = problem(quartic, &[0.0], &[1.0], 2.0);
     let rk4 = [find("rk4").expect("a method")];
     let rows = global_order::run(&scene, &rk4, &[0.1, 0.05, 0.025], &Silent).expect("orders");
@@ -124,8 +126,8 @@ fn features_narrower_than_a_stride_are_met() {
 
 /// In 106 bits, as its doubt is far below the rounding of `f64` for long.
 fn sharp(problem: &Problem, count: usize) -> Result<Solution<Quad>, IntegrateError> {
-    let (subject, start) = (problem.model.subject::<Quad>()?, problem.start()?);
-    subject.solution(&start, Quad::from_f64(problem.end / count as f64), count, &Silent)
+    let start = problem.start()?;
+    problem.model.solution(&start, Quad::from_f64(problem.end / count as f64), count, &Silent)
 }
 
 #[test]
@@ -146,7 +148,7 @@ fn chaos_gives_a_doubt_that_grows_like_it() {
 
 #[test]
 fn near_a_saddle_the_doubt_grows_and_at_it_nothing_moves() {
-    let well = |c| Model::Duffing { alpha: -1.0, beta: 1.0, c };
+    let well = |c| Model::of(&DUFFING, &[-1.0, 1.0, c]);
     let rest = known(&problem(well(0.3), &[0.0], &[0.0], 100.0), 4);
     assert_eq!(rest.doubt(), Doubt::default());
     assert_eq!((rest.at(4).q, rest.at(4).p), (&[0.0][..], &[0.0][..]));
@@ -164,19 +166,22 @@ fn near_a_saddle_the_doubt_grows_and_at_it_nothing_moves() {
 #[test]
 fn a_stiff_chain_has_a_reference_worth_the_name() {
     let n = 20;
-    let model = Model::FputChain { n, beta: 1e4, c: 0.0 };
+    let model = Model::of(&FPUT_CHAIN, &[n as f64, 1e4, 0.0]);
     let q: Vec<f64> = (0..n).map(|j| 0.3 * (j as f64 * 0.7).sin()).collect();
     let scene = problem(model, &q, &vec![0.0; n], 0.5);
     let found = known(&scene, 1);
-    let system = scene.model.subject::<f64>().expect("a system");
+    let system = scene.model.system::<f64>().expect("a system");
     let energy = [0, 1].map(|i| found.at(i).energy(&*system));
     assert!((energy[1] / energy[0] - 1.0).abs() < 1e-12, "{energy:?}");
     let doubt = found.doubt_at(1).qp;
-    let dop853 = scene.model.bind_adaptive(find_adaptive("adaptive-dop853").expect("a method"));
+    let dop853 = scene.model.bind(find("adaptive-dop853").expect("a method"));
     let mut state = scene.start::<f64>().expect("a state");
     let tolerance = afterbay_core::Tolerance::all(1e-12);
     let see = &mut |_: u64, _: afterbay_core::StateRef<'_, f64>| ControlFlow::Continue(());
-    dop853.expect("it applies").run(&tolerance, scene.end, &mut state, see).expect("a run");
+    dop853
+        .expect("it applies")
+        .run(Setting::Tolerance(tolerance, scene.end), &mut state, 1, see)
+        .expect("a run");
     println!("doubt {doubt:e}, apart {:e}", apart(&found, &state));
     assert!(doubt < 1e-6 && apart(&found, &state) < 1e-5, "{doubt:e} {:e}", apart(&found, &state));
 }
@@ -194,14 +199,14 @@ impl Progress for After {
 
 #[test]
 fn references_end_where_they_are_asked_to() {
-    let chain = |n| Model::FputChain { n, beta: 100.0, c: 0.01 };
+    let chain = |n| Model::of(&FPUT_CHAIN, &[n as f64, 100.0, 0.01]);
     let kink = Model::Custom(custom("sqrt(4*q1^2)", &[]));
     let scenes = [
         problem(chain(8), &[1.0; 8], &[0.0; 8], 1000.0),
         problem(chain(300), &[0.5; 300], &[0.1; 300], 1000.0),
-        problem(Model::VanDerPol { mu: 1e6 }, &[2.0], &[0.0], 1000.0),
+        problem(Model::of(&VAN_DER_POL, &[1e6]), &[2.0], &[0.0], 1000.0),
         problem(kink, &[1.0], &[0.0], 1000.0),
-        problem(Model::DampedOscillator { k: 1.0, b: 0.1 }, &[1.0], &[0.0], 1000.0),
+        problem(Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]), &[1.0], &[0.0], 1000.0),
     ];
     for scene in scenes {
         for asked in [0, 3, 40] {
@@ -214,7 +219,7 @@ fn references_end_where_they_are_asked_to() {
 /// From the saddle and back to it, so near that roundings decide on which side the motion goes on.
 #[test]
 fn what_is_not_resolved_shows_no_order() {
-    let well = Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.0 };
+    let well = Model::of(&DUFFING, &[-1.0, 1.0, 0.0]);
     let scene = problem(well, &[1e-30], &[0.0], 200.0);
     let rk4 = [find("rk4").expect("a method")];
     let rows = global_order::run(&scene, &rk4, &[0.02, 0.01], &Silent).expect("orders");

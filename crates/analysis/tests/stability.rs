@@ -6,7 +6,10 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, MapError, StabilityRow, Verdict, atlas};
 use afterbay_core::Grid;
 use afterbay_methods::registry::{Row, find};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_systems::{
+    Custom, DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, FPUT_CHAIN,
+    VAN_DER_POL,
+};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -29,10 +32,10 @@ fn custom(potential: &str, dissipation: &[&str], parameters: &[(&str, f64)]) -> 
 
 /// One run, as a map of one cell.
 fn cell(model: Model, start: [f64; 2], method: &str, h: f64, end: f64) -> StabilityRow {
-    let (name, value) = match model {
-        Model::DampedOscillator { b, .. } => ("b", b),
-        Model::Duffing { c, .. } => ("c", c),
-        Model::VanDerPol { mu } => ("mu", mu),
+    let (name, value) = match (model.name(), &model) {
+        ("damped-oscillator", Model::Listed(_, values)) => ("b", values[1]),
+        ("duffing", Model::Listed(_, values)) => ("c", values[2]),
+        ("van-der-pol", Model::Listed(_, values)) => ("mu", values[0]),
         _ => ("c", 0.0),
     };
     let problem = Problem { model, q: vec![start[0]], p: vec![start[1]], end };
@@ -43,23 +46,23 @@ fn cell(model: Model, start: [f64; 2], method: &str, h: f64, end: f64) -> Stabil
 }
 
 fn well(c: f64) -> Model {
-    Model::Duffing { alpha: -1.0, beta: 1.0, c }
+    Model::of(&DUFFING, &[-1.0, 1.0, c])
 }
 
 #[test]
 fn side_by_side_each_has_the_verdict_it_has_alone() {
-    let duffing = |alpha| Model::Duffing { alpha, beta: 1.0, c: 0.1 };
+    let duffing = |alpha| Model::of(&DUFFING, &[alpha, 1.0, 0.1]);
     let polynomial = custom("k*q1^2/2 + q1^4/4 - q1^3/3", &["c*(1 + q1^2)*p1"], &[("k", 1.0), ("c", 0.1)]);
     let one = (vec![2.3], vec![-3.1]);
     let three = (vec![1.0, -0.3, 0.8], vec![0.0, 1.5, -0.2]);
     let maps = [
-        (Model::DampedOscillator { k: 1.0, b: 0.1 }, "b", spread(13, -0.4, 6.0), &one),
+        (Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]), "b", spread(13, -0.4, 6.0), &one),
         (duffing(1.0), "c", spread(11, 0.0, 3.0), &one),
         (duffing(-1.0), "c", spread(16, -0.1, 0.5), &one),
         (duffing(1.0), "alpha", spread(9, -5.0, 5.0), &one),
-        (Model::VanDerPol { mu: 1.0 }, "mu", spread(12, -0.2, 8.0), &one),
+        (Model::of(&VAN_DER_POL, &[1.0]), "mu", spread(12, -0.2, 8.0), &one),
         (polynomial, "c", spread(10, 0.0, 2.0), &one),
-        (Model::FputChain { n: 3, beta: 1.0, c: 0.1 }, "c", spread(10, 0.0, 2.0), &three),
+        (Model::of(&FPUT_CHAIN, &[3.0, 1.0, 0.1]), "c", spread(10, 0.0, 2.0), &three),
     ];
     let steps = [0.05, 0.3, 0.7, 1.1, 1.6, 2.2, 3.0, 4.5];
     let (mut cells, mut ends) = (0, std::collections::BTreeMap::<&str, usize>::new());
@@ -113,7 +116,7 @@ fn bounded(verdict: Verdict) -> bool {
 fn explicit_methods_end_where_theory_says_and_moddg_nowhere() {
     // k = 4: ω = 2. Leap-frog ends at h ω = 2, RK4 at 2√2.
     let problem =
-        Problem { model: Model::DampedOscillator { k: 4.0, b: 0.0 }, q: vec![1.0], p: vec![0.5], end: 1.0 };
+        Problem { model: Model::of(&DAMPED_OSCILLATOR, &[4.0, 0.0]), q: vec![1.0], p: vec![0.5], end: 1.0 };
     let limits = [1.0, 2_f64.sqrt()];
     let steps: Vec<f64> =
         limits.iter().flat_map(|limit| [limit * 0.999, limit * 1.001]).chain([30.0]).collect();
@@ -144,7 +147,7 @@ fn a_chain_ends_with_its_fastest_mode() {
     // Without cubic springs: ω = 2 sin(nπ/(2(n + 1))), and leap-frog ends at h ω = 2.
     let n = 5;
     let fastest = 2.0 * (std::f64::consts::PI * 5.0 / 12.0).sin();
-    let model = Model::FputChain { n, beta: 0.0, c: 0.0 };
+    let model = Model::of(&FPUT_CHAIN, &[n as f64, 0.0, 0.0]);
     let problem = Problem { model, q: vec![1.0, 0.0, -1.0, 0.3, 0.2], p: vec![0.0; n], end: 1.0 };
     let steps = [0.999, 1.001].map(|share| share * 2.0 / fastest);
     let map =
@@ -182,9 +185,9 @@ fn rest_and_what_decays_below_any_number_is_right() {
             (well(0.1), [0.0, 0.0]),
             (well(0.1), [1.0, 0.0]),
             (well(0.1), [-1.0, 0.0]),
-            (Model::Duffing { alpha: 1.0, beta: 1.0, c: 1.0 }, [0.0, 0.0]),
-            (Model::Duffing { alpha: 1.0, beta: 1.0, c: 2.0 }, [1.0, 0.0]),
-            (Model::DampedOscillator { k: 1.0, b: 2.0 }, [1.0, 0.0]),
+            (Model::of(&DUFFING, &[1.0, 1.0, 1.0]), [0.0, 0.0]),
+            (Model::of(&DUFFING, &[1.0, 1.0, 2.0]), [1.0, 0.0]),
+            (Model::of(&DAMPED_OSCILLATOR, &[1.0, 2.0]), [1.0, 0.0]),
         ] {
             let found = cell(model.clone(), start, method, 0.05, 1500.0);
             assert_eq!(found.verdict, Verdict::Right, "{model:?} {start:?} {found:?}");
@@ -195,14 +198,14 @@ fn rest_and_what_decays_below_any_number_is_right() {
 #[test]
 fn limit_cycles_are_told_from_each_other() {
     for mu in [0.2, 1.0, 3.0] {
-        let of = |method, h| cell(Model::VanDerPol { mu }, [0.1, 0.0], method, h, 100.0).verdict;
+        let of = |method, h| cell(Model::of(&VAN_DER_POL, &[mu]), [0.1, 0.0], method, h, 100.0).verdict;
         assert_eq!(of("rk4", 0.02), Verdict::Right, "{mu}");
         // The jumps of the cycle at μ = 3 come late.
         let expected = if mu == 3.0 { Verdict::Late } else { Verdict::Right };
         assert_eq!(of("moddg", 0.02), expected, "{mu}");
     }
     // Cycles of another size, before there are none.
-    let of = |h| cell(Model::VanDerPol { mu: 3.0 }, [2.0, 0.0], "leapfrog", h, 100.0).verdict;
+    let of = |h| cell(Model::of(&VAN_DER_POL, &[3.0]), [2.0, 0.0], "leapfrog", h, 100.0).verdict;
     let coarse: Vec<Verdict> = spread(20, 0.05, 1.0).into_iter().map(of).collect();
     let first = |verdict| coarse.iter().position(|&found| found == verdict).unwrap_or(coarse.len());
     assert!(first(Verdict::Wrong) < first(Verdict::Growing), "{coarse:?}");
@@ -254,12 +257,15 @@ fn several_solutions_are_those_of_the_cubic() {
 
 #[test]
 fn every_verdict_is_given() {
-    let oscillator = |b| Model::DampedOscillator { k: 1.0, b };
+    let oscillator = |b| Model::of(&DAMPED_OSCILLATOR, &[1.0, b]);
     let of = |b, method, h| cell(oscillator(b), [2.3, -3.1], method, h, 40.0).verdict;
     assert_eq!(of(0.1, "leapfrog", 0.1), Verdict::Right);
     assert_eq!(of(10.0, "moddg", 3.0), Verdict::Wrong);
     assert_eq!(of(0.0, "leapfrog", 2.2), Verdict::Growing);
-    assert_eq!(cell(Model::VanDerPol { mu: 5.0 }, [2.0, 0.5], "rk4", 1.0, 40.0).verdict, Verdict::NotFinite);
+    assert_eq!(
+        cell(Model::of(&VAN_DER_POL, &[5.0]), [2.0, 0.5], "rk4", 1.0, 40.0).verdict,
+        Verdict::NotFinite
+    );
     assert_eq!(of(0.1, "moddg-fixed-point", 2.1), Verdict::NoConvergence);
     assert_eq!(of(-2.5, "moddg", 1.0), Verdict::Pole);
     assert_eq!(cell(oscillator(0.1), [1.0, 0.0], "moddg-q3-shared", 0.1, 40.0).verdict, Verdict::Pole);
@@ -268,7 +274,7 @@ fn every_verdict_is_given() {
     assert!(robbed.contains(&Verdict::PassivityViolated), "{robbed:?}");
     assert_eq!(of(0.5, "increment-4", 0.1), Verdict::Right);
     // The exact solution leaves the numbers, the run does not yet.
-    let soft = Model::Duffing { alpha: -1.0, beta: -1.0, c: 0.1 };
+    let soft = Model::of(&DUFFING, &[-1.0, -1.0, 0.1]);
     let found = cell(soft, [1.0, 1.0], "moddg", 0.01, 1.2);
     assert!(
         matches!(found.verdict, Verdict::Wrong | Verdict::Growing | Verdict::SeveralSolutions),
@@ -284,7 +290,7 @@ fn every_verdict_is_given() {
 #[test]
 fn an_atlas_says_where_methods_end() {
     let problem =
-        Problem { model: Model::DampedOscillator { k: 1.0, b: 0.0 }, q: vec![1.0], p: vec![0.5], end: 40.0 };
+        Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.0]), q: vec![1.0], p: vec![0.5], end: 40.0 };
     let steps = [0.05, 0.1, 1.9, 2.5, 3.0];
     let map =
         Map { problem, parameter: "b", values: &[0.0, 0.2, 0.4], steps: &steps, end: 40.0, least_steps: 200 };
@@ -309,8 +315,7 @@ fn any_parameter_of_any_system_can_be_varied() {
     let unknown = Map { parameter: "kk", ..map.clone() };
     let error = unknown.run(&rows(&["moddg"]), &Silent).expect_err("no such parameter");
     assert!(matches!(error, MapError::Model(_)) && error.to_string().contains("kk"), "{error}");
-    let pendulum =
-        Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 1.0, c1: 0.2, c2: 0.2 };
+    let pendulum = Model::of(&DAMPED_DOUBLE_PENDULUM, &[1.0, 1.0, 1.0, 1.0, 1.0, 0.2, 0.2]);
     let problem = Problem { model: pendulum, q: vec![0.5, -0.3], p: vec![0.0, 0.2], end: 10.0 };
     let map = Map {
         problem,
@@ -383,7 +388,7 @@ fn a_reservoir_that_is_wrong_is_not_right() {
     let (mut wrong, mut right) = (0, 0);
     let steps = [0.05, 0.2, 0.4, 0.5, 0.8, 1.0, 1.25];
     for (b, h) in [2.0, 3.0].into_iter().flat_map(|b| steps.map(|h| (b, h))) {
-        let model = Model::DampedOscillator { k: 1.0, b };
+        let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, b]);
         let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 20.0 };
         let [q, p, w] = errors(&problem, "leapfrog", h);
         let found = cell(problem.model.clone(), [2.3, -3.1], "leapfrog", h, 20.0);
@@ -430,18 +435,18 @@ fn a_rotor_is_judged_by_its_angle_and_not_by_its_turns() {
 fn a_phase_error_with_the_right_amplitude_is_late() {
     // Leap-frog's frequency is off by h²/24 of itself: 0.1 rad after t = 60 where h = 0.2.
     let of = |model: Model, method: &str, h: f64, end: f64| cell(model, [1.0, 0.0], method, h, end).verdict;
-    let oscillator = Model::DampedOscillator { k: 1.0, b: 0.0 };
+    let oscillator = Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.0]);
     for (h, expected) in [(0.1, Verdict::Right), (0.3, Verdict::Late), (0.4, Verdict::Late)] {
         assert_eq!(of(oscillator.clone(), "leapfrog", h, 60.0), expected, "{h}");
     }
     // Near its limit the amplitude is wrong as well.
     assert_eq!(of(oscillator.clone(), "leapfrog", 1.7, 60.0), Verdict::Wrong);
     // A limit cycle, with a reservoir that fills and empties.
-    let cycle = Model::VanDerPol { mu: 1.0 };
+    let cycle = Model::of(&VAN_DER_POL, &[1.0]);
     assert_eq!(of(cycle.clone(), "moddg", 0.02, 100.0), Verdict::Right);
     assert_eq!(of(cycle, "moddg", 0.2, 100.0), Verdict::Late);
     // What loses energy at another rate is not late.
-    let damped = |b| Model::DampedOscillator { k: 1.0, b };
+    let damped = |b| Model::of(&DAMPED_OSCILLATOR, &[1.0, b]);
     assert_eq!(of(damped(6.0), "moddg", 2.0, 60.0), Verdict::Wrong);
     assert_eq!(of(damped(0.02), "moddg", 0.3, 60.0), Verdict::Late);
 }

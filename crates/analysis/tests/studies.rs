@@ -6,8 +6,8 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, StateRef};
-use afterbay_methods::registry::{METHODS, Row, find};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_methods::registry::{FIXED, Row, find};
+use afterbay_systems::{Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, VAN_DER_POL};
 use std::collections::BTreeMap;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -82,22 +82,22 @@ fn tables_follow_their_contract() {
 #[test]
 fn books_tell_the_methods_that_keep_k() {
     let books =
-        energy::run(&oscillator(), &METHODS.iter().collect::<Vec<_>>(), 0.05, 1, &Silent).expect("runs");
-    for (row, books) in METHODS.iter().zip(&books) {
+        energy::run(&oscillator(), &FIXED.iter().collect::<Vec<_>>(), 0.05, 1, &Silent).expect("runs");
+    for (row, books) in FIXED.iter().zip(&books) {
         assert!(books.ending.is_completed(), "{}: {}", row.name, books.ending.describe());
         assert_eq!(books.drift < 1e-12, row.keeps_k, "{}: {:e}", row.name, books.drift);
         if row.passive {
             assert_eq!(books.violations, Some(0), "{}", row.name);
         }
     }
-    let active = Problem { model: Model::VanDerPol { mu: 1.0 }, ..oscillator() };
+    let active = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), ..oscillator() };
     let books = energy::run(&active, &rows(&["moddg"]), 0.05, 1, &Silent).expect("runs");
     assert_eq!(books[0].violations, None, "an active system owes nothing");
 }
 
 #[test]
 fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
-    let model = Model::DampedOscillator { k: 1.0, b: 200.0 };
+    let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, 200.0]);
     let problem = Problem { model, q: vec![1.0], p: vec![1.0], end: 1.0 };
     let books = energy::run(&problem, &rows(&["moddg"]), 0.1, 1, &Silent).expect("runs");
     let row = &books[0].rows[2];
@@ -109,8 +109,7 @@ fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
 #[test]
 fn global_errors_fall_with_the_order_of_the_method() {
     let steps = [0.05, 0.025, 0.0125];
-    for model in
-        [oscillator().model, Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 }, Model::VanDerPol { mu: 1.0 }]
+    for model in [oscillator().model, Model::of(&DUFFING, &[1.0, 0.5, 0.1]), Model::of(&VAN_DER_POL, &[1.0])]
     {
         let problem = Problem { model: model.clone(), end: 5.0, ..oscillator() };
         for row in
@@ -175,7 +174,7 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
 
 #[test]
 fn van_der_pol_is_judged_by_its_limit_cycle() {
-    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
+    let problem = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map {
         problem,
         parameter: "mu",
@@ -196,7 +195,7 @@ fn van_der_pol_is_judged_by_its_limit_cycle() {
 
 #[test]
 fn references_know_rest_decay_and_their_end() {
-    let duffing = |alpha, beta, c| Model::Duffing { alpha, beta, c };
+    let duffing = |alpha, beta, c| Model::of(&DUFFING, &[alpha, beta, c]);
     let at_rest = Problem { model: duffing(1.0, 1.0, 0.1), q: vec![0.0], p: vec![0.0], end: 5.0 };
     let rest = at_rest.solution(0.5, 10, &Silent).expect("rest lasts");
     assert_eq!(rest.at(10), StateRef { q: &[0.0], p: &[0.0], w: &[0.0], t: 5.0 });

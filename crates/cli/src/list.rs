@@ -3,8 +3,8 @@
 use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table;
-use afterbay_analysis::SYSTEMS;
-use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, EXACT, METHODS, Needs, Row};
+use afterbay_methods::registry::{EXACT, METHODS, Row};
+use afterbay_systems::{SYSTEMS, SystemRow};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -67,34 +67,37 @@ impl From<&Row> for Method {
     }
 }
 
-impl From<&AdaptiveRow> for Method {
-    fn from(row: &AdaptiveRow) -> Self {
-        Self {
-            name: row.name,
-            order: row.order.into(),
-            local_order_q: row.order.into(),
-            local_order_p: row.order.into(),
-            local_order_w: row.order.into(),
-            keeps_k: true,
-            passive: row.passive,
-            a_stable: row.a_stable,
-            l_stable: false,
-            cost: row.cost.into(),
-            needs: Needs::Curvature.describe(),
-            about: row.about,
-        }
+/// A system, as a row of the list.
+#[derive(Serialize)]
+struct System {
+    name: &'static str,
+    equations: &'static str,
+    parameters: Vec<&'static str>,
+    ranges: &'static str,
+    solution: &'static str,
+}
+
+impl From<&SystemRow> for System {
+    fn from(row: &SystemRow) -> Self {
+        let parameters = row.parameters.iter().map(|parameter| parameter.name).collect();
+        let SystemRow { name, equations, ranges, solution, .. } = *row;
+        Self { name, equations, parameters, ranges, solution }
     }
 }
 
 /// Those that take a step, then those that take a tolerance.
 fn methods() -> impl Iterator<Item = Method> {
-    METHODS.iter().map(Method::from).chain(ADAPTIVE.iter().map(Method::from))
+    METHODS.iter().map(Method::from)
+}
+
+fn systems() -> impl Iterator<Item = System> {
+    SYSTEMS.iter().map(|row| System::from(*row))
 }
 
 pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
     match (what, format) {
         (What::Methods, Format::Json) => table::json(&methods().collect::<Vec<_>>())?,
-        (What::Systems, Format::Json) => table::json(&SYSTEMS)?,
+        (What::Systems, Format::Json) => table::json(&systems().collect::<Vec<_>>())?,
         (What::Methods, Format::Table) => {
             let yes = |flag| if flag { "yes" } else { "" }.to_string();
             let rows = methods().map(|row| {
@@ -131,7 +134,7 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
             table::print(&header, rows)?;
         }
         (What::Systems, Format::Table) => {
-            let rows = SYSTEMS.iter().map(|row| {
+            let rows = systems().map(|row| {
                 let parameters = row.parameters.join(", ");
                 vec![
                     row.name.into(),

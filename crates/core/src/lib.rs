@@ -43,7 +43,7 @@ pub use run::{
     integrate_within, sample_within,
 };
 pub use system::{
-    Correction, Coupling, Curvature, Dissipation, DissipationForm, ExactFlow, Formulas, FromFormulas, Linear,
-    Mean, Misprinted, OrderRaising, Passive, PhasePlane, PlaneDissipation, Separable, Slopes, State,
-    StateRef, System, Uniform,
+    Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Entry, ExactFlow, Flow,
+    Formulas, FromFormulas, Linear, Mean, Members, Misprinted, OrderRaising, Passive, PhasePlane,
+    PlaneDissipation, SecondDerivatives, Separable, Slopes, State, StateRef, System, Uniform,
 };

@@ -12,8 +12,10 @@
 //! | [`ExactFlow`] | the exact solution |
 //! | [`OrderRaising`], [`Misprinted`] | the corrected steps δ of the paper |
 //!
-//! [`Formulas`] make a separable system from one potential and one dissipation.
+//! [`Abilities`] is a system whose type is forgotten: it is asked which of these it has. [`Formulas`]
+//! make a separable system from one potential and one dissipation.
 
+mod abilities;
 mod coupling;
 mod dissipation;
 mod exact_flow;
@@ -25,9 +27,11 @@ mod linear;
 mod nonseparable;
 mod order_raising;
 mod separable;
+mod shared;
 mod state;
 mod state_ref;
 
+pub use abilities::{Abilities, Entry, Flow, Members, SecondDerivatives};
 pub use coupling::Coupling;
 pub use dissipation::{Dissipation, DissipationForm, Passive};
 pub use exact_flow::ExactFlow;

@@ -1,27 +1,21 @@
 //! Every method by name: its order, what it keeps, what it needs, and how it is bound to a system.
 
 mod cost;
+mod forms;
+pub mod inlined;
+mod number;
 mod run;
 mod table;
-mod within;
 
-use crate::moddg::ClosedForm;
-use crate::moddg::steps::{Equation, Placement, Plain, Printed, Raised};
-use crate::{
-    Collocation, Composition, GeneralIncrement, Gonzalez, Increment, Leapfrog, LinearExact, LocallyExact,
-    ModDg, Relaxed, Rk4, Tiled,
-};
-use afterbay_core::solver::{FixedPoint, Newton};
-use afterbay_core::{
-    Corrected, Curvature, InputError, Lanewise, Linear, Misprinted, OrderRaising, PhasePlane, Scalar,
-    Separable, Uniform, Vector, f64x8,
-};
-use run::bind;
+use crate::moddg::steps::{Equation, Placement, Printed, Raised};
+use crate::{Composition, Relaxed};
+use afterbay_core::{Abilities, InputError};
+use std::sync::Arc;
 
 pub use cost::Cost;
-pub use run::{Run, Show};
-pub use table::METHODS;
-pub use within::{ADAPTIVE, AdaptiveRow, Within, adaptive, find_adaptive};
+pub use number::{Compensable, Number, compensated};
+pub use run::{Run, Setting, Show};
+pub use table::{ADAPTIVE, FIXED, METHODS};
 
 /// The order of what has no error but rounding.
 pub const EXACT: u32 = u32::MAX;
@@ -65,6 +59,16 @@ impl Row {
     /// The order of the method.
     pub fn order(&self) -> u32 {
         self.local_order.into_iter().min().unwrap_or(0)
+    }
+
+    /// Does it choose its steps, by a tolerance?
+    pub const fn is_adaptive(&self) -> bool {
+        matches!(self.kind, Kind::AdaptiveCollocation | Kind::AdaptiveDop853)
+    }
+
+    /// Does it run eight systems side by side? Whether it applies to them is told when it is bound.
+    pub const fn has_lanes(&self) -> bool {
+        matches!(self.kind, Kind::Leapfrog | Kind::Rk4 | Kind::Increment(_) | Kind::ModDg)
     }
 
     /// The equations whose δ it uses: its poles are there.
@@ -131,6 +135,8 @@ enum Kind {
     Collocation(usize),
     /// A composition of sweeps.
     Increment(fn() -> Composition),
+    AdaptiveCollocation,
+    AdaptiveDop853,
 }
 
 /// The row of a method.
@@ -138,212 +144,11 @@ pub fn find(name: &str) -> Option<&'static Row> {
     METHODS.iter().find(|row| row.name == name)
 }
 
-/// Binds a method to a system with any H and any number of degrees of freedom.
+/// Binds a method to a system by the shortest way its abilities allow, in the form that serves every system.
 ///
 /// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn general<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
-where
-    T: Scalar,
-    S: Curvature<T> + PhasePlane<T> + 'static,
-{
-    match row.kind {
-        Kind::Rk4 => bind::<Vec<T>, _, _>(Rk4, system),
-        Kind::Relaxed(method) => bind::<Vec<T>, _, _>(method, system),
-        Kind::Gonzalez => bind::<Vec<T>, _, _>(Gonzalez::default(), system),
-        Kind::LocallyExact => bind::<Vec<T>, _, _>(LocallyExact, system),
-        Kind::LinearExact => bind::<Vec<T>, _, _>(LinearExact, system),
-        Kind::Collocation(stages) => bind::<Vec<T>, _, _>(Collocation::new(stages), system),
-        Kind::Increment(composition) => bind::<Vec<T>, _, _>(GeneralIncrement::new(composition()), system),
-        _ => Err(InputError::Unsupported { method: row.name, why: "H is not separable" }),
-    }
-}
-
-/// Binds a method to a separable system with any number of degrees of freedom.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn separable<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
-where
-    T: Scalar,
-    S: Separable<T> + Curvature<T> + 'static,
-{
-    stored::<Vec<T>, S>(row, system)
-}
-
-/// Binds a method to a separable system with one degree of freedom of which nothing more is known, its state on the stack.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn single<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
-where
-    T: Scalar,
-    S: Separable<T> + Curvature<T> + 'static,
-{
-    stored::<[T; 1], S>(row, system)
-}
-
-/// Binds a method to eight separable systems side by side, each of which it moves as it would alone, to the bit, as far as functions
-/// are that of the scalar; none where it runs one at a time: an implicit step in all degrees of freedom at once has its pivots, and its
-/// number of iterations, to itself. A step that fails in one of them changes none: it is then to be taken one at a time.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn lanes<S: Separable<f64x8> + 'static>(row: &Row, system: S) -> Result<Option<Run<f64x8>>, InputError> {
-    let natural = (0..system.dof()).collect();
-    beside(row, system, natural)
-}
-
-/// The same of eight chains or rings of equal members: coordinate increments in the order of [`uniform`].
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn uniform_lanes<S: Separable<f64x8> + 'static>(
-    row: &Row,
-    system: S,
-) -> Result<Option<Run<f64x8>>, InputError> {
-    let (coupling, n) = (system.coupling(), system.dof());
-    if coupling.two_coloured(n) && !system.dissipation_form().coupled {
-        return beside(row, system, coupling.coloured(n));
-    }
-    lanes(row, system)
-}
-
-/// Eight systems side by side, their coordinates moved in an order.
-fn beside<S: Separable<f64x8> + 'static>(
-    row: &Row,
-    system: S,
-    order: Vec<usize>,
-) -> Result<Option<Run<f64x8>>, InputError> {
-    fn stored<V, S>(row: &Row, system: S, order: Vec<usize>) -> Result<Option<Run<f64x8>>, InputError>
-    where
-        V: Vector<Scalar = f64x8> + 'static,
-        S: Separable<f64x8> + 'static,
-    {
-        match row.kind {
-            Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
-            Kind::Rk4 => bind::<V, _, _>(Rk4, system),
-            Kind::Increment(composition) => {
-                bind::<V, _, _>(Increment::new(composition()).in_order(order), system)
-            }
-            Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),
-            _ => return Ok(None),
-        }
-        .map(Some)
-    }
-    if system.dof() == 1 {
-        stored::<[f64x8; 1], S>(row, system, order)
-    } else {
-        stored::<Vec<f64x8>, S>(row, system, order)
-    }
-}
-
-/// The same of eight linear systems with one degree of freedom: implicit steps take their closed form.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn linear_lanes<S: Linear<f64x8> + 'static>(
-    row: &Row,
-    system: S,
-) -> Result<Option<Run<f64x8>>, InputError> {
-    match row.kind {
-        Kind::ModDg => bind::<[f64x8; 1], _, _>(ModDg::linear(), system).map(Some),
-        _ => lanes(row, system),
-    }
-}
-
-/// Binds a method to a chain or a ring of equal members, in `f64`: coordinate increments are taken red and black, eight
-/// at a time, where two colours are enough.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn uniform<S>(row: &Row, system: S) -> Result<Run<f64>, InputError>
-where
-    S: Uniform + Curvature<f64> + 'static,
-{
-    match row.kind {
-        Kind::Increment(composition) if Tiled::fits(&system).is_ok() => {
-            bind::<Vec<f64>, _, _>(Tiled::new(composition()), system)
-        }
-        _ => separable(row, system),
-    }
-}
-
-/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour
-/// by colour, to a system in `f64` or lanes of it and the same in [`Corrected`] numbers. A row
-/// knows no scalar, so these are no rows of their own.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where it is another method or needs more, [`InputError::Length`] where `exact` is another system.
-pub fn compensated<T, S, P>(row: &Row, system: S, exact: P) -> Result<Run<T>, InputError>
-where
-    T: Lanewise,
-    S: Separable<T> + 'static,
-    P: Separable<Corrected<T>> + 'static,
-{
-    let Kind::Increment(composition) = row.kind else {
-        return Err(InputError::Unsupported { method: row.name, why: "only increments are compensated" });
-    };
-    let order = system.coupling().coloured(system.dof());
-    bind::<Vec<T>, _, _>(Increment::new(composition()).in_order(order).compensated(exact), system)
-}
-
-/// Binds a method to a separable system, with states stored in `V`.
-fn stored<V, S>(row: &Row, system: S) -> Result<Run<V::Scalar>, InputError>
-where
-    V: Vector + 'static,
-    S: Separable<V::Scalar> + Curvature<V::Scalar> + 'static,
-{
-    match row.kind {
-        Kind::Leapfrog => bind::<V, _, _>(Leapfrog, system),
-        Kind::Rk4 => bind::<V, _, _>(Rk4, system),
-        Kind::Relaxed(method) => bind::<V, _, _>(method, system),
-        Kind::Gonzalez => bind::<V, _, _>(Gonzalez::default(), system),
-        Kind::LocallyExact => bind::<V, _, _>(LocallyExact, system),
-        Kind::LinearExact => bind::<V, _, _>(LinearExact, system),
-        Kind::Collocation(stages) => bind::<V, _, _>(Collocation::new(stages), system),
-        Kind::Increment(composition) => bind::<V, _, _>(Increment::new(composition()), system),
-        Kind::ModDg => bind::<V, _, _>(ModDg::newton(), system),
-        Kind::ModDgFixedPoint => bind::<V, _, _>(ModDg { steps: Plain, solver: FixedPoint }, system),
-        Kind::Raised(_) | Kind::Printed(_) => {
-            Err(InputError::Unsupported { method: row.name, why: "the system does not know its δ" })
-        }
-    }
-}
-
-/// Binds a method to a separable system with one degree of freedom, its state on the stack.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn nonlinear<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
-where
-    T: Scalar,
-    S: OrderRaising<T> + Curvature<T> + 'static,
-{
-    match row.kind {
-        Kind::Raised(steps) => bind::<[T; 1], _, _>(ModDg { steps, solver: Newton }, system),
-        Kind::Printed(_) => Err(InputError::Unsupported {
-            method: row.name,
-            why: "the paper prints δ for the damped oscillator only",
-        }),
-        _ => stored::<[T; 1], S>(row, system),
-    }
-}
-
-/// Binds a method to a linear system with one degree of freedom whose δ is printed: implicit steps take their closed
-/// form.
-///
-/// # Errors
-/// [`InputError::Unsupported`] where the method needs more.
-pub fn linear<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
-where
-    T: Scalar,
-    S: Linear<T> + Misprinted<T> + Curvature<T> + 'static,
-{
-    match row.kind {
-        Kind::ModDg => bind::<[T; 1], _, _>(ModDg::linear(), system),
-        Kind::Raised(steps) => bind::<[T; 1], _, _>(ModDg { steps, solver: ClosedForm }, system),
-        Kind::Printed(steps) => bind::<[T; 1], _, _>(ModDg { steps, solver: ClosedForm }, system),
-        _ => stored::<[T; 1], S>(row, system),
-    }
+/// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method does not
+/// run in this scalar.
+pub fn bind<T: Number>(row: &Row, system: Arc<dyn Abilities<T>>) -> Result<Run<T>, InputError> {
+    T::bind(row, &system)
 }

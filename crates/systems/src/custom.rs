@@ -26,6 +26,7 @@
 //! Parameters are finite numbers, masses positive ones. Invariant: K = H + Σ w_j. References come
 //! from [`afterbay_core::taylor::trajectory`], from kink to kink.
 
+mod abilities;
 mod description;
 mod failure;
 mod fields;

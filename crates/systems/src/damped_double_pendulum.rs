@@ -33,8 +33,13 @@
 
 mod phase_plane;
 
+use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
-use afterbay_core::{Block, Coupling, Curvature, DissipationForm, InputError, Passive, Scalar, System};
+use afterbay_core::{
+    Abilities, Block, Coupling, Curvature, DissipationForm, InputError, Passive, PhasePlane, Scalar,
+    SecondDerivatives, System,
+};
+use std::sync::Arc;
 
 /// Two point masses m on rods of length l under gravity g, with D_j = c_j q_j'.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,6 +176,41 @@ impl<T: Scalar> Curvature<T> for DampedDoublePendulum<T> {
                 put(Block::Dp, i, j, self.c[i] * inverse);
             }
         }
+    }
+}
+
+impl<T: Scalar> Abilities<T> for DampedDoublePendulum<T> {
+    fn phase_planes(self: Arc<Self>) -> Option<Arc<dyn PhasePlane<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+}
+
+impl Family for DampedDoublePendulum<f64> {
+    type Of<T: Scalar> = DampedDoublePendulum<T>;
+
+    const NAME: &'static str = "damped-double-pendulum";
+    const EQUATIONS: &'static str = "H = p·M(q)⁻¹p/2 + V(q), not separable, D_j = c_j ∂H/∂p_j";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("m1", "mass"),
+        Parameter::new("m2", "mass"),
+        Parameter::new("l1", "length"),
+        Parameter::new("l2", "length"),
+        Parameter::new("g", "length/time²"),
+        Parameter::new("c1", "mass length²/time"),
+        Parameter::new("c2", "mass length²/time"),
+    ];
+    const RANGES: &'static str = "m1, m2, l1, l2 > 0";
+    const SOLUTION: &'static str = BY_SERIES;
+    const DOF: Option<usize> = Some(2);
+    const PERIOD: Option<f64> = Some(std::f64::consts::TAU);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<DampedDoublePendulum<T>, InputError> {
+        let [m1, m2, l1, l2, g, c1, c2] = exactly(parameters)?;
+        DampedDoublePendulum::new([m1, m2], [l1, l2], g, [c1, c2])
     }
 }
 

@@ -16,11 +16,13 @@
 mod flow;
 mod order_raising;
 
+use crate::catalog::{Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Linear, Passive, Scalar, Separable,
-    System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, Flow, InputError, Line, Linear, Misprinted,
+    OrderRaising, Passive, Scalar, SecondDerivatives, Separable, System,
 };
+use std::sync::Arc;
 
 /// V = k q²/2 with D = b p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,6 +130,48 @@ impl<T: Scalar> Linear<T> for DampedOscillator<T> {
     #[inline(always)]
     fn dissipation_rate(&self, _j: usize) -> T {
         self.b
+    }
+}
+
+impl<T: Scalar> Abilities<T> for DampedOscillator<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn linear(self: Arc<Self>) -> Option<Arc<dyn Linear<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
+    }
+
+    fn misprinted(self: Arc<Self>) -> Option<Arc<dyn Misprinted<T>>> {
+        Some(self)
+    }
+
+    fn exact_flow(self: Arc<Self>) -> Option<Arc<dyn Flow<T>>> {
+        Some(self)
+    }
+}
+
+impl Family for DampedOscillator<f64> {
+    type Of<T: Scalar> = DampedOscillator<T>;
+
+    const NAME: &'static str = "damped-oscillator";
+    const EQUATIONS: &'static str = "V = k q²/2, D = b p";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::new("k", "1/time²"), Parameter::new("b", "1/time")];
+    const RANGES: &'static str = "k > 0 (b < 0 feeds energy in)";
+    const SOLUTION: &'static str = "exact: q, p and w";
+    const DOF: Option<usize> = Some(1);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<DampedOscillator<T>, InputError> {
+        let [k, b] = exactly(parameters)?;
+        DampedOscillator::new(k, b)
     }
 }
 

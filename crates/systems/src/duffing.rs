@@ -15,10 +15,13 @@
 //!
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
+use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Scalar, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Passive,
+    Scalar, SecondDerivatives, Separable, System,
 };
+use std::sync::Arc;
 
 /// V = α q²/2 + β q⁴/4 with D = c p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,6 +122,40 @@ impl<T: Scalar> Curvature<T> for Duffing<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         is_zero(self.beta)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for Duffing<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
+    }
+}
+
+impl Family for Duffing<f64> {
+    type Of<T: Scalar> = Duffing<T>;
+
+    const NAME: &'static str = "duffing";
+    const EQUATIONS: &'static str = "V = α q²/2 + β q⁴/4, D = c p";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("alpha", "1/time²"),
+        Parameter::new("beta", "1/(length² time²)"),
+        Parameter::new("c", "1/time"),
+    ];
+    const RANGES: &'static str = "any (alpha < 0 < beta: double well)";
+    const SOLUTION: &'static str = BY_SERIES;
+    const DOF: Option<usize> = Some(1);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<Duffing<T>, InputError> {
+        let [alpha, beta, c] = exactly(parameters)?;
+        Duffing::new(alpha, beta, c)
     }
 }
 

@@ -17,11 +17,14 @@
 //! references come from `tests/data/many_degrees.py`, made by another library, and from
 //! [`afterbay_core::taylor::trajectory`].
 
+use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Scalar, Separable,
-    System, Uniform, f64x8,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members, Passive,
+    Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
 };
+use std::any::Any;
+use std::sync::Arc;
 
 /// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,6 +191,45 @@ impl<T: Scalar> Curvature<T> for FputChain<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         is_zero(self.beta)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for FputChain<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
+        let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<FputChain<f64>>().ok();
+        of_f64.map(|system| system as Arc<dyn Members>)
+    }
+}
+
+impl Family for FputChain<f64> {
+    type Of<T: Scalar> = FputChain<T>;
+
+    const NAME: &'static str = "fput-chain";
+    const EQUATIONS: &'static str = "V = Σ (r_i²/2 + β r_i⁴/4), r_i = q_{i+1} - q_i, fixed ends, D_j = c p_j";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("n", "1"),
+        Parameter::new("beta", "1/(length² time²)"),
+        Parameter::new("c", "1/time"),
+    ];
+    const RANGES: &'static str = "n ≥ 1";
+    const SOLUTION: &'static str = BY_SIZE;
+    const DOF: Option<usize> = None;
+
+    fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<FputChain<T>, InputError> {
+        let [beta, c] = exactly(parameters)?;
+        FputChain::new(n, beta, c)
     }
 }
 

@@ -12,6 +12,7 @@
 //! [`afterbay_core::Uniform`]. [`Custom`] is any other separable system, with potential and
 //! dissipation given as text.
 
+pub mod catalog;
 mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
@@ -22,6 +23,10 @@ mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
+pub use catalog::{
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL, SYSTEMS,
+    SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
+};
 pub use custom::{Custom, CustomError, Description, DissipationText, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;

@@ -15,10 +15,13 @@
 //!
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
+use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{Duffing, VanDerPol};
 use afterbay_core::{
-    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Scalar,
+    SecondDerivatives, Separable, System,
 };
+use std::sync::Arc;
 
 /// V = α q²/2 + β q⁴/4 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,6 +117,40 @@ impl<T: Scalar> Curvature<T> for ModifiedVanDerPol<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         self.force.is_linear() && self.potential.is_linear()
+    }
+}
+
+impl<T: Scalar> Abilities<T> for ModifiedVanDerPol<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
+    }
+}
+
+impl Family for ModifiedVanDerPol<f64> {
+    type Of<T: Scalar> = ModifiedVanDerPol<T>;
+
+    const NAME: &'static str = "modified-van-der-pol";
+    const EQUATIONS: &'static str = "V = α q²/2 + β q⁴/4, D = -μ (1 - q²) p";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("mu", "1/time"),
+        Parameter::new("alpha", "1/time²"),
+        Parameter::new("beta", "1/(length² time²)"),
+    ];
+    const RANGES: &'static str = "any";
+    const SOLUTION: &'static str = BY_SERIES;
+    const DOF: Option<usize> = Some(1);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<ModifiedVanDerPol<T>, InputError> {
+        let [mu, alpha, beta] = exactly(parameters)?;
+        ModifiedVanDerPol::new(mu, alpha, beta)
     }
 }
 

@@ -13,10 +13,13 @@
 //! There is no closed solution: references come from [`afterbay_core::taylor::trajectory`] in a
 //! wider scalar.
 
+use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Block, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Scalar,
+    SecondDerivatives, Separable, System,
 };
+use std::sync::Arc;
 
 /// V = q²/2 with D = -μ (1 - q²) p.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +118,36 @@ impl<T: Scalar> Curvature<T> for VanDerPol<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         is_zero(self.mu)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for VanDerPol<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
+        Some(self)
+    }
+}
+
+impl Family for VanDerPol<f64> {
+    type Of<T: Scalar> = VanDerPol<T>;
+
+    const NAME: &'static str = "van-der-pol";
+    const EQUATIONS: &'static str = "V = q²/2, D = -μ (1 - q²) p";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::new("mu", "1/time")];
+    const RANGES: &'static str = "any (mu > 0: limit cycle)";
+    const SOLUTION: &'static str = BY_SERIES;
+    const DOF: Option<usize> = Some(1);
+
+    fn make<T: Scalar>(_n: usize, parameters: &[T]) -> Result<VanDerPol<T>, InputError> {
+        let [mu] = exactly(parameters)?;
+        VanDerPol::new(mu)
     }
 }
 

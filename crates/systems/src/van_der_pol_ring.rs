@@ -17,11 +17,14 @@
 //! `tests/data/many_degrees.py`, made by another library, and from
 //! [`afterbay_core::taylor::trajectory`].
 
+use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar, Separable, System,
-    Uniform, f64x8,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members, Scalar,
+    SecondDerivatives, Separable, System, Uniform, f64x8,
 };
+use std::any::Any;
+use std::sync::Arc;
 
 /// V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], around the circle, with D_j = -μ (1 - q_j²) p_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,6 +164,43 @@ impl<T: Scalar> Curvature<T> for VanDerPolRing<T> {
     #[inline(always)]
     fn is_linear(&self) -> bool {
         self.single.is_linear()
+    }
+}
+
+impl<T: Scalar> Abilities<T> for VanDerPolRing<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
+    }
+
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
+        let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<VanDerPolRing<f64>>().ok();
+        of_f64.map(|system| system as Arc<dyn Members>)
+    }
+}
+
+impl Family for VanDerPolRing<f64> {
+    type Of<T: Scalar> = VanDerPolRing<T>;
+
+    const NAME: &'static str = "van-der-pol-ring";
+    const EQUATIONS: &'static str =
+        "V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], periodic, D_j = -μ (1 - q_j²) p_j";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::new("n", "1"), Parameter::new("mu", "1/time"), Parameter::new("coupling", "1/time²")];
+    const RANGES: &'static str = "n ≥ 1 (coupling: κ)";
+    const SOLUTION: &'static str = BY_SIZE;
+    const DOF: Option<usize> = None;
+
+    fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<VanDerPolRing<T>, InputError> {
+        let [mu, coupling] = exactly(parameters)?;
+        VanDerPolRing::new(n, mu, coupling)
     }
 }
 

@@ -21,7 +21,7 @@ pub(super) fn sheet(scene: &Scene, plan: &RunPlan, progress: &dyn Progress) -> R
     progress.begin("trajectories", plan.methods.len() + usize::from(plan.tolerance.is_some()));
     let mut found = trajectory::run(problem, &plan.methods, scene.step, plan.every, progress)?;
     if let Some(tolerance) = plan.tolerance {
-        found.push(trajectory::run_within(problem, tolerance, scene.step, plan.every, progress)?);
+        found.push(trajectory::sampled(problem, tolerance, scene.step, plan.every, progress)?);
     }
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &trajectory::columns(n), &rows)?;

@@ -22,7 +22,7 @@ pub(super) fn sheet(
     let mut sheet = Sheet::new("Accuracy against cost");
     let (problem, mut all) = (&scene.problem, names(&plan.methods));
     if !plan.tolerances.is_empty() {
-        all.extend(ADAPTIVE.map(|row| row.name));
+        all.extend(ADAPTIVE.iter().map(|row| row.name));
     }
     let runs = plan.methods.len() * plan.steps.len() + ADAPTIVE.len() * plan.tolerances.len();
     progress.begin("cost of accuracy", 2 * runs);

@@ -10,6 +10,7 @@ use super::{Extent, Paper, Part};
 use crate::Model;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::{LARGEST_BY_SERIES, Problem};
+use afterbay_systems::{DAMPED_DOUBLE_PENDULUM, FPUT_CHAIN, VAN_DER_POL_RING};
 use std::f64::consts::PI;
 
 pub(super) const PART: Part = Part {
@@ -61,7 +62,7 @@ pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
 fn chain(n: usize, end: f64) -> Problem {
     let length = (n + 1) as f64;
     let q = (1..=n).map(|j| length / PI * (PI * j as f64 / length).sin()).collect();
-    Problem { model: Model::FputChain { n, beta: 1.0, c: 0.01 }, q, p: vec![0.0; n], end }
+    Problem { model: Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.01]), q, p: vec![0.0; n], end }
 }
 
 /// The chain of n masses that starts from rest with the same wave at every n, q_j = sin(π j/4).
@@ -71,12 +72,12 @@ fn wave(n: usize, end: f64) -> Problem {
 
 /// Five oscillators that start out of step.
 fn ring(end: f64) -> Problem {
-    let model = Model::VanDerPolRing { n: 5, mu: 1.0, coupling: 0.5 };
+    let model = Model::of(&VAN_DER_POL_RING, &[5.0, 1.0, 0.5]);
     Problem { model, q: vec![2.0, -1.0, 0.5, 1.5, -0.5], p: vec![0.5, 1.0, -1.5, 0.0, 0.25], end }
 }
 
 /// A pendulum let go from rest, both rods far from the vertical.
 fn pendulum(end: f64) -> Problem {
-    let model = Model::DampedDoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 1.0, c1: 0.1, c2: 0.1 };
+    let model = Model::of(&DAMPED_DOUBLE_PENDULUM, &[1.0, 1.0, 1.0, 1.0, 1.0, 0.1, 0.1]);
     Problem { model, q: vec![1.5, -0.5], p: vec![0.0; 2], end }
 }

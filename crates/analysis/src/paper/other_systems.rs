@@ -9,36 +9,27 @@ use crate::report::Block;
 use crate::sheet::{ReportError, Sheet, decimal, line, over_time, scientific};
 use crate::study::local_order::{LocalOrder, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
+use afterbay_systems::{DUFFING, MODIFIED_VAN_DER_POL, VAN_DER_POL};
 
 /// The problems by the names of their folders. Only the names of the systems are the paper's: it does not define them.
 pub(super) fn problems() -> [(&'static str, Problem); 4] {
     [
         (
             "duffing",
-            Problem {
-                model: Model::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 },
-                q: vec![2.3],
-                p: vec![-3.1],
-                end: 20.0,
-            },
+            Problem { model: Model::of(&DUFFING, &[1.0, 0.5, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 },
         ),
         (
             "duffing-double-well",
-            Problem {
-                model: Model::Duffing { alpha: -1.0, beta: 1.0, c: 0.1 },
-                q: vec![1.5],
-                p: vec![0.5],
-                end: 20.0,
-            },
+            Problem { model: Model::of(&DUFFING, &[-1.0, 1.0, 0.1]), q: vec![1.5], p: vec![0.5], end: 20.0 },
         ),
         (
             "van-der-pol",
-            Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 },
+            Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 },
         ),
         (
             "modified-van-der-pol",
             Problem {
-                model: Model::ModifiedVanDerPol { mu: 1.0, alpha: -1.0, beta: 1.0 },
+                model: Model::of(&MODIFIED_VAN_DER_POL, &[1.0, -1.0, 1.0]),
                 q: vec![2.0],
                 p: vec![0.5],
                 end: 20.0,

@@ -12,6 +12,7 @@ use crate::study::Problem;
 use crate::study::decay::{self, DecayRow};
 use crate::study::energy::{self, Books};
 use afterbay_methods::registry::Row;
+use afterbay_systems::DAMPED_OSCILLATOR;
 
 pub(super) const PART: Part =
     Part { heading: "An exact balance, a wrong decay", methods: &[&SHOWN, &[L_STABLE]], sheet };
@@ -27,7 +28,7 @@ const FINE: (f64, u64) = (STEP / 200.0, 200);
 const FRICTION: [f64; 2] = [200.0, 5000.0];
 
 fn problem(b: f64) -> Problem {
-    Problem { model: Model::DampedOscillator { k: 1.0, b }, q: vec![1.0], p: vec![1.0], end: 2.0 }
+    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
 }
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
@@ -80,8 +81,8 @@ fn energies(
 ) -> Result<(), ReportError> {
     let energies = |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
     let solution = problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize, &Silent)?;
-    let subject = problem.model.subject::<f64>()?;
-    let exact = solution.states().map(|state| state.energy(&*subject));
+    let system = problem.model.system::<f64>()?;
+    let exact = solution.states().map(|state| state.energy(&*system));
     let exact: Vec<_> = (0..).zip(exact).map(|(i, energy)| (f64::from(i) * STEP / 10.0, energy)).collect();
     let fine = energy::run(problem, &paper.methods(&["moddg"])?, FINE.0, FINE.1, &Silent)?;
     let l_stable = energy::run(problem, &paper.methods(&[L_STABLE])?, STEP, 1, &Silent)?;

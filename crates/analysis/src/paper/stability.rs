@@ -8,6 +8,7 @@ use crate::report::Verdict as Holds;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
 use crate::study::stability::{Map, StabilityRow, Verdict, rules};
+use afterbay_systems::VAN_DER_POL;
 
 const MAPPED: [&str; 5] = ["leapfrog", "rk4", "moddg", "moddg-fixed-point", "moddg-q3-shared"];
 
@@ -65,7 +66,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         }
     }
 
-    let problem = Problem { model: Model::VanDerPol { mu: 1.0 }, q: vec![2.0], p: vec![0.5], end: 20.0 };
+    let problem = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map { problem, parameter: "mu", ..map };
     let rows = paper.methods(&MAPPED[..4])?;
     progress.begin("stability of Van der Pol", map.pieces(rows.len()));

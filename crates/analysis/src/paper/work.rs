@@ -62,7 +62,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             y: Axis::log(format!("{title} at t = 20")),
             curves: COMPARED
                 .into_iter()
-                .chain(ADAPTIVE.map(|row| row.name))
+                .chain(ADAPTIVE.iter().map(|row| row.name))
                 .map(|method| {
                     let of = found.iter().filter(|row| row.method == method);
                     marked(method, of.filter_map(|row| Some(((cost.1)(row)?, error(row)?))).collect())
@@ -138,11 +138,11 @@ pub(crate) fn cheapest(
 
 /// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be 0 there.
 fn size(problem: &Problem) -> Result<f64, InputError> {
-    let (subject, start) = (problem.model.subject::<f64>()?, problem.start::<f64>()?);
+    let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
     let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
-    subject.gradient(&start.q, &start.p, &mut hq, &mut hp);
+    system.gradient(&start.q, &start.p, &mut hq, &mut hp);
     let kinetic: f64 = start.p.iter().zip(&hp).map(|(p, v)| 0.5 * (p * v).abs()).sum();
-    Ok(subject.energy(&start.q, &start.p).abs() + kinetic)
+    Ok(system.energy(&start.q, &start.p).abs() + kinetic)
 }
 
 /// The cheapest run within the error asked for, and the cheapest of those that keep K, as measured.

@@ -5,7 +5,7 @@ use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
-use afterbay_methods::registry::{self, AdaptiveRow, METHODS, Row};
+use afterbay_methods::registry::{self, FIXED, Row};
 use std::collections::HashSet;
 
 /// The most steps of a run, and of all runs of a study.
@@ -266,7 +266,7 @@ impl Planner<'_> {
         for value in &values {
             let model =
                 self.problem.model.with(&varied.name, *value).or_else(|error| self.refuse(&named, error))?;
-            self.within(&named, model.subject::<f64>().map(drop))?;
+            self.within(&named, model.system::<f64>().map(drop))?;
             if model.dof() != self.problem.model.dof() {
                 let why = "it changes the number of degrees of freedom, and with it the initial state";
                 return self.refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
@@ -324,14 +324,14 @@ impl Planner<'_> {
         let mut rows: Vec<&'static Row> = Vec::with_capacity(names.len());
         for (i, name) in names.iter().enumerate() {
             let path = format!("{path}.{i}");
-            if let Some(&AdaptiveRow { name, .. }) = registry::find_adaptive(name) {
-                return self.refuse(&path, SceneProblem::Adaptive { name });
-            }
             let Some(row) = registry::find(name) else {
-                let known = METHODS.iter().map(|row| row.name.to_owned()).collect();
+                let known = FIXED.iter().map(|row| row.name.to_owned()).collect();
                 return self
                     .refuse(&path, SceneProblem::Unknown { what: "method", name: name.clone(), known });
             };
+            if row.is_adaptive() {
+                return self.refuse(&path, SceneProblem::Adaptive { name: row.name });
+            }
             if rows.iter().any(|other| other.name == row.name) {
                 return self.refuse(&path, SceneProblem::Twice { name: name.clone() });
             }

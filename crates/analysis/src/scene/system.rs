@@ -4,9 +4,9 @@ use super::document::{Expression, SystemTable};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use crate::study::Problem;
-use crate::{Model, ModelError, SYSTEMS};
+use crate::{Model, ModelError};
 use afterbay_core::{InputError, Quantity, State};
-use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place};
+use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place, SYSTEMS};
 
 /// The name of a system that is made of expressions.
 const CUSTOM: &str = "custom";
@@ -34,26 +34,28 @@ pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, S
         let problem = SceneProblem::Misplaced { key, why: "only a system called \"custom\" has one" };
         return Err(at(&format!("system.{key}"), problem));
     }
-    let known = || row.parameters.iter().map(ToString::to_string).collect();
+    let known = || row.parameters.iter().map(|parameter| parameter.name.to_owned()).collect();
     for name in table.parameters.keys() {
-        if !row.parameters.contains(&name.as_str()) {
+        if !row.parameters.iter().any(|known| known.name == name) {
             let problem = SceneProblem::Unknown { what: "parameter", name: name.clone(), known: known() };
             return Err(at(&format!("system.parameters.{name}"), problem));
         }
     }
-    if let Some(missing) = row.parameters.iter().find(|name| !table.parameters.contains_key(**name)) {
+    if let Some(missing) =
+        row.parameters.iter().map(|known| known.name).find(|name| !table.parameters.contains_key(*name))
+    {
         let path = if table.parameters.is_empty() { "system" } else { "system.parameters" };
         return Err(at(path, SceneProblem::Missing { key: format!("parameters.{missing}") }));
     }
     let values = table.parameters.iter().map(|(name, &value)| (name.as_str(), value));
-    let model = row.model(values).map_err(|error| {
+    let model = Model::named(row, values).map_err(|error| {
         let path = match &error {
             ModelError::NoParameter { name } | ModelError::Whole { name, .. } => name.as_str(),
             ModelError::Custom(_) => "",
         };
         at(&format!("system.parameters.{path}"), error.clone().into())
     })?;
-    match model.subject::<f64>() {
+    match model.system::<f64>() {
         Ok(_) => Ok(model),
         Err(error) => {
             let name = if let InputError::Parameter { name, .. } = error { name } else { "" };
@@ -156,12 +158,12 @@ pub(super) fn finite_at(
             _ => located(source, error),
         });
     }
-    let subject = problem.model.subject::<f64>().map_err(|error| at("system", error))?;
-    let dof = subject.dof();
+    let system = problem.model.system::<f64>().map_err(|error| at("system", error))?;
+    let dof = system.dof();
     let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; dof]);
-    subject.gradient(&start.q, &start.p, &mut hq, &mut hp);
-    subject.dissipation(&start.q, &start.p, &hp, &mut d);
-    let energy = [subject.energy(&start.q, &start.p)];
+    system.gradient(&start.q, &start.p, &mut hq, &mut hp);
+    system.dissipation(&start.q, &start.p, &hp, &mut d);
+    let energy = [system.energy(&start.q, &start.p)];
     let parts: [(Quantity, &[f64]); 4] = [
         (Quantity::Energy, &energy),
         (Quantity::Slope, &hq),

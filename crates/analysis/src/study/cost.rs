@@ -2,7 +2,7 @@
 
 use super::{Problem, work_precision};
 use crate::progress::Progress;
-use afterbay_core::IntegrateError;
+use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use serde::Serialize;
 
@@ -42,7 +42,8 @@ pub fn run(
     for row in methods {
         for (problem, steps) in problems {
             let problem = Problem { end: h * *steps as f64, ..problem.clone() };
-            let seconds = work_precision::time(&problem, row, h, progress)?.as_secs_f64();
+            let seconds = work_precision::time(&problem, row, Grid::new(h, problem.end)?.into(), progress)?
+                .as_secs_f64();
             rows.push(CostRow { method: row.name, n: problem.model.dof(), h, steps: *steps, seconds });
             progress.advance();
         }

@@ -107,9 +107,9 @@ pub fn rows(
     books: &[Books],
     progress: &dyn Progress,
 ) -> Result<Vec<DecayRow>, IntegrateError> {
-    let subject = problem.model.subject::<f64>()?;
+    let system = problem.model.system::<f64>()?;
     let solution = problem.solution(h, 2, progress)?;
-    let exact = solution.at(2).energy(&*subject) / solution.at(1).energy(&*subject);
+    let exact = solution.at(2).energy(&*system) / solution.at(1).energy(&*system);
     let row = |books: &Books| DecayRow {
         method: books.method,
         b,

@@ -4,8 +4,8 @@ use super::outcome::Ending;
 use super::passivity::Passivity;
 use super::{Problem, numbered};
 use crate::progress::Progress;
-use crate::{Measured, Solution, Subject};
-use afterbay_core::{Grid, IntegrateError};
+use crate::{Measured, Solution};
+use afterbay_core::{Grid, IntegrateError, System};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -103,21 +103,21 @@ fn follow(
     solution: &Solution<f64>,
     progress: &dyn Progress,
 ) -> Result<Books, IntegrateError> {
-    let subject = problem.model.subject::<f64>()?;
+    let system = problem.model.system::<f64>()?;
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
-    let total = state.total(&*subject);
-    let exact_energy = |step: usize| energy_of(&*subject, solution, step);
+    let total = state.total(&*system);
+    let exact_energy = |step: usize| energy_of(&*system, solution, step);
     let finite = |x: f64| x.is_finite().then_some(x);
 
     let mut rows = Vec::new();
-    let grid = Grid::new(h, problem.end)?;
+    let grid = Grid::<f64>::new(h, problem.end)?;
     let (mut drift, mut energy_before, mut done) = (0.0_f64, None, 0);
-    let mut passivity = Passivity::new(subject.dissipation_form().passive, &state.w);
+    let mut passivity = Passivity::new(system.dissipation_form().passive, &state.w);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
-        let energy = state.energy(&*subject);
-        let off = state.total(&*subject) - total;
+        let energy = state.energy(&*system);
+        let off = state.total(&*system) - total;
         drift = drift.max(off.abs());
         passivity.see(state.w);
         if step % every == 0 {
@@ -153,12 +153,12 @@ fn follow(
 }
 
 /// H of the reference, and what its doubt makes of it: |∇H| times that of q and p.
-fn energy_of(subject: &dyn Subject<f64>, solution: &Solution<f64>, i: usize) -> Measured {
+fn energy_of(system: &dyn System<f64>, solution: &Solution<f64>, i: usize) -> Measured {
     let state = solution.at(i);
     let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
-    subject.gradient(state.q, state.p, &mut hq, &mut hp);
+    system.gradient(state.q, state.p, &mut hq, &mut hp);
     let slope: f64 = hq.iter().chain(&hp).map(|x: &f64| x.abs()).sum();
-    Measured { error: state.energy(subject), doubt: slope * solution.doubt_at(i).qp }
+    Measured { error: state.energy(system), doubt: slope * solution.doubt_at(i).qp }
 }
 
 /// The difference of the largest size, with its sign.

@@ -130,7 +130,7 @@ fn largest_error(
 ) -> Result<Run, IntegrateError> {
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
-    let (grid, mut largest, mut done) = (Grid::new(h, problem.end)?, [Measured::default(); 3], 0);
+    let (grid, mut largest, mut done) = (Grid::<f64>::new(h, problem.end)?, [Measured::default(); 3], 0);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
         let errors = solution.errors(stride * step as usize, state);

@@ -13,9 +13,16 @@ use crate::Solution;
 use crate::progress::{Progress, Silent};
 use crate::statistics::{Fit, fit, median};
 use afterbay_core::{Grid, InputError, IntegrateError, Quad, Scalar, State, StateRef};
-use afterbay_methods::registry::{Row, Run};
+use afterbay_methods::moddg::steps::Equation;
+use afterbay_methods::registry::{Number, Row, Run};
+use afterbay_systems::catalog::Expandable;
 use rayon::prelude::*;
 use serde::Serialize;
+
+/// A scalar local errors are computed in: methods run in it and solutions are expanded in it.
+pub trait Working: Number + Expandable {}
+
+impl<T: Number + Expandable> Working for T {}
 
 /// The base grid and the steps taken from it.
 #[derive(Clone, Debug, Serialize)]
@@ -156,7 +163,7 @@ impl LocalOrder {
     ///
     /// # Errors
     /// Those of the input, and of a solution that leaves the numbers. A method that does not apply is an error too.
-    pub fn run<T: Scalar>(
+    pub fn run<T: Working>(
         &self,
         problem: &Problem,
         methods: &[&'static Row],
@@ -180,12 +187,12 @@ impl LocalOrder {
     ///
     /// # Errors
     /// As for [`LocalOrder::run`].
-    pub fn trace<T: Scalar>(&self, problem: &Problem, row: &Row, h: f64) -> Result<Trace, IntegrateError> {
+    pub fn trace<T: Working>(&self, problem: &Problem, row: &Row, h: f64) -> Result<Trace, IntegrateError> {
         let alone = Self { steps: vec![h], ..self.clone() };
         alone.trace_along(problem, &alone.solution::<T>(problem, &Silent)?, row, h)
     }
 
-    fn solution<T: Scalar>(
+    fn solution<T: Working>(
         &self,
         problem: &Problem,
         progress: &dyn Progress,
@@ -193,18 +200,17 @@ impl LocalOrder {
         let grid = Grid::<T>::new(self.base_step, problem.end)?;
         let beyond = self.steps.iter().map(|&h| self.multiple(h)).collect::<Result<Vec<_>, _>>()?;
         let count = grid.steps as usize + beyond.into_iter().max().unwrap_or(0);
-        let subject = problem.model.subject::<T>()?;
-        subject.solution(&problem.start()?, grid.h, count, progress)
+        problem.model.solution(&problem.start()?, grid.h, count, progress)
     }
 
-    fn trace_along<T: Scalar>(
+    fn trace_along<T: Working>(
         &self,
         problem: &Problem,
         solution: &Solution<T>,
         row: &Row,
         h: f64,
     ) -> Result<Trace, IntegrateError> {
-        let method = problem.model.subject::<T>()?.bind(row)?;
+        let method = problem.model.bind_in::<T>(row)?;
         let multiple = self.multiple(h)?;
         let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
         // h as the exact solution counts it, so that both steps are the same to the last bit of `T`.
@@ -221,7 +227,7 @@ impl LocalOrder {
         Ok((0..points).map(&mut errors).collect())
     }
 
-    fn summarise<T: Scalar>(
+    fn summarise<T: Working>(
         &self,
         problem: &Problem,
         solution: &Solution<T>,
@@ -229,7 +235,7 @@ impl LocalOrder {
         h: f64,
         trace: &Trace,
     ) -> Result<LocalErrors, IntegrateError> {
-        let subject = problem.model.subject::<T>()?;
+        let system = problem.model.system::<T>()?.order_raising();
         let variables: [Summary; 3] = std::array::from_fn(|variable| {
             let sizes = trace.iter().enumerate();
             Summary::of(sizes.filter_map(|(i, errors)| Some((i, errors.as_ref()?[variable]))))
@@ -237,7 +243,14 @@ impl LocalOrder {
         let floors = self.floors(problem, solution, row, h, variables.map(|of| of.worst))?;
         let worst = variables.map(|summary: Summary| {
             let state = solution.at(summary.worst);
-            let distance = |equation| Some(subject.denominator(equation, state.q, state.p)?.abs().to_f64());
+            let distance = |equation: Equation| {
+                Some(
+                    equation
+                        .denominator(&**system.as_ref()?, *state.q.first()?, *state.p.first()?)
+                        .abs()
+                        .to_f64(),
+                )
+            };
             let nearest = row.poles().iter().filter_map(|&equation| distance(equation)).reduce(f64::min);
             (summary.worst as f64 * self.base_step, nearest)
         });
@@ -246,7 +259,7 @@ impl LocalOrder {
     }
 
     /// The statistics of the roundings in T, at a sample of the grid and at the points given.
-    fn floors<T: Scalar>(
+    fn floors<T: Working>(
         &self,
         problem: &Problem,
         solution: &Solution<T>,
@@ -257,8 +270,8 @@ impl LocalOrder {
         let multiple = self.multiple(h)?;
         let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
         let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
-        let exact = problem.model.subject::<Quad>()?.bind(row)?;
-        let method = problem.model.subject::<T>()?.bind(row)?;
+        let exact = problem.model.bind_in::<Quad>(row)?;
+        let method = problem.model.bind_in::<T>(row)?;
         let mut seen: [Vec<(usize, f64)>; 3] = Default::default();
         let sample = (0..points).step_by(points.div_ceil(SAMPLES)).chain(worst);
         for i in sample {

@@ -6,10 +6,9 @@
 
 use super::Problem;
 use super::outcome::{COMPLETED, Ending};
-use crate::Subject;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
-use afterbay_core::{Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, f64x4, f64x8};
+use afterbay_core::{Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8};
 use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -189,7 +188,7 @@ fn alone(
 ) -> Result<Followed, IntegrateError> {
     let Setup { row, h, compensated } = *setup;
     let model = &problem.model;
-    let exact = model.subject::<Quad>()?;
+    let exact = model.system::<Quad>()?;
     let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
     let state = problem.start::<f64>()?;
     let initial = total(&*exact, state.state_ref(), |x| x);
@@ -218,7 +217,7 @@ fn beside<T: Lanewise>(
     ends: &[u64],
     progress: &dyn Progress,
 ) -> Result<Option<Vec<Followed>>, IntegrateError> {
-    let exact = starts[0].model.subject::<Quad>()?;
+    let exact = starts[0].model.system::<Quad>()?;
     // Lanes without a start repeat the last one.
     let states = starts.iter().map(Problem::start::<f64>).collect::<Result<Vec<_>, _>>()?;
     let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<T> {
@@ -263,7 +262,7 @@ fn windows<T: Scalar>(
     for &end in ends {
         let mut seen = vec![Window::default(); count];
         let stride = (end - done).div_ceil(SAMPLES);
-        let grid = Grid::of(h, end - done)?;
+        let grid = Grid::<T>::of(h, end - done)?;
         let result = method.run(grid, &mut state, stride, &mut |step, state| {
             // What a window begins with is the end of the one before.
             if step > 0 {
@@ -286,7 +285,7 @@ fn deviation(total: Quad, initial: Quad) -> f64 {
 }
 
 /// K of one of the runs in a state, in 106 bits.
-fn total<T: Scalar>(system: &dyn Subject<Quad>, state: StateRef<'_, T>, of: impl Fn(T) -> f64) -> Quad {
+fn total<T: Scalar>(system: &dyn System<Quad>, state: StateRef<'_, T>, of: impl Fn(T) -> f64) -> Quad {
     let lift = |part: &[T]| part.iter().map(|&x| Quad::from_f64(of(x))).collect::<Vec<_>>();
     let t = Quad::from_f64(of(state.t));
     State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
@@ -315,7 +314,7 @@ fn gathered(setup: Setup, ends: &[u64], of: &[Followed]) -> LongRun {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use afterbay_methods::registry::METHODS;
+    use afterbay_methods::registry::FIXED;
 
     const STEPS: u64 = 100_000;
 
@@ -335,7 +334,7 @@ mod tests {
             };
             (begins.zip(&ends).map(window).collect(), Ending { outcome: COMPLETED, failure: None })
         };
-        let setup = Setup { row: &METHODS[0], h: 0.1, compensated: false };
+        let setup = Setup { row: &FIXED[0], h: 0.1, compensated: false };
         gathered(setup, &ends, &deviations.iter().map(seen).collect::<Vec<_>>()).growth().unwrap()
     }
 

@@ -17,15 +17,15 @@ mod trial;
 use super::Problem;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use afterbay_core::{Grid, IntegrateError, Passive, StateRef, Tolerance};
-use afterbay_methods::registry::{ADAPTIVE, METHODS, Row};
+use afterbay_core::{IntegrateError, Passive, StateRef};
+use afterbay_methods::registry::{ADAPTIVE, FIXED, Row};
 use dense::Dense;
 use rayon::prelude::*;
 pub use search::Checked;
 use search::{Found, Search};
 pub use sensitivity::TooSensitive;
 use serde::Serialize;
-use setting::Setting;
+use setting::Choice;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
 use trial::Bench;
@@ -93,7 +93,7 @@ pub struct Pick {
 /// Those of the input, and of the reference. What goes wrong in a run is why its method does not
 /// qualify.
 pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result<Pick, IntegrateError> {
-    let owed = problem.model.subject::<f64>()?.dissipation_form().passive != Passive::No;
+    let owed = problem.model.system::<f64>()?.dissipation_form().passive != Passive::No;
     let mut pick = Pick {
         wanted,
         qualified: Vec::new(),
@@ -124,7 +124,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
         return Ok(());
     }
     let bench = Bench::new(problem, wanted, &dense, progress)?;
-    let rows: Vec<&'static Row> = METHODS.iter().filter(|row| problem.model.bind(row).is_ok()).collect();
+    let rows: Vec<&'static Row> = FIXED.iter().filter(|row| problem.model.bind(row).is_ok()).collect();
     let shortest = AtomicU64::new(u64::MAX);
     progress.begin("search for steps", rows.len() + ADAPTIVE.len());
     let searched = |search: Result<Found, IntegrateError>| {
@@ -136,12 +136,12 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
         .with_max_len(1)
         .map(|row| searched(Search::new(&bench, &shortest).steps(row)))
         .collect::<Result<Vec<_>, _>>()?;
-    for row in &ADAPTIVE {
+    for row in ADAPTIVE {
         if !progress.stopped() {
             found.push(searched(Search::new(&bench, &shortest).tolerance(row))?);
         }
     }
-    let mut qualified: Vec<(Candidate, Setting)> = Vec::new();
+    let mut qualified: Vec<(Candidate, Choice)> = Vec::new();
     for Found { candidate, tried } in found {
         pick.tried.extend(tried);
         match candidate {
@@ -158,7 +158,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
         run.seconds = (!progress.stopped()).then_some(time.as_secs_f64());
         progress.advance();
     }
-    let seconds = |one: &(Candidate, Setting)| one.0.run.seconds.unwrap_or(f64::INFINITY);
+    let seconds = |one: &(Candidate, Choice)| one.0.run.seconds.unwrap_or(f64::INFINITY);
     qualified.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
     // What twice as many steps contradict is not recommended, whatever the reference says.
     while let Some((winner, setting)) = qualified.first() {
@@ -180,29 +180,24 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
 /// of the tolerance, at the end. None where one of them fails.
 fn finer(
     problem: &Problem,
-    setting: Setting,
+    setting: Choice,
     progress: &dyn Progress,
 ) -> Result<Option<[f64; 2]>, IntegrateError> {
     let Some(finer) = setting.finer() else { return Ok(None) };
-    let follow = |setting: Setting, parts: u64| -> Result<Option<Vec<f64>>, IntegrateError> {
+    let follow = |setting: Choice, parts: u64| -> Result<Option<Vec<f64>>, IntegrateError> {
         let (mut state, mut seen) = (problem.start::<f64>()?, Vec::new());
         let look = &mut |_: u64, state: StateRef<'_, f64>| {
-            if matches!(setting, Setting::Steps(..)) {
+            if matches!(setting, Choice::Steps(..)) {
                 seen.extend([state.q, state.p, state.w].concat());
             }
             if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let done = match setting {
-            Setting::Tolerance(row, tolerance) => {
-                let tolerance = Tolerance::all(tolerance);
-                problem.model.bind_adaptive(row)?.run(&tolerance, problem.end, &mut state, look).is_ok()
-            }
-            Setting::Steps(row, steps) => {
-                let grid = Grid::of(problem.end / steps as f64, steps)?;
-                let every = parts * (steps / parts).div_ceil(SAMPLES);
-                problem.model.bind(row)?.run(grid, &mut state, every, look).is_ok()
-            }
+        let every = match setting {
+            Choice::Tolerance(..) => 1,
+            Choice::Steps(_, steps) => parts * (steps / parts).div_ceil(SAMPLES),
         };
+        let method = problem.model.bind(setting.row())?;
+        let done = method.run(setting.setting(problem.end)?, &mut state, every, look).is_ok();
         seen.extend([&state.q[..], &state.p, &state.w].concat());
         Ok((done && !progress.stopped()).then_some(seen))
     };

@@ -10,7 +10,8 @@ use super::Problem;
 use crate::Solution;
 use crate::progress::Progress;
 use crate::series;
-use afterbay_core::{InputError, IntegrateError, Quad, Scalar};
+use afterbay_core::{InputError, IntegrateError, Quad};
+use afterbay_systems::catalog::Expandable;
 
 /// With no more degrees of freedom than this a reference comes from Taylor series in 106 bits, whose cost
 /// grows with N; with more, from series in `f64`.
@@ -41,14 +42,13 @@ pub(super) fn reference(
     runs::by_runs(problem, h, count, progress)
 }
 
-fn by_series<T: Scalar>(
+fn by_series<T: Expandable>(
     problem: &Problem,
     h: f64,
     count: usize,
     progress: &dyn Progress,
 ) -> Result<Solution<T>, IntegrateError> {
-    let subject = problem.model.subject::<T>()?;
-    subject.solution(&problem.start()?, T::from_f64(h), count, progress)
+    problem.model.solution(&problem.start()?, T::from_f64(h), count, progress)
 }
 
 /// What series found, unless another way may do better: where they take too many strides, and where they
@@ -65,8 +65,8 @@ fn last_word<T>(
 }
 
 fn has_kinks(problem: &Problem) -> Result<bool, IntegrateError> {
-    let (subject, start) = (problem.model.subject::<f64>()?, problem.start::<f64>()?);
+    let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
     let mut kinks = 0;
-    subject.kinks(&start.q, &start.p, &mut |_| kinks += 1);
+    system.kinks(&start.q, &start.p, &mut |_| kinks += 1);
     Ok(kinks > 0)
 }

@@ -2,7 +2,7 @@
 
 use super::{Problem, work_precision};
 use crate::progress::Progress;
-use afterbay_core::IntegrateError;
+use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -48,10 +48,16 @@ pub fn run(
         .par_iter()
         .map(|problem| {
             let exact = problem.solution(problem.end, 1, progress)?;
-            let subject = problem.model.subject::<f64>()?;
-            let initial_energy = problem.start()?.energy(&*subject);
+            let system = problem.model.system::<f64>()?;
+            let initial_energy = problem.start()?.energy(&*system);
             let rows = methods.iter().map(|row| {
-                let found = work_precision::errors(problem, row, h, &exact, progress)?;
+                let found = work_precision::errors(
+                    problem,
+                    row,
+                    Grid::new(h, problem.end)?.into(),
+                    &exact,
+                    progress,
+                )?;
                 progress.advance();
                 Ok(SizeRow {
                     method: row.name,

@@ -62,15 +62,15 @@ pub fn run(
     every: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Trajectory>, IntegrateError> {
-    let grid = Grid::new(h, problem.end)?;
+    let grid = Grid::<f64>::new(h, problem.end)?;
     methods
         .par_iter()
         .map(|row| {
-            let subject = problem.model.subject::<f64>()?;
+            let system = problem.model.system::<f64>()?;
             let (mut rows, every) = (Vec::new(), every.max(1));
             let mut record = |step: u64, state: StateRef<'_, f64>| {
                 let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
-                let (energy, total) = (state.energy(&*subject), state.total(&*subject));
+                let (energy, total) = (state.energy(&*system), state.total(&*system));
                 rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
             };
             let (mut state, mut done, mut recorded) = (problem.start()?, 0, 0);
@@ -102,7 +102,7 @@ pub fn run(
 ///
 /// # Errors
 /// Those of the input.
-pub fn run_within(
+pub fn sampled(
     problem: &Problem,
     tolerance: f64,
     h: f64,
@@ -110,16 +110,16 @@ pub fn run_within(
     progress: &dyn Progress,
 ) -> Result<Trajectory, IntegrateError> {
     let (grid, every) = (Grid::<f64>::new(h, problem.end)?, every.max(1));
-    let subject = problem.model.subject::<f64>()?;
+    let system = problem.model.system::<f64>()?;
     let last = (grid.steps % every != 0).then_some(grid.steps);
     let steps: Vec<u64> = (0..=grid.steps / every).map(|n| n * every).chain(last).collect();
     let times: Vec<f64> = steps.iter().map(|&step| step as f64 * h).collect();
     let (mut rows, mut state) = (Vec::new(), problem.start()?);
     let row = &ADAPTIVE[0];
-    let method = problem.model.bind_adaptive(row)?;
+    let method = problem.model.bind(row)?;
     let result = method.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
         let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
-        let (energy, total) = (state.energy(&*subject), state.total(&*subject));
+        let (energy, total) = (state.energy(&*system), state.total(&*system));
         let step = steps.get(n as usize).copied().unwrap_or(grid.steps);
         rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -5,12 +5,13 @@ use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
 use crate::progress::Progress;
 use crate::record::RunOutcome;
-use crate::{Measured, Solution, Subject};
-use afterbay_core::{Effort, Grid, IntegrateError, State, StateRef, Tolerance};
-use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, Row};
+use crate::{Measured, Solution};
+use afterbay_core::{Abilities, Effort, Grid, IntegrateError, State, StateRef, Statistics, Tolerance};
+use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A row of `work_precision.csv`. The three figures of a run stand side by side: the error of (q, p), the error of w,
@@ -76,13 +77,6 @@ impl WorkRow {
     }
 }
 
-/// A run to be measured.
-#[derive(Clone, Copy)]
-enum Task {
-    Step(&'static Row, f64),
-    Tolerance(&'static AdaptiveRow, f64),
-}
-
 /// Runs each method at each step, and those that choose their steps at each tolerance: errors in parallel, then times one after the other.
 ///
 /// # Errors
@@ -95,28 +89,23 @@ pub fn run(
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
     let exact = problem.solution(problem.end, 1, progress)?;
-    let fixed = methods.iter().flat_map(|&row| steps.iter().map(move |&h| Task::Step(row, h)));
-    let adaptive =
-        ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |&within| Task::Tolerance(row, within)));
-    let tasks: Vec<_> = fixed.chain(adaptive).collect();
+    let grids = steps.iter().map(|&h| Grid::new(h, problem.end)).collect::<Result<Vec<_>, _>>()?;
+    let by_step = methods.iter().flat_map(|&row| grids.iter().map(move |&grid| (row, Setting::Step(grid))));
+    let within = |&tolerance: &f64| Setting::Tolerance(Tolerance::all(tolerance), problem.end);
+    let by_tolerance = ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |x| (row, within(x))));
+    let tasks: Vec<(&'static Row, Setting<f64>)> = by_step.chain(by_tolerance).collect();
     let mut rows = tasks
         .par_iter()
-        .map(|&task| {
-            let errors = match task {
-                Task::Step(row, h) => errors(problem, row, h, &exact, progress),
-                Task::Tolerance(row, tolerance) => errors_within(problem, row, tolerance, &exact, progress),
-            };
+        .map(|&(row, setting)| {
+            let errors = errors(problem, row, setting, &exact, progress);
             progress.advance();
             errors
         })
         .collect::<Result<Vec<_>, _>>()?;
-    for (row, task) in rows.iter_mut().zip(tasks) {
-        if row.outcome == COMPLETED && !progress.stopped() {
-            let time = match task {
-                Task::Step(method, h) => time(problem, method, h, progress)?,
-                Task::Tolerance(method, tolerance) => time_within(problem, method, tolerance, progress)?,
-            };
-            row.seconds = (!progress.stopped()).then_some(time.as_secs_f64());
+    for (found, (row, setting)) in rows.iter_mut().zip(tasks) {
+        if found.outcome == COMPLETED && !progress.stopped() {
+            let time = time(problem, row, setting, progress)?;
+            found.seconds = (!progress.stopped()).then_some(time.as_secs_f64());
         }
         progress.advance();
     }
@@ -125,7 +114,7 @@ pub fn run(
 
 /// What is seen of a run on its way.
 struct Watch<'a> {
-    subject: Box<dyn Subject<f64>>,
+    system: Arc<dyn Abilities<f64>>,
     total: f64,
     drift: f64,
     steps: u64,
@@ -135,13 +124,13 @@ struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
-        let (subject, start) = (problem.model.subject::<f64>()?, problem.start::<f64>()?);
-        let passivity = Passivity::new(subject.dissipation_form().passive, &start.w);
-        Ok(Self { total: start.total(&*subject), subject, drift: 0.0, steps: 0, passivity, progress })
+        let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
+        let passivity = Passivity::new(system.dissipation_form().passive, &start.w);
+        Ok(Self { total: start.total(&*system), system, drift: 0.0, steps: 0, passivity, progress })
     }
 
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        self.drift = self.drift.max((state.total(&*self.subject) - self.total).abs());
+        self.drift = self.drift.max((state.total(&*self.system) - self.total).abs());
         self.passivity.see(state.w);
         self.steps = step;
         if self.progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -183,36 +172,39 @@ impl<'a> Watch<'a> {
 pub(super) fn errors(
     problem: &Problem,
     row: &'static Row,
-    h: f64,
+    setting: Setting<f64>,
     exact: &Solution<f64>,
     progress: &dyn Progress,
 ) -> Result<WorkRow, IntegrateError> {
-    let (method, mut state, grid) = (problem.model.bind(row)?, problem.start()?, Grid::new(h, problem.end)?);
+    let (method, mut state) = (problem.model.bind(row)?, problem.start()?);
     let mut watch = Watch::new(problem, progress)?;
-    let result = method.run(grid, &mut state, 1, &mut |step, state| watch.see(step, state));
-    let ending = Ending::of(&result, grid.steps, watch.steps);
-    Ok(watch.row((row.name, h, None), (ending, result.ok()), &state, exact))
+    let result = method.run(setting, &mut state, 1, &mut |step, state| watch.see(step, state));
+    let (ending, h, tolerance) = ended(&result, setting, watch.steps, &state, problem.end)?;
+    let effort = result.ok().map(|statistics| statistics.effort);
+    Ok(watch.row((row.name, h, tolerance), (ending, effort), &state, exact))
 }
 
-/// The same of a method that chooses its steps.
-pub(super) fn errors_within(
-    problem: &Problem,
-    row: &AdaptiveRow,
-    tolerance: f64,
-    exact: &Solution<f64>,
-    progress: &dyn Progress,
-) -> Result<WorkRow, IntegrateError> {
-    let (method, mut state) = (problem.model.bind_adaptive(row)?, problem.start()?);
-    let mut watch = Watch::new(problem, progress)?;
-    let result = method
-        .run(&Tolerance::all(tolerance), problem.end, &mut state, &mut |step, state| watch.see(step, state));
-    if let Err(IntegrateError::Input(error)) = result {
-        return Err(error.into());
+/// How a run of so many steps ended, its step, the mean one where steps follow from a tolerance, and the tolerance.
+///
+/// # Errors
+/// Those of the input of a run by tolerance.
+pub(super) fn ended(
+    result: &Result<Statistics, IntegrateError>,
+    setting: Setting<f64>,
+    steps: u64,
+    state: &State<Vec<f64>>,
+    end: f64,
+) -> Result<(Ending, f64, Option<f64>), IntegrateError> {
+    match setting {
+        Setting::Step(grid) => Ok((Ending::of(result, grid.steps, steps), grid.h, None)),
+        Setting::Tolerance(tolerance, _) => {
+            if let Err(IntegrateError::Input(error)) = result {
+                return Err(error.clone().into());
+            }
+            let mean = if steps > 0 { state.t / steps as f64 } else { end };
+            Ok((Ending::of(result, 1, u64::from(state.t == end)), mean, Some(tolerance.relative)))
+        }
     }
-    let ending = Ending::of(&result, 1, u64::from(state.t == problem.end));
-    let mean = if watch.steps > 0 { state.t / watch.steps as f64 } else { problem.end };
-    let effort = result.ok().map(|statistics| statistics.effort);
-    Ok(watch.row((row.name, mean, Some(tolerance)), (ending, effort), &state, exact))
 }
 
 /// Runs are repeated until they took this long together, and the fastest counts: what disturbs a run only slows it.
@@ -227,32 +219,14 @@ const PAUSES: u64 = 256;
 pub(super) fn time(
     problem: &Problem,
     row: &Row,
-    h: f64,
+    setting: Setting<f64>,
     progress: &dyn Progress,
 ) -> Result<Duration, IntegrateError> {
-    let (method, grid) = (problem.model.bind(row)?, Grid::new(h, problem.end)?);
-    let every = (grid.steps / PAUSES).max(1);
-    fastest(problem, progress, |state, look| method.run(grid, state, every, look).map(drop))
-}
-
-/// The same of a method that chooses its steps.
-pub(super) fn time_within(
-    problem: &Problem,
-    row: &AdaptiveRow,
-    tolerance: f64,
-    progress: &dyn Progress,
-) -> Result<Duration, IntegrateError> {
-    let (method, tolerance) = (problem.model.bind_adaptive(row)?, Tolerance::all(tolerance));
-    fastest(problem, progress, |state, look| method.run(&tolerance, problem.end, state, look).map(drop))
-}
-
-type Look<'a> = &'a mut dyn FnMut(u64, StateRef<'_, f64>) -> ControlFlow<()>;
-
-fn fastest(
-    problem: &Problem,
-    progress: &dyn Progress,
-    run: impl Fn(&mut State<Vec<f64>>, Look<'_>) -> Result<(), IntegrateError>,
-) -> Result<Duration, IntegrateError> {
+    let method = problem.model.bind(row)?;
+    let every = match setting {
+        Setting::Step(grid) => (grid.steps / PAUSES).max(1),
+        Setting::Tolerance(..) => 1,
+    };
     let start = problem.start()?;
     let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);
     let mut look = |_: u64, _: StateRef<'_, f64>| {
@@ -261,7 +235,7 @@ fn fastest(
     while (repeats < REPEATS || all < LONG_ENOUGH) && !progress.stopped() {
         let mut state = start.clone();
         let clock = Instant::now();
-        run(&mut state, &mut look)?;
+        method.run(setting, &mut state, every, &mut look)?;
         let elapsed = clock.elapsed();
         best = best.min(elapsed);
         all += elapsed;

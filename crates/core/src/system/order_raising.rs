@@ -1,5 +1,6 @@
 //! Order raising by a corrected step: δ = h + δ₃h³ + δ₄h⁴ in place of h (paper, section 4).
 
+use super::linear::Linear;
 use super::separable::Separable;
 use crate::numbers::Scalar;
 
@@ -36,8 +37,8 @@ pub trait OrderRaising<T: Scalar>: Separable<T> {
     fn delta_p(&self, q: T, p: T) -> Correction<T>;
 }
 
-/// A system for which the paper prints δ with misprints.
-pub trait Misprinted<T: Scalar>: OrderRaising<T> {
+/// A system for which the paper prints δ with misprints: a linear one.
+pub trait Misprinted<T: Scalar>: OrderRaising<T> + Linear<T> {
     /// δ of the equation for q as printed.
     fn printed_delta_q(&self, q: T, p: T) -> Correction<T>;
     /// δ of the equation for p as printed.

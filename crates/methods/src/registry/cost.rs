@@ -15,6 +15,8 @@ pub enum Cost {
     Modes(u32),
     /// Implicit in all of them: the flow of a matrix is followed until its end stays, once on linear systems.
     Paths,
+    /// Implicit in all of them: q and p at four or eight nodes, as the error asks for.
+    Nodes,
     /// The flow of a matrix, and no equation.
     Flow,
 }
@@ -28,6 +30,7 @@ impl Cost {
             Self::Relaxed(evaluations) => format!("{}, once or twice", plural(evaluations, "evaluation")),
             Self::Sweeps(sweeps) => format!("scalar equations, {}", plural(sweeps, "sweep")),
             Self::Modes(modes) => format!("equations, {}", plural(modes, "mode")),
+            Self::Nodes => "equations, 4 or 8 nodes".into(),
             Self::Paths => "matrix flow, iterated".into(),
             Self::Flow => "matrix flow".into(),
         }

@@ -1,48 +1,111 @@
-//! A method bound to a system, for whoever knows neither: studies are written once for every method, system and N.
+//! A method bound to a system, for callers that know the type of neither.
 
 use afterbay_core::{
-    Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State, StateRef,
-    StepFailure, System, Vector, integrate_in,
+    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State,
+    StateRef, Statistics, StepFailure, System, Tolerance, Vector, integrate_in, integrate_within,
+    sample_within,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
+
+/// What sets the steps of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting<T> {
+    /// Equal steps, of a method that takes a step.
+    Step(Grid<T>),
+    /// The steps that meet a tolerance until a time, of a method that takes a tolerance.
+    Tolerance(Tolerance, T),
+}
+
+impl<T> From<Grid<T>> for Setting<T> {
+    fn from(grid: Grid<T>) -> Self {
+        Self::Step(grid)
+    }
+}
 
 /// What is shown of a run: the number of steps done and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
-/// A method bound to a system, their types and the storage of its steps forgotten.
-pub struct Run<T: Scalar>(Box<dyn Erased<T>>);
+/// A method bound to a system. The types of both, and the storage of the steps, are forgotten.
+pub struct Run<T: Scalar> {
+    method: &'static str,
+    bound: Box<dyn Erased<T>>,
+}
 
 impl<T: Scalar> Run<T> {
-    /// [`integrate`](afterbay_core::integrate), with every `stride`-th state shown.
+    /// Carries a state as the setting says and shows every `stride`-th state:
+    /// [`integrate`](afterbay_core::integrate) or [`integrate_within`].
     ///
     /// # Errors
-    /// Those of [`integrate`](afterbay_core::integrate).
+    /// [`InputError::Unsupported`] where the setting is not of the method's kind, and those of
+    /// [`integrate`](afterbay_core::integrate) and [`integrate_within`].
     pub fn run<V: Vector<Scalar = T>>(
         &self,
-        grid: Grid<T>,
+        setting: impl Into<Setting<T>>,
         state: &mut State<V>,
         stride: u64,
         show: Show<'_, T>,
-    ) -> Result<Effort, IntegrateError> {
-        state.check(self.0.dof())?;
-        self.0.run(grid, Place::of(state), stride, show)
+    ) -> Result<Statistics, IntegrateError> {
+        state.check(self.bound.dof())?;
+        let place = Place::of(state);
+        match setting.into() {
+            Setting::Step(grid) => {
+                let mut last = grid.steps;
+                let effort = self.bound.run(grid, place, stride, &mut |step, state| {
+                    let seen = show(step, state);
+                    if seen.is_break() {
+                        last = step;
+                    }
+                    seen
+                })?;
+                let h = grid.h.to_f64();
+                let statistics = Statistics { accepted: last, effort, ..Statistics::default() };
+                Ok(Statistics { least: h, largest: h, ..statistics })
+            }
+            Setting::Tolerance(tolerance, end) => self.bound.run_within(&tolerance, end, place, stride, show),
+        }
+        .map_err(|error| self.named(error))
     }
 
-    /// One step; time stays where it is.
+    /// Shows the states at the times given, of a method that takes a tolerance: [`sample_within`].
     ///
     /// # Errors
-    /// Those of [`State::check`] and of [`Method::step`], the latter as those of a run of one step; the state is then as it was.
+    /// [`InputError::Unsupported`] where the method takes a step, and those of [`sample_within`].
+    pub fn sample<V: Vector<Scalar = T>>(
+        &self,
+        tolerance: &Tolerance,
+        times: &[T],
+        state: &mut State<V>,
+        show: Show<'_, T>,
+    ) -> Result<Statistics, IntegrateError> {
+        state.check(self.bound.dof())?;
+        self.bound.sample(tolerance, times, Place::of(state), show).map_err(|error| self.named(error))
+    }
+
+    /// Takes one step, of a method that takes a step; time stays where it is.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] where the method takes a tolerance, those of [`State::check`] and of
+    /// [`Method::step`], the latter as those of a run of one step; the state is then as it was.
     pub fn step<V: Vector<Scalar = T>>(&self, h: T, state: &mut State<V>) -> Result<Effort, IntegrateError> {
-        state.check(self.0.dof())?;
-        let t = state.t.to_f64();
-        Ok(self.0.step(h, Place::of(state)).map_err(|failure| RunError { step: 1, t, failure })?)
+        state.check(self.bound.dof())?;
+        self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
+    }
+
+    /// The error, with the name of the method where none is in it.
+    fn named(&self, error: IntegrateError) -> IntegrateError {
+        match error {
+            IntegrateError::Input(InputError::Unsupported { method: "", why }) => {
+                InputError::Unsupported { method: self.method, why }.into()
+            }
+            error => error,
+        }
     }
 }
 
-/// Where a state is taken from and put back to.
-pub(super) struct Place<'a, T> {
+/// The slices of a state, to be read from and written back to.
+struct Place<'a, T> {
     q: &'a mut [T],
     p: &'a mut [T],
     w: &'a mut [T],
@@ -50,17 +113,17 @@ pub(super) struct Place<'a, T> {
 }
 
 impl<'a, T: Scalar> Place<'a, T> {
-    pub(super) fn of<V: Vector<Scalar = T>>(state: &'a mut State<V>) -> Self {
+    fn of<V: Vector<Scalar = T>>(state: &'a mut State<V>) -> Self {
         let State { q, p, w, t } = state;
         Self { q: q.as_mut_slice(), p: p.as_mut_slice(), w: w.as_mut_slice(), t }
     }
 
-    pub(super) fn take<V: Vector<Scalar = T>>(&self) -> State<V> {
+    fn take<V: Vector<Scalar = T>>(&self) -> State<V> {
         let copy = |part: &[T]| V::filled(part, |x| x);
         State { q: copy(self.q), p: copy(self.p), w: copy(self.w), t: *self.t }
     }
 
-    pub(super) fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
+    fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
         let StateRef { q, p, w, t } = state.state_ref();
         for (to, from) in [(self.q, q), (self.p, p), (self.w, w)] {
             to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
@@ -69,22 +132,50 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 }
 
+/// A bound method; each kind refuses what is the other's.
 trait Erased<T: Scalar>: Send + Sync {
     fn dof(&self) -> usize;
+
     fn run(
         &self,
-        grid: Grid<T>,
-        place: Place<'_, T>,
-        stride: u64,
-        show: Show<'_, T>,
-    ) -> Result<Effort, IntegrateError>;
-    fn step(&self, h: T, place: Place<'_, T>) -> Result<Effort, StepFailure>;
+        _grid: Grid<T>,
+        _place: Place<'_, T>,
+        _stride: u64,
+        _show: Show<'_, T>,
+    ) -> Result<Effort, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
+    }
+
+    fn step(&self, _h: T, _place: Place<'_, T>) -> Result<Effort, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
+    }
+
+    fn run_within(
+        &self,
+        _tolerance: &Tolerance,
+        _end: T,
+        _place: Place<'_, T>,
+        _stride: u64,
+        _show: Show<'_, T>,
+    ) -> Result<Statistics, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a step, not a tolerance" }.into())
+    }
+
+    fn sample(
+        &self,
+        _tolerance: &Tolerance,
+        _times: &[T],
+        _place: Place<'_, T>,
+        _show: Show<'_, T>,
+    ) -> Result<Statistics, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a step, not a tolerance" }.into())
+    }
 }
 
-/// A method and its system, with states stored in `V` while it steps.
-struct Bound<V, M, S, W> {
+/// A method that takes a step and its system, with states stored in `V` while it steps.
+struct Fixed<V, M, S: ?Sized, W> {
     method: M,
-    system: S,
+    system: Arc<S>,
     /// Never stepped with.
     workspace: W,
     /// The one of the last run, where a method without a memory leaves it as good as new.
@@ -92,14 +183,14 @@ struct Bound<V, M, S, W> {
     storage: PhantomData<fn() -> V>,
 }
 
-impl<V, S, M> Bound<V, M, S, M::Workspace>
+impl<V, S, M> Fixed<V, M, S, M::Workspace>
 where
     V: Vector,
-    S: System<V::Scalar>,
+    S: System<V::Scalar> + ?Sized,
     M: Method<V, S>,
     M::Workspace: Clone,
 {
-    /// Does something in a workspace as good as new. Runs side by side do not wait for each other: one of them has the spare.
+    /// Does something in a workspace as good as new. Of runs side by side one has the spare, and none waits.
     #[inline(always)]
     fn within<R>(&self, run: impl FnOnce(&mut M::Workspace) -> R) -> R {
         let spare = || if self.method.is_memoryless() { self.spare.try_lock().ok() } else { None };
@@ -113,10 +204,10 @@ where
     }
 }
 
-impl<V, S, M> Erased<V::Scalar> for Bound<V, M, S, M::Workspace>
+impl<V, S, M> Erased<V::Scalar> for Fixed<V, M, S, M::Workspace>
 where
     V: Vector,
-    S: System<V::Scalar>,
+    S: System<V::Scalar> + ?Sized,
     M: Method<V, S> + Send + Sync,
     M::Workspace: Clone + Send + Sync,
 {
@@ -135,38 +226,144 @@ where
         let look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let mut observer = Every::new(stride, look);
         let outcome = self.within(|workspace| {
-            integrate_in(&self.method, &self.system, grid, &mut state, workspace, &mut observer)
+            integrate_in(&self.method, &*self.system, grid, &mut state, workspace, &mut observer)
         });
         place.put(&state);
         outcome
     }
 
-    fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, StepFailure> {
+    fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
-        let outcome = self.within(|workspace| self.method.step(&self.system, h, &mut state, workspace));
+        let outcome = self.within(|workspace| self.method.step(&*self.system, h, &mut state, workspace));
+        let t = state.t.to_f64();
+        place.put(&state);
+        Ok(outcome.map_err(|failure| RunError { step: 1, t, failure })?)
+    }
+}
+
+/// A method that takes a tolerance and its system, with states stored in `V` while it steps.
+struct Chosen<V, M, S: ?Sized> {
+    method: M,
+    system: Arc<S>,
+    storage: PhantomData<fn() -> V>,
+}
+
+impl<V, S, M> Erased<V::Scalar> for Chosen<V, M, S>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Adaptive<V, S> + Send + Sync,
+{
+    fn dof(&self) -> usize {
+        self.system.dof()
+    }
+
+    fn run_within(
+        &self,
+        tolerance: &Tolerance,
+        end: V::Scalar,
+        place: Place<'_, V::Scalar>,
+        stride: u64,
+        show: Show<'_, V::Scalar>,
+    ) -> Result<Statistics, IntegrateError> {
+        let mut state = place.take::<V>();
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
+        let mut observer = Every::new(stride, look);
+        let outcome =
+            integrate_within(&self.method, &*self.system, tolerance, end, &mut state, &mut observer);
+        place.put(&state);
+        outcome
+    }
+
+    fn sample(
+        &self,
+        tolerance: &Tolerance,
+        times: &[V::Scalar],
+        place: Place<'_, V::Scalar>,
+        show: Show<'_, V::Scalar>,
+    ) -> Result<Statistics, IntegrateError> {
+        let mut state = place.take::<V>();
+        let mut look = |n: u64, state: &State<V>| show(n, state.state_ref());
+        let outcome = sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut look);
         place.put(&state);
         outcome
     }
 }
 
-/// Binds a method to a system, its states stored in `V` while it steps.
-pub(super) fn bind<V, S, M>(method: M, system: S) -> Result<Run<V::Scalar>, InputError>
+/// Does the storage have room for so many degrees of freedom?
+fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
+    match V::LEN.filter(|&len| len != dof) {
+        Some(found) => Err(InputError::Length { quantity: Quantity::Coordinate, expected: dof, found }),
+        None => Ok(()),
+    }
+}
+
+/// Binds a method that takes a step, states stored in `V` while it steps.
+pub(super) fn fixed<V, S, M>(
+    name: &'static str,
+    method: M,
+    system: Arc<S>,
+) -> Result<Run<V::Scalar>, InputError>
 where
     V: Vector + 'static,
-    S: System<V::Scalar> + 'static,
+    S: System<V::Scalar> + ?Sized + 'static,
     M: Method<V, S> + Send + Sync + 'static,
     M::Workspace: Clone + Send + Sync + 'static,
 {
-    let dof = system.dof();
-    if let Some(found) = V::LEN.filter(|&len| len != dof) {
-        return Err(InputError::Length { quantity: Quantity::Coordinate, expected: dof, found });
-    }
+    fits::<V>(system.dof())?;
     let workspace = method.workspace(&system)?;
-    Ok(Run(Box::new(Bound {
-        method,
-        system,
-        workspace,
-        spare: Mutex::new(None),
-        storage: PhantomData::<fn() -> V>,
-    })))
+    let bound =
+        Fixed { method, system, workspace, spare: Mutex::new(None), storage: PhantomData::<fn() -> V> };
+    Ok(Run { method: name, bound: Box::new(bound) })
+}
+
+/// Binds a method that takes a tolerance, states stored in `V` while it steps.
+pub(super) fn chosen<V, S, M>(
+    name: &'static str,
+    method: M,
+    system: Arc<S>,
+) -> Result<Run<V::Scalar>, InputError>
+where
+    V: Vector + 'static,
+    S: System<V::Scalar> + ?Sized + 'static,
+    M: Adaptive<V, S> + Send + Sync + 'static,
+{
+    fits::<V>(system.dof())?;
+    Ok(Run { method: name, bound: Box::new(Chosen { method, system, storage: PhantomData::<fn() -> V> }) })
+}
+
+/// A method whose step is compiled once for all of its callers.
+///
+/// [`integrate_in`] takes a step in two places and [`Run::step`] in a third. The steps of a system whose
+/// type is forgotten are long, and a call costs nothing beside those they make.
+#[derive(Clone, Copy)]
+pub(super) struct Once<M>(pub(super) M);
+
+impl<V, S, M> Method<V, S> for Once<M>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S>,
+{
+    type Workspace = M::Workspace;
+
+    fn workspace(&self, system: &S) -> Result<Self::Workspace, InputError> {
+        self.0.workspace(system)
+    }
+
+    #[inline(never)]
+    fn step(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &mut State<V>,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Effort, StepFailure> {
+        self.0.step(system, h, state, workspace)
+    }
+
+    #[inline(always)]
+    fn is_memoryless(&self) -> bool {
+        self.0.is_memoryless()
+    }
 }

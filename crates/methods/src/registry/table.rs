@@ -4,7 +4,7 @@ use super::{Cost, EXACT, Kind, Needs, Row};
 use crate::moddg::steps::{Degree, Equation, Placement, Printed, Raised};
 use crate::{Composition, Relaxed};
 
-/// Every method there is.
+/// Every method there is, those that take a step before those that take a tolerance.
 pub const METHODS: &[Row] = &[
     Row {
         name: "leapfrog",
@@ -171,7 +171,46 @@ pub const METHODS: &[Row] = &[
         "coordinate increments, 17 pairs of sweeps (Kahan, Li)",
         Composition::kahan_li8,
     ),
+    Row {
+        name: "adaptive-collocation",
+        about: "Gauss collocation of order 8 or 16, its steps and K by the tolerance",
+        local_order: [8; 3],
+        keeps_k: true,
+        passive: true,
+        a_stable: true,
+        l_stable: false,
+        cost: Cost::Nodes,
+        needs: Needs::Curvature,
+        kind: Kind::AdaptiveCollocation,
+    },
+    Row {
+        name: "adaptive-dop853",
+        about: "DOP853, its steps and K by the tolerance",
+        local_order: [8; 3],
+        keeps_k: true,
+        passive: false,
+        a_stable: false,
+        l_stable: false,
+        cost: Cost::Explicit(12),
+        needs: Needs::Curvature,
+        kind: Kind::AdaptiveDop853,
+    },
 ];
+
+/// The rows that take a step.
+pub const FIXED: &[Row] = METHODS.split_at(steps()).0;
+
+/// The rows that take a tolerance. The first applies to any system, stiff ones too.
+pub const ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
+
+/// How many rows take a step.
+const fn steps() -> usize {
+    let mut count = 0;
+    while count < METHODS.len() && !METHODS[count].is_adaptive() {
+        count += 1;
+    }
+    count
+}
 
 const fn collocation(name: &'static str, stages: usize) -> Row {
     Row {

@@ -2,8 +2,9 @@
 //! is lost on one of them, and explicit methods, none of which is A-stable, grow or fail on one.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
+use crate::bind::{separable, uniform};
 use afterbay_core::{Curvature, InputError, IntegrateError, Separable, State, StepFailure, Uniform};
-use afterbay_methods::registry::{METHODS, Needs, Row, Run, separable, uniform};
+use afterbay_methods::registry::{FIXED, Needs, Row, Run};
 use afterbay_systems::FputChain;
 use std::collections::BTreeMap;
 
@@ -36,7 +37,7 @@ fn watch<S: Curvature<f64>>(
 ) {
     let n = system.dof();
     let start = State::new(wave(n, 1.0), wave(n, 0.3)).unwrap();
-    for row in METHODS.iter().filter(|row| !matches!(row.needs, Needs::OneDegree | Needs::Printed)) {
+    for row in FIXED.iter().filter(|row| !matches!(row.needs, Needs::OneDegree | Needs::Printed)) {
         let run = match bind(row) {
             Ok(run) => run,
             Err(InputError::Unsupported { .. }) => continue,
@@ -106,7 +107,7 @@ fn every_flag_holds_at_size_both_ways() {
     web(&mut seen, "50, skew", &linear(0.5), &[0.3, 3.0, 30.0]);
     web(&mut seen, "50 in the wind", &Web::new(50, 3.0, 0.3, 0.0, 1.0, Rubs::Wind), &[0.1]);
     web(&mut seen, "50, uneven and skew", &Web::new(50, 3.0, 0.02, 0.5, 1.0, Rubs::Unevenly), &[0.1]);
-    for row in METHODS {
+    for row in FIXED {
         let Some(seen) = seen.get(row.name) else { continue };
         println!(
             "{:20} {:9.1e} roundings, {} fell, {:?}",

@@ -3,6 +3,9 @@
 
 #![cfg(test)]
 
+#[path = "../suite/bind.rs"]
+#[allow(dead_code)]
+mod bind;
 mod flags;
 mod linear_exact;
 mod newton;

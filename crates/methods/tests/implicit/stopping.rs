@@ -2,14 +2,15 @@
 //! underflow, saturated friction, forces that cancel.
 
 use super::scenes::{Toda, drift};
+use crate::bind::separable;
 use afterbay_core::{Curvature, Grid, Separable, State};
-use afterbay_methods::registry::{METHODS, Needs, Row, Run, separable};
+use afterbay_methods::registry::{FIXED, Needs, Row, Run};
 use afterbay_systems::{Custom, Description, DissipationText, FputChain};
 use std::ops::ControlFlow;
 
 /// The methods that solve equations in all of (q, p).
 fn solvers() -> impl Iterator<Item = &'static Row> {
-    METHODS.iter().filter(|row| row.needs == Needs::Curvature)
+    FIXED.iter().filter(|row| row.needs == Needs::Curvature)
 }
 
 /// The run of every such method goes to its end, with K kept.

@@ -1,10 +1,11 @@
 //! Methods that choose their steps: K and passivity at every step, what their flags say, refusals and failures.
 
+use crate::bind::curved;
 use afterbay_core::{
     Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StateRef,
     StepFailure, System, Tolerance,
 };
-use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, adaptive};
+use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
 use afterbay_systems::{
     DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
@@ -33,7 +34,7 @@ const ROUNDINGS: f64 = 20.0;
 /// What is seen of a run by a method: the worst drift of a step in roundings, and whether energy came back where it is owed that
 /// none does.
 fn watch<S>(
-    row: &AdaptiveRow,
+    row: &Row,
     system: &S,
     tolerance: &Tolerance,
     end: f64,
@@ -45,13 +46,17 @@ where
     let (mut state, mut last) = (start.clone(), start.clone());
     let passive = system.dissipation_form().passive;
     let (mut worst, mut taken) = (0.0_f64, false);
-    let statistics =
-        adaptive(row, system.clone()).unwrap().run(tolerance, end, &mut state, &mut |_, state| {
+    let statistics = curved(row, system.clone()).unwrap().run(
+        Setting::Tolerance(*tolerance, end),
+        &mut state,
+        1,
+        &mut |_, state| {
             worst = worst.max(drift(system, last.state_ref(), state));
             taken |= passive.violated(&last.w, state.w);
             last = State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
             ControlFlow::Continue(())
-        });
+        },
+    );
     let statistics = statistics.map_err(|error| TestCaseError::fail(format!("{}: {error}", row.name)))?;
     prop_assert!(statistics.least > 0.0 && statistics.largest <= end, "{}: {:?}", row.name, statistics);
     prop_assert_eq!(state.t, end);
@@ -64,7 +69,7 @@ where
     S: Curvature<f64> + Clone + 'static,
 {
     let start = State::new(q, p).unwrap();
-    for row in &ADAPTIVE {
+    for row in ADAPTIVE {
         let (drift, taken) = watch(row, system, &tolerance, end, &start)?;
         prop_assert!(drift < ROUNDINGS, "{}: K by {} roundings", row.name, drift);
         prop_assert!(!(row.passive && taken), "{}: energy came back", row.name);
@@ -147,7 +152,7 @@ impl Curvature<f64> for Gate {
 #[test]
 fn what_is_not_passive_gives_energy_back() {
     let start = State::new(vec![1.0], vec![0.0]).unwrap();
-    for row in &ADAPTIVE {
+    for row in ADAPTIVE {
         let tolerance = Tolerance { relative: 1e-2, absolute: 1e-2, w: (10.0, 10.0) };
         let given = (-100..100).filter(|&i| {
             let gate = Gate { at: 0.01 * f64::from(i) };
@@ -162,10 +167,12 @@ fn what_is_not_passive_gives_energy_back() {
 #[test]
 fn stiff_systems_hold_back_what_is_not_a_stable() {
     let system = VanDerPol::new(1000.0).unwrap();
-    for row in &ADAPTIVE {
+    for row in ADAPTIVE {
         let mut state = State::new([2.0], [0.0]).unwrap();
-        let within = adaptive(row, system).unwrap();
-        let done = within.run(&Tolerance::all(1e-4), 50.0, &mut state, &mut |_, _| ControlFlow::Continue(()));
+        let within = curved(row, system).unwrap();
+        let done = within.run(Setting::Tolerance(Tolerance::all(1e-4), 50.0), &mut state, 1, &mut |_, _| {
+            ControlFlow::Continue(())
+        });
         let accepted = done.unwrap().accepted;
         assert!(if row.a_stable { accepted < 200 } else { accepted > 5000 }, "{}: {accepted}", row.name);
     }
@@ -175,12 +182,12 @@ fn stiff_systems_hold_back_what_is_not_a_stable() {
 #[test]
 fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
     let system = VanDerPol::new(1000.0).unwrap();
-    for row in &ADAPTIVE {
+    for row in ADAPTIVE {
         let mut state = State::new([2.0], [0.0]).unwrap();
-        let within = adaptive(row, system).unwrap();
+        let within = curved(row, system).unwrap();
         let tolerance = Tolerance::all(1e-13);
         let mut steps = 0;
-        let done = within.run(&tolerance, 2000.0, &mut state, &mut |step, state| {
+        let done = within.run(Setting::Tolerance(tolerance, 2000.0), &mut state, 1, &mut |step, state| {
             steps = step;
             if step < 20_000 && state.t < 2.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
@@ -192,12 +199,14 @@ fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
 fn what_cannot_be_done_is_refused() {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
     let start = State::new([1.5], [0.5]).unwrap();
-    for row in &ADAPTIVE {
-        let within = adaptive(row, system).unwrap();
+    for row in ADAPTIVE {
+        let within = curved(row, system).unwrap();
         let mut state = start.clone();
         let mut run = |tolerance: f64, end: f64| {
             within
-                .run(&Tolerance::all(tolerance), end, &mut state, &mut |_, _| ControlFlow::Continue(()))
+                .run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut |_, _| {
+                    ControlFlow::Continue(())
+                })
                 .unwrap_err()
         };
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-16] {
@@ -254,10 +263,10 @@ fn failures_have_names_and_the_last_good_state() {
     for (row, pole) in ADAPTIVE.iter().flat_map(|row| [(row, false), (row, true)]) {
         let mut state = State::new([0.0], [1.0]).unwrap();
         let mut last = state.clone();
-        let outcome = adaptive(row, Cliff { pole }).unwrap().run(
-            &Tolerance::all(1e-6),
-            10.0,
+        let outcome = curved(row, Cliff { pole }).unwrap().run(
+            Setting::Tolerance(Tolerance::all(1e-6), 10.0),
             &mut state,
+            1,
             &mut |_, state| {
                 last = State { q: [state.q[0]], p: [state.p[0]], w: [state.w[0]], t: state.t };
                 ControlFlow::Continue(())

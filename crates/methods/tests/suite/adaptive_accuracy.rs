@@ -2,10 +2,11 @@
 //!
 //! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints it.
 
+use crate::bind::curved;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{Curvature, Series, State, Statistics, System, Tolerance, integrate_within};
 use afterbay_methods::AdaptiveCollocation;
-use afterbay_methods::registry::{ADAPTIVE, AdaptiveRow, adaptive};
+use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -29,7 +30,7 @@ fn series<S: System<Series<f64, 24>>>(system: &S, [q, p]: [&[f64]; 2], end: f64)
 }
 
 fn run<S: Curvature<f64> + Clone + 'static>(
-    row: &AdaptiveRow,
+    row: &Row,
     system: &S,
     [q, p]: [&[f64]; 2],
     end: f64,
@@ -37,8 +38,10 @@ fn run<S: Curvature<f64> + Clone + 'static>(
 ) -> ([Vec<f64>; 3], Statistics) {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
     let tolerance = Tolerance::all(tolerance);
-    let within = adaptive(row, system.clone()).unwrap();
-    let done = within.run(&tolerance, end, &mut state, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    let within = curved(row, system.clone()).unwrap();
+    let done = within
+        .run(Setting::Tolerance(tolerance, end), &mut state, 1, &mut |_, _| ControlFlow::Continue(()))
+        .unwrap();
     ([state.q, state.p, state.w], done)
 }
 
@@ -67,7 +70,7 @@ fn lines<S: Curvature<f64> + Clone + 'static>(
 }
 
 fn line<S: Curvature<f64> + Clone + 'static>(
-    row: &AdaptiveRow,
+    row: &Row,
     system: &S,
     start: [&[f64]; 2],
     end: f64,

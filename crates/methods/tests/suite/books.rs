@@ -1,7 +1,8 @@
 //! One step of a method on one degree of freedom, and how far it may move K = H + w by rounding.
 
+use crate::bind::{linear, nonlinear};
 use afterbay_core::{Effort, InputError, IntegrateError, Mask, Passive, Quad, Scalar, State, StepFailure};
-use afterbay_methods::registry::{Row, Run, linear, nonlinear};
+use afterbay_methods::registry::{Number, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 use proptest::prelude::*;
 
@@ -63,7 +64,7 @@ impl Model {
     }
 
     /// The method bound to the system: in closed form where there is one, and solved for.
-    pub(crate) fn bind<T: Scalar>(self, row: &Row) -> Vec<Bound<T>> {
+    pub(crate) fn bind<T: Number>(self, row: &Row) -> Vec<Bound<T>> {
         let x = T::from_f64;
         let attempts: [Option<Attempt<T>>; 2] = match self {
             Self::DampedOscillator { k, b } => {
@@ -123,7 +124,7 @@ impl Model {
 }
 
 /// A number as exactly as it is known.
-pub(crate) trait Widen: Scalar {
+pub(crate) trait Widen: Number {
     fn widen(self) -> Quad;
 }
 

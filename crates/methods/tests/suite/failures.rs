@@ -1,12 +1,13 @@
 //! What goes wrong has a name that says where, what and how much, and leaves the state as it was.
 
+use crate::bind::{linear, nonlinear};
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
     Block, Curvature, Dissipation, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
     RunError, Separable, State, StateRef, StepFailure, System, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
-use afterbay_methods::registry::{METHODS, Needs, Run, find, linear, nonlinear};
+use afterbay_methods::registry::{FIXED, Needs, Run, find};
 use afterbay_methods::{Gonzalez, Leapfrog, LinearSolver, ModDg, Rk4};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 
@@ -190,7 +191,7 @@ fn a_solution_that_does_not_last_to_the_end_of_the_step_is_none() {
 #[test]
 fn delta_q_has_its_pole_at_turning_points() {
     let system = oscillator(1.0, 0.1);
-    for row in METHODS.iter().filter(|row| row.poles().contains(&Equation::Q)) {
+    for row in FIXED.iter().filter(|row| row.poles().contains(&Equation::Q)) {
         let found = failure(&closed(row.name, system), 0.1, &state(1.0, 0.0));
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
         assert_says(&found, &["degree of freedom 1", "pole", "0e0"]);
@@ -204,7 +205,7 @@ fn delta_q_has_its_pole_at_turning_points() {
 fn delta_p_has_its_pole_where_the_force_vanishes() {
     // k q + b p = 0 exactly.
     let (system, start) = (oscillator(2.0, 0.5), state(0.25, -1.0));
-    for row in METHODS.iter().filter(|row| row.poles().contains(&Equation::P)) {
+    for row in FIXED.iter().filter(|row| row.poles().contains(&Equation::P)) {
         let found = failure(&closed(row.name, system), 0.1, &start);
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
     }
@@ -212,7 +213,7 @@ fn delta_p_has_its_pole_where_the_force_vanishes() {
 
 #[test]
 fn a_system_at_rest_is_a_pole_too() {
-    for row in METHODS.iter().filter(|row| !row.poles().is_empty()) {
+    for row in FIXED.iter().filter(|row| !row.poles().is_empty()) {
         let found = failure(&closed(row.name, oscillator(1.0, 0.1)), 0.1, &state(0.0, 0.0));
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
     }
@@ -220,7 +221,7 @@ fn a_system_at_rest_is_a_pole_too() {
 
 #[test]
 fn without_damping_there_is_no_pole() {
-    for row in METHODS.iter().filter(|row| row.needs != Needs::Printed) {
+    for row in FIXED.iter().filter(|row| row.needs != Needs::Printed) {
         for start in [state(1.0, 0.0), state(0.0, 1.0)] {
             closed(row.name, oscillator(1.0, 0.0)).step(0.1, &mut start.clone()).unwrap();
         }
@@ -320,7 +321,7 @@ fn divergence_ends_before_the_numbers_do() {
 #[test]
 fn every_method_leaves_finite_numbers_or_the_old_state() {
     let mut failures = 0;
-    for row in METHODS {
+    for row in FIXED {
         let solved = nonlinear(row, Duffing::new(1.0, 1.0, -0.5).unwrap()).ok();
         let closed = linear(row, oscillator(2.0, 0.5)).ok();
         for run in solved.into_iter().chain(closed) {
@@ -336,12 +337,12 @@ fn every_method_leaves_finite_numbers_or_the_old_state() {
             }
         }
     }
-    assert!(failures > METHODS.len(), "{failures}");
+    assert!(failures > FIXED.len(), "{failures}");
 }
 
 #[test]
 fn a_step_of_no_time_changes_nothing() {
-    for row in METHODS.iter().filter(|row| row.poles().is_empty()) {
+    for row in FIXED.iter().filter(|row| row.poles().is_empty()) {
         let solved = nonlinear(row, Duffing::new(1.0, 1.0, 0.5).unwrap()).ok();
         let closed = linear(row, oscillator(2.0, 0.5)).ok();
         for run in solved.into_iter().chain(closed) {

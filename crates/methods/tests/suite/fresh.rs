@@ -1,14 +1,15 @@
 //! A bound method may use again what it worked in. Nobody should notice.
 
+use crate::bind::{linear, nonlinear, separable, uniform};
 use afterbay_core::{Grid, State};
-use afterbay_methods::registry::{self, METHODS, Row, Run};
+use afterbay_methods::registry::{FIXED, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
 use std::ops::ControlFlow;
 
 /// The same run, to the bit, after others from elsewhere, one of them failed, and one that began where the last ended.
 fn knows_nothing_of_others(dof: usize, bind: impl Fn(&Row) -> Option<Run<f64>>) {
     let mut bound = 0;
-    for row in METHODS {
+    for row in FIXED {
         let Some(run) = bind(row) else { continue };
         let go = |run: &Run<f64>, start: &State<Vec<f64>>, h: f64, steps: u64| {
             let mut state = start.clone();
@@ -37,12 +38,12 @@ fn knows_nothing_of_others(dof: usize, bind: impl Fn(&Row) -> Option<Run<f64>>) 
 
 #[test]
 fn of_one_degree_of_freedom() {
-    knows_nothing_of_others(1, |row| registry::nonlinear(row, Duffing::new(-1.0, 1.0, 0.2).unwrap()).ok());
-    knows_nothing_of_others(1, |row| registry::linear(row, DampedOscillator::new(1.0, 0.2).unwrap()).ok());
+    knows_nothing_of_others(1, |row| nonlinear(row, Duffing::new(-1.0, 1.0, 0.2).unwrap()).ok());
+    knows_nothing_of_others(1, |row| linear(row, DampedOscillator::new(1.0, 0.2).unwrap()).ok());
 }
 
 #[test]
 fn of_many() {
-    knows_nothing_of_others(3, |row| registry::separable(row, FputChain::new(3, 0.5, 0.1).unwrap()).ok());
-    knows_nothing_of_others(9, |row| registry::uniform(row, VanDerPolRing::new(9, 0.5, 0.1).unwrap()).ok());
+    knows_nothing_of_others(3, |row| separable(row, FputChain::new(3, 0.5, 0.1).unwrap()).ok());
+    knows_nothing_of_others(9, |row| uniform(row, VanDerPolRing::new(9, 0.5, 0.1).unwrap()).ok());
 }

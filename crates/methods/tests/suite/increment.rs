@@ -1,12 +1,13 @@
 //! Coordinate increments on chains and rings: orders, passivity of each row, storage, references.
 
+use crate::bind::separable;
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
     Coupling, Grid, InputError, Method, Passive, Quad, Scalar, Separable, Series, State, System, Vector,
     integrate,
 };
-use afterbay_methods::registry::{METHODS, Row, separable};
+use afterbay_methods::registry::{FIXED, Row};
 use afterbay_methods::{Composition, Increment, ModDg};
 use afterbay_systems::{Duffing, FputChain, VanDerPolRing};
 use slope::slope;
@@ -129,7 +130,7 @@ fn drained(row: &Row) -> usize {
 /// Orders of all rows are measured in `order_table`.
 #[test]
 fn increments_that_are_called_passive_are() {
-    let rows: Vec<&Row> = METHODS.iter().filter(|row| row.name.starts_with("increment-")).collect();
+    let rows: Vec<&Row> = FIXED.iter().filter(|row| row.name.starts_with("increment-")).collect();
     assert_eq!(rows.len(), 5);
     for row in rows {
         let count = drained(row);

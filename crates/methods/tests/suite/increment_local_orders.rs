@@ -1,9 +1,10 @@
 //! The orders of the local errors of coordinate increments in q, p and w, where several coordinates tell them apart.
 
+use crate::bind::separable;
 use crate::slope;
 use afterbay_core::taylor::Expansion;
 use afterbay_core::{Block, Curvature, Dissipation, Quad, Scalar, Separable, Series, State, System};
-use afterbay_methods::registry::{METHODS, Row, separable};
+use afterbay_methods::registry::{FIXED, Row};
 use afterbay_systems::{FputChain, VanDerPolRing};
 use slope::slope;
 
@@ -79,7 +80,7 @@ impl<T: Scalar> Curvature<T> for Crowd {
 }
 
 fn increments() -> impl Iterator<Item = &'static Row> {
-    METHODS.iter().filter(|row| row.name.starts_with("increment"))
+    FIXED.iter().filter(|row| row.name.starts_with("increment"))
 }
 
 /// The slopes of the largest local errors (x(t + h) - x1)/h of q, p and w.

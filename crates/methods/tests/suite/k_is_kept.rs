@@ -4,7 +4,7 @@
 use crate::books;
 use afterbay_core::{Dissipation, Method, Quad, Scalar, Separable, State, StepFailure, System};
 use afterbay_methods::ModDg;
-use afterbay_methods::registry::{METHODS, Row, find};
+use afterbay_methods::registry::{FIXED, Row, find};
 use books::*;
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
@@ -60,7 +60,7 @@ fn config(cases: u32) -> ProptestConfig {
 
 /// Every method that claims K, on one case.
 fn check_k<T: Widen>(case: &Case) -> Result<(), TestCaseError> {
-    for row in METHODS.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
+    for row in FIXED.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
         let roundings = if row.name == "moddg-fixed-point" { ROUNDINGS_FIXED_POINT } else { ROUNDINGS };
         for Bound { run, closed } in case.model.bind::<T>(row) {
             let label = format!("{} ({})", row.name, if closed { "closed form" } else { "solved" });
@@ -109,7 +109,7 @@ proptest! {
 
     #[test]
     fn what_is_passive_only_fills_the_reservoir(case in case(passive())) {
-        for row in METHODS.iter().filter(|row| row.passive && on_one_degree(row)) {
+        for row in FIXED.iter().filter(|row| row.passive && on_one_degree(row)) {
             for Bound { run, closed } in case.model.bind::<f64>(row) {
                 let outcome = case.only_fills(&|h, state| run.step(h, state));
                 prop_assert!(outcome.is_ok(), "{} ({closed}): {}", row.name, outcome.unwrap_err());

@@ -1,8 +1,8 @@
 //! Failures built in, each of which the properties of `k_is_kept.rs` must see; and what no method promises.
 
 use crate::books;
-use afterbay_core::{RunError, Scalar, State, StepFailure};
-use afterbay_methods::registry::{METHODS, Run, find};
+use afterbay_core::{RunError, State, StepFailure};
+use afterbay_methods::registry::{FIXED, Number, Run, find};
 use books::*;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
@@ -11,7 +11,7 @@ use proptest::test_runner::TestRunner;
 const ORDINARY: Case =
     Case { model: Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.3 }, q: 1.3, p: -0.7, w: 0.0, h: 0.1 };
 
-fn solved<T: Scalar>(case: &Case, name: &str) -> Run<T> {
+fn solved<T: Number>(case: &Case, name: &str) -> Run<T> {
     case.model.bind(find(name).unwrap()).pop().unwrap().run
 }
 
@@ -64,7 +64,7 @@ fn a_failed_step_that_changes_the_state_is_caught() {
 
 #[test]
 fn what_does_not_claim_k_does_not_keep_it() {
-    for row in METHODS.iter().filter(|row| !row.keeps_k) {
+    for row in FIXED.iter().filter(|row| !row.keeps_k) {
         let oscillator = Case { model: Model::DampedOscillator { k: 1.0, b: 0.3 }, ..ORDINARY };
         for case in [ORDINARY, oscillator] {
             for Bound { run, closed } in case.model.bind::<f64>(row) {
@@ -103,7 +103,7 @@ fn positive_weights_fill_the_reservoir_while_the_energy_rises() {
 fn the_property_is_mostly_about_steps_that_are_taken() {
     let mut runner = TestRunner::deterministic();
     let cases: Vec<Case> = (0..400).map(|_| case(model()).new_tree(&mut runner).unwrap().current()).collect();
-    for row in METHODS.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
+    for row in FIXED.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
         let (mut all, mut taken) = (0, 0);
         for case in &cases {
             for Bound { run, .. } in case.model.bind::<f64>(row) {

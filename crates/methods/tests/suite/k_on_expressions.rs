@@ -1,11 +1,12 @@
 //! K on random expressions at any step size, for every method that claims it; and no step across a
 //! singularity.
 
+use crate::bind::{curved, separable};
 use afterbay_core::{
     Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable,
     State, StateRef, StepFailure, System, Tolerance, integrate,
 };
-use afterbay_methods::registry::{ADAPTIVE, METHODS, Row, Run, adaptive, separable, single};
+use afterbay_methods::registry::{ADAPTIVE, FIXED, Number, Row, Run, Setting};
 use afterbay_methods::{Composition, Increment, Rk4};
 use afterbay_systems::{Custom, Description, DissipationText};
 use proptest::prelude::*;
@@ -46,10 +47,8 @@ fn custom(potential: &str, friction: &str, n: usize, c: f64) -> Custom<f64> {
         .unwrap()
 }
 
-fn bind<T: Scalar>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
-    let one = System::<T>::dof(system) == 1;
-    let bound = if one { single(row, system.clone()) } else { separable(row, system.clone()) };
-    match bound {
+fn bind<T: Number>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
+    match separable(row, system.clone()) {
         Ok(run) => Some(run),
         Err(InputError::Unsupported { .. }) => None,
         Err(error) => panic!("{}: {error}", row.name),
@@ -177,7 +176,7 @@ fn case(terms: &'static [&'static str]) -> impl Strategy<Value = Case> {
 }
 
 /// Runs every method on random cases and gives what it did, by its name.
-fn count<T: Scalar>(
+fn count<T: Number>(
     cases: u32,
     terms: &'static [&'static str],
     linear: bool,
@@ -190,7 +189,7 @@ fn count<T: Scalar>(
             let system = plain.map(T::from_f64);
             let lift = |x: &[f64]| x[..case.n].iter().map(|&x| T::from_f64(x)).collect::<Vec<_>>();
             let start = State::new(lift(&case.q), lift(&case.p)).unwrap();
-            for row in METHODS.iter().filter(|row| row.keeps_k) {
+            for row in FIXED.iter().filter(|row| row.keeps_k) {
                 let Some(bound) = bind(row, &system) else { continue };
                 let mut counts = counts.borrow_mut();
                 let label = format!("{} on {case:?}", row.name);
@@ -246,7 +245,7 @@ fn every_adaptive_method_keeps_k_on_random_expressions() {
             let system = custom(&case.potential, case.friction, case.n, case.c);
             let start = State::new(case.q[..case.n].to_vec(), case.p[..case.n].to_vec()).unwrap();
             for row in ADAPTIVE {
-                let bound = adaptive(&row, system.clone()).unwrap();
+                let bound = curved(row, system.clone()).unwrap();
                 let (mut states, mut state) = (Vec::new(), start.clone());
                 let mut show = |_: u64, at: StateRef<'_, f64>| {
                     states.push(State { q: at.q.to_vec(), p: at.p.to_vec(), w: at.w.to_vec(), t: at.t });
@@ -257,7 +256,7 @@ fn every_adaptive_method_keeps_k_on_random_expressions() {
                 let tolerance = Tolerance::all(relative);
                 let mut counts = counts.borrow_mut();
                 let count = counts.entry(row.name).or_default();
-                if let Err(error) = bound.run(&tolerance, 3.0, &mut state, &mut show) {
+                if let Err(error) = bound.run(Setting::Tolerance(tolerance, 3.0), &mut state, 1, &mut show) {
                     count.fail(&error, &format!("{} on {case:?}", row.name));
                 }
                 if states.len() == MOST {
@@ -296,7 +295,7 @@ where
     S: Separable<f64>,
 {
     let [mut refused, mut stayed] = [0; 2];
-    for row in METHODS {
+    for row in FIXED {
         let Some(run) = bind(row) else { continue };
         for h in [0.01, 0.3, 1.0, 4.0] {
             let (q, p) = if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };

@@ -1,12 +1,13 @@
 //! The exact flow of linear systems, by tables and by series, with 1 to 40 degrees of freedom.
 
+use crate::bind::linear;
 use crate::many;
 use afterbay_core::{
     Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series,
     State, StateRef, StepFailure, System,
 };
 use afterbay_methods::LinearExact;
-use afterbay_methods::registry::{self, METHODS, Run};
+use afterbay_methods::registry::{FIXED, Run};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
 use allocation_counter::measure;
 use many::{errors, reference, start};
@@ -222,8 +223,8 @@ fn k_does_not_run_away() {
 /// The table of a run is there for the next one, or not where that runs within it: to the bit the same.
 #[test]
 fn runs_of_a_bound_method_do_not_feel_each_other() {
-    for row in METHODS {
-        let bind = || registry::linear(row, DampedOscillator::new(1.0, 0.3).unwrap()).unwrap();
+    for row in FIXED {
+        let bind = || linear(row, DampedOscillator::new(1.0, 0.3).unwrap()).unwrap();
         let end = |run: &Run<f64>, h: f64, within: bool| {
             let mut state = State::new([1.0], [0.5]).unwrap();
             let grid = Grid::new(h, 3.0).unwrap();

@@ -1,10 +1,11 @@
 //! Linear systems that only lose energy, and what a step does to states measured by it.
 
+use crate::bind::{linear, nonlinear, separable, uniform};
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, IntegrateError, Line, Passive,
     Separable, State, System,
 };
-use afterbay_methods::registry::{Row, Run, linear, nonlinear, separable, uniform};
+use afterbay_methods::registry::{Row, Run};
 use afterbay_systems::{DampedOscillator, FputChain};
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};

@@ -5,6 +5,7 @@
 mod adaptive;
 mod adaptive_accuracy;
 mod adaptive_samples;
+mod bind;
 mod books;
 mod chain_memory;
 mod collocation;

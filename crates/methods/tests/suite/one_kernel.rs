@@ -1,12 +1,13 @@
 //! One kernel for every storage, and the shortest way through it where nothing is lost.
 
+use crate::bind::nonlinear;
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
     Curvature, Dissipation, Grid, Linear, Method, OrderRaising, Scalar, Separable, State, System, Vector,
     integrate,
 };
-use afterbay_methods::registry::{METHODS, nonlinear};
+use afterbay_methods::registry::FIXED;
 use afterbay_methods::{Leapfrog, ModDg, Rk4};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 use nalgebra::{DVector, SVector};
@@ -149,7 +150,7 @@ proptest! {
 #[test]
 fn without_dissipation_every_reservoir_stays_exactly_as_it_was() {
     fn check<S: OrderRaising<f64> + Curvature<f64> + Copy + 'static>(system: S) {
-        for row in METHODS {
+        for row in FIXED {
             let Ok(run) = nonlinear::<f64, S>(row, system) else { continue };
             let mut state = State::new([1.3], [-0.7]).unwrap();
             state.w = [0.1];

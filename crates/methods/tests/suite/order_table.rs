@@ -2,10 +2,11 @@
 //!
 //! `cargo test -p afterbay-methods --test suite order_table -- --nocapture` prints it.
 
+use crate::bind::{general, linear, nonlinear, separable};
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{Grid, Quad, Scalar, Series, State, System};
-use afterbay_methods::registry::{EXACT, METHODS, Needs, Row, Run, general, linear, nonlinear, separable};
+use afterbay_methods::registry::{EXACT, FIXED, Needs, Row, Run};
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
 use rayon::prelude::*;
 use slope::slope;
@@ -202,7 +203,7 @@ fn all() -> [Problem; 6] {
 #[test]
 fn every_row_has_its_order_in_q_p_and_w() {
     let all = all();
-    let cases: Vec<(&Row, &Problem)> = METHODS
+    let cases: Vec<(&Row, &Problem)> = FIXED
         .iter()
         .flat_map(|row| problems(row.needs).iter().map(|&i| (row, &all[i])).collect::<Vec<_>>())
         .collect();

@@ -1,12 +1,13 @@
 //! The order of every method on nonlinear damped problems, variable by variable, in f64 and in 31 digits.
 
+use crate::bind::{linear, nonlinear};
 use crate::slope;
 use afterbay_core::taylor::{Expansion, trajectory};
 use afterbay_core::{
     Curvature, Grid, InputError, Linear, Misprinted, OrderRaising, Quad, Scalar, Series, State, StateRef,
     System,
 };
-use afterbay_methods::registry::{METHODS, Needs, Row, Run, find, linear, nonlinear};
+use afterbay_methods::registry::{FIXED, Needs, Number, Row, Run, find};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol};
 use slope::slope;
 use std::ops::ControlFlow;
@@ -82,7 +83,7 @@ fn assert_orders(row: &Row, found: [f64; 3]) {
 /// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more (increment.rs). Beyond order 4
 /// these steps leave nothing but rounding (collocation.rs has longer ones).
 fn rows() -> impl Iterator<Item = &'static Row> {
-    METHODS.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
+    FIXED.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
 }
 
 /// Checks the local orders of every method that binds, at each point in 31 digits, and says how many did.
@@ -144,7 +145,7 @@ fn local_orders_on_modified_van_der_pol_in_31_digits() {
 }
 
 /// The oscillator bound to all but what leaves no error there (locally_exact.rs).
-fn bind_oscillator<T: Scalar>(row: &Row) -> Bound<T> {
+fn bind_oscillator<T: Number>(row: &Row) -> Bound<T> {
     if row.name == "locally-exact" {
         return Err(InputError::Unsupported { method: row.name, why: "it has no error" });
     }
@@ -231,7 +232,7 @@ fn printed_variants_are_refused_where_the_paper_prints_nothing() {
     fn taken<S: Misprinted<f64> + Linear<f64> + Curvature<f64> + 'static>(row: &Row, system: S) {
         assert!(linear::<f64, S>(row, system).is_ok());
     }
-    let printed: Vec<&Row> = METHODS.iter().filter(|row| row.needs == Needs::Printed).collect();
+    let printed: Vec<&Row> = FIXED.iter().filter(|row| row.needs == Needs::Printed).collect();
     assert_eq!(printed.len(), 6);
     for row in printed {
         refused(row, duffing());

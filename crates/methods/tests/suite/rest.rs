@@ -1,7 +1,8 @@
 //! Damped motion that comes to rest away from the origin, where forces are differences of large terms.
 
+use crate::bind::{curved, nonlinear, separable};
 use afterbay_core::{Curvature, Grid, Separable, State, System, Tolerance};
-use afterbay_methods::registry::{self, METHODS, Needs};
+use afterbay_methods::registry::{self, FIXED, Needs, Setting};
 use afterbay_systems::{Custom, Description, DissipationText, Duffing};
 use std::ops::ControlFlow;
 
@@ -27,14 +28,18 @@ fn comes_to_rest<S>(
     let total = start.total(system);
     let judge = |name: &str, h: f64, keeps_k: bool, state: &State<Vec<f64>>| {
         // H, and with it K, tells no nearer points of rest apart than the root of a rounding.
-        let near = if registry::find_adaptive(name).is_some() { 1e-7_f64.max(10.0 * h) } else { 1e-7 };
+        let near = if registry::find(name).is_some_and(registry::Row::is_adaptive) {
+            1e-7_f64.max(10.0 * h)
+        } else {
+            1e-7
+        };
         for (&q, &rest) in state.q.iter().zip(rest) {
             assert!((q - rest).abs() < near, "{name}, h = {h}: {state:?}");
         }
         let off = (state.total(system) - total).abs();
         assert!(!keeps_k || off < 1e-11, "{name}, h = {h}: K is off by {off:e}");
     };
-    for row in METHODS.iter().filter(|row| row.poles().is_empty() && row.needs != Needs::Linear) {
+    for row in FIXED.iter().filter(|row| row.poles().is_empty() && row.needs != Needs::Linear) {
         let Some(run) = bind(row) else { continue };
         for h in STEPS {
             let mut state = start.clone();
@@ -51,9 +56,11 @@ fn comes_to_rest<S>(
         registry::ADAPTIVE.iter().flat_map(|row| tolerances.map(|tolerance| (row, tolerance)))
     {
         let mut state = start.clone();
-        let within = registry::adaptive(row, system.clone()).unwrap();
+        let within = curved(row, system.clone()).unwrap();
         let done =
-            within.run(&Tolerance::all(tolerance), END, &mut state, &mut |_, _| ControlFlow::Continue(()));
+            within.run(Setting::Tolerance(Tolerance::all(tolerance), END), &mut state, 1, &mut |_, _| {
+                ControlFlow::Continue(())
+            });
         match done {
             Ok(_) => judge(row.name, tolerance, true, &state),
             Err(error) => panic!("{}, {tolerance}: {error}", row.name),
@@ -73,7 +80,7 @@ fn in_a_well() {
     for c in [0.8, 2.0, 3.0] {
         let system = Duffing::new(-1.0, 1.0, c).unwrap();
         let start = State::new(vec![1.5], vec![0.5]).unwrap();
-        comes_to_rest(&system, &start, &[1.0], |row| registry::nonlinear(row, system).ok());
+        comes_to_rest(&system, &start, &[1.0], |row| nonlinear(row, system).ok());
     }
 }
 
@@ -81,6 +88,6 @@ fn in_a_well() {
 fn of_a_bond() {
     let system = bond("(1 - exp(-(q1 - 2)))^2 + (q2 - 3)^2*(1 + q1^2/4)", &["p1", "0.7*p2"]);
     let start = State::new(vec![2.6, 2.0], vec![0.5, 0.2]).unwrap();
-    comes_to_rest(&system, &start, &[2.0, 3.0], |row| registry::separable(row, system.clone()).ok());
+    comes_to_rest(&system, &start, &[2.0, 3.0], |row| separable(row, system.clone()).ok());
     assert_eq!(system.dof(), 2);
 }

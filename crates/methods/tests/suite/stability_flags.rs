@@ -2,7 +2,7 @@
 
 use crate::linear_scenes;
 use afterbay_core::{IntegrateError, StepFailure};
-use afterbay_methods::registry::{Cost, METHODS, Row};
+use afterbay_methods::registry::{Cost, FIXED, Row};
 use linear_scenes::{Scene, gentle, scenes};
 
 /// What the eigenvalues of a step may exceed 1 by, for rounding: where the energy makes lengths, an eigenvalue of size 1 of
@@ -62,7 +62,7 @@ fn worst(row: &Row, scenes: &[Scene]) -> (f64, String, usize) {
 #[test]
 fn a_stable_is_what_stays_bounded_at_every_step() {
     let scenes = scenes();
-    for row in METHODS {
+    for row in FIXED {
         let (factor, place, judged) = worst(row, &scenes);
         println!("{:24} {} {factor:e} {place} ({judged})", row.name, row.a_stable);
         assert!(judged > 0, "{} was not judged", row.name);
@@ -75,7 +75,7 @@ fn a_stable_is_what_stays_bounded_at_every_step() {
 /// Every eigenvalue of the flow is real and negative or in the left half-plane, and times h beyond any measure.
 #[test]
 fn l_stable_is_what_vanishes_in_one_long_step() {
-    for row in METHODS {
+    for row in FIXED {
         assert!(row.a_stable || !row.l_stable, "{} is L-stable and not A-stable", row.name);
         let mut left = Vec::new();
         for scene in gentle() {

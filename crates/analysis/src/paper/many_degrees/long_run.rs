@@ -11,6 +11,7 @@ use crate::statistics::Fit;
 use crate::study::Problem;
 use crate::study::long_run::{self, LongRun, Setup};
 use crate::study::outcome::COMPLETED;
+use afterbay_systems::FPUT_CHAIN;
 use std::f64::consts::PI;
 
 /// Name, step, and whether roundings are kept from adding up.
@@ -34,7 +35,7 @@ pub(super) fn starts(extent: Extent) -> Vec<Problem> {
     let start = |i: u32| {
         let amplitude = 1.0 + f64::from(i) / 1024.0;
         let sine = |j: usize| amplitude * (PI * j as f64 / (n + 1) as f64).sin();
-        let model = Model::FputChain { n, beta: 1.0, c: 0.0 };
+        let model = Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.0]);
         Problem { model, q: (1..=n).map(sine).collect(), ..chain(n, 0.0) }
     };
     (0..extent.pick(4, 2)).map(start).collect()

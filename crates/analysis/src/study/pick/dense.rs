@@ -41,7 +41,7 @@ impl Dense {
         bound: f64,
         progress: &dyn Progress,
     ) -> Result<Self, IntegrateError> {
-        let subject = problem.model.subject::<f64>()?;
+        let system = problem.model.system::<f64>()?;
         let most = (MOST_NUMBERS / (6 * problem.model.dof())).max(FEWEST);
         let goal = |exact: &Solution<f64>| {
             let sizes = exact.states().flat_map(|state| [state.q, state.p, state.w].concat());
@@ -57,7 +57,7 @@ impl Dense {
                 (Err(_), Some(before)) => return Ok(before),
             };
             let goal = goal(&exact);
-            let dense = Self::of(&*subject, exact, spacing);
+            let dense = Self::of(&*system, exact, spacing);
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
             let misses = dense.cells.iter().filter(|doubt| doubt.most() > goal).count();
             // Eight times more states err by 8⁸ less; beside a kink they do not.
@@ -152,10 +152,10 @@ impl Dense {
 
     /// The largest of what K is made of along the solution.
     pub(super) fn scale(&self, problem: &Problem) -> Result<f64, InputError> {
-        let subject = problem.model.subject::<f64>()?;
+        let system = problem.model.system::<f64>()?;
         let of = |state: StateRef<'_, f64>| {
             let kinetic: f64 = state.p.iter().map(|p| p * p).sum();
-            state.energy(&*subject).abs() + state.w.iter().map(|w| w.abs()).sum::<f64>() + kinetic
+            state.energy(&*system).abs() + state.w.iter().map(|w| w.abs()).sum::<f64>() + kinetic
         };
         Ok(self.exact.states().map(of).fold(f64::MIN_POSITIVE, f64::max))
     }

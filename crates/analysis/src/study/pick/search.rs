@@ -1,10 +1,10 @@
 //! The search for the setting of one method, and its confirmation at the settings beside it.
 
-use super::setting::{Setting, TIGHTEST};
+use super::setting::{Choice, TIGHTEST};
 use super::trial::{Bench, Trial};
 use super::{Candidate, Wanted};
 use afterbay_core::IntegrateError;
-use afterbay_methods::registry::{AdaptiveRow, EXACT, Row};
+use afterbay_methods::registry::{EXACT, Row};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -44,7 +44,7 @@ pub(super) struct Search<'a> {
 
 /// What a search leaves.
 pub(super) struct Found {
-    pub(super) candidate: Option<(Candidate, Setting)>,
+    pub(super) candidate: Option<(Candidate, Choice)>,
     /// Every run, in the order of the search.
     pub(super) tried: Vec<Trial>,
 }
@@ -62,7 +62,7 @@ impl<'a> Search<'a> {
         trial.decisive <= self.wanted().error
     }
 
-    fn run(&mut self, setting: Setting) -> Result<Trial, IntegrateError> {
+    fn run(&mut self, setting: Choice) -> Result<Trial, IntegrateError> {
         if let Some(trial) = self.tried.get(&setting.key()) {
             return Ok(trial.clone());
         }
@@ -77,7 +77,7 @@ impl<'a> Search<'a> {
     /// A run of a fixed step, and why none with more steps is worth it.
     fn at(&mut self, row: &'static Row, steps: u64) -> Result<(Trial, Option<&'static str>), IntegrateError> {
         let clock = Instant::now();
-        let trial = self.run(Setting::Steps(row, steps))?;
+        let trial = self.run(Choice::Steps(row, steps))?;
         let took = clock.elapsed();
         let nanoseconds = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
         let shortest = self.shortest.load(Ordering::Relaxed);
@@ -96,10 +96,10 @@ impl<'a> Search<'a> {
         let candidate = match self.fewest(row)? {
             Reached::Within(steps) => {
                 let lacks = lack(row.keeps_k, row.passive, self.wanted());
-                self.confirmed(Setting::Steps(row, steps), lacks)?
+                self.confirmed(Choice::Steps(row, steps), lacks)?
             }
             Reached::Not(trial, why) => trial.map(|trial| {
-                let setting = Setting::Steps(row, trial.steps.max(1));
+                let setting = Choice::Steps(row, trial.steps.max(1));
                 (Candidate { run: *trial, why_not: Some(why), checked: None }, setting)
             }),
         };
@@ -107,11 +107,11 @@ impl<'a> Search<'a> {
     }
 
     /// The loosest tolerance within the bound, with all tolerances beside it.
-    pub(super) fn tolerance(mut self, row: &'static AdaptiveRow) -> Result<Found, IntegrateError> {
+    pub(super) fn tolerance(mut self, row: &'static Row) -> Result<Found, IntegrateError> {
         let bound = self.wanted().error;
         let (mut tolerance, mut good, mut nearest) = (bound.clamp(TIGHTEST, LOOSEST), None, None::<Trial>);
         for _ in 0..TRIES {
-            let trial = self.run(Setting::Tolerance(row, tolerance))?;
+            let trial = self.run(Choice::Tolerance(row, tolerance))?;
             if self.bench.progress.stopped() {
                 break;
             }
@@ -136,14 +136,14 @@ impl<'a> Search<'a> {
         let candidate = match (good, nearest) {
             (Some(tolerance), _) => {
                 let lacks = lack(true, row.passive, self.wanted());
-                self.confirmed(Setting::Tolerance(row, tolerance), lacks)?
+                self.confirmed(Choice::Tolerance(row, tolerance), lacks)?
             }
             (None, Some(run)) => {
                 let why =
                     format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", run.decisive);
                 Some((
                     Candidate { run, why_not: Some(why), checked: None },
-                    Setting::Tolerance(row, tolerance),
+                    Choice::Tolerance(row, tolerance),
                 ))
             }
             (None, None) => None,
@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
         Ok(self.leave(candidate))
     }
 
-    fn leave(self, candidate: Option<(Candidate, Setting)>) -> Found {
+    fn leave(self, candidate: Option<(Candidate, Choice)>) -> Found {
         let Self { tried, order, .. } = self;
         Found { candidate, tried: order.iter().filter_map(|key| tried.get(key).cloned()).collect() }
     }
@@ -220,9 +220,9 @@ impl<'a> Search<'a> {
     /// with the finer run.
     fn confirmed(
         &mut self,
-        from: Setting,
+        from: Choice,
         lacks: Option<&'static str>,
-    ) -> Result<Option<(Candidate, Setting)>, IntegrateError> {
+    ) -> Result<Option<(Candidate, Choice)>, IntegrateError> {
         let first = self.run(from)?;
         let refused =
             |run: Trial, why: String| Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)));
@@ -269,7 +269,7 @@ impl<'a> Search<'a> {
     }
 
     /// Notes the time of a run that qualifies.
-    fn qualifies(&self, setting: Setting) -> Result<(), IntegrateError> {
+    fn qualifies(&self, setting: Choice) -> Result<(), IntegrateError> {
         let clock = Instant::now();
         self.bench.run(setting)?;
         let nanoseconds = u64::try_from(clock.elapsed().as_nanos()).unwrap_or(u64::MAX);

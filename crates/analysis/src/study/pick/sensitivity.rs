@@ -64,7 +64,6 @@ pub(super) fn judge(
     if problem.model.dof() > LARGEST_BY_SERIES {
         return Ok(by_doubt);
     }
-    let subject = problem.model.subject::<Quad>()?;
     let (start, h) = (problem.start::<Quad>()?, Quad::from_f64(problem.end / TIMES as f64));
     // Every entry its own share, so that no direction is left out for its symmetry.
     let mut changed = start.clone();
@@ -72,7 +71,7 @@ pub(super) fn judge(
     for (i, x) in entries.enumerate() {
         *x += Quad::from_f64(CHANGE * (1.0 - 0.4 * (1.0 + i as f64).sin()));
     }
-    let follow = |start: &State<Vec<Quad>>| subject.solution(start, h, TIMES, progress);
+    let follow = |start: &State<Vec<Quad>>| problem.model.solution(start, h, TIMES, progress);
     let (one, other) = match (follow(&start), follow(&changed)) {
         (Ok(one), Ok(other)) => (one, other),
         (Err(IntegrateError::Interrupted), _) | (_, Err(IntegrateError::Interrupted)) => {

@@ -3,17 +3,17 @@
 use super::super::work_precision;
 use crate::progress::Progress;
 use crate::study::Problem;
-use afterbay_core::{IntegrateError, Scalar};
-use afterbay_methods::registry::{AdaptiveRow, Row};
+use afterbay_core::{Grid, InputError, IntegrateError, Scalar, Tolerance};
+use afterbay_methods::registry::{Row, Setting};
 use std::time::Duration;
 
-/// What a run is made by.
+/// What a run is made by, found by searching.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Setting {
+pub(super) enum Choice {
     /// So many equal steps.
     Steps(&'static Row, u64),
     /// Steps that follow from a tolerance.
-    Tolerance(&'static AdaptiveRow, f64),
+    Tolerance(&'static Row, f64),
 }
 
 /// The neighbours of a step within 5 %, the longest first, as they are the first to fail.
@@ -26,14 +26,7 @@ const TIGHTER: f64 = 0.7;
 /// No tolerance is tighter than this.
 pub(super) const TIGHTEST: f64 = 64.0 * <f64 as Scalar>::EPSILON;
 
-impl Setting {
-    pub(super) fn method(self) -> &'static str {
-        match self {
-            Self::Steps(row, _) => row.name,
-            Self::Tolerance(row, _) => row.name,
-        }
-    }
-
+impl Choice {
     /// What tells this setting from others of its method.
     pub(super) fn key(self) -> u64 {
         match self {
@@ -87,12 +80,22 @@ impl Setting {
 
     /// The time of a run that no one looks at, the fastest of several.
     pub(super) fn time(self, problem: &Problem, progress: &dyn Progress) -> Result<Duration, IntegrateError> {
+        work_precision::time(problem, self.row(), self.setting(problem.end)?, progress)
+    }
+
+    /// The method.
+    pub(super) fn row(self) -> &'static Row {
         match self {
-            Self::Steps(row, steps) => {
-                work_precision::time(problem, row, problem.end / steps as f64, progress)
-            }
-            Self::Tolerance(row, tolerance) => work_precision::time_within(problem, row, tolerance, progress),
+            Self::Steps(row, _) | Self::Tolerance(row, _) => row,
         }
+    }
+
+    /// What sets the steps of a run to the end.
+    pub(super) fn setting(self, end: f64) -> Result<Setting<f64>, InputError> {
+        Ok(match self {
+            Self::Steps(_, steps) => Setting::Step(Grid::of(end / steps as f64, steps)?),
+            Self::Tolerance(_, tolerance) => Setting::Tolerance(Tolerance::all(tolerance), end),
+        })
     }
 }
 
@@ -105,7 +108,7 @@ mod tests {
     fn neighbours_are_within_five_per_cent_or_next() {
         let row = find("rk4").expect("a method");
         let of =
-            |steps| Setting::Steps(row, steps).neighbours().into_iter().map(Setting::key).collect::<Vec<_>>();
+            |steps| Choice::Steps(row, steps).neighbours().into_iter().map(Choice::key).collect::<Vec<_>>();
         assert_eq!(of(1), [2]);
         assert_eq!(of(7), [6, 8]);
         assert_eq!(of(1000), [952, 962, 971, 980, 990, 999, 1001, 1010, 1020, 1031, 1042, 1053]);

@@ -2,16 +2,17 @@
 
 use super::Wanted;
 use super::dense::Dense;
-use super::setting::Setting;
-use crate::Subject;
+use super::setting::Choice;
 use crate::measured::{Doubt, Measured};
 use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
-use afterbay_core::{Effort, Grid, IntegrateError, State, StateRef, Tolerance};
+use crate::study::work_precision::ended;
+use afterbay_core::{Abilities, Effort, IntegrateError, State, StateRef};
 use serde::Serialize;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// States of a run that are compared with the reference, at the most. With fewer steps the state
 /// after each of them is.
@@ -91,7 +92,7 @@ pub(super) struct Bench<'a> {
     pub(super) wanted: Wanted,
     pub(super) dense: &'a Dense,
     pub(super) progress: &'a dyn Progress,
-    subject: Box<dyn Subject<f64>>,
+    system: Arc<dyn Abilities<f64>>,
     total: f64,
 }
 
@@ -123,8 +124,8 @@ fn off(found: StateRef<'_, f64>, z: &[f64]) -> [f64; 2] {
 
 impl Watch<'_> {
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        let Bench { problem, wanted, dense, progress, subject, total } = self.bench;
-        self.drift = self.drift.max((state.total(&**subject) - total).abs());
+        let Bench { problem, wanted, dense, progress, system, total } = self.bench;
+        self.drift = self.drift.max((state.total(&**system) - total).abs());
         if step > self.steps {
             self.passivity.see(state.w);
         }
@@ -163,21 +164,21 @@ impl<'a> Bench<'a> {
         dense: &'a Dense,
         progress: &'a dyn Progress,
     ) -> Result<Self, IntegrateError> {
-        let subject = problem.model.subject::<f64>()?;
-        let total = problem.start::<f64>()?.total(&*subject);
-        Ok(Self { problem, wanted, dense, progress, subject, total })
+        let system = problem.model.system::<f64>()?;
+        let total = problem.start::<f64>()?.total(&*system);
+        Ok(Self { problem, wanted, dense, progress, system, total })
     }
 
     /// Runs once. What goes wrong is in the trial.
     ///
     /// # Errors
     /// Those of the input.
-    pub(super) fn run(&self, setting: Setting) -> Result<Trial, IntegrateError> {
+    pub(super) fn run(&self, choice: Choice) -> Result<Trial, IntegrateError> {
         let (problem, mut state) = (self.problem, self.problem.start::<f64>()?);
         let mut watch = Watch {
             bench: self,
             drift: 0.0,
-            passivity: Passivity::new(self.subject.dissipation_form().passive, &state.w),
+            passivity: Passivity::new(self.system.dissipation_form().passive, &state.w),
             steps: 0,
             next: 0.0,
             samples: 0,
@@ -186,28 +187,12 @@ impl<'a> Bench<'a> {
             worst: (0.0, 0.0),
             z: vec![0.0; 3 * state.dof()],
         };
-        let (ending, effort, h, tolerance) = match setting {
-            Setting::Steps(row, steps) => {
-                let h = problem.end / steps as f64;
-                let grid = Grid::of(h, steps)?;
-                let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
-                let result = problem.model.bind(row)?.run(grid, &mut state, 1, look);
-                let ending = Ending::of(&result, steps, watch.steps);
-                (ending, result.ok(), h, None)
-            }
-            Setting::Tolerance(row, tolerance) => {
-                let method = problem.model.bind_adaptive(row)?;
-                let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
-                let result = method.run(&Tolerance::all(tolerance), problem.end, &mut state, look);
-                if let Err(IntegrateError::Input(error)) = result {
-                    return Err(error.into());
-                }
-                let ending = Ending::of(&result, 1, u64::from(state.t == problem.end));
-                let mean = if watch.steps > 0 { state.t / watch.steps as f64 } else { problem.end };
-                (ending, result.ok().map(|statistics| statistics.effort), mean, Some(tolerance))
-            }
-        };
-        Ok(self.judged(watch, setting.method(), (h, tolerance), (ending, effort), &state))
+        let (row, setting) = (choice.row(), choice.setting(problem.end)?);
+        let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
+        let result = problem.model.bind(row)?.run(setting, &mut state, 1, look);
+        let (ending, h, tolerance) = ended(&result, setting, watch.steps, &state, problem.end)?;
+        let effort = result.ok().map(|statistics| statistics.effort);
+        Ok(self.judged(watch, row.name, (h, tolerance), (ending, effort), &state))
     }
 
     fn judged(

@@ -6,7 +6,7 @@ use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef, Tolerance};
-use afterbay_methods::registry;
+use afterbay_methods::registry::{self, Setting};
 use std::ops::ControlFlow;
 
 /// Runs that differ by no more than this, beside the largest number in them, agree.
@@ -47,7 +47,7 @@ pub(super) fn by_runs(
             continue;
         }
         for tolerance in TOLERANCES {
-            match within(problem, name, tolerance, (h, count), progress) {
+            match by_tolerance(problem, name, tolerance, (h, count), progress) {
                 Ok(found) => others.push(found),
                 Err(IntegrateError::Interrupted) => return Err(IntegrateError::Interrupted),
                 // A run that fails is no reference; the others may be.
@@ -98,7 +98,7 @@ fn halved(
     let (method, dof) = (problem.model.bind(row)?, problem.model.dof());
     let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
         let mut solution = Solution::with_room(dof, count + 1);
-        let grid = Grid::of(h / parts as f64, count as u64 * parts)?;
+        let grid = Grid::<f64>::of(h / parts as f64, count as u64 * parts)?;
         method.run(grid, &mut problem.start()?, 1, &mut |step, state| {
             if step % parts == 0 {
                 solution.push(state);
@@ -140,17 +140,17 @@ fn halved(
     }
 }
 
-/// A run of a method that chooses its steps, from each of the times to the next.
-fn within(
+/// A run of a method that takes a tolerance, from each of the times to the next.
+fn by_tolerance(
     problem: &Problem,
     name: &'static str,
     tolerance: f64,
     (h, count): (f64, usize),
     progress: &dyn Progress,
 ) -> Result<Solution<f64>, IntegrateError> {
-    let row = registry::find_adaptive(name);
+    let row = registry::find(name);
     let row = row.ok_or(InputError::Unsupported { method: name, why: "it is not registered" })?;
-    let (method, dof) = (problem.model.bind_adaptive(row)?, problem.model.dof());
+    let (method, dof) = (problem.model.bind(row)?, problem.model.dof());
     let most = MOST_WORK / dof as u64;
     let mut state: State<Vec<f64>> = problem.start()?;
     let mut solution = Solution::with_room(dof, count + 1);
@@ -162,7 +162,7 @@ fn within(
             steps += 1;
             if steps > most { ControlFlow::Break(()) } else { heard(progress) }
         };
-        method.run(&Tolerance::all(tolerance), end, &mut state, &mut see)?;
+        method.run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut see)?;
         if progress.stopped() {
             return Err(IntegrateError::Interrupted);
         }

@@ -60,7 +60,7 @@ impl<T: Side> Vehicle<'_, T> {
         let mut at = from;
         while at < to && !progress.stopped() {
             let (next, every) = stretch(looks, watched, at, to);
-            let outcome = self.run.run(Grid::of(h, next - at)?, state, every, &mut |since, state| {
+            let outcome = self.run.run(Grid::<T>::of(h, next - at)?, state, every, &mut |since, state| {
                 let look = if since > 0 { looks.after(at + since) } else { None };
                 if since > 0 && (watched || look.is_some()) {
                     seen.watch(state.w);

@@ -121,9 +121,9 @@ impl Map<'_> {
             let model = self.problem.model.with(self.parameter, value)?;
             let problem = Problem { model, ..self.problem.clone() };
             problem.start::<f64>()?;
-            let subject = problem.model.subject::<f64>()?;
+            let system = problem.model.system::<f64>()?;
             let image = Image::new(&problem.model.periods());
-            Ok(Place { value, problem, subject, image })
+            Ok(Place { value, problem, system, image })
         };
         self.values.iter().map(place).collect()
     }
@@ -182,13 +182,13 @@ impl Map<'_> {
                 return Ok(found);
             }
         }
-        let each = |Place { problem, subject, image, .. }: &Place| -> Result<_, MapError> {
+        let each = |Place { problem, system, image, .. }: &Place| -> Result<_, MapError> {
             let (run, images) = (&problem.model.bind(rk4)?, std::slice::from_ref(image));
-            let exact = Exact { problem, run, system: &**subject, batch, images, progress };
+            let exact = Exact { problem, run, system: &**system, batch, images, progress };
             let found = exact.references()?.and_then(|lanes| lanes.into_iter().next());
             Ok(match found {
                 Some(found) => found,
-                None => of_start(problem, &**subject, image, batch.steps.len())?,
+                None => of_start(problem, &**system, image, batch.steps.len())?,
             })
         };
         group.iter().map(each).collect()

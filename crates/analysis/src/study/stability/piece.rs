@@ -8,12 +8,13 @@ use super::measure::Looks;
 use super::reference::Reference;
 use super::spectrum::spectral_radius;
 use super::verdict::Verdict;
-use crate::Subject;
+use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::study::{Problem, outcome};
-use afterbay_core::{InputError, Passive};
+use afterbay_core::{Abilities, InputError, Passive};
 use afterbay_methods::registry::{Row, Run};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// A row of `stability.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,7 +41,7 @@ pub struct StabilityRow {
 pub(super) struct Place {
     pub(super) value: f64,
     pub(super) problem: Problem,
-    pub(super) subject: Box<dyn Subject<f64>>,
+    pub(super) system: Arc<dyn Abilities<f64>>,
     pub(super) image: Image<f64>,
 }
 
@@ -61,7 +62,7 @@ pub(super) fn cells(
     (way, progress): (Way, &dyn Progress),
 ) -> Result<Vec<StabilityRow>, MapError> {
     let runs = places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;
-    let owed = |place: &Place| place.subject.dissipation_form().passive;
+    let owed = |place: &Place| place.system.dissipation_form().passive;
     let watched = !row.passive && places.iter().any(|place| owed(place) != Passive::No);
     let course = Course { h, looks, watched, progress };
     let cells: Vec<Cell<'_>> = places
@@ -69,8 +70,8 @@ pub(super) fn cells(
         .zip(&runs)
         .zip(exact)
         .map(|((place, run), &exact)| {
-            let Place { value, problem, subject, .. } = place;
-            Cell { problem, value: *value, run, system: &**subject, exact }
+            let Place { value, problem, system, .. } = place;
+            Cell { problem, value: *value, run, system: &**system, exact }
         })
         .collect();
     let side_by_side = match way {
@@ -99,5 +100,5 @@ pub(super) fn cells(
 }
 
 fn radius(place: &Place, run: &Run<f64>, h: f64) -> Result<Option<f64>, InputError> {
-    if place.subject.is_linear() { spectral_radius(run, place.subject.dof(), h) } else { Ok(None) }
+    if is_linear(&place.system) { spectral_radius(run, place.system.dof(), h) } else { Ok(None) }
 }

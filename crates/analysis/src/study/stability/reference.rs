@@ -158,7 +158,7 @@ impl<T: Side> Exact<'_, T> {
         let Some(beside) = Image::beside(image) else { return Ok(None) };
         let mut walk = Walk::new(self.system, beside, dof, self.batch.steps.len());
         let mut events = self.batch.events.iter().peekable();
-        let ended = self.run.run(Grid::of(length, count)?, &mut state, 1, &mut |n, state| {
+        let ended = self.run.run(Grid::<T>::of(length, count)?, &mut state, 1, &mut |n, state| {
             walk.arrive(state);
             // The last step ends at the end but for rounding.
             let t = if n < count { length * n as f64 } else { f64::INFINITY };

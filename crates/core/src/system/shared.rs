@@ -1,0 +1,78 @@
+//! A shared system is a system.
+
+use super::coupling::Coupling;
+use super::dissipation::{Dissipation, DissipationForm};
+use super::hamiltonian::System;
+use super::separable::Separable;
+use crate::numbers::{Line, Scalar};
+use std::sync::Arc;
+
+impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
+    #[inline]
+    fn dof(&self) -> usize {
+        (**self).dof()
+    }
+    #[inline]
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        (**self).energy(q, p)
+    }
+    #[inline]
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        (**self).gradient(q, p, hq, hp);
+    }
+    #[inline]
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        (**self).dissipation(q, p, v, d);
+    }
+    #[inline]
+    fn dissipation_form(&self) -> DissipationForm {
+        (**self).dissipation_form()
+    }
+    #[inline]
+    fn unit_mass(&self) -> bool {
+        (**self).unit_mass()
+    }
+    #[inline]
+    fn coupling(&self) -> Coupling {
+        (**self).coupling()
+    }
+    #[inline]
+    fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        (**self).kinks(q, p, put);
+    }
+    #[inline]
+    fn may_be_singular(&self) -> bool {
+        (**self).may_be_singular()
+    }
+    #[inline]
+    fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        (**self).is_singular_between(from, to)
+    }
+}
+
+impl<T: Scalar, S: Separable<T> + ?Sized> Separable<T> for Arc<S> {
+    #[inline]
+    fn mass(&self, j: usize) -> T {
+        (**self).mass(j)
+    }
+    #[inline]
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        (**self).partial(q, j, at)
+    }
+    #[inline]
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        (**self).divided_difference(q, j, to)
+    }
+    #[inline]
+    fn has_exact_divided_differences(&self) -> bool {
+        (**self).has_exact_divided_differences()
+    }
+    #[inline]
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        (**self).is_singular_along(q, j, to)
+    }
+    #[inline]
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        (**self).dissipation_of(q, p, j)
+    }
+}

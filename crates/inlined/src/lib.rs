@@ -1,0 +1,56 @@
+//! Methods compiled for one system each, where that was measured to pay: cheap steps of few degrees of
+//! freedom, in which calls through a table of functions would take as long as the step.
+//!
+//! Each form computes what that of [`afterbay_methods::registry::bind`] does, to the bit. A system needs no
+//! row here.
+
+use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform};
+use afterbay_methods::registry::{Row, Run, inlined};
+use afterbay_systems::{
+    Custom, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
+};
+use std::any::Any;
+use std::sync::Arc;
+
+type Untyped = Arc<dyn Any + Send + Sync>;
+type Form = Option<Result<Run<f64>, InputError>>;
+
+/// Binds a method to a system in the form compiled for it; none where there is none.
+pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
+    const FORMS: [fn(&Row, Untyped) -> Form; 8] = [
+        linear::<DampedOscillator<f64>>,
+        one_degree::<Duffing<f64>>,
+        one_degree::<VanDerPol<f64>>,
+        one_degree::<ModifiedVanDerPol<f64>>,
+        equal_members::<FputChain<f64>>,
+        equal_members::<VanDerPolRing<f64>>,
+        few_degrees::<DampedDoublePendulum<f64>>,
+        one_degree::<Custom<f64>>,
+    ];
+    FORMS.iter().find_map(|form| form(row, system.clone()))
+}
+
+fn one_degree<S: Abilities<f64> + Separable<f64> + Curvature<f64>>(row: &Row, system: Untyped) -> Form {
+    let system = system.downcast::<S>().ok().filter(|system| system.dof() == 1)?;
+    inlined::one_degree(row, system)
+}
+
+fn linear<S>(row: &Row, system: Untyped) -> Form
+where
+    S: Abilities<f64> + Linear<f64> + Curvature<f64>,
+{
+    inlined::linear(row, system.downcast::<S>().ok()?)
+}
+
+fn few_degrees<S: Curvature<f64> + 'static>(row: &Row, system: Untyped) -> Form {
+    inlined::few_degrees::<Vec<f64>, [f64; 2], S>(row, system.downcast::<S>().ok()?)
+}
+
+fn equal_members<S>(row: &Row, system: Untyped) -> Form
+where
+    S: Uniform + Curvature<f64> + 'static,
+    S::Lanes: 'static,
+{
+    inlined::equal_members(row, system.downcast::<S>().ok()?)
+}

@@ -1,0 +1,144 @@
+//! The catalogue: one row a system.
+//!
+//! A system enters it by [`Family`], in its own file, and by its row in [`SYSTEMS`].
+
+mod forms;
+
+pub use forms::{Compensable, Expandable, Number, Ranges, TERMS, custom_ranges, ranges};
+
+use crate::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+};
+use afterbay_core::{Abilities, InputError, Scalar};
+use forms::Forms;
+
+/// A system in every scalar, with what is to be known of it beforehand. It is implemented for the system
+/// in `f64`.
+pub trait Family: 'static {
+    /// The system in a scalar.
+    type Of<T: Scalar>: Abilities<T>;
+
+    /// Its name in scenes and tables.
+    const NAME: &'static str;
+    /// Its equations.
+    const EQUATIONS: &'static str;
+    /// Its parameters. The first is `n`, the number of degrees of freedom, where [`Family::DOF`] is none.
+    const PARAMETERS: &'static [Parameter];
+    /// What they may be, in words.
+    const RANGES: &'static str;
+    /// What is known of its solution.
+    const SOLUTION: &'static str;
+    /// The number of degrees of freedom, where it is no parameter.
+    const DOF: Option<usize>;
+    /// The period of each coordinate, where they are angles.
+    const PERIOD: Option<f64> = None;
+
+    /// The system with `n` degrees of freedom and the other parameters in their order.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] for one out of range, [`InputError::Length`] for another number of them.
+    fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<Self::Of<T>, InputError>;
+}
+
+/// A parameter of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// Its name in scenes.
+    pub name: &'static str,
+    /// Its unit, for a unit mass.
+    pub unit: &'static str,
+}
+
+impl Parameter {
+    /// A parameter in a unit.
+    pub const fn new(name: &'static str, unit: &'static str) -> Self {
+        Self { name, unit }
+    }
+}
+
+/// The parameters, if there are as many as there should be.
+pub(crate) fn exactly<T: Scalar, const K: usize>(parameters: &[T]) -> Result<[T; K], InputError> {
+    let (name, value) = ("parameters", parameters.len() as f64);
+    let wrong = InputError::Parameter { name, value, range: "as many as the system has" };
+    parameters.try_into().map_err(|_| wrong)
+}
+
+/// A system in the list of systems.
+#[derive(Clone, Copy, Debug)]
+pub struct SystemRow {
+    /// Its name in scenes and tables.
+    pub name: &'static str,
+    /// Its equations.
+    pub equations: &'static str,
+    /// Its parameters. The first is `n`, the number of degrees of freedom, where `dof` is none.
+    pub parameters: &'static [Parameter],
+    /// What they may be, in words.
+    pub ranges: &'static str,
+    /// What is known of its solution.
+    pub solution: &'static str,
+    /// The number of degrees of freedom, where it is no parameter.
+    pub dof: Option<usize>,
+    /// The period of each coordinate, where they are angles.
+    pub period: Option<f64>,
+    forms: Forms,
+}
+
+/// Two rows are the same where they have the same name.
+impl PartialEq for SystemRow {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl SystemRow {
+    /// The row of a system.
+    pub const fn of<F: Family>() -> Self {
+        Self {
+            name: F::NAME,
+            equations: F::EQUATIONS,
+            parameters: F::PARAMETERS,
+            ranges: F::RANGES,
+            solution: F::SOLUTION,
+            dof: F::DOF,
+            period: F::PERIOD,
+            forms: Forms::of::<F>(),
+        }
+    }
+
+    /// Is the parameter a whole number?
+    pub fn is_count(&self, index: usize) -> bool {
+        self.dof.is_none() && index == 0
+    }
+}
+
+/// Every system there is, but [`Custom`](crate::Custom).
+pub static SYSTEMS: [&SystemRow; 7] = [
+    &DAMPED_OSCILLATOR,
+    &DUFFING,
+    &VAN_DER_POL,
+    &MODIFIED_VAN_DER_POL,
+    &FPUT_CHAIN,
+    &VAN_DER_POL_RING,
+    &DAMPED_DOUBLE_PENDULUM,
+];
+
+/// The damped oscillator.
+pub static DAMPED_OSCILLATOR: SystemRow = SystemRow::of::<DampedOscillator<f64>>();
+/// The Duffing oscillator.
+pub static DUFFING: SystemRow = SystemRow::of::<Duffing<f64>>();
+/// The Van der Pol oscillator.
+pub static VAN_DER_POL: SystemRow = SystemRow::of::<VanDerPol<f64>>();
+/// The Van der Pol oscillator in a Duffing potential.
+pub static MODIFIED_VAN_DER_POL: SystemRow = SystemRow::of::<ModifiedVanDerPol<f64>>();
+/// The damped FPUT-β chain.
+pub static FPUT_CHAIN: SystemRow = SystemRow::of::<FputChain<f64>>();
+/// The ring of Van der Pol oscillators.
+pub static VAN_DER_POL_RING: SystemRow = SystemRow::of::<VanDerPolRing<f64>>();
+/// The damped double pendulum.
+pub static DAMPED_DOUBLE_PENDULUM: SystemRow = SystemRow::of::<DampedDoublePendulum<f64>>();
+
+/// What is known of a solution with few degrees of freedom.
+pub(crate) const BY_SERIES: &str = "Taylor series with a doubt, in 106 bits";
+/// What is known of a solution with any number of degrees of freedom.
+pub(crate) const BY_SIZE: &str =
+    "Taylor series with a doubt, in 106 bits; in 53 beyond 16 degrees of freedom";

@@ -1,0 +1,221 @@
+//! The scalars systems are made in. What is made is compiled here, once a scalar, and not in the crates
+//! that ask for it.
+
+use super::{Family, SystemRow};
+use crate::Custom;
+use afterbay_core::{
+    Abilities, Corrected, InputError, Interval, Lanewise, Quad, Scalar, Separable, Series, System, f64x4,
+    f64x8,
+};
+use std::sync::Arc;
+
+/// Terms of the series solutions are made of.
+pub const TERMS: usize = 24;
+
+/// Series of intervals, in which the defect of a solution is enclosed.
+pub type Ranges = Series<Interval, TERMS>;
+
+/// Makes a system of `n` degrees of freedom from its other parameters.
+type Make<T, S> = fn(usize, &[T]) -> Result<Arc<S>, InputError>;
+/// The same of a system that is separable; none where it is not.
+type MakeSeparable<T> = fn(usize, &[T]) -> Result<Option<Arc<dyn Separable<T>>>, InputError>;
+
+/// A system in every scalar.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Forms {
+    f64: Make<f64, dyn Abilities<f64>>,
+    quad: Make<Quad, dyn Abilities<Quad>>,
+    four: Make<f64x4, dyn Abilities<f64x4>>,
+    eight: Make<f64x8, dyn Abilities<f64x8>>,
+    corrected: MakeSeparable<Corrected<f64>>,
+    corrected_four: MakeSeparable<Corrected<f64x4>>,
+    corrected_eight: MakeSeparable<Corrected<f64x8>>,
+    series: Make<Series<f64, TERMS>, dyn System<Series<f64, TERMS>>>,
+    series_quad: Make<Series<Quad, TERMS>, dyn System<Series<Quad, TERMS>>>,
+    ranges: Make<Ranges, dyn System<Ranges>>,
+}
+
+fn asked<F: Family, T: Scalar>(n: usize, parameters: &[T]) -> Result<Arc<dyn Abilities<T>>, InputError> {
+    Ok(Arc::new(F::make(n, parameters)?))
+}
+
+fn separable<F: Family, T: Scalar>(
+    n: usize,
+    parameters: &[T],
+) -> Result<Option<Arc<dyn Separable<T>>>, InputError> {
+    Ok(Arc::new(F::make(n, parameters)?).separable())
+}
+
+fn field<F: Family, T: Scalar>(n: usize, parameters: &[T]) -> Result<Arc<dyn System<T>>, InputError> {
+    Ok(Arc::new(F::make(n, parameters)?))
+}
+
+impl Forms {
+    pub(super) const fn of<F: Family>() -> Self {
+        Self {
+            f64: asked::<F, _>,
+            quad: asked::<F, _>,
+            four: asked::<F, _>,
+            eight: asked::<F, _>,
+            corrected: separable::<F, _>,
+            corrected_four: separable::<F, _>,
+            corrected_eight: separable::<F, _>,
+            series: field::<F, _>,
+            series_quad: field::<F, _>,
+            ranges: field::<F, _>,
+        }
+    }
+}
+
+/// Lifts a parameter, by its name and value, into a scalar.
+type Lift<'a, T> = &'a dyn Fn(&str, f64) -> T;
+
+/// A scalar methods run in: systems are made in it and asked what they can do.
+pub trait Number: Scalar {
+    /// The system of a row.
+    ///
+    /// # Errors
+    /// Those of [`Family::make`].
+    fn system(row: &SystemRow, n: usize, parameters: &[Self])
+    -> Result<Arc<dyn Abilities<Self>>, InputError>;
+
+    /// A system of expressions.
+    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>>;
+}
+
+impl Number for f64 {
+    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+        (row.forms.f64)(n, x)
+    }
+    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        Arc::new(system.lift(lift))
+    }
+}
+
+impl Number for Quad {
+    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+        (row.forms.quad)(n, x)
+    }
+    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        Arc::new(system.lift(lift))
+    }
+}
+
+impl Number for f64x4 {
+    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+        (row.forms.four)(n, x)
+    }
+    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        Arc::new(system.lift(lift))
+    }
+}
+
+impl Number for f64x8 {
+    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+        (row.forms.eight)(n, x)
+    }
+    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        Arc::new(system.lift(lift))
+    }
+}
+
+/// A scalar increments are compensated in: separable systems are made in [`Corrected`] numbers of it.
+pub trait Compensable: Number + Lanewise {
+    /// The system of a row; none where it is not separable.
+    ///
+    /// # Errors
+    /// Those of [`Family::make`].
+    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>>;
+
+    /// A system of expressions.
+    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>>;
+}
+
+/// A separable system, if the one made is.
+type Made<T> = Result<Option<Arc<dyn Separable<T>>>, InputError>;
+
+fn exact<T: Lanewise>(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<T>>> {
+    Arc::new(system.map(|x| Corrected::exact(T::from_f64(x))))
+}
+
+impl Compensable for f64 {
+    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
+        (row.forms.corrected)(n, x)
+    }
+    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>> {
+        exact(system)
+    }
+}
+
+impl Compensable for f64x4 {
+    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
+        (row.forms.corrected_four)(n, x)
+    }
+    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>> {
+        exact(system)
+    }
+}
+
+impl Compensable for f64x8 {
+    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
+        (row.forms.corrected_eight)(n, x)
+    }
+    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>> {
+        exact(system)
+    }
+}
+
+/// A system in series of a scalar.
+type Field<T> = Arc<dyn System<Series<T, TERMS>>>;
+
+/// A scalar solutions are expanded in: systems are made in series of it.
+pub trait Expandable: Number {
+    /// The system of a row.
+    ///
+    /// # Errors
+    /// Those of [`Family::make`].
+    fn series(
+        row: &SystemRow,
+        n: usize,
+        parameters: &[Series<Self, TERMS>],
+    ) -> Result<Field<Self>, InputError>;
+
+    /// A system of expressions.
+    fn custom_series(system: &Custom<f64>) -> Field<Self>;
+}
+
+fn expanded<T: Scalar>(system: &Custom<f64>) -> Field<T> {
+    Arc::new(system.map(|x| Series::constant(T::from_f64(x))))
+}
+
+impl Expandable for f64 {
+    fn series(row: &SystemRow, n: usize, x: &[Series<Self, TERMS>]) -> Result<Field<Self>, InputError> {
+        (row.forms.series)(n, x)
+    }
+    fn custom_series(system: &Custom<f64>) -> Field<Self> {
+        expanded(system)
+    }
+}
+
+impl Expandable for Quad {
+    fn series(row: &SystemRow, n: usize, x: &[Series<Self, TERMS>]) -> Result<Field<Self>, InputError> {
+        (row.forms.series_quad)(n, x)
+    }
+    fn custom_series(system: &Custom<f64>) -> Field<Self> {
+        expanded(system)
+    }
+}
+
+/// The system of a row in series of intervals.
+///
+/// # Errors
+/// Those of [`Family::make`].
+pub fn ranges(row: &SystemRow, n: usize, parameters: &[f64]) -> Result<Arc<dyn System<Ranges>>, InputError> {
+    let parameters: Vec<_> = parameters.iter().map(|&x| Series::constant(Interval::from_f64(x))).collect();
+    (row.forms.ranges)(n, &parameters)
+}
+
+/// A system of expressions in series of intervals.
+pub fn custom_ranges(system: &Custom<f64>) -> Arc<dyn System<Ranges>> {
+    Arc::new(system.map(|x| Series::constant(Interval::from_f64(x))))
+}
