@@ -16,8 +16,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ring = VanDerPolRing::new(N, 1.0, 0.5)?;
     let sine = |j: usize| (std::f64::consts::PI * (j + 1) as f64 / (N + 1) as f64).sin();
     let wave = State::new(std::array::from_fn(sine), [0.0; N])?;
-    let kicked =
-        State::new(std::array::from_fn(|j| 2.0 * sine(3 * j)), std::array::from_fn(|j| sine(5 * j)))?;
+    let kicked = State::new(
+        std::array::from_fn(|j| 2.0 * sine(3 * j)),
+        std::array::from_fn(|j| sine(5 * j)),
+    )?;
     println!("{:>44}  errors of (q, p) and of w with about so many sweeps for a unit of time", "");
     print!("{:44}", "");
     RATES.iter().for_each(|rate| print!("  {rate:^17}"));
@@ -33,7 +35,9 @@ fn table<S: Separable<f64>>(
     start: &State<[f64; N]>,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let end = &taylor::trajectory::<_, _, 24>(exact, start, END, 1)?[1];
-    let off = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let off = |a: &[f64; N], b: &[f64; N]| {
+        a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
     for (label, composition) in [
         ("order 2, a pair", Composition::pair()),
         ("order 4, Suzuki, 5 pairs", Composition::suzuki4()),
@@ -48,7 +52,8 @@ fn table<S: Separable<f64>>(
             let count = (rate * END / composition.sweeps() as f64).round();
             let mut state = start.clone();
             let grid = Grid { h: END / count, steps: count as u64 };
-            match integrate(&Increment::new(composition.clone()), system, grid, &mut state, &mut ()) {
+            match integrate(&Increment::new(composition.clone()), system, grid, &mut state, &mut ())
+            {
                 Ok(_) => {
                     let qp = off(&state.q, &end.q).max(off(&state.p, &end.p));
                     print!("  {qp:>8.1e} {:>8.1e}", off(&state.w, &end.w));

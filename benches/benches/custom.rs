@@ -6,9 +6,12 @@
 
 use afterbay_benches::written::{HenonHeiles, Morse, Pendulum};
 use afterbay_core::{Curvature, Grid, Method, Separable, State, Vector, integrate};
-use afterbay_methods::{Collocation, Composition, Gonzalez, Increment, Leapfrog, ModDg, Relaxed, Rk4};
+use afterbay_methods::{
+    Collocation, Composition, Gonzalez, Increment, Leapfrog, ModDg, Relaxed, Rk4,
+};
 use afterbay_systems::{
-    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, VanDerPol, VanDerPolRing,
+    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, VanDerPol,
+    VanDerPolRing,
 };
 use std::time::Instant;
 
@@ -20,8 +23,11 @@ const WORK: usize = 2_000;
 
 fn main() {
     // `cargo test` runs benches too, without this argument: once is enough to see that they work.
-    let (rounds, turns) =
-        if std::env::args().any(|argument| argument == "--bench") { (ROUNDS, TURNS) } else { (1, 1) };
+    let (rounds, turns) = if std::env::args().any(|argument| argument == "--bench") {
+        (ROUNDS, TURNS)
+    } else {
+        (1, 1)
+    };
     let texts = |x: &[&str]| x.iter().map(|&x| x.to_owned()).collect::<Vec<_>>();
     let custom = |potential: &str, dissipation: Vec<String>, parameters: &[(&str, f64)]| {
         let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
@@ -36,8 +42,11 @@ fn main() {
     let oscillator = DampedOscillator::new(1.0, 0.1).expect("parameters in range");
     let own_oscillator = custom("k*q1^2/2", texts(&["b*p1"]), &[("k", 1.0), ("b", 0.1)]);
     let duffing = Duffing::new(1.0, 0.5, 0.1).expect("finite parameters");
-    let own_duffing =
-        custom("alpha*q1^2/2 + beta*q1^4/4", texts(&["c*p1"]), &[("alpha", 1.0), ("beta", 0.5), ("c", 0.1)]);
+    let own_duffing = custom(
+        "alpha*q1^2/2 + beta*q1^4/4",
+        texts(&["c*p1"]),
+        &[("alpha", 1.0), ("beta", 0.5), ("c", 0.1)],
+    );
     let van_der_pol = VanDerPol::new(1.0).expect("a finite parameter");
     let own_van_der_pol = custom("q1^2/2", texts(&["-mu*(1 - q1^2)*p1"]), &[("mu", 1.0)]);
 
@@ -83,7 +92,13 @@ fn main() {
         table.with_edges("pendulum", &own_pendulum, &pendulum);
         table.with_edges("Morse bond", &own_morse, &morse);
         let pair = Increment::new(Composition::pair());
-        table.compare("increment-2, Hénon-Heiles", &inside, &pair, &own_henon_heiles, &henon_heiles);
+        table.compare(
+            "increment-2, Hénon-Heiles",
+            &inside,
+            &pair,
+            &own_henon_heiles,
+            &henon_heiles,
+        );
         table.with_many("chain of 64", &start, &own_chain, &chain);
         table.with_many("ring of 64", &start, &own_ring, &ring);
     }
@@ -142,8 +157,14 @@ impl Table {
         self.compare(&format!("collocation-4, {name}"), start, &Collocation::new(2), own, built_in);
     }
 
-    fn compare<V, M, B>(&mut self, name: &str, start: &State<V>, method: &M, own: &Custom<f64>, built_in: &B)
-    where
+    fn compare<V, M, B>(
+        &mut self,
+        name: &str,
+        start: &State<V>,
+        method: &M,
+        own: &Custom<f64>,
+        built_in: &B,
+    ) where
         V: Vector<Scalar = f64>,
         M: Method<V, Custom<f64>> + Method<V, B>,
         B: Separable<f64>,
@@ -154,7 +175,8 @@ impl Table {
             assert!((a - b).abs() < 1e-6, "{name}: {a} is not {b}");
         }
         let times = (0..self.turns).map(|_| turn().map(|(time, _)| time));
-        let least = times.fold([f64::INFINITY; 2], |least, times| [0, 1].map(|i| least[i].min(times[i])));
+        let least =
+            times.fold([f64::INFINITY; 2], |least, times| [0, 1].map(|i| least[i].min(times[i])));
         match self.rows.iter_mut().find(|row| row.0 == name) {
             Some((_, before)) => *before = [0, 1].map(|i| before[i].min(least[i])),
             None => self.rows.push((name.to_owned(), least)),

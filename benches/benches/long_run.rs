@@ -37,7 +37,8 @@ fn main() {
     let setups: Vec<_> = RUNS.into_iter().filter_map(setup).collect();
     println!("the chain: (K - K0)/K0 over {steps} steps, {} starts", starts.len());
     table(&long_run::run(&starts, &setups, steps, &Silent).expect("the input is in range"));
-    let cycle = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.0], end: 0.0 };
+    let cycle =
+        Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.0], end: 0.0 };
     let setups: Vec<_> =
         [false, true].into_iter().filter_map(|how| setup(("increment-2", 0.1, how))).collect();
     println!("Van der Pol, μ = 1, on the limit cycle: the same over {} steps", steps / 10);
@@ -97,9 +98,11 @@ fn time(
     q: &[f64],
     steps: u64,
 ) -> f64 {
-    let mut state = State::new(std::array::from_fn(|j| q[j]), [0.0; 8]).expect("the start is finite");
+    let mut state =
+        State::new(std::array::from_fn(|j| q[j]), [0.0; 8]).expect("the start is finite");
     let begin = Instant::now();
-    integrate(method, system, Grid { h: 0.1, steps }, &mut state, &mut ()).expect("the chain is bounded");
+    integrate(method, system, Grid { h: 0.1, steps }, &mut state, &mut ())
+        .expect("the chain is bounded");
     begin.elapsed().as_secs_f64()
 }
 

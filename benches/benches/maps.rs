@@ -24,7 +24,10 @@ fn main() {
     let (turns, least_steps) = if full { (TURNS, STEPS) } else { (1, 100) };
     let pools = [1, 2].map(pool);
 
-    println!("{:36} {:>10} {:>10} {:>7}", "ns a step and cell, one core", "alone", "lanes", "ratio");
+    println!(
+        "{:36} {:>10} {:>10} {:>7}",
+        "ns a step and cell, one core", "alone", "lanes", "ratio"
+    );
     let (values, steps) = (spread(16, 0.02, 1.0, false), [0.02, 0.05, 0.1, 0.2]);
     for (model, name) in [(oscillator(), "b"), (duffing(), "c")] {
         for method in METHODS {
@@ -92,7 +95,9 @@ fn map<'a>(
 /// `count` values from `low` to `high`.
 fn spread(count: usize, low: f64, high: f64, logarithmic: bool) -> Vec<f64> {
     let share = |i: usize| i as f64 / (count - 1) as f64;
-    let at = |i| if logarithmic { low * (high / low).powf(share(i)) } else { low + (high - low) * share(i) };
+    let at = |i| {
+        if logarithmic { low * (high / low).powf(share(i)) } else { low + (high - low) * share(i) }
+    };
     (0..count).map(at).collect()
 }
 
@@ -116,18 +121,28 @@ fn compare(map: &Map<'_>, methods: &[&'static Row], pool: &ThreadPool, turns: us
         let references = map.references(&Silent).expect("references");
         let mut least = [f64::INFINITY; 2];
         for _ in 0..turns {
-            let (alone, one) = seconds(|| map.judge_alone(methods, &references, &Silent).expect("cells"));
-            let (lanes, eight) = seconds(|| map.judge(methods, &references, &Silent).expect("cells"));
+            let (alone, one) =
+                seconds(|| map.judge_alone(methods, &references, &Silent).expect("cells"));
+            let (lanes, eight) =
+                seconds(|| map.judge(methods, &references, &Silent).expect("cells"));
             assert_eq!(one, eight);
             let steps: u64 = one.iter().map(|cell| cell.steps_done).sum();
-            least = [least[0].min(alone * 1e9 / steps as f64), least[1].min(lanes * 1e9 / steps as f64)];
+            least = [
+                least[0].min(alone * 1e9 / steps as f64),
+                least[1].min(lanes * 1e9 / steps as f64),
+            ];
         }
         least
     })
 }
 
 /// Seconds of a map on each pool.
-fn cores(map: &Map<'_>, methods: &[&'static Row], pools: &[ThreadPool; 2], turns: usize) -> [f64; 2] {
+fn cores(
+    map: &Map<'_>,
+    methods: &[&'static Row],
+    pools: &[ThreadPool; 2],
+    turns: usize,
+) -> [f64; 2] {
     let references = map.references(&Silent).expect("references");
     let mut least = [f64::INFINITY; 2];
     for _ in 0..turns {

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 fn steps(criterion: &mut Criterion) {
     for pair in pairs() {
-        let mut group = criterion.benchmark_group(format!("{}: {}", pair.subject.name(), pair.name));
+        let mut group =
+            criterion.benchmark_group(format!("{}: {}", pair.subject.name(), pair.name));
         group.throughput(Throughput::Elements(STEPS));
         group.bench_function("generic", |bencher| bencher.iter(&pair.generic));
         group.bench_function("by hand", |bencher| bencher.iter(&pair.by_hand));

@@ -93,7 +93,8 @@ fn rk4(task: Task, force: impl Fn(f64) -> f64, c: f64) -> Option<[f64; 3]> {
         let dq = sixth.mul_add(v4, third.mul_add(v3, third.mul_add(v2, sixth * v1)));
         let early = third.mul_add(d3 + f3, third.mul_add(d2 + f2, sixth * (d1 + f1)));
         let dp = sixth.mul_add(d4, sixth.mul_add(f4, early));
-        let dw = sixth.mul_add(d4 * v4, third.mul_add(d3 * v3, third.mul_add(d2 * v2, sixth * (d1 * v1))));
+        let dw = sixth
+            .mul_add(d4 * v4, third.mul_add(d3 * v3, third.mul_add(d2 * v2, sixth * (d1 * v1))));
         let (q1, p1, w1) = (q + dq, p - dp, w + dw);
         if !(finite(q1) & finite(p1) & finite(w1)) {
             return None;
@@ -209,7 +210,8 @@ impl Duffing {
         let mut w = 0.0;
         let (half, drain) = (0.5 * h, h * self.c);
         let (damp, bend) = (half * self.c, half * h);
-        let (half_alpha, half_beta, quarter_beta) = (0.5 * self.alpha, 0.5 * self.beta, 0.25 * self.beta);
+        let (half_alpha, half_beta, quarter_beta) =
+            (0.5 * self.alpha, 0.5 * self.beta, 0.25 * self.beta);
         for _ in 0..steps {
             let (square, reach) = (q * q, q.abs() / h);
             let v = solve(p, reach, |v| {
@@ -234,7 +236,8 @@ impl Duffing {
     pub(crate) fn conservative_moddg(self, task: Task) -> Option<[f64; 3]> {
         let Task { h, steps, mut q, mut p } = task;
         let (half, bend) = (0.5 * h, 0.5 * h * h);
-        let (half_alpha, half_beta, quarter_beta) = (0.5 * self.alpha, 0.5 * self.beta, 0.25 * self.beta);
+        let (half_alpha, half_beta, quarter_beta) =
+            (0.5 * self.alpha, 0.5 * self.beta, 0.25 * self.beta);
         for _ in 0..steps {
             let (square, reach) = (q * q, q.abs() / h);
             let v = solve(p, reach, |v| {

@@ -36,7 +36,8 @@ impl Colours {
 
     /// H + Σ w
     pub fn total(&self) -> f64 {
-        let q = |j: usize| self.q[j % 2][j / 2 % self.q[0].len()].to_array()[j / 2 / self.q[0].len()];
+        let q =
+            |j: usize| self.q[j % 2][j / 2 % self.q[0].len()].to_array()[j / 2 / self.q[0].len()];
         let n = 16 * self.q[0].len();
         let at = |j: usize| if j == 0 || j == n + 1 { 0.0 } else { q(j - 1) };
         let bonds = (0..=n)
@@ -104,8 +105,10 @@ fn member(
         let to = h.mul_add(v, q);
         let (r1, s1) = (to - left, to - right);
         let (a, b) = (r + r1, s + s1);
-        let (ka, kb) =
-            (quarter_beta.mul_add(r1.mul_add(r1, r2), half), quarter_beta.mul_add(s1.mul_add(s1, s2), half));
+        let (ka, kb) = (
+            quarter_beta.mul_add(r1.mul_add(r1, r2), half),
+            quarter_beta.mul_add(s1.mul_add(s1, s2), half),
+        );
         let force = a.mul_add(ka, b * kb);
         let stiffness = (half_beta * r1).mul_add(a, ka) + (half_beta * s1).mul_add(b, kb);
         let residual = p - pull.mul_add(c.mul_add(v, force), v);

@@ -68,7 +68,9 @@ where
     M: Method<V, S> + 'static,
 {
     Box::new(move || {
-        run::<V>(task, |grid, state| integrate(&method, &black_box(system), grid, state, &mut ()).map(drop))
+        run::<V>(task, |grid, state| {
+            integrate(&method, &black_box(system), grid, state, &mut ()).map(drop)
+        })
     })
 }
 
@@ -110,14 +112,16 @@ pub fn pairs() -> Vec<Pair> {
 
     let oscillator = DampedOscillator::new(1.0, 0.1).expect("parameters in range");
     let duffing = |alpha, beta, c| Duffing::new(alpha, beta, c).expect("finite parameters");
-    let (single, double, free) = (duffing(1.0, 0.5, 0.1), duffing(-1.0, 1.0, 0.02), duffing(1.0, 0.5, 0.0));
+    let (single, double, free) =
+        (duffing(1.0, 0.5, 0.1), duffing(-1.0, 1.0, 0.02), duffing(1.0, 0.5, 0.0));
     let conservative = crate::conservative::Conservative(free);
     let hand_oscillator = by_hand::Oscillator { k: 1.0, b: 0.1 };
     let hand_single = by_hand::Duffing { alpha: 1.0, beta: 0.5, c: 0.1 };
     let hand_double = by_hand::Duffing { alpha: -1.0, beta: 1.0, c: 0.02 };
     let hand_free = by_hand::Duffing { c: 0.0, ..hand_single };
 
-    let oscillator_by = |run: fn(by_hand::Oscillator, Task) -> _| by_hand(TASK, hand_oscillator, run);
+    let oscillator_by =
+        |run: fn(by_hand::Oscillator, Task) -> _| by_hand(TASK, hand_oscillator, run);
     let single_by = |run: fn(by_hand::Duffing, Task) -> _| by_hand(TASK, hand_single, run);
     let double_by = |run: fn(by_hand::Duffing, Task) -> _| by_hand(WELLS, hand_double, run);
     let free_by = |run: fn(by_hand::Duffing, Task) -> _| by_hand(TASK, hand_free, run);
@@ -137,7 +141,8 @@ pub fn pairs() -> Vec<Pair> {
         by_hand::Oscillator::moddg,
         by_hand::Oscillator::moddg_by_newton,
     ];
-    let [leapfrog, rk4, moddg] = [by_hand::Duffing::leapfrog, by_hand::Duffing::rk4, by_hand::Duffing::moddg];
+    let [leapfrog, rk4, moddg] =
+        [by_hand::Duffing::leapfrog, by_hand::Duffing::rk4, by_hand::Duffing::moddg];
     let [free_leapfrog, free_rk4, free_moddg] = [
         by_hand::Duffing::conservative_leapfrog,
         by_hand::Duffing::conservative_rk4,
@@ -169,9 +174,24 @@ pub fn pairs() -> Vec<Pair> {
             oscillator_by(hand_newton),
         ),
         (Step, "rk4, Duffing", generic::<Fixed, _, _>(TASK, Rk4, single), single_by(rk4)),
-        (Step, "leapfrog, Duffing", generic::<Fixed, _, _>(TASK, Leapfrog, single), single_by(leapfrog)),
-        (Step, "moddg, Duffing", generic::<Fixed, _, _>(TASK, ModDg::newton(), single), single_by(moddg)),
-        (Step, "rk4, Duffing, two wells", generic::<Fixed, _, _>(WELLS, Rk4, double), double_by(rk4)),
+        (
+            Step,
+            "leapfrog, Duffing",
+            generic::<Fixed, _, _>(TASK, Leapfrog, single),
+            single_by(leapfrog),
+        ),
+        (
+            Step,
+            "moddg, Duffing",
+            generic::<Fixed, _, _>(TASK, ModDg::newton(), single),
+            single_by(moddg),
+        ),
+        (
+            Step,
+            "rk4, Duffing, two wells",
+            generic::<Fixed, _, _>(WELLS, Rk4, double),
+            double_by(rk4),
+        ),
         (
             Step,
             "leapfrog, Duffing, two wells",
@@ -250,7 +270,12 @@ pub fn pairs() -> Vec<Pair> {
             generic::<Fixed, _, _>(TASK, ModDg::newton(), conservative),
             free_by(free_moddg),
         ),
-        (Conservative, "rk4, Duffing, c = 0", generic::<Fixed, _, _>(TASK, Rk4, free), free_by(free_rk4)),
+        (
+            Conservative,
+            "rk4, Duffing, c = 0",
+            generic::<Fixed, _, _>(TASK, Rk4, free),
+            free_by(free_rk4),
+        ),
         (
             Conservative,
             "leapfrog, Duffing, c = 0",
@@ -271,7 +296,12 @@ pub fn pairs() -> Vec<Pair> {
         (Dispatch, "moddg, Duffing", nonlinear("moddg"), single_by(moddg)),
     ];
     rows.into_iter()
-        .map(|(subject, name, generic, by_hand)| Pair { subject, name: name.to_owned(), generic, by_hand })
+        .map(|(subject, name, generic, by_hand)| Pair {
+            subject,
+            name: name.to_owned(),
+            generic,
+            by_hand,
+        })
         .collect()
 }
 

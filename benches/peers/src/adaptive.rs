@@ -50,7 +50,9 @@ fn stored<V: Vector<Scalar = f64> + 'static>(
     Ok(Box::new(move |last, watch| {
         let mut state = start.clone();
         let done = match watch {
-            None => method.run(setting, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(())),
+            None => {
+                method.run(setting, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()))
+            }
             Some(watch) => {
                 let mut y = vec![0.0; 3 * state.dof()];
                 method.run(setting, &mut state, 1, &mut |_, state| {

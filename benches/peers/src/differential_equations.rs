@@ -92,12 +92,20 @@ fn explicit<F: Field, Y: Storage>(scene: &Scene, field: F, start: Y) -> Vec<Line
     let again = start.clone();
     let eighth = Line::peer("de-dop853", tolerances(), move |tolerance| {
         Ok(run(field, start.clone(), end, move || {
-            ExplicitRungeKutta::dop853().rtol(tolerance).atol(tolerance).max_steps(STEPS).max_rejects(STEPS)
+            ExplicitRungeKutta::dop853()
+                .rtol(tolerance)
+                .atol(tolerance)
+                .max_steps(STEPS)
+                .max_rejects(STEPS)
         }))
     });
     let ninth = Line::peer("de-rkv988e", tolerances(), move |tolerance| {
         Ok(run(field, again.clone(), end, move || {
-            ExplicitRungeKutta::rkv988e().rtol(tolerance).atol(tolerance).max_steps(STEPS).max_rejects(STEPS)
+            ExplicitRungeKutta::rkv988e()
+                .rtol(tolerance)
+                .atol(tolerance)
+                .max_steps(STEPS)
+                .max_rejects(STEPS)
         }))
     });
     vec![eighth, ninth]
@@ -109,7 +117,11 @@ pub fn radau5<const N: usize, F: Field>(scene: &Scene, field: F) -> Line {
     Line::peer("de-radau5", tolerances(), move |tolerance| {
         let each = move || vec![tolerance; N];
         Ok(run(field, start, end, move || {
-            ImplicitRungeKutta::radau5().rtol(each()).atol(each()).max_steps(STEPS).max_rejects(1000)
+            ImplicitRungeKutta::radau5()
+                .rtol(each())
+                .atol(each())
+                .max_steps(STEPS)
+                .max_rejects(1000)
         }))
     })
 }

@@ -8,9 +8,9 @@ use super::{Field, Scene, tolerances};
 use ::diffsol::matrix::MatrixRef;
 use ::diffsol::vector::VectorRef;
 use ::diffsol::{
-    DefaultDenseMatrix, DefaultSolver, FaerSparseLU, FaerSparseMat, LinearSolver, Matrix, NalgebraLU,
-    NalgebraMat, OdeBuilder, OdeEquationsImplicit, OdeSolverMethod, OdeSolverProblem, OdeSolverStopReason,
-    Op, Vector,
+    DefaultDenseMatrix, DefaultSolver, FaerSparseLU, FaerSparseMat, LinearSolver, Matrix,
+    NalgebraLU, NalgebraMat, OdeBuilder, OdeEquationsImplicit, OdeSolverMethod, OdeSolverProblem,
+    OdeSolverStopReason, Op, Vector,
 };
 
 #[derive(Clone, Copy)]
@@ -37,8 +37,9 @@ macro_rules! lines {
                     .init(move |_: &[f64], _: f64, y: &mut [f64]| y.copy_from_slice(&start), size)
                     .build()
                     .map_err(|error| error.to_string())?;
-                let run: Run =
-                    Box::new(move |last, watch| follow::<_, $solver>(&problem, kind, end, last, watch));
+                let run: Run = Box::new(move |last, watch| {
+                    follow::<_, $solver>(&problem, kind, end, last, watch)
+                });
                 Ok(run)
             })
         };
@@ -73,8 +74,12 @@ where
 {
     let before = problem.eqn.rhs().statistics().number_of_calls;
     let (steps, iterations) = match kind {
-        Kind::Tsit45 => carry(problem.tsit45().map_err(|error| error.to_string())?, end, last, watch),
-        Kind::Bdf => carry(problem.bdf::<L>().map_err(|error| error.to_string())?, end, last, watch),
+        Kind::Tsit45 => {
+            carry(problem.tsit45().map_err(|error| error.to_string())?, end, last, watch)
+        }
+        Kind::Bdf => {
+            carry(problem.bdf::<L>().map_err(|error| error.to_string())?, end, last, watch)
+        }
     }?;
     let evaluations = (problem.eqn.rhs().statistics().number_of_calls - before) as u64;
     Ok(Spent { steps, evaluations, iterations: matches!(kind, Kind::Bdf).then_some(iterations) })

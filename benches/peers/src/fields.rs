@@ -85,7 +85,8 @@ impl Field for Chain {
         let tension = |r: f64| r * (1.0 + r * r);
         let force = |left: f64, at: f64, right: f64| tension(right - at) - tension(at - left);
         dq.copy_from_slice(p);
-        for ((dp, &p), &[left, at, right]) in dp[1..].iter_mut().zip(&p[1..]).zip(q.array_windows()) {
+        for ((dp, &p), &[left, at, right]) in dp[1..].iter_mut().zip(&p[1..]).zip(q.array_windows())
+        {
             *dp = force(left, at, right) - DRAG * p;
         }
         dp[0] = force(0.0, q[0], q[1]) - DRAG * p[0];
@@ -139,7 +140,8 @@ impl Field for Pendulum {
         let dv = (2.0 * t[3] - cos * t[2] - dcos * p) * inverse + v * shrink;
         let whirl = dsin * u * v + sin * (du * v + u * dv);
         (jv[0], jv[1]) = (du, dv);
-        (jv[2], jv[3]) = (-whirl - 2.0 * a.cos() * t[0] - 0.1 * du, whirl - b.cos() * t[1] - 0.1 * dv);
+        (jv[2], jv[3]) =
+            (-whirl - 2.0 * a.cos() * t[0] - 0.1 * du, whirl - b.cos() * t[1] - 0.1 * dv);
         (jv[4], jv[5]) = (0.2 * u * du, 0.2 * v * dv);
     }
 }
@@ -161,7 +163,8 @@ mod tests {
         let n = scene.dof();
         let subject = scene.problem.model.system::<f64>().unwrap();
         let (y, v) = (scattered(3 * n, 0.31), scattered(3 * n, 0.47));
-        let (mut hq, mut hp, mut d, mut dy) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; 3 * n]);
+        let (mut hq, mut hp, mut d, mut dy) =
+            (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; 3 * n]);
         subject.gradient(&y[..n], &y[n..2 * n], &mut hq, &mut hp);
         subject.dissipation(&y[..n], &y[n..2 * n], &hp, &mut d);
         field.rates(&y, &mut dy);
@@ -184,7 +187,10 @@ mod tests {
         let step = 1e-5;
         for (j, ((ahead, back), jv)) in at(step).iter().zip(at(-step)).zip(jv).enumerate() {
             let slope = (ahead - back) / (2.0 * step);
-            assert!((slope - jv).abs() < 1e-7 * (1.0 + jv.abs()), "{name}, row {j}: {slope:e} and {jv:e}");
+            assert!(
+                (slope - jv).abs() < 1e-7 * (1.0 + jv.abs()),
+                "{name}, row {j}: {slope:e} and {jv:e}"
+            );
         }
     }
 

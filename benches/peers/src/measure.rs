@@ -203,7 +203,8 @@ fn watched(
         Some(&mut |y| {
             let (energy, spent) = books(y);
             row.k_drift = row.k_drift.max((energy + spent - start).abs());
-            row.k_scale = row.k_scale.max(energy.abs()).max(y[2 * n..].iter().map(|w| w.abs()).sum());
+            row.k_scale =
+                row.k_scale.max(energy.abs()).max(y[2 * n..].iter().map(|w| w.abs()).sum());
             violations += u64::from(passive.violated(&before, &y[2 * n..]));
             before.copy_from_slice(&y[2 * n..]);
         }),

@@ -30,34 +30,35 @@ macro_rules! run {
     ($solver:ident, ($safety:expr, $beta:expr, $least:expr, $most:expr), $field:expr, $start:expr, $end:expr, $tolerance:expr) => {{
         let (field, start, end): (_, _, f64) = ($field, $start, $end);
         let tolerance: f64 = $tolerance;
-        let run: Run = Box::new(move |last: &mut [f64], watch: Option<Watch<'_>>| -> Result<Spent, String> {
-            let mut solver = $solver::from_param(
-                Rates(field),
-                0.0,
-                end,
-                end,
-                start.clone(),
-                tolerance,
-                tolerance,
-                $safety,
-                $beta,
-                $least,
-                $most,
-                end,
-                0.0,
-                STEPS,
-                STEPS,
-                OutputType::Sparse,
-            );
-            let spent = solver.integrate().map_err(|error| error.to_string())?;
-            let states = solver.y_out();
-            if let Some(watch) = watch {
-                states.iter().for_each(|y| watch(y.as_slice()));
-            }
-            last.copy_from_slice(states.last().ok_or("no state")?.as_slice());
-            let (steps, evaluations) = (spent.accepted_steps.into(), spent.num_eval.into());
-            Ok(Spent { steps, evaluations, iterations: None })
-        });
+        let run: Run =
+            Box::new(move |last: &mut [f64], watch: Option<Watch<'_>>| -> Result<Spent, String> {
+                let mut solver = $solver::from_param(
+                    Rates(field),
+                    0.0,
+                    end,
+                    end,
+                    start.clone(),
+                    tolerance,
+                    tolerance,
+                    $safety,
+                    $beta,
+                    $least,
+                    $most,
+                    end,
+                    0.0,
+                    STEPS,
+                    STEPS,
+                    OutputType::Sparse,
+                );
+                let spent = solver.integrate().map_err(|error| error.to_string())?;
+                let states = solver.y_out();
+                if let Some(watch) = watch {
+                    states.iter().for_each(|y| watch(y.as_slice()));
+                }
+                last.copy_from_slice(states.last().ok_or("no state")?.as_slice());
+                let (steps, evaluations) = (spent.accepted_steps.into(), spent.num_eval.into());
+                Ok(Spent { steps, evaluations, iterations: None })
+            });
         run
     }};
 }

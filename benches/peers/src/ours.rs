@@ -84,7 +84,11 @@ fn stored<V: Vector<Scalar = f64> + 'static>(
         let spent = carry(&method, grid, &mut state, watch).map_err(|error| error.to_string())?;
         write(state.state_ref(), last);
         let Effort { evaluations, iterations } = spent;
-        Ok(Spent { steps: grid.steps, evaluations, iterations: (iterations > 0).then_some(iterations) })
+        Ok(Spent {
+            steps: grid.steps,
+            evaluations,
+            iterations: (iterations > 0).then_some(iterations),
+        })
     }))
 }
 

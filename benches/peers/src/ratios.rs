@@ -87,7 +87,8 @@ pub fn times(rows: &[Row], method: &str) -> [Option<Time>; 3] {
 
 /// Of our methods that keep K the fastest to each target.
 pub fn best(rows: &[Row]) -> [Option<(&'static str, Time)>; 3] {
-    let mut names: Vec<_> = rows.iter().filter(|row| row.ours && row.keeps_k).map(|row| row.method).collect();
+    let mut names: Vec<_> =
+        rows.iter().filter(|row| row.ours && row.keeps_k).map(|row| row.method).collect();
     names.dedup();
     let all: Vec<_> = names.iter().map(|name| (*name, times(rows, name))).collect();
     [0, 1, 2].map(|target| {
@@ -120,8 +121,10 @@ pub fn table(rows: &[Row]) -> Vec<Entry> {
     };
     let mut table = Vec::new();
     if let Some(bars) = bars(scene) {
-        table
-            .push(entry("bar".into(), bars.map(|bar| format!("{bar}{}", if absolute { " ms" } else { "" }))));
+        table.push(entry(
+            "bar".into(),
+            bars.map(|bar| format!("{bar}{}", if absolute { " ms" } else { "" })),
+        ));
     }
     let best = best(rows);
     let named = [0, 1, 2].map(|target| {
@@ -135,8 +138,9 @@ pub fn table(rows: &[Row]) -> Vec<Entry> {
         let times = times(rows, peer);
         table.push(entry(peer.into(), [0, 1, 2].map(|target| cell(target, times[target]))));
     }
-    let milliseconds = yardstick
-        .map(|time| time.map_or("not reached".into(), |time| format!("{:.4} ms", 1e3 * time.seconds())));
+    let milliseconds = yardstick.map(|time| {
+        time.map_or("not reached".into(), |time| format!("{:.4} ms", 1e3 * time.seconds()))
+    });
     table.push(entry(format!("{YARDSTICK}, time"), milliseconds));
     table
 }

@@ -63,8 +63,10 @@ pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageErro
         outcome: row.outcome.into(),
         failure: row.failure.clone(),
     });
-    let problems: serde_json::Map<_, _> =
-        all.iter().map(|(scene, _)| (scene.name.into(), serde_json::json!(&*scene.problem))).collect();
+    let problems: serde_json::Map<_, _> = all
+        .iter()
+        .map(|(scene, _)| (scene.name.into(), serde_json::json!(&*scene.problem)))
+        .collect();
     let manifest = Manifest::new("bench peers", problems.into(), runs.collect());
     Output { report, artifacts, manifest }.write(folder)
 }
@@ -106,7 +108,9 @@ fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Sectio
         (
             "others",
             "Our other methods.",
-            of(&|name, ours| (ours && !name.starts_with("collocation")) || name == ratios::YARDSTICK),
+            of(&|name, ours| {
+                (ours && !name.starts_with("collocation")) || name == ratios::YARDSTICK
+            }),
         ),
     ];
     let problem = &scene.problem;
@@ -143,8 +147,9 @@ fn figure(
     let curve = |name: &&str| {
         let of = || rows.iter().filter(|row| row.method == *name);
         let points = of().filter_map(|row| Some(((view.x.1)(row)?, (view.y.1)(row)?))).collect();
-        let far =
-            |row: &&Row| row.error_qp.map_or(f64::INFINITY, |error| (error.max(1e-16) / 1e-8).ln().abs());
+        let far = |row: &&Row| {
+            row.error_qp.map_or(f64::INFINITY, |error| (error.max(1e-16) / 1e-8).ln().abs())
+        };
         let nearest = of().min_by(|a, b| far(a).total_cmp(&far(b)));
         let drift = nearest.map_or(f64::NAN, |row| row.k_drift);
         let label = format!("{name}, ΔK {drift:.0e}");
@@ -200,5 +205,8 @@ fn every_run(rows: &[Row]) -> Block {
         "steps",
         "evaluations",
     ];
-    Block::Table(Table { header: header.map(String::from).into(), rows: rows.iter().map(cells).collect() })
+    Block::Table(Table {
+        header: header.map(String::from).into(),
+        rows: rows.iter().map(cells).collect(),
+    })
 }

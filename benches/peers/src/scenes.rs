@@ -2,7 +2,9 @@
 
 use afterbay_analysis::Model;
 use afterbay_analysis::study::Problem;
-use afterbay_systems::{DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, VAN_DER_POL};
+use afterbay_systems::{
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, VAN_DER_POL,
+};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -41,10 +43,12 @@ impl Scene {
 /// The rows of a scene, its q first, then p, then w.
 fn read(table: &str, name: &str, dof: usize) -> Option<Vec<f64>> {
     let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let rows: Vec<(String, usize, [f64; 3])> = reader.deserialize().collect::<Result<_, _>>().ok()?;
+    let rows: Vec<(String, usize, [f64; 3])> =
+        reader.deserialize().collect::<Result<_, _>>().ok()?;
     let mut of: Vec<_> = rows.iter().filter(|row| row.0 == name).collect();
     of.sort_by_key(|row| row.1);
-    (of.len() == dof).then(|| (0..3).flat_map(|part| of.iter().map(move |row| row.2[part])).collect())
+    (of.len() == dof)
+        .then(|| (0..3).flat_map(|part| of.iter().map(move |row| row.2[part])).collect())
 }
 
 /// Every scene of the test set.
@@ -55,7 +59,15 @@ pub fn all() -> [Scene; 7] {
     };
     let chain = |name, about, n: usize| {
         let q = (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect();
-        scene(name, about, Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.01]), q, vec![0.0; n], 100.0, 25)
+        scene(
+            name,
+            about,
+            Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.01]),
+            q,
+            vec![0.0; n],
+            100.0,
+            25,
+        )
     };
     let pendulum = Model::of(&DAMPED_DOUBLE_PENDULUM, &[1.0, 1.0, 1.0, 1.0, 1.0, 0.1, 0.1]);
     let duffing = Model::of(&DUFFING, &[-1.0, 1.0, 0.1]);
@@ -87,7 +99,11 @@ mod tests {
     fn every_scene_has_its_end() {
         for scene in all() {
             let end = scene.reference().unwrap();
-            assert!(end.len() == 3 * scene.dof() && end.iter().all(|x| x.is_finite()), "{}", scene.name);
+            assert!(
+                end.len() == 3 * scene.dof() && end.iter().all(|x| x.is_finite()),
+                "{}",
+                scene.name
+            );
         }
     }
 
@@ -100,7 +116,11 @@ mod tests {
                 subject.energy(&y[..n], &y[n..2 * n]) + y[2 * n..].iter().sum::<f64>()
             };
             let (start, end) = (scene.start(), scene.reference().unwrap());
-            let size = end[2 * scene.dof()..].iter().map(|w| w.abs()).sum::<f64>().max(total(&start).abs());
+            let size = end[2 * scene.dof()..]
+                .iter()
+                .map(|w| w.abs())
+                .sum::<f64>()
+                .max(total(&start).abs());
             assert!((total(&end) - total(&start)).abs() < 4e-15 * size, "{}", scene.name);
         }
     }

@@ -77,7 +77,9 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
                 sheets.push(without_reference(scene, name, &error));
             }
             // What was done before stands; what was stopped says so.
-            Err(ReportError::Study(IntegrateError::Interrupted)) => sheets.push(interrupted(scene, name)),
+            Err(ReportError::Study(IntegrateError::Interrupted)) => {
+                sheets.push(interrupted(scene, name));
+            }
             Err(error) => return Err(error),
         }
     }
@@ -175,8 +177,11 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
 fn list(numbers: &[f64]) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<_> = numbers.iter().take(SHOWN).map(ToString::to_string).collect();
-    let more =
-        if numbers.len() > SHOWN { format!(", … ({} in all)", numbers.len()) } else { String::new() };
+    let more = if numbers.len() > SHOWN {
+        format!(", … ({} in all)", numbers.len())
+    } else {
+        String::new()
+    };
     format!("{}{more}", shown.join(", "))
 }
 
@@ -185,9 +190,14 @@ fn names(methods: &[&Row]) -> Vec<&'static str> {
     methods.iter().map(|row| row.name).collect()
 }
 
-fn finish(command: &'static str, scene: &Scene, sheets: Vec<Sheet>) -> Result<Results, ReportError> {
+fn finish(
+    command: &'static str,
+    scene: &Scene,
+    sheets: Vec<Sheet>,
+) -> Result<Results, ReportError> {
     let document = serde_json::to_value(&scene.document).unwrap_or_default();
-    let findings: Vec<Finding> = sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
+    let findings: Vec<Finding> =
+        sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
     let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
     let manifest = Manifest::new(command, document, runs);
     let mut report = Report {

@@ -60,7 +60,11 @@ impl Measured {
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error, doubt } = self;
-        if self.is_resolved() { write!(f, "{error:.1e}") } else { write!(f, "≤ {error:.1e} + {doubt:.1e}") }
+        if self.is_resolved() {
+            write!(f, "{error:.1e}")
+        } else {
+            write!(f, "≤ {error:.1e} + {doubt:.1e}")
+        }
     }
 }
 

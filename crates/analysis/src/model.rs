@@ -150,7 +150,8 @@ impl Model {
         let exact = match self {
             Self::Listed(row, values) => {
                 let (n, values) = split(row, values);
-                let values: Vec<_> = values.iter().map(|&x| Corrected::exact(T::from_f64(x))).collect();
+                let values: Vec<_> =
+                    values.iter().map(|&x| Corrected::exact(T::from_f64(x))).collect();
                 T::corrected(row, n, &values)?
             }
             Self::Custom(custom) => Some(T::custom_corrected(custom)),
@@ -165,8 +166,15 @@ impl Model {
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
-    pub fn bind_lanes(&self, row: &Row, name: &str, values: [f64; 8]) -> Result<Option<Lanes>, InputError> {
-        let lift = |parameter: &str, x| if parameter == name { f64x8::from(values) } else { f64x8::splat(x) };
+    pub fn bind_lanes(
+        &self,
+        row: &Row,
+        name: &str,
+        values: [f64; 8],
+    ) -> Result<Option<Lanes>, InputError> {
+        let lift = |parameter: &str, x| {
+            if parameter == name { f64x8::from(values) } else { f64x8::splat(x) }
+        };
         let system = self.lifted(&lift)?;
         if !row.has_lanes() || system.clone().separable().is_none() {
             return Ok(None);
@@ -183,12 +191,17 @@ impl Model {
         self.lifted(&|_, x| T::from_f64(x))
     }
 
-    fn lifted<T: Number>(&self, lift: &dyn Fn(&str, f64) -> T) -> Result<Arc<dyn Abilities<T>>, InputError> {
+    fn lifted<T: Number>(
+        &self,
+        lift: &dyn Fn(&str, f64) -> T,
+    ) -> Result<Arc<dyn Abilities<T>>, InputError> {
         match self {
             Self::Listed(row, values) => {
                 let (n, values) = split(row, values);
-                let names = row.parameters[row.parameters.len().saturating_sub(values.len())..].iter();
-                let lifted: Vec<T> = names.zip(values).map(|(name, &x)| lift(name.name, x)).collect();
+                let names =
+                    row.parameters[row.parameters.len().saturating_sub(values.len())..].iter();
+                let lifted: Vec<T> =
+                    names.zip(values).map(|(name, &x)| lift(name.name, x)).collect();
                 T::system(row, n, &lifted)
             }
             Self::Custom(custom) => Ok(T::custom(custom, lift)),
@@ -203,7 +216,8 @@ impl Model {
         match self {
             Self::Listed(row, values) => {
                 let (n, values) = split(row, values);
-                let series: Vec<_> = values.iter().map(|&x| Series::constant(T::from_f64(x))).collect();
+                let series: Vec<_> =
+                    values.iter().map(|&x| Series::constant(T::from_f64(x))).collect();
                 Ok((T::series(row, n, &series)?, catalog::ranges(row, n, values)?))
             }
             Self::Custom(custom) => Ok((T::custom_series(custom), catalog::custom_ranges(custom))),

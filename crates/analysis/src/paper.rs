@@ -29,7 +29,12 @@ use serde::Serialize;
 
 /// The damped oscillator of the paper, section 5, on [0, 20].
 pub fn oscillator() -> Problem {
-    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 }
+    Problem {
+        model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]),
+        q: vec![2.3],
+        p: vec![-3.1],
+        end: 20.0,
+    }
 }
 
 /// The paper's base grid.
@@ -142,7 +147,8 @@ pub fn run_with(
         "figure_step": FIGURE_STEP,
         "extent": extent,
     });
-    let findings: Vec<Finding> = sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
+    let findings: Vec<Finding> =
+        sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
     let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
     let manifest = Manifest::new("paper", scene, runs);
     let mut report = Report {
@@ -185,11 +191,9 @@ fn summary(findings: &[Finding]) -> Section {
         ),
     ];
     blocks.extend(rule::paragraphs().map(Block::Text));
-    blocks.extend(
-        findings.iter().map(|finding| {
-            Block::Verdict(finding.verdict, format!("{}: {}", finding.topic, finding.statement))
-        }),
-    );
+    blocks.extend(findings.iter().map(|finding| {
+        Block::Verdict(finding.verdict, format!("{}: {}", finding.topic, finding.statement))
+    }));
     Section { heading: "What holds".into(), blocks }
 }
 

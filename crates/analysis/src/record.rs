@@ -126,8 +126,10 @@ impl Manifest {
 /// The processor's own name where the system tells it, else its architecture.
 pub fn processor() -> String {
     let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name =
-        told.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
+    let name = told
+        .lines()
+        .find(|line| line.starts_with("model name"))
+        .and_then(|line| line.split(": ").nth(1));
     name.unwrap_or(std::env::consts::ARCH).to_owned()
 }
 

@@ -129,7 +129,9 @@ impl Block {
             }
             Block::Table(table) => table.html(),
             Block::Figure(figure) => figure.html(figures),
-            Block::Pair(left, right) => html! { div.pair { (left.html(figures)) (right.html(figures)) } },
+            Block::Pair(left, right) => {
+                html! { div.pair { (left.html(figures)) (right.html(figures)) } }
+            }
             Block::Fold(summary, blocks) => html! {
                 details {
                     summary { (summary) }
@@ -161,8 +163,11 @@ impl Table {
     /// Whether a column holds numbers, apart from cells that say there is none.
     fn is_numeric(&self, column: usize) -> bool {
         let cells = || self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.trim());
-        let none = |cell: &str| matches!(cell, "" | "-" | "–" | "—" | "n/a" | "NaN" | "inf" | "-inf" | "∞");
-        cells().any(starts_with_number) && cells().all(|cell| none(cell) || starts_with_number(cell))
+        let none = |cell: &str| {
+            matches!(cell, "" | "-" | "–" | "—" | "n/a" | "NaN" | "inf" | "-inf" | "∞")
+        };
+        cells().any(starts_with_number)
+            && cells().all(|cell| none(cell) || starts_with_number(cell))
     }
 }
 
@@ -171,12 +176,13 @@ fn starts_with_number(text: &str) -> bool {
     let text = text.trim_start_matches(['+', '-', '−', '<', '>', '≈', '≤', '≥', '~', ' ']);
     let tail = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
     let tail = match tail.strip_prefix(['e', 'E']) {
-        Some(exponent) => {
-            exponent.trim_start_matches(['+', '-', '−']).trim_start_matches(|c: char| c.is_ascii_digit())
-        }
+        Some(exponent) => exponent
+            .trim_start_matches(['+', '-', '−'])
+            .trim_start_matches(|c: char| c.is_ascii_digit()),
         None => tail,
     };
-    text.starts_with(|c: char| c.is_ascii_digit() || c == '.') && !tail.starts_with(char::is_alphabetic)
+    text.starts_with(|c: char| c.is_ascii_digit() || c == '.')
+        && !tail.starts_with(char::is_alphabetic)
 }
 
 impl Figure {
@@ -213,7 +219,12 @@ mod tests {
         <g clip-path="url(#c0)"><use href="#c0" /></g></svg>"##;
 
     fn figure() -> Figure {
-        Figure { svg: SVG.into(), caption: "a & b".into(), file: "a.svg".into(), data: "a.csv".into() }
+        Figure {
+            svg: SVG.into(),
+            caption: "a & b".into(),
+            file: "a.svg".into(),
+            data: "a.csv".into(),
+        }
     }
 
     fn report(blocks: Vec<Block>) -> String {
@@ -228,14 +239,17 @@ mod tests {
             Block::Verdict(Verdict::Fails, "<b>".into()),
             Block::Fold("<s>".into(), vec![Block::Figure(figure())]),
         ]);
-        for text in ["One &lt;1&gt;", "x &lt; y", "&lt;b&gt;", "&lt;s&gt;", "a &amp; b", "does not hold"] {
+        for text in
+            ["One &lt;1&gt;", "x &lt; y", "&lt;b&gt;", "&lt;s&gt;", "a &amp; b", "does not hold"]
+        {
             assert!(html.contains(text), "{text}");
         }
     }
 
     #[test]
     fn nothing_is_fetched() {
-        let html = report(vec![Block::Figure(figure())]).replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+        let html = report(vec![Block::Figure(figure())])
+            .replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
         for sign in ["http", "//", "src=", "@import", "<link", "<script"] {
             assert!(!html.contains(sign), "{sign}");
         }
@@ -244,13 +258,16 @@ mod tests {
     #[test]
     fn ids_are_unique_and_referred_to() {
         let html = report(vec![Block::Figure(figure()), Block::Pair(figure(), figure())]);
-        let mut ids: Vec<_> = html.split(" id=\"").skip(1).map(|rest| rest.split('"').next()).collect();
+        let mut ids: Vec<_> =
+            html.split(" id=\"").skip(1).map(|rest| rest.split('"').next()).collect();
         assert_eq!(ids.len(), 7);
         ids.sort();
         ids.dedup();
         assert_eq!(ids.len(), 7);
         assert!(
-            html.contains("id=\"f3-c0\"") && html.contains("url(#f3-c0)") && html.contains("href=\"#f3-c0\"")
+            html.contains("id=\"f3-c0\"")
+                && html.contains("url(#f3-c0)")
+                && html.contains("href=\"#f3-c0\"")
         );
         assert!(!html.contains("(#c0)"));
     }

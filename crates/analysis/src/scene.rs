@@ -13,7 +13,8 @@ mod system;
 
 pub use document::{Document, Spacing};
 pub use plan::{
-    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies, WorkPrecisionPlan,
+    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
+    WorkPrecisionPlan,
 };
 pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
@@ -73,23 +74,28 @@ impl Scene {
         let document: Document = source.read()?;
         let model = system::model(&source, &document.system)?;
 
-        let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
+        let at =
+            |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
         let dof = model.dof();
         let (initial, time) = (&document.initial, &document.time);
-        for (path, quantity, part) in
-            [("initial.q", Quantity::Coordinate, &initial.q), ("initial.p", Quantity::Momentum, &initial.p)]
-        {
+        for (path, quantity, part) in [
+            ("initial.q", Quantity::Coordinate, &initial.q),
+            ("initial.p", Quantity::Momentum, &initial.p),
+        ] {
             if part.len() != dof {
                 let error = InputError::Length { quantity, expected: dof, found: part.len() };
                 return Err(at(path, error.into()));
             }
         }
         let problem = Problem { model, q: initial.q.clone(), p: initial.p.clone(), end: time.end };
-        let start: State<Vec<f64>> = problem.start().map_err(|error| at("initial", error.into()))?;
+        let start: State<Vec<f64>> =
+            problem.start().map_err(|error| at("initial", error.into()))?;
         system::finite_at(&source, &problem, &start)?;
-        let grid = Grid::<f64>::new(time.step, time.end)
-            .map_err(|error| at(if time.end > 0.0 { "time.step" } else { "time.end" }, error.into()))?;
-        let planner = Planner { source: &source, document: &document, problem: &problem, steps: grid.steps };
+        let grid = Grid::<f64>::new(time.step, time.end).map_err(|error| {
+            at(if time.end > 0.0 { "time.step" } else { "time.end" }, error.into())
+        })?;
+        let planner =
+            Planner { source: &source, document: &document, problem: &problem, steps: grid.steps };
         let (run, studies) = (planner.run()?, planner.studies()?);
         Ok(Self { step: grid.h.to_f64(), problem, run, studies, document })
     }

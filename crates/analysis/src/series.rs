@@ -93,11 +93,14 @@ where
         let mut states = Vec::with_capacity(fine.1 + 1);
         let pace = pace.within(most_strides::<V::Scalar>(dof));
         let mut see = |_, state| states.push(state);
-        let route = follow((&*system, &defect), &start, fine, pace, &|| progress.stopped(), &mut see)?;
+        let route =
+            follow((&*system, &defect), &start, fine, pace, &|| progress.stopped(), &mut see)?;
         Ok((!route.interrupted).then_some(states))
     };
     let (states, check) = rayon::join(|| run(Pace::FULL), || run(Pace::CHECK));
-    let (Some(states), Some(check)) = (states?, check?) else { return Err(IntegrateError::Interrupted) };
+    let (Some(states), Some(check)) = (states?, check?) else {
+        return Err(IntegrateError::Interrupted);
+    };
     let mut solution = Solution::with_room(dof, count + 1);
     let mut doubt = Doubt::default();
     for (i, (state, check)) in states.iter().zip(&check).enumerate() {

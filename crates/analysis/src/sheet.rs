@@ -100,7 +100,11 @@ impl Sheet {
     }
 
     /// Stores rows as `data/NAME.csv`.
-    pub(crate) fn data<R: Serialize>(&mut self, name: &str, rows: &[R]) -> Result<(), StorageError> {
+    pub(crate) fn data<R: Serialize>(
+        &mut self,
+        name: &str,
+        rows: &[R],
+    ) -> Result<(), StorageError> {
         self.artifacts.push(Artifact::table(format!("data/{name}.csv"), rows)?);
         Ok(())
     }
@@ -130,7 +134,13 @@ impl Sheet {
     }
 
     /// Shows a chart over the full width.
-    pub(crate) fn show(&mut self, name: &str, chart: &LineChart, caption: impl Into<String>, data: &str) {
+    pub(crate) fn show(
+        &mut self,
+        name: &str,
+        chart: &LineChart,
+        caption: impl Into<String>,
+        data: &str,
+    ) {
         let figure = self.figure(name, chart.svg(), caption, data);
         self.section.blocks.push(Block::Figure(figure));
     }
@@ -175,7 +185,11 @@ pub(crate) fn marked(label: &str, points: Vec<(f64, f64)>) -> Curve {
 }
 
 /// A curve of errors, those that are not resolved as upper bounds.
-pub(crate) fn of_errors(label: &str, style: Style, errors: impl Iterator<Item = (f64, Measured)>) -> Curve {
+pub(crate) fn of_errors(
+    label: &str,
+    style: Style,
+    errors: impl Iterator<Item = (f64, Measured)>,
+) -> Curve {
     let (resolved, open): (Vec<_>, Vec<_>) = errors.partition(|(_, error)| error.is_resolved());
     Curve {
         label: label.into(),

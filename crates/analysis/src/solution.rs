@@ -15,7 +15,8 @@ pub struct Solution<T> {
 impl<T: Scalar> Solution<T> {
     /// Room for `count` states of `dof` degrees of freedom, none of them there yet.
     pub fn with_room(dof: usize, count: usize) -> Self {
-        let (numbers, doubts) = (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
+        let (numbers, doubts) =
+            (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
         Self { dof, numbers, doubts }
     }
 
@@ -115,8 +116,8 @@ impl Solution<f64> {
 /// The doubt of the first of two states computed for the same time: twice their distance, as the errors
 /// of both may be alike in part.
 pub(crate) fn twice_apart<V: Vector>(a: &State<V>, b: &State<V>) -> Doubt {
-    let [q, p, w] =
-        [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)].map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));
+    let [q, p, w] = [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)]
+        .map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));
     Doubt { qp: q, w }.larger(Doubt { qp: p, w })
 }
 

@@ -32,7 +32,8 @@ pub fn fit(points: &[(f64, f64)]) -> Option<Fit> {
     let margin = (points.len() > 2).then(|| {
         let freedom = n - 2.0;
         let residual = (syy - slope * sxy).max(0.0);
-        let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
+        let quantile =
+            StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
         quantile * (residual / freedom / sxx).sqrt()
     });
     Some(Fit { slope, margin, points: points.len() })
@@ -69,7 +70,10 @@ mod tests {
         assert_eq!(fit(&[(1.0, 2.0)]), None);
         assert_eq!(fit(&[(1.0, 2.0), (1.0, 3.0)]), None);
         assert_eq!(fit(&[(1.0, f64::NAN), (2.0, 3.0)]), None);
-        assert_eq!(fit(&[(1.0, 2.0), (2.0, 5.0)]), Some(Fit { slope: 3.0, margin: None, points: 2 }));
+        assert_eq!(
+            fit(&[(1.0, 2.0), (2.0, 5.0)]),
+            Some(Fit { slope: 3.0, margin: None, points: 2 })
+        );
     }
 
     #[test]

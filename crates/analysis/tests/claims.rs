@@ -62,7 +62,8 @@ struct Chance(u64);
 
 impl Chance {
     fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         self.0 >> 33
     }
 
@@ -153,7 +154,8 @@ fn rests_on_its_readings(finding: &Finding, others: &Others) -> Result<(), Strin
         let mut chance = Chance(1 + i as u64);
         // A reading may matter only beside others: the cost of what is not cheapest does not.
         let matters = (0..3000).any(|round| {
-            let context = if round < 10 { readings.clone() } else { others.some(readings, &mut chance) };
+            let context =
+                if round < 10 { readings.clone() } else { others.some(readings, &mut chance) };
             let mut altered = context.clone();
             altered.0[i].found = others.of(&context, i, &numbers(&context), &mut chance);
             finding.again(altered).statement != finding.again(context).statement
@@ -179,7 +181,8 @@ fn can_be_lost(finding: &Finding, others: &Others) -> Result<(), String> {
         seen.entry(verdict).or_default().insert(words(&found.statement));
     }
     let none = BTreeSet::new();
-    let [holds, fails, note] = ["holds", "fails", "note"].map(|word| seen.get(word).unwrap_or(&none));
+    let [holds, fails, note] =
+        ["holds", "fails", "note"].map(|word| seen.get(word).unwrap_or(&none));
     if holds.is_empty() && fails.is_empty() {
         return Ok(());
     }
@@ -189,7 +192,9 @@ fn can_be_lost(finding: &Finding, others: &Others) -> Result<(), String> {
         return Err(format!("{} is always {:?}", finding.topic, finding.verdict));
     }
     match good.intersection(fails).next() {
-        Some(words) if note.is_empty() => Err(format!("{} says the same of both: {words}", finding.topic)),
+        Some(words) if note.is_empty() => {
+            Err(format!("{} says the same of both: {words}", finding.topic))
+        }
         _ => Ok(()),
     }
 }
@@ -216,7 +221,8 @@ fn findings_that_do_not_follow_from_their_numbers_are_caught() {
     let caught = |say: fn(&Readings) -> Said| {
         let finding = Finding::new("a finding", readings.clone(), say);
         let others = Others::new(std::slice::from_ref(&finding));
-        [rests_on_its_readings(&finding, &others), can_be_lost(&finding, &others)].map(|of| of.is_err())
+        [rests_on_its_readings(&finding, &others), can_be_lost(&finding, &others)]
+            .map(|of| of.is_err())
     };
     // One that is as it should be, one that ignores a number, one whose verdict is a constant, one whose words are.
     assert_eq!(caught(right), [false, false]);
@@ -260,8 +266,10 @@ fn broken(places: &[(&'static str, &str)]) -> &'static [Row] {
         Some((_, other)) => {
             let claims = *row;
             let mut row = *find(other).expect("a registered method");
-            (row.name, row.keeps_k, row.local_order) = (claims.name, claims.keeps_k, claims.local_order);
-            (row.passive, row.a_stable, row.l_stable) = (claims.passive, claims.a_stable, claims.l_stable);
+            (row.name, row.keeps_k, row.local_order) =
+                (claims.name, claims.keeps_k, claims.local_order);
+            (row.passive, row.a_stable, row.l_stable) =
+                (claims.passive, claims.a_stable, claims.l_stable);
             row
         }
         None => *row,
@@ -325,5 +333,8 @@ fn a_name_no_method_has_is_refused_before_anything_runs() {
     }
     let without: Vec<Row> = FIXED.iter().filter(|row| row.name != "gonzalez").copied().collect();
     let refused = paper::run_with(without.leak(), Extent::Quick, &Nothing).unwrap_err();
-    assert!(matches!(&refused, ReportError::Method { name, .. } if name == "gonzalez"), "{refused}");
+    assert!(
+        matches!(&refused, ReportError::Method { name, .. } if name == "gonzalez"),
+        "{refused}"
+    );
 }

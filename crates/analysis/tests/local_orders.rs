@@ -9,7 +9,12 @@ use afterbay_methods::registry::{FIXED, Row, find};
 use afterbay_systems::DAMPED_OSCILLATOR;
 
 fn the_paper() -> Problem {
-    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 }
+    Problem {
+        model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]),
+        q: vec![2.3],
+        p: vec![-3.1],
+        end: 20.0,
+    }
 }
 
 fn study() -> LocalOrder {
@@ -33,7 +38,9 @@ fn orders(end: f64, name: &str, statistic: Statistic) -> [f64; 3] {
     let row = find(name).expect("a registered method");
     let errors = study().run::<Quad>(&problem, &[row], &Silent).expect("the paper's problem");
     let errors: Vec<&LocalErrors> = errors.iter().collect();
-    [0, 1, 2].map(|variable| order(&errors, variable, statistic).expect("six steps above rounding").slope)
+    [0, 1, 2].map(|variable| {
+        order(&errors, variable, statistic).expect("six steps above rounding").slope
+    })
 }
 
 #[test]
@@ -61,8 +68,9 @@ fn the_maximum_depends_on_the_horizon() {
 fn every_method_has_the_median_order_of_its_row() {
     // Increments are tested where there are several coordinates to tell their orders apart, orders beyond 4 where steps are
     // longer. What is exact on a linear system has none.
-    let measured =
-        |row: &&Row| !row.name.starts_with("increment") && row.order() <= 4 && row.name != "locally-exact";
+    let measured = |row: &&Row| {
+        !row.name.starts_with("increment") && row.order() <= 4 && row.name != "locally-exact"
+    };
     for row in FIXED.iter().filter(measured) {
         let found = orders(20.0, row.name, Statistic::Median);
         for (found, &claimed) in found.into_iter().zip(&row.local_order) {
@@ -87,7 +95,9 @@ fn rounding_is_left_out_of_the_regression() {
 fn an_order_is_never_that_of_rounding() {
     let problem = Problem { end: 2.0, ..the_paper() };
     let mut none = 0;
-    for name in ["moddg", "rk4", "collocation-4", "collocation-6", "collocation-8", "relaxed-dop853"] {
+    for name in
+        ["moddg", "rk4", "collocation-4", "collocation-6", "collocation-8", "relaxed-dop853"]
+    {
         let row = find(name).unwrap();
         let found = study().run::<f64>(&problem, &[row], &Silent).unwrap();
         let exact = study().run::<Quad>(&problem, &[row], &Silent).unwrap();
@@ -125,7 +135,8 @@ fn an_order_is_never_that_of_rounding() {
 /// On the paper's horizon the errors of collocation-6 drown in rounding.
 #[test]
 fn collocation_6_has_no_order_at_the_steps_of_the_paper() {
-    let errors = study().run::<f64>(&the_paper(), &[find("collocation-6").unwrap()], &Silent).unwrap();
+    let errors =
+        study().run::<f64>(&the_paper(), &[find("collocation-6").unwrap()], &Silent).unwrap();
     for row in rows(&errors, |_, _, _| None) {
         println!("{} {}: {:?} of {} steps", row.variable, row.statistic, row.order, row.points);
         assert!(row.order.is_none_or(|order| (order - 6.0).abs() < 0.3), "{row:?}");

@@ -13,8 +13,8 @@ use afterbay_analysis::study::{
 use afterbay_core::{InputError, IntegrateError, Quad, Quantity};
 use afterbay_methods::registry::{Row, find};
 use afterbay_systems::{
-    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, MODIFIED_VAN_DER_POL, VAN_DER_POL,
-    VAN_DER_POL_RING,
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, MODIFIED_VAN_DER_POL,
+    VAN_DER_POL, VAN_DER_POL_RING,
 };
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -56,13 +56,15 @@ fn books_show_every_reservoir() {
 
 #[test]
 fn trajectories_hold_the_states_asked_for() {
-    let runs = trajectory::run(&pendulum(1.0), &rows(&["gonzalez", "rk4"]), 0.1, 4, &Silent).unwrap();
+    let runs =
+        trajectory::run(&pendulum(1.0), &rows(&["gonzalez", "rk4"]), 0.1, 4, &Silent).unwrap();
     for run in &runs {
         assert!(run.ending.is_completed());
         let table = Artifact::wide_table("trajectory", &trajectory::columns(2), &run.rows).unwrap();
         let records = read(&table);
-        let column =
-            |name: &str| -> Vec<f64> { records.iter().map(|row| row[name].parse().unwrap()).collect() };
+        let column = |name: &str| -> Vec<f64> {
+            records.iter().map(|row| row[name].parse().unwrap()).collect()
+        };
         // Every fourth state, and the last.
         assert_eq!(column("step"), [0.0, 4.0, 8.0, 10.0]);
         assert_eq!(
@@ -81,8 +83,11 @@ fn trajectories_hold_the_states_asked_for() {
 fn a_long_chain_is_followed_in_f64() {
     let problem = chain(LARGEST_BY_SERIES + 1, 0.1, 2.0);
     let found = problem.solution(0.5, 4, &Silent).unwrap();
-    let exact =
-        problem.model.solution(&problem.start().unwrap(), Quad::from(0.5), 4, &Silent).unwrap().rounded();
+    let exact = problem
+        .model
+        .solution(&problem.start().unwrap(), Quad::from(0.5), 4, &Silent)
+        .unwrap()
+        .rounded();
     let (off, size) = found.distance(&exact);
     let doubt = found.doubt().most();
     assert!(doubt > 0.0 && doubt < 1e-12 * size, "{doubt:e}");
@@ -93,8 +98,9 @@ fn a_long_chain_is_followed_in_f64() {
 fn steps_that_are_no_doublings_have_a_solution_of_their_own() {
     let errors = |steps: &[f64]| {
         let rows = global_order::run(&chain(2, 0.1, 1.2), &rows(&["rk4"]), steps, &Silent).unwrap();
-        let of =
-            |h: f64| rows.iter().filter(|row| row.h == h).map(|row| row.error.unwrap()).collect::<Vec<_>>();
+        let of = |h: f64| {
+            rows.iter().filter(|row| row.h == h).map(|row| row.error.unwrap()).collect::<Vec<_>>()
+        };
         [0.1, 0.2, 0.3].map(of)
     };
     let (alone, shared) = (errors(&[0.3]), errors(&[0.3, 0.2, 0.1]));
@@ -106,7 +112,8 @@ fn steps_that_are_no_doublings_have_a_solution_of_their_own() {
 #[test]
 fn what_is_owed_in_each_is_counted_in_each() {
     let count = |problem: &Problem, name: &str, h: f64| {
-        work_precision::run(problem, &rows(&[name]), &[h], &[], &Silent).unwrap()[0].passivity_violations
+        work_precision::run(problem, &rows(&[name]), &[h], &[], &Silent).unwrap()[0]
+            .passivity_violations
     };
     let passive = chain(4, 0.5, 2.0);
     for name in ["increment-1", "increment-2", "gonzalez", "leapfrog", "rk4"] {
@@ -114,7 +121,10 @@ fn what_is_owed_in_each_is_counted_in_each() {
     }
     // Parts of this one run backwards: with strong friction and long steps it takes energy back. Steps are counted, of
     // which there are two, however many masses a step takes it from.
-    assert!(count(&chain(4, 10.0, 2.0), "increment-6", 1.0).is_some_and(|count| (1..=2).contains(&count)));
+    assert!(
+        count(&chain(4, 10.0, 2.0), "increment-6", 1.0)
+            .is_some_and(|count| (1..=2).contains(&count))
+    );
     let ring = Model::of(&VAN_DER_POL_RING, &[4.0, 1.0, 0.5]);
     assert_eq!(count(&Problem { model: ring, ..passive.clone() }, "increment-2", 0.1), None);
 }
@@ -122,15 +132,21 @@ fn what_is_owed_in_each_is_counted_in_each() {
 #[test]
 fn local_orders_are_those_of_the_registry() {
     let study = LocalOrder { base_step: 0.01, steps: vec![0.01, 0.02, 0.03] };
-    let cases =
-        [(chain(3, 0.2, 0.5), &["increment-2", "gonzalez", "rk4"][..]), (pendulum(0.5), &["gonzalez"])];
+    let cases = [
+        (chain(3, 0.2, 0.5), &["increment-2", "gonzalez", "rk4"][..]),
+        (pendulum(0.5), &["gonzalez"]),
+    ];
     for (problem, names) in cases {
         for row in rows(names) {
             let errors = study.run::<Quad>(&problem, &[row], &Silent).unwrap();
             let errors: Vec<&LocalErrors> = errors.iter().collect();
             for variable in 0..3 {
                 let found = order(&errors, variable, Statistic::Median).unwrap().slope;
-                assert!((found - f64::from(row.order())).abs() < 0.1, "{} {variable}: {found}", row.name);
+                assert!(
+                    (found - f64::from(row.order())).abs() < 0.1,
+                    "{} {variable}: {found}",
+                    row.name
+                );
             }
         }
     }
@@ -150,9 +166,12 @@ fn plain(name: &str, h: f64) -> Setup {
 #[test]
 fn a_drift_of_k_is_told_from_its_roundings() {
     let starts: Vec<_> = (0..8).map(at_rest).collect();
-    let runs: Vec<_> = [("rk4", 0.05), ("increment-2", 0.05)].map(|(name, h)| plain(name, h)).into();
     let runs: Vec<_> =
-        runs.into_iter().chain([Setup { compensated: true, ..plain("increment-2", 0.2) }]).collect();
+        [("rk4", 0.05), ("increment-2", 0.05)].map(|(name, h)| plain(name, h)).into();
+    let runs: Vec<_> = runs
+        .into_iter()
+        .chain([Setup { compensated: true, ..plain("increment-2", 0.2) }])
+        .collect();
     let found = long_run::run(&starts, &runs, 30_000, &Silent).unwrap();
     // Energy that rk4 loses is lost at a rate: its deviation grows like t, and all starts deviate to one side.
     let [drift, roundings, none] = &found[..] else { panic!("{found:?}") };
@@ -167,8 +186,11 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     assert!(none.growth().unwrap().slope.abs() < 0.25, "{:?}", none.growth());
     assert!(none.rows.iter().all(|row| row.rms > 1e-18 && row.rms < 2e-16), "{:?}", none.rows);
     // Watched step by step, one start is what it is in the windows.
-    let [one] = &long_run::run(&starts[..1], &runs[..1], 100, &Silent).unwrap()[..] else { panic!() };
-    let books = &energy::run(&Problem { end: 5.0, ..starts[0].clone() }, &rows(&["rk4"]), 0.05, 1, &Silent);
+    let [one] = &long_run::run(&starts[..1], &runs[..1], 100, &Silent).unwrap()[..] else {
+        panic!()
+    };
+    let books =
+        &energy::run(&Problem { end: 5.0, ..starts[0].clone() }, &rows(&["rk4"]), 0.05, 1, &Silent);
     let steps = &books.as_ref().unwrap()[0].rows;
     let mean = steps[1..].iter().map(|row| row.drift).sum::<f64>() / 100.0 / steps[0].energy;
     assert!((one.rows[0].mean - mean).abs() < 1e-14, "{} {mean}", one.rows[0].mean);
@@ -180,7 +202,8 @@ fn starts_side_by_side_are_those_alone() {
     let starts = [at_rest(0), at_rest(1), at_rest(2)];
     let rows = rows(&["increment-2", "rk4", "gonzalez"]);
     let setup = |row, compensated| Setup { row, h: 0.1, compensated };
-    let setups = [setup(rows[0], false), setup(rows[0], true), setup(rows[1], false), setup(rows[2], false)];
+    let setups =
+        [setup(rows[0], false), setup(rows[0], true), setup(rows[1], false), setup(rows[2], false)];
     let together = long_run::run(&starts, &setups, 3000, &Silent).unwrap();
     let alone: Vec<_> = starts
         .iter()
@@ -192,15 +215,27 @@ fn starts_side_by_side_are_those_alone() {
             let means: f64 = alone.iter().map(|runs| runs[i].rows[k].mean).sum();
             let squares: f64 = alone.iter().map(|runs| runs[i].rows[k].rms.powi(2)).sum();
             let (mean, rms) = (means / 3.0, (squares / 3.0).sqrt());
-            assert!((row.mean - mean).abs() <= 1e-12 * rms, "{} {k}: {} {mean}", run.setup.label(), row.mean);
-            assert!((row.rms - rms).abs() <= 1e-12 * rms, "{} {k}: {} {rms}", run.setup.label(), row.rms);
+            assert!(
+                (row.mean - mean).abs() <= 1e-12 * rms,
+                "{} {k}: {} {mean}",
+                run.setup.label(),
+                row.mean
+            );
+            assert!(
+                (row.rms - rms).abs() <= 1e-12 * rms,
+                "{} {k}: {} {rms}",
+                run.setup.label(),
+                row.rms
+            );
         }
     }
 }
 
 #[test]
 fn only_increments_of_separable_systems_are_compensated() {
-    let bind = |problem: Problem, name| problem.model.bind_compensated::<f64>(find(name).unwrap()).map(drop);
+    let bind = |problem: Problem, name| {
+        problem.model.bind_compensated::<f64>(find(name).unwrap()).map(drop)
+    };
     for model in [
         Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]),
         Model::of(&DUFFING, &[1.0, 1.0, 0.1]),
@@ -215,7 +250,8 @@ fn only_increments_of_separable_systems_are_compensated() {
         let [mut state, mut plain] = [0; 2].map(|_| problem.start::<f64>().unwrap());
         method.step(0.1, &mut state).unwrap();
         model.bind(find("increment-4").unwrap()).unwrap().step(0.1, &mut plain).unwrap();
-        let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let off =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let off = off(&state.q, &plain.q).max(off(&state.p, &plain.p)).max(off(&state.w, &plain.w));
         assert!(off < 1e-14, "{}: {off:e}", model.name());
         assert!(matches!(bind(problem, "rk4"), Err(InputError::Unsupported { method: "rk4", .. })));
@@ -256,6 +292,7 @@ fn what_does_not_fit_is_refused() {
             IntegrateError::Input(length)
         );
     }
-    let none = Problem { q: vec![], p: vec![], model: Model::of(&FPUT_CHAIN, &[0.0, 1.0, 0.1]), end: 1.0 };
+    let none =
+        Problem { q: vec![], p: vec![], model: Model::of(&FPUT_CHAIN, &[0.0, 1.0, 0.1]), end: 1.0 };
     assert!(matches!(refused(&none, "rk4"), InputError::Parameter { name: "n", .. }));
 }

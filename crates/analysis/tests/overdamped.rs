@@ -12,7 +12,12 @@ use afterbay_methods::registry::{FIXED, Row, find};
 use afterbay_systems::{DAMPED_OSCILLATOR, DampedOscillator};
 
 fn problem(b: f64) -> Problem {
-    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
+    Problem {
+        model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]),
+        q: vec![1.0],
+        p: vec![1.0],
+        end: 2.0,
+    }
 }
 
 fn decays(b: f64, methods: &[&'static Row]) -> Vec<DecayRow> {
@@ -28,8 +33,11 @@ fn all() -> Vec<&'static Row> {
 #[test]
 fn the_report_has_a_line_for_every_method() {
     let (output, findings) = paper::run(Extent::Quick, &Silent).expect("the paper runs");
-    let table =
-        output.artifacts.iter().find(|artifact| artifact.name == "data/overdamped.csv").expect("a table");
+    let table = output
+        .artifacts
+        .iter()
+        .find(|artifact| artifact.name == "data/overdamped.csv")
+        .expect("a table");
     let mut reader = csv::Reader::from_reader(table.text.as_bytes());
     assert_eq!(
         reader.headers().expect("a header"),
@@ -39,7 +47,8 @@ fn the_report_has_a_line_for_every_method() {
     let html = output.report.html();
     for row in FIXED {
         for b in ["200", "5000"] {
-            let lines = records.iter().filter(|r| &r[0] == row.name && r[1].trim_end_matches(".0") == b);
+            let lines =
+                records.iter().filter(|r| &r[0] == row.name && r[1].trim_end_matches(".0") == b);
             assert_eq!(lines.count(), 1, "{} at b = {b}", row.name);
         }
     }
@@ -47,16 +56,24 @@ fn the_report_has_a_line_for_every_method() {
     let from = html.find("max |K - K₀|").expect("a table");
     let mut rest = &html[from..];
     for row in FIXED {
-        let at = rest.find(&format!(">{}<", row.name)).unwrap_or_else(|| panic!("{} has no line", row.name));
+        let at = rest
+            .find(&format!(">{}<", row.name))
+            .unwrap_or_else(|| panic!("{} has no line", row.name));
         rest = &rest[at..];
     }
     let topic = "methods that decay rightly";
-    let finding = findings.iter().find(|finding| finding.topic.starts_with(topic)).expect("a finding");
+    let finding =
+        findings.iter().find(|finding| finding.topic.starts_with(topic)).expect("a finding");
     let right = decays(5000.0, &all()).into_iter().zip(decays(200.0, &all()));
     let right = right.filter(|(stiff, soft)| stiff.decay.is_right() && soft.decay.is_right());
     let right: Vec<_> = right.map(|(row, _)| row.method).collect();
     let named = finding.statement.split(": ").next().expect("a list");
-    assert_eq!(named.replace(" and ", ", ").split(", ").collect::<Vec<_>>(), right, "{}", finding.statement);
+    assert_eq!(
+        named.replace(" and ", ", ").split(", ").collect::<Vec<_>>(),
+        right,
+        "{}",
+        finding.statement
+    );
 }
 
 /// Three states of a run, h apart, with these energies.
@@ -118,7 +135,8 @@ fn every_line_has_the_numbers_of_its_run() {
             assert!((row.exact.ln() + 0.2 / b).abs() < 0.01 / b, "{}", row.exact);
             // The first two steps once more, by hand.
             let problem = problem(b);
-            let method = problem.model.bind(find(row.method).expect("registered")).expect("applies");
+            let method =
+                problem.model.bind(find(row.method).expect("registered")).expect("applies");
             let mut state = problem.start::<f64>().expect("a state");
             let mut energies = vec![system.energy(&state.q, &state.p)];
             let steps = (0..2).try_for_each(|_| {
@@ -126,7 +144,8 @@ fn every_line_has_the_numbers_of_its_run() {
                 energies.push(system.energy(&state.q, &state.p));
                 Ok::<_, IntegrateError>(())
             });
-            let ratio = energies.get(2).map(|energy| energy / energies[1]).filter(|r| r.is_finite());
+            let ratio =
+                energies.get(2).map(|energy| energy / energies[1]).filter(|r| r.is_finite());
             match (ratio, row.ratio) {
                 (Some(by_hand), Some(found)) => {
                     assert!((by_hand / found - 1.0).abs() < 1e-9, "{row:?} {by_hand}");
@@ -134,14 +153,20 @@ fn every_line_has_the_numbers_of_its_run() {
                 (by_hand, found) => assert_eq!(by_hand, found, "{row:?}"),
             }
             if let Decay::Failed(_) = row.decay {
-                assert!(energies.iter().all(|&energy| energy <= energies[0] * (1.0 + 1e-12)), "{row:?}");
+                assert!(
+                    energies.iter().all(|&energy| energy <= energies[0] * (1.0 + 1e-12)),
+                    "{row:?}"
+                );
             }
             if row.decay.is_right() || matches!(row.decay, Decay::Wrong | Decay::WrongWithK) {
                 assert!(steps.is_ok() && row.k_drift.is_some(), "{row:?}");
             }
             let claims = find(row.method).expect("registered");
             // Bounded is what A-stable promises, vanishing what L-stable does.
-            assert!(!claims.a_stable || !matches!(row.decay, Decay::Diverged | Decay::Failed(_)), "{row:?}");
+            assert!(
+                !claims.a_stable || !matches!(row.decay, Decay::Diverged | Decay::Failed(_)),
+                "{row:?}"
+            );
             assert!(!claims.l_stable || row.decay == Decay::Right, "{row:?}");
         }
     }
@@ -149,7 +174,8 @@ fn every_line_has_the_numbers_of_its_run() {
 
 #[test]
 fn names_do_not() {
-    let pairs = [("moddg", Decay::WrongWithK), ("linear-exact", Decay::Right), ("rk4", Decay::Diverged)];
+    let pairs =
+        [("moddg", Decay::WrongWithK), ("linear-exact", Decay::Right), ("rk4", Decay::Diverged)];
     for (name, expected) in pairs {
         for (other, _) in pairs {
             let mut row = *find(name).expect("registered");

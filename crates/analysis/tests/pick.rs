@@ -94,12 +94,17 @@ fn a_double_well_is_followed_all_along_and_not_met_at_the_end() {
     for candidate in found.qualified.iter().take(3) {
         let off = checked(&problem, candidate);
         assert!(off <= 1e-6, "{} {}: {off:e}", candidate.run.method, candidate.run.setting());
-        assert!(candidate.run.tolerance.is_none_or(|tolerance| tolerance < 1e-3), "{}", says(&found));
+        assert!(
+            candidate.run.tolerance.is_none_or(|tolerance| tolerance < 1e-3),
+            "{}",
+            says(&found)
+        );
     }
     let [qp, w] = found.check.expect("a finer run");
     assert!(qp <= 2e-6 && w <= 2e-6, "{qp:e} {w:e}");
     // At the end alone a longer step is enough, with its neighbours still.
-    let at_end = pick::run(&problem, Wanted { at_end: true, ..wanted(1e-6) }, &Silent).expect("a pick");
+    let at_end =
+        pick::run(&problem, Wanted { at_end: true, ..wanted(1e-6) }, &Silent).expect("a pick");
     let of = |found: &Pick, name: &str| {
         found.qualified.iter().find(|one| one.run.method == name).map(|one| one.run.steps)
     };
@@ -162,7 +167,10 @@ fn a_scene_that_is_too_sensitive_is_named() {
         panic!("{:?}\n{}", found.too_sensitive, says(&found));
     };
     println!("{growth:e} {error:e} {until}");
-    assert!(growth > 1e9 && error > 1e-6 && until > 5.0 && until < 200.0, "{growth:e} {error:e} {until}");
+    assert!(
+        growth > 1e9 && error > 1e-6 && until > 5.0 && until < 200.0,
+        "{growth:e} {error:e} {until}"
+    );
     assert!(found.qualified.is_empty() && found.tried.is_empty());
     // Until then the error can be had.
     let shorter = Problem { end: 0.9 * until, ..problem };
@@ -185,7 +193,8 @@ fn a_pick_with_a_kink_is_honest() {
     println!("{}: {off:e}", says(&found));
     assert!(off <= 1e-6 && off > 1e-9, "{off:e}");
     // The error that is said is the one that is found, and that of a finer run.
-    let said = winner.run.error_qp.zip(winner.run.error_w).map(|(qp, w)| qp.max(w)).expect("errors");
+    let said =
+        winner.run.error_qp.zip(winner.run.error_w).map(|(qp, w)| qp.max(w)).expect("errors");
     assert!((off - said).abs() <= 0.05 * said, "{off:e}, said {said:e}");
     let [qp, w] = found.check.expect("a finer run");
     assert!((qp.max(w) - said).abs() <= 0.8 * said, "{qp:e} {w:e}, said {said:e}");
@@ -221,7 +230,8 @@ fn an_interrupted_pick_has_what_was_found_so_far() {
     assert!(reasons.into_iter().all(|why| why.is_some()), "{}", says(&found));
     assert!(found.qualified.len() + found.others.len() < 10, "{}", says(&found));
     // Before anything is begun there is nothing, and it is said.
-    let found = pick::run(&problem, wanted(1e-4), &After(AtomicUsize::new(0), 0)).expect("an answer");
+    let found =
+        pick::run(&problem, wanted(1e-4), &After(AtomicUsize::new(0), 0)).expect("an answer");
     assert!(found.interrupted && found.qualified.is_empty() && found.tried.is_empty());
 }
 

@@ -16,14 +16,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 fn described(potential: &str, friction: DissipationText) -> Custom<f64> {
     let parts = (Vec::new(), Vec::new());
     let potential = potential.to_owned();
-    let description = Description { potential, dissipation: friction, masses: parts.0, parameters: parts.1 };
+    let description =
+        Description { potential, dissipation: friction, masses: parts.0, parameters: parts.1 };
     Custom::new(&description).expect("a system")
 }
 
 fn custom(potential: &str, dissipation: &[&str]) -> Custom<f64> {
     let forces = dissipation.iter().map(ToString::to_string).collect();
-    let friction =
-        if dissipation.is_empty() { DissipationText::None } else { DissipationText::Forces(forces) };
+    let friction = if dissipation.is_empty() {
+        DissipationText::None
+    } else {
+        DissipationText::Forces(forces)
+    };
     described(potential, friction)
 }
 
@@ -47,7 +51,8 @@ where
     let start: State<Vec<Quad>> = problem.start().expect("a state");
     let (mut last, pace) = (start.clone(), Pace { share: 0.6, ..Pace::FULL });
     let (defect, run) = (Sampled(system), (Quad::from_f64(problem.end), 1));
-    follow((system, &defect), &start, run, pace, &|| false, &mut |_, state| last = state).expect("a run");
+    follow((system, &defect), &start, run, pace, &|| false, &mut |_, state| last = state)
+        .expect("a run");
     last
 }
 
@@ -62,7 +67,8 @@ fn off(found: &Solution<f64>, exact: &State<Vec<Quad>>) -> Doubt {
         let differences = a.iter().zip(b).map(|(&a, &b)| (Quad::from_f64(a) - b).abs().to_f64());
         differences.fold(0.0, f64::max)
     };
-    let [q, p, w] = [(at.q, &exact.q), (at.p, &exact.p), (at.w, &exact.w)].map(|(a, b)| apart(a, b));
+    let [q, p, w] =
+        [(at.q, &exact.q), (at.p, &exact.p), (at.w, &exact.w)].map(|(a, b)| apart(a, b));
     Doubt { qp: q.max(p), w }
 }
 
@@ -81,7 +87,11 @@ fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
 
 /// The largest of what two states are apart by.
 fn apart(found: &Solution<f64>, other: &State<Vec<f64>>) -> f64 {
-    found.errors(found.len() - 1, other.state_ref()).map(|x| x.error).into_iter().fold(0.0, f64::max)
+    found
+        .errors(found.len() - 1, other.state_ref())
+        .map(|x| x.error)
+        .into_iter()
+        .fold(0.0, f64::max)
 }
 
 #[test]
@@ -120,7 +130,10 @@ fn features_narrower_than_a_stride_are_met() {
         let found = known(&scene, 1);
         let off = apart(&found, &by_steps(&scene, 400_000));
         println!("{potential} {dissipation}: {off:e}, doubt {:?}", found.doubt_at(1));
-        assert!(off < 1e-7 && found.doubt_at(1).most() < 1e-14, "{potential} {dissipation}: {off:e}");
+        assert!(
+            off < 1e-7 && found.doubt_at(1).most() < 1e-14,
+            "{potential} {dissipation}: {off:e}"
+        );
     }
 }
 
@@ -242,7 +255,8 @@ fn polynomial() -> impl Strategy<Value = (String, Vec<String>, Vec<f64>, Vec<f64
         let states = prop::collection::vec(state.clone(), 2 * n);
         (terms, rubs, states, any::<bool>()).prop_map(move |(terms, rubs, states, square)| {
             let form = |weights: &[i32]| {
-                let parts = weights.iter().take(n).enumerate().map(|(j, a)| format!("({a})*q{}", j + 1));
+                let parts =
+                    weights.iter().take(n).enumerate().map(|(j, a)| format!("({a})*q{}", j + 1));
                 parts.collect::<Vec<_>>().join(" + ")
             };
             let mut parts: Vec<String> = terms

@@ -7,8 +7,8 @@ use afterbay_analysis::study::stability::{Map, MapError, StabilityRow, Verdict, 
 use afterbay_core::Grid;
 use afterbay_methods::registry::{Row, find};
 use afterbay_systems::{
-    Custom, DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, FPUT_CHAIN,
-    VAN_DER_POL,
+    Custom, DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText,
+    FPUT_CHAIN, VAN_DER_POL,
 };
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -52,7 +52,8 @@ fn well(c: f64) -> Model {
 #[test]
 fn side_by_side_each_has_the_verdict_it_has_alone() {
     let duffing = |alpha| Model::of(&DUFFING, &[alpha, 1.0, 0.1]);
-    let polynomial = custom("k*q1^2/2 + q1^4/4 - q1^3/3", &["c*(1 + q1^2)*p1"], &[("k", 1.0), ("c", 0.1)]);
+    let polynomial =
+        custom("k*q1^2/2 + q1^4/4 - q1^3/3", &["c*(1 + q1^2)*p1"], &[("k", 1.0), ("c", 0.1)]);
     let one = (vec![2.3], vec![-3.1]);
     let three = (vec![1.0, -0.3, 0.8], vec![0.0, 1.5, -0.2]);
     let maps = [
@@ -74,7 +75,8 @@ fn side_by_side_each_has_the_verdict_it_has_alone() {
             &["leapfrog", "rk4", "increment-2", "increment-1"]
         };
         let problem = Problem { model, q: q.clone(), p: p.clone(), end: 60.0 };
-        let map = Map { problem, parameter, values: &values, steps: &steps, end: 60.0, least_steps: 60 };
+        let map =
+            Map { problem, parameter, values: &values, steps: &steps, end: 60.0, least_steps: 60 };
         let methods = rows(methods);
         let references = map.references(&Silent).expect("references");
         let together = map.judge(&methods, &references, &Silent).expect("cells");
@@ -94,7 +96,8 @@ fn side_by_side_each_has_the_verdict_it_has_alone() {
 fn a_map_is_the_same_for_any_number_of_threads() {
     let problem = Problem { model: well(0.1), q: vec![1.3], p: vec![0.4], end: 20.0 };
     let (values, steps) = (spread(20, 0.0, 1.0), spread(6, 0.1, 3.0));
-    let map = Map { problem, parameter: "c", values: &values, steps: &steps, end: 20.0, least_steps: 50 };
+    let map =
+        Map { problem, parameter: "c", values: &values, steps: &steps, end: 20.0, least_steps: 50 };
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| map.run(&rows(&["leapfrog", "moddg", "gonzalez"]), &Silent)).expect("a map")
@@ -115,19 +118,35 @@ fn bounded(verdict: Verdict) -> bool {
 #[test]
 fn explicit_methods_end_where_theory_says_and_moddg_nowhere() {
     // k = 4: ω = 2. Leap-frog ends at h ω = 2, RK4 at 2√2.
-    let problem =
-        Problem { model: Model::of(&DAMPED_OSCILLATOR, &[4.0, 0.0]), q: vec![1.0], p: vec![0.5], end: 1.0 };
+    let problem = Problem {
+        model: Model::of(&DAMPED_OSCILLATOR, &[4.0, 0.0]),
+        q: vec![1.0],
+        p: vec![0.5],
+        end: 1.0,
+    };
     let limits = [1.0, 2_f64.sqrt()];
     let steps: Vec<f64> =
         limits.iter().flat_map(|limit| [limit * 0.999, limit * 1.001]).chain([30.0]).collect();
-    let map =
-        Map { problem, parameter: "b", values: &[0.0, 0.1, 3.0], steps: &steps, end: 1.0, least_steps: 2000 };
+    let map = Map {
+        problem,
+        parameter: "b",
+        values: &[0.0, 0.1, 3.0],
+        steps: &steps,
+        end: 1.0,
+        least_steps: 2000,
+    };
     let cells = map.run(&rows(&["leapfrog", "rk4", "moddg"]), &Silent).expect("a map");
     let cell = |method: &str, b: f64, h: f64| {
-        cells.iter().find(|row| row.method == method && row.value == b && row.h == h).expect("a cell")
+        cells
+            .iter()
+            .find(|row| row.method == method && row.value == b && row.h == h)
+            .expect("a cell")
     };
-    let radius = |method: &str, h: f64| cell(method, 0.0, h).spectral_radius.expect("a linear step");
-    for (method, [below, above]) in [("leapfrog", [steps[0], steps[1]]), ("rk4", [steps[2], steps[3]])] {
+    let radius =
+        |method: &str, h: f64| cell(method, 0.0, h).spectral_radius.expect("a linear step");
+    for (method, [below, above]) in
+        [("leapfrog", [steps[0], steps[1]]), ("rk4", [steps[2], steps[3]])]
+    {
         assert!(radius(method, below) < 1.0 + 1e-12 && radius(method, above) > 1.001, "{method}");
         assert!(bounded(cell(method, 0.0, below).verdict), "{method}");
         assert!(
@@ -150,10 +169,17 @@ fn a_chain_ends_with_its_fastest_mode() {
     let model = Model::of(&FPUT_CHAIN, &[n as f64, 0.0, 0.0]);
     let problem = Problem { model, q: vec![1.0, 0.0, -1.0, 0.3, 0.2], p: vec![0.0; n], end: 1.0 };
     let steps = [0.999, 1.001].map(|share| share * 2.0 / fastest);
-    let map =
-        Map { problem, parameter: "c", values: &[0.0, 0.2], steps: &steps, end: 1.0, least_steps: 1000 };
+    let map = Map {
+        problem,
+        parameter: "c",
+        values: &[0.0, 0.2],
+        steps: &steps,
+        end: 1.0,
+        least_steps: 1000,
+    };
     let cells = map.run(&rows(&["leapfrog", "increment-2"]), &Silent).expect("a map");
-    let radii: Vec<f64> = cells.iter().map(|row| row.spectral_radius.expect("a linear step")).collect();
+    let radii: Vec<f64> =
+        cells.iter().map(|row| row.spectral_radius.expect("a linear step")).collect();
     assert!((radii[0] - 1.0).abs() < 1e-9 && radii[1] > 1.03, "{radii:?}");
     assert!(radii[4..].iter().all(|&radius| radius < 1.0 + 1e-9), "{radii:?}");
     assert!(matches!(cells[1].verdict, Verdict::Growing | Verdict::NotFinite), "{:?}", cells[1]);
@@ -164,7 +190,11 @@ fn a_double_well_is_judged_by_size_and_place() {
     // Within the right well H is negative: logarithms of its mean tell nothing.
     for method in ["leapfrog", "rk4", "moddg"] {
         for c in [0.0, 0.05, 0.3, 5.0] {
-            assert_eq!(cell(well(c), [1.2, 0.3], method, 0.05, 60.0).verdict, Verdict::Right, "{method} {c}");
+            assert_eq!(
+                cell(well(c), [1.2, 0.3], method, 0.05, 60.0).verdict,
+                Verdict::Right,
+                "{method} {c}"
+            );
         }
     }
     // The start is on a slope between the two basins of rest: coarse steps end in the other well.
@@ -198,7 +228,8 @@ fn rest_and_what_decays_below_any_number_is_right() {
 #[test]
 fn limit_cycles_are_told_from_each_other() {
     for mu in [0.2, 1.0, 3.0] {
-        let of = |method, h| cell(Model::of(&VAN_DER_POL, &[mu]), [0.1, 0.0], method, h, 100.0).verdict;
+        let of =
+            |method, h| cell(Model::of(&VAN_DER_POL, &[mu]), [0.1, 0.0], method, h, 100.0).verdict;
         assert_eq!(of("rk4", 0.02), Verdict::Right, "{mu}");
         // The jumps of the cycle at μ = 3 come late.
         let expected = if mu == 3.0 { Verdict::Late } else { Verdict::Right };
@@ -268,9 +299,13 @@ fn every_verdict_is_given() {
     );
     assert_eq!(of(0.1, "moddg-fixed-point", 2.1), Verdict::NoConvergence);
     assert_eq!(of(-2.5, "moddg", 1.0), Verdict::Pole);
-    assert_eq!(cell(oscillator(0.1), [1.0, 0.0], "moddg-q3-shared", 0.1, 40.0).verdict, Verdict::Pole);
+    assert_eq!(
+        cell(oscillator(0.1), [1.0, 0.0], "moddg-q3-shared", 0.1, 40.0).verdict,
+        Verdict::Pole
+    );
     // Some sweeps go backwards in time, and friction then gives back.
-    let robbed: Vec<Verdict> = spread(25, 0.5, 12.5).into_iter().map(|h| of(2.0, "increment-4", h)).collect();
+    let robbed: Vec<Verdict> =
+        spread(25, 0.5, 12.5).into_iter().map(|h| of(2.0, "increment-4", h)).collect();
     assert!(robbed.contains(&Verdict::PassivityViolated), "{robbed:?}");
     assert_eq!(of(0.5, "increment-4", 0.1), Verdict::Right);
     // The exact solution leaves the numbers, the run does not yet.
@@ -283,21 +318,42 @@ fn every_verdict_is_given() {
     // Hénon and Heiles: no step of RK4 follows chaos over such a time.
     let heiles = custom("q1^2/2 + q2^2/2 + q1^2*q2 - q2^3/3", &["c*p1", "c*p2"], &[("c", 0.0)]);
     let problem = Problem { model: heiles, q: vec![0.0, -0.15], p: vec![0.55, 0.0], end: 3000.0 };
-    let map = Map { problem, parameter: "c", values: &[0.0], steps: &[0.1], end: 3000.0, least_steps: 1 };
-    assert_eq!(map.run(&rows(&["leapfrog"]), &Silent).expect("a map")[0].verdict, Verdict::Unjudged);
+    let map =
+        Map { problem, parameter: "c", values: &[0.0], steps: &[0.1], end: 3000.0, least_steps: 1 };
+    assert_eq!(
+        map.run(&rows(&["leapfrog"]), &Silent).expect("a map")[0].verdict,
+        Verdict::Unjudged
+    );
 }
 
 #[test]
 fn an_atlas_says_where_methods_end() {
-    let problem =
-        Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.0]), q: vec![1.0], p: vec![0.5], end: 40.0 };
+    let problem = Problem {
+        model: Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.0]),
+        q: vec![1.0],
+        p: vec![0.5],
+        end: 40.0,
+    };
     let steps = [0.05, 0.1, 1.9, 2.5, 3.0];
-    let map =
-        Map { problem, parameter: "b", values: &[0.0, 0.2, 0.4], steps: &steps, end: 40.0, least_steps: 200 };
+    let map = Map {
+        problem,
+        parameter: "b",
+        values: &[0.0, 0.2, 0.4],
+        steps: &steps,
+        end: 40.0,
+        least_steps: 200,
+    };
     let cells = map.run(&rows(&["leapfrog", "rk4", "linear-exact"]), &Silent).expect("a map");
     let found = atlas(&cells);
-    assert_eq!(found.iter().map(|row| row.method).collect::<Vec<_>>(), ["leapfrog", "rk4", "linear-exact"]);
-    assert!(found[0].h.is_some_and(|h| h == 1.9 || h == 2.5) && found[0].middle == 0.2, "{:?}", found[0]);
+    assert_eq!(
+        found.iter().map(|row| row.method).collect::<Vec<_>>(),
+        ["leapfrog", "rk4", "linear-exact"]
+    );
+    assert!(
+        found[0].h.is_some_and(|h| h == 1.9 || h == 2.5) && found[0].middle == 0.2,
+        "{:?}",
+        found[0]
+    );
     assert!(found[1].h.is_some_and(|h| h > 0.1 && h <= 3.0), "{:?}", found[1]);
     assert_eq!((found[2].h, found[2].verdict, found[2].middle_h), (None, None, None));
 }
@@ -306,11 +362,18 @@ fn an_atlas_says_where_methods_end() {
 fn any_parameter_of_any_system_can_be_varied() {
     let model = custom("k*q1^4/4", &["c*p1"], &[("k", 1.0), ("c", 0.1)]);
     let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 20.0 };
-    let map =
-        Map { problem, parameter: "k", values: &[0.5, 1.0, 2.0], steps: &[0.05], end: 20.0, least_steps: 1 };
+    let map = Map {
+        problem,
+        parameter: "k",
+        values: &[0.5, 1.0, 2.0],
+        steps: &[0.05],
+        end: 20.0,
+        least_steps: 1,
+    };
     let cells = map.run(&rows(&["moddg", "collocation-4", "relaxed-rk4"]), &Silent).expect("a map");
     assert!(
-        cells.len() == 9 && cells.iter().all(|cell| cell.verdict == Verdict::Right && cell.parameter == "k")
+        cells.len() == 9
+            && cells.iter().all(|cell| cell.verdict == Verdict::Right && cell.parameter == "k")
     );
     let unknown = Map { parameter: "kk", ..map.clone() };
     let error = unknown.run(&rows(&["moddg"]), &Silent).expect_err("no such parameter");
@@ -348,7 +411,8 @@ impl Progress for After {
 fn a_map_that_is_stopped_has_the_cells_that_were_begun() {
     let problem = Problem { model: well(0.1), q: vec![1.3], p: vec![0.4], end: 5.0 };
     let (values, steps) = (spread(16, 0.0, 1.0), spread(5, 0.1, 0.5));
-    let map = Map { problem, parameter: "c", values: &values, steps: &steps, end: 5.0, least_steps: 1 };
+    let map =
+        Map { problem, parameter: "c", values: &values, steps: &steps, end: 5.0, least_steps: 1 };
     let methods = rows(&["leapfrog", "moddg"]);
     let all = map.run(&methods, &Silent).expect("a map");
     let whole = After(AtomicUsize::new(0), usize::MAX);
@@ -418,7 +482,8 @@ fn a_rotor_is_judged_by_its_angle_and_not_by_its_turns() {
         let off = errors(&problem, method, h);
         let values = [1e-9];
         let steps = [h];
-        let map = Map { problem, parameter: "c", values: &values, steps: &steps, end, least_steps: 1 };
+        let map =
+            Map { problem, parameter: "c", values: &values, steps: &steps, end, least_steps: 1 };
         (off, map.run(&rows(&[method]), &Silent).expect("a map").remove(0).verdict)
     };
     let mut turned = 0;
@@ -434,7 +499,9 @@ fn a_rotor_is_judged_by_its_angle_and_not_by_its_turns() {
 #[test]
 fn a_phase_error_with_the_right_amplitude_is_late() {
     // Leap-frog's frequency is off by h²/24 of itself: 0.1 rad after t = 60 where h = 0.2.
-    let of = |model: Model, method: &str, h: f64, end: f64| cell(model, [1.0, 0.0], method, h, end).verdict;
+    let of = |model: Model, method: &str, h: f64, end: f64| {
+        cell(model, [1.0, 0.0], method, h, end).verdict
+    };
     let oscillator = Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.0]);
     for (h, expected) in [(0.1, Verdict::Right), (0.3, Verdict::Late), (0.4, Verdict::Late)] {
         assert_eq!(of(oscillator.clone(), "leapfrog", h, 60.0), expected, "{h}");

@@ -7,7 +7,9 @@ use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, StateRef};
 use afterbay_methods::registry::{FIXED, Row, find};
-use afterbay_systems::{Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, VAN_DER_POL};
+use afterbay_systems::{
+    Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, VAN_DER_POL,
+};
 use std::collections::BTreeMap;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
@@ -26,8 +28,9 @@ fn without_seconds(table: &str) -> String {
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     let header = reader.headers().expect("a header").clone();
     let kept: Vec<usize> = (0..header.len()).filter(|&i| &header[i] != "seconds").collect();
-    let line =
-        |record: &csv::StringRecord| kept.iter().map(|&i| &record[i]).collect::<Vec<_>>().join(",") + "\n";
+    let line = |record: &csv::StringRecord| {
+        kept.iter().map(|&i| &record[i]).collect::<Vec<_>>().join(",") + "\n"
+    };
     let mut text = line(&header);
     for record in reader.records() {
         text.push_str(&line(&record.expect("a row")));
@@ -39,7 +42,9 @@ fn without_seconds(table: &str) -> String {
 fn tables_are_the_same_to_the_bit_for_any_number_of_threads() {
     let one = tables(1);
     assert!(one.len() >= 32, "{:?}", one.keys());
-    assert!(one.contains_key("data/fput-chain/size.csv") && one.contains_key("data/trajectory.csv"));
+    assert!(
+        one.contains_key("data/fput-chain/size.csv") && one.contains_key("data/trajectory.csv")
+    );
     for threads in [2, 5] {
         for (name, table) in tables(threads) {
             assert!(table == one[&name], "{name} differs with {threads} threads");
@@ -54,7 +59,10 @@ fn tables_follow_their_contract() {
         ("data/local_orders.csv", "method,variable,statistic,order,ci_low,ci_high,points,printed"),
         ("data/global_orders.csv", "method,variable,h,error,order,doubt"),
         ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1\n"),
-        ("data/fput-chain/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1,w2,w3\n"),
+        (
+            "data/fput-chain/energy.csv",
+            "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1,w2,w3\n",
+        ),
         ("data/trajectory.csv", "method,step,t,q1,p1,w1,H,K\n"),
         ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
         (
@@ -65,14 +73,21 @@ fn tables_follow_their_contract() {
         ("data/stability.csv", "method,h,parameter,value,verdict,spectral_radius,steps_done"),
     ] {
         let table = output.artifacts.iter().find(|artifact| artifact.name == name).expect(name);
-        assert!(table.text.starts_with(columns), "{name}: {}", table.text.lines().next().unwrap_or(""));
+        assert!(
+            table.text.starts_with(columns),
+            "{name}: {}",
+            table.text.lines().next().unwrap_or("")
+        );
         assert!(
             !table.text.contains("NaN") && !table.text.contains("inf"),
             "{name} has a number that is none"
         );
     }
     let html = output.report.html();
-    assert!(!html.replace("http://www.w3.org/2000/svg", "").contains("http"), "the report fetches something");
+    assert!(
+        !html.replace("http://www.w3.org/2000/svg", "").contains("http"),
+        "the report fetches something"
+    );
     for figure in output.artifacts.iter().filter(|artifact| artifact.name.ends_with(".svg")) {
         assert!(html.contains(&figure.name), "{} is not in the report", figure.name);
         assert!(figure.text.len() < 300_000, "{} is {} bytes long", figure.name, figure.text.len());
@@ -81,8 +96,8 @@ fn tables_follow_their_contract() {
 
 #[test]
 fn books_tell_the_methods_that_keep_k() {
-    let books =
-        energy::run(&oscillator(), &FIXED.iter().collect::<Vec<_>>(), 0.05, 1, &Silent).expect("runs");
+    let books = energy::run(&oscillator(), &FIXED.iter().collect::<Vec<_>>(), 0.05, 1, &Silent)
+        .expect("runs");
     for (row, books) in FIXED.iter().zip(&books) {
         assert!(books.ending.is_completed(), "{}: {}", row.name, books.ending.describe());
         assert_eq!(books.drift < 1e-12, row.keeps_k, "{}: {:e}", row.name, books.drift);
@@ -109,16 +124,23 @@ fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
 #[test]
 fn global_errors_fall_with_the_order_of_the_method() {
     let steps = [0.05, 0.025, 0.0125];
-    for model in [oscillator().model, Model::of(&DUFFING, &[1.0, 0.5, 0.1]), Model::of(&VAN_DER_POL, &[1.0])]
+    for model in
+        [oscillator().model, Model::of(&DUFFING, &[1.0, 0.5, 0.1]), Model::of(&VAN_DER_POL, &[1.0])]
     {
         let problem = Problem { model: model.clone(), end: 5.0, ..oscillator() };
         for row in
-            global_order::run(&problem, &rows(&["leapfrog", "moddg", "rk4"]), &steps, &Silent).expect("runs")
+            global_order::run(&problem, &rows(&["leapfrog", "moddg", "rk4"]), &steps, &Silent)
+                .expect("runs")
         {
             let claimed = f64::from(find(row.method).expect("registered").order());
             if row.h == 0.0125 {
                 let order = row.order.expect("an order");
-                assert!((order - claimed).abs() < 0.1, "{model:?} {} {}: {order}", row.method, row.variable);
+                assert!(
+                    (order - claimed).abs() < 0.1,
+                    "{model:?} {} {}: {order}",
+                    row.method,
+                    row.variable
+                );
             }
         }
     }
@@ -127,8 +149,14 @@ fn global_errors_fall_with_the_order_of_the_method() {
 #[test]
 fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
     // Simple iteration does not contract at h = 2.5; the next step size is fine again.
-    let found = work_precision::run(&oscillator(), &rows(&["moddg-fixed-point"]), &[2.5, 0.1], &[], &Silent)
-        .expect("runs");
+    let found = work_precision::run(
+        &oscillator(),
+        &rows(&["moddg-fixed-point"]),
+        &[2.5, 0.1],
+        &[],
+        &Silent,
+    )
+    .expect("runs");
     assert_eq!(found[0].outcome, "not-contracting");
     assert!(
         found[0]
@@ -151,9 +179,13 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
         end: 20.0,
         least_steps: 200,
     };
-    let cells = map.run(&rows(&["leapfrog", "rk4", "moddg", "moddg-fixed-point"]), &Silent).expect("runs");
+    let cells =
+        map.run(&rows(&["leapfrog", "rk4", "moddg", "moddg-fixed-point"]), &Silent).expect("runs");
     let cell = |method: &str, b: f64, h: f64| {
-        cells.iter().find(|row| row.method == method && row.value == b && row.h == h).expect("a cell")
+        cells
+            .iter()
+            .find(|row| row.method == method && row.value == b && row.h == h)
+            .expect("a cell")
     };
     // Undamped: leap-frog is stable up to h = 2, RK4 up to 2√2, the discrete gradient always; radius 1 to rounding.
     let radius = |method, b, h| cell(method, b, h).spectral_radius.expect("a linear step");
@@ -174,7 +206,8 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
 
 #[test]
 fn van_der_pol_is_judged_by_its_limit_cycle() {
-    let problem = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
+    let problem =
+        Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map {
         problem,
         parameter: "mu",
@@ -201,7 +234,9 @@ fn references_know_rest_decay_and_their_end() {
     assert_eq!(rest.at(10), StateRef { q: &[0.0], p: &[0.0], w: &[0.0], t: 5.0 });
     let decay = Problem { model: duffing(1.0, 1.0, 2.0), q: vec![1.0], p: vec![0.0], end: 1000.0 };
     let decayed = decay.solution(100.0, 10, &Silent).expect("a decay lasts");
-    let StateRef { q: &[q], p: &[p], w: &[w], t: 1000.0 } = decayed.at(10) else { panic!("{decayed:?}") };
+    let StateRef { q: &[q], p: &[p], w: &[w], t: 1000.0 } = decayed.at(10) else {
+        panic!("{decayed:?}")
+    };
     assert!(q.abs() < 1e-280 && p.abs() < 1e-280 && (w - 0.75).abs() < 1e-15, "{q} {p} {w}");
     // q'' = q + 5 q³ leaves the numbers in finite time.
     let escape = Problem { model: duffing(-1.0, -5.0, 0.1), q: vec![2.0], p: vec![1.0], end: 10.0 };
@@ -230,8 +265,11 @@ const BETA: f64 = 2.587_109_559_229_791;
 /// The periods from (1, 0): 4 for V = 2 |q|, which does not look like it, and 4 ∫_0^1 dq/√(2 - 2 q^1.5) for V = |q|^1.5.
 #[test]
 fn a_reference_without_series_says_what_it_is_worth() {
-    for (potential, period) in [("sqrt(4*q1^2)", 4.0), ("abs(q1)^1.5", 4.0 / 3.0 * 2.0_f64.sqrt() * BETA)] {
-        let problem = Problem { model: custom(potential, ""), q: vec![1.0], p: vec![0.0], end: period };
+    for (potential, period) in
+        [("sqrt(4*q1^2)", 4.0), ("abs(q1)^1.5", 4.0 / 3.0 * 2.0_f64.sqrt() * BETA)]
+    {
+        let problem =
+            Problem { model: custom(potential, ""), q: vec![1.0], p: vec![0.0], end: period };
         let found = problem.solution(period / 2.0, 2, &Silent).expect("runs stand in");
         let off = (1..=2).map(|i| {
             let StateRef { q, p, .. } = found.at(i);
@@ -246,7 +284,9 @@ fn a_reference_without_series_says_what_it_is_worth() {
 
 #[test]
 fn a_map_with_a_step_that_cannot_be_taken_is_refused() {
-    for (h, steps) in [(0.0, None), (-1.0, None), (f64::NAN, None), (1e-300, Some(())), (1e-9, Some(()))] {
+    for (h, steps) in
+        [(0.0, None), (-1.0, None), (f64::NAN, None), (1e-300, Some(())), (1e-9, Some(()))]
+    {
         let map = Map {
             problem: oscillator(),
             parameter: "b",
@@ -257,9 +297,14 @@ fn a_map_with_a_step_that_cannot_be_taken_is_refused() {
         };
         let error = map.run(&rows(&["moddg"]), &Silent).expect_err("no such step");
         match steps {
-            None => assert!(matches!(error, MapError::Input(InputError::Step { .. })), "{h}: {error}"),
+            None => {
+                assert!(matches!(error, MapError::Input(InputError::Step { .. })), "{h}: {error}");
+            }
             Some(_) => {
-                assert!(matches!(error, MapError::Input(InputError::Budget { .. })), "{h}: {error}");
+                assert!(
+                    matches!(error, MapError::Input(InputError::Budget { .. })),
+                    "{h}: {error}"
+                );
             }
         }
     }

@@ -25,9 +25,13 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         Format::Table => {
             let (model, dof) = (scene.problem.model.name(), scene.problem.model.dof());
             let freedom = if dof == 1 { "degree" } else { "degrees" };
-            table::line(&format!("{} is valid: {model}, {dof} {freedom} of freedom.", path.display()))?;
-            let rows =
-                plans.iter().map(|plan| vec![plan.what.into(), plan.methods.join(", "), plan.detail.clone()]);
+            table::line(&format!(
+                "{} is valid: {model}, {dof} {freedom} of freedom.",
+                path.display()
+            ))?;
+            let rows = plans
+                .iter()
+                .map(|plan| vec![plan.what.into(), plan.methods.join(", "), plan.detail.clone()]);
             table::print(&["what", "methods", "detail"], rows)?;
         }
     }
@@ -49,7 +53,8 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         add("run", &plan.methods, format!("{steps} steps of {}, {}", scene.step, kept(plan.every)));
     }
     if let Some(plan) = &studies.local_order {
-        let detail = format!("{} steps on a grid of {}", plan.study.steps.len(), plan.study.base_step);
+        let detail =
+            format!("{} steps on a grid of {}", plan.study.steps.len(), plan.study.base_step);
         add("local-order", &plan.methods, detail);
     }
     if let Some(plan) = &studies.global_order {
@@ -62,8 +67,12 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         add("work-precision", &plan.methods, format!("{} steps", plan.steps.len()));
     }
     if let Some(plan) = &studies.stability {
-        let detail =
-            format!("{} steps by {} values of {}", plan.steps.len(), plan.values.len(), plan.parameter);
+        let detail = format!(
+            "{} steps by {} values of {}",
+            plan.steps.len(),
+            plan.values.len(),
+            plan.parameter
+        );
         add("stability", &plan.methods, detail);
     }
     if let Some(plan) = &studies.long_run {

@@ -32,10 +32,15 @@ struct Summary<'a> {
     runs: &'a [RunOutcome],
 }
 
-pub(crate) fn run(what: What, arguments: &SceneArguments, format: Format) -> Result<ExitCode, Failure> {
+pub(crate) fn run(
+    what: What,
+    arguments: &SceneArguments,
+    format: Format,
+) -> Result<ExitCode, Failure> {
     let scene = scene::read(&arguments.scene)?;
-    wanted(what, &scene)
-        .map_err(|problem| Failure::scene(&arguments.scene, "", SceneError { problem, span: 0..0 }))?;
+    wanted(what, &scene).map_err(|problem| {
+        Failure::scene(&arguments.scene, "", SceneError { problem, span: 0..0 })
+    })?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
     folder(&out, &scene, arguments.force)?;
     let bars = Bars::new();
@@ -73,7 +78,9 @@ pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failu
 fn wanted(what: What, scene: &Scene) -> Result<(), SceneProblem> {
     match what {
         What::Run if scene.run.is_none() => Err(SceneProblem::Nothing { table: "[run]" }),
-        What::Study if scene.studies.is_empty() => Err(SceneProblem::Nothing { table: "[study.*]" }),
+        What::Study if scene.studies.is_empty() => {
+            Err(SceneProblem::Nothing { table: "[study.*]" })
+        }
         What::Run | What::Study => Ok(()),
     }
 }

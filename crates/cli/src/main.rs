@@ -27,9 +27,16 @@ fn main() -> ExitCode {
         Command::Study(arguments) => experiment::run(What::Study, &arguments, format),
         Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),
-        Command::Schema => table::json(&afterbay_analysis::scene::schema()).map(|()| ExitCode::SUCCESS),
+        Command::Schema => {
+            table::json(&afterbay_analysis::scene::schema()).map(|()| ExitCode::SUCCESS)
+        }
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Arguments::command(), "afterbay", &mut std::io::stdout());
+            clap_complete::generate(
+                shell,
+                &mut Arguments::command(),
+                "afterbay",
+                &mut std::io::stdout(),
+            );
             Ok(ExitCode::SUCCESS)
         }
         Command::List { what } => list::run(what, format),

@@ -27,7 +27,10 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
                 Verdict::Note => "note",
             };
             let rows = findings.iter().map(|finding| {
-                vec![word(finding.verdict).into(), format!("{}: {}", finding.topic, finding.statement)]
+                vec![
+                    word(finding.verdict).into(),
+                    format!("{}: {}", finding.topic, finding.statement),
+                ]
             });
             table::print(&["verdict", "on what, and what was found"], rows)?;
             table::line(&format!("Report: {}", out.join("report.html").display()))?;

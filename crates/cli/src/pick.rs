@@ -58,7 +58,10 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
         ([winner, rest @ ..], _) => {
             let run = &winner.run;
             let (method, setting) = (run.method, run.setting());
-            table::line(&format!("{method} with {setting} is the cheapest {asked}: {}.", cost(winner)))?;
+            table::line(&format!(
+                "{method} with {setting} is the cheapest {asked}: {}.",
+                cost(winner)
+            ))?;
             table::line(&format!("{}.", checked(winner, found.check)))?;
             match rest.first() {
                 Some(second) => table::line(&format!(
@@ -76,7 +79,10 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
         table::line(&format!("Nearest is {}: {why}.", nearest.run.method))?;
     }
     if found.doubt.most() > bound / 10.0 {
-        table::line(&format!("! The reference itself is known to {:.0e} only.", found.doubt.most()))?;
+        table::line(&format!(
+            "! The reference itself is known to {:.0e} only.",
+            found.doubt.most()
+        ))?;
     }
     if found.wanted.passive && !found.owed {
         table::line("The system is not known to be passive: no step can violate passivity.")?;
@@ -146,7 +152,8 @@ fn checked(winner: &Candidate, finer: Option<[f64; 2]>) -> String {
 fn cells(candidate: &Candidate) -> Vec<String> {
     let run = &candidate.run;
     let said = |error: Option<Measured>| error.map_or(String::new(), |error| error.to_string());
-    let scientific = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1e}"));
+    let scientific =
+        |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1e}"));
     let why = match (&candidate.why_not, &run.failure) {
         (Some(why), Some(failure)) => format!("{why}: {failure}"),
         (Some(why), None) => why.clone(),

@@ -6,9 +6,13 @@ use serde::Serialize;
 use std::io::{self, Write};
 
 /// Prints a table that fits the terminal, names unbroken; where there is none, a line a row.
-pub(crate) fn print(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Result<(), Failure> {
+pub(crate) fn print(
+    header: &[&str],
+    rows: impl IntoIterator<Item = Vec<String>>,
+) -> Result<(), Failure> {
     let mut table = Table::new();
-    let arrangement = if table.is_tty() { ContentArrangement::Dynamic } else { ContentArrangement::Disabled };
+    let arrangement =
+        if table.is_tty() { ContentArrangement::Dynamic } else { ContentArrangement::Disabled };
     table.load_preset(presets::UTF8_BORDERS_ONLY).set_content_arrangement(arrangement);
     table.set_header(header).add_rows(rows);
     if let Some(names) = table.column_mut(0) {

@@ -27,7 +27,8 @@ fn paper_writes_everything_and_says_what_holds() {
         .stdout(contains("does not hold").and(contains("figure 3.1")).and(contains("report.html")))
         .stderr(predicate::str::is_empty());
     assert!(read(&out.join("report.html")).starts_with("<!DOCTYPE html>"));
-    let manifest: serde_json::Value = serde_json::from_str(&read(&out.join("run.json"))).expect("JSON");
+    let manifest: serde_json::Value =
+        serde_json::from_str(&read(&out.join("run.json"))).expect("JSON");
     assert_eq!(manifest["threads"], 2);
     assert_eq!(manifest["scene"]["problem"]["system"]["name"], "damped-oscillator");
     assert_eq!(manifest["scene"]["problem"]["q"], serde_json::json!([2.3]));
@@ -39,7 +40,8 @@ fn paper_writes_everything_and_says_what_holds() {
     assert_eq!(manifest["hash"].as_str().map(str::len), Some(64));
     let mut orders = csv::Reader::from_path(out.join("data/local_orders.csv")).expect("a table");
     assert_eq!(&orders.headers().expect("a header")[0], "method");
-    let leftovers: Vec<_> = std::fs::read_dir(out.join("data")).expect("a folder").flatten().collect();
+    let leftovers: Vec<_> =
+        std::fs::read_dir(out.join("data")).expect("a folder").flatten().collect();
     assert!(leftovers.iter().all(|file| !file.file_name().to_string_lossy().starts_with(".tmp")));
 }
 
@@ -50,7 +52,8 @@ fn findings_come_as_json_too() {
         .arg(folder.path())
         .output()
         .expect("runs");
-    let findings: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let findings: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
     assert!(
         findings
             .as_array()
@@ -73,7 +76,11 @@ fn list_shows_every_method_and_system() {
     for (name, parameters, ranges) in [
         ("fput-chain", &["n", "beta", "c"][..], "n ≥ 1"),
         ("van-der-pol-ring", &["n", "mu", "coupling"], "n ≥ 1 (coupling: κ)"),
-        ("damped-double-pendulum", &["m1", "m2", "l1", "l2", "g", "c1", "c2"], "m1, m2, l1, l2 > 0"),
+        (
+            "damped-double-pendulum",
+            &["m1", "m2", "l1", "l2", "g", "c1", "c2"],
+            "m1, m2, l1, l2 > 0",
+        ),
     ] {
         let row = systems.iter().find(|row| row["name"] == name).expect("a row");
         assert_eq!(row["parameters"], serde_json::json!(parameters), "{name}");
@@ -81,8 +88,10 @@ fn list_shows_every_method_and_system() {
     }
     let output = afterbay(&["list", "methods", "--format", "json"]).output().expect("runs");
     let methods: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let moddg =
-        methods.as_array().and_then(|all| all.iter().find(|row| row["name"] == "moddg")).expect("a row");
+    let moddg = methods
+        .as_array()
+        .and_then(|all| all.iter().find(|row| row["name"] == "moddg"))
+        .expect("a row");
     assert_eq!((&moddg["order"], &moddg["keeps_k"]), (&2.into(), &true.into()));
     assert_eq!((&moddg["a_stable"], &moddg["l_stable"]), (&true.into(), &false.into()));
     assert_eq!(moddg["cost"], "scalar equations, 1 sweep");
@@ -93,7 +102,9 @@ fn the_table_of_the_readme_is_that_of_the_registry() {
     let readme = include_str!("../../../README.md");
     let output = afterbay(&["list", "methods", "--format", "json"]).output().expect("runs");
     let methods: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    for row in methods.as_array().expect("rows").iter().filter(|row| row["needs"] != "damped oscillator") {
+    for row in
+        methods.as_array().expect("rows").iter().filter(|row| row["needs"] != "damped oscillator")
+    {
         let text = |key: &str| row[key].as_str().map_or(row[key].to_string(), str::to_owned);
         let yes = |key: &str| if row[key] == true { "yes " } else { "" };
         let stable = match (&row["a_stable"], &row["l_stable"]) {

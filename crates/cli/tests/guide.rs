@@ -34,8 +34,9 @@ fn shell(folder: &Path, line: &str) -> (Vec<String>, i32) {
         .current_dir(folder)
         .output()
         .expect("it is run");
-    let printed =
-        [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("text")).concat();
+    let printed = [output.stdout, output.stderr]
+        .map(|bytes| String::from_utf8(bytes).expect("text"))
+        .concat();
     (printed.lines().map(str::to_owned).collect(), output.status.code().expect("an exit code"))
 }
 
@@ -72,11 +73,13 @@ fn picks(folder: &Path, command: &str, printed: &[String]) {
         .expect("an error");
     let methods = shell(folder, "afterbay list methods").0.join("\n");
     let known = |name: &str| methods.split_whitespace().any(|word| word == name);
-    let said = |start: &str| printed.iter().find(|line| line.contains(start)).expect(start).as_str();
+    let said =
+        |start: &str| printed.iter().find(|line| line.contains(start)).expect(start).as_str();
     let line = said("is the cheapest within");
     let (winner, setting) = line.split_once(" with ").expect("a method");
     assert!(known(winner), "{winner} is no method");
-    let (by, value) = setting.split_once(" is the").expect("a setting").0.split_once(" = ").expect("a value");
+    let (by, value) =
+        setting.split_once(" is the").expect("a setting").0.split_once(" = ").expect("a value");
     assert!(by == "step" || by == "tolerance", "{setting}");
     assert!(value.parse::<f64>().is_ok_and(|value| value > 0.0 && value <= 20.0), "{setting}");
     for error in [
@@ -99,7 +102,10 @@ fn picks(folder: &Path, command: &str, printed: &[String]) {
     let all = found["qualified"].as_array().expect("a list");
     assert!(all.len() > 1);
     for one in all {
-        assert!(known(one["method"].as_str().expect("a name")) && one["why_not"].is_null(), "{one}");
+        assert!(
+            known(one["method"].as_str().expect("a name")) && one["why_not"].is_null(),
+            "{one}"
+        );
         for error in ["error_qp", "error_w", "end_qp", "end_w"] {
             assert!(one[error].as_f64().is_some_and(|error| error <= bound), "{error} of {one}");
         }
@@ -121,7 +127,11 @@ fn follow(folder: &Path, block: &Block) {
             }
             None => {
                 let before: Vec<_> = printed.as_slice().to_vec();
-                assert!(printed.any(|found| is_shown(&found, line)), "{line:?} in\n{}", before.join("\n"));
+                assert!(
+                    printed.any(|found| is_shown(&found, line)),
+                    "{line:?} in\n{}",
+                    before.join("\n")
+                );
             }
         }
     }
@@ -133,8 +143,10 @@ fn holds(text: &str) {
         let mut words = block.info.split_whitespace();
         match words.next() {
             Some("toml") => {
-                let name =
-                    words.next().and_then(|word| word.strip_prefix("scene:")).expect("a scene has a name");
+                let name = words
+                    .next()
+                    .and_then(|word| word.strip_prefix("scene:"))
+                    .expect("a scene has a name");
                 let lines = block.lines.join("\n") + "\n";
                 std::fs::write(folder.path().join(name), lines).expect("a scene");
                 let (printed, code) = shell(folder.path(), &format!("afterbay check {name}"));
@@ -168,14 +180,16 @@ fn the_tables_have_the_columns_the_guide_promises() {
         let block = all.iter().find(|block| block.info.ends_with(name)).expect("the scene");
         std::fs::write(folder.path().join(name), block.lines.join("\n")).expect("a scene");
         let command = if name == "first.toml" { "run" } else { "study" };
-        let (printed, code) = shell(folder.path(), &format!("afterbay {command} {name} --out out --force"));
+        let (printed, code) =
+            shell(folder.path(), &format!("afterbay {command} {name} --out out --force"));
         assert_eq!(code, 0, "{}", printed.join("\n"));
     }
     let mut tables = 0;
     for table in std::fs::read_dir(folder.path().join("out/data")).expect("tables").flatten() {
         let name = table.file_name().to_string_lossy().into_owned();
         let text = std::fs::read_to_string(table.path()).expect("a table");
-        let header = text.lines().next().unwrap_or_default().replace("q1,p1,w1", "q1..qN,p1..pN,w1..wN");
+        let header =
+            text.lines().next().unwrap_or_default().replace("q1,p1,w1", "q1..qN,p1..pN,w1..wN");
         let row = guide
             .lines()
             .find(|line| line.contains(&format!("`{name}`")))

@@ -34,16 +34,17 @@ pub mod validate;
 
 pub use error::{InputError, IntegrateError, RunError, StepFailure};
 pub use numbers::{
-    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Slope, Vector, divided,
-    f64x4, f64x8, quadrature, singularity,
+    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Slope,
+    Vector, divided, f64x4, f64x8, quadrature, singularity,
 };
 pub use quantity::{Block, Quantity};
 pub use run::{
-    Adaptive, Attempt, Effort, Every, Grid, Method, Observer, Statistics, Tolerance, integrate, integrate_in,
-    integrate_within, sample_within,
+    Adaptive, Attempt, Effort, Every, Grid, Method, Observer, Statistics, Tolerance, integrate,
+    integrate_in, integrate_within, sample_within,
 };
 pub use system::{
-    Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Entry, ExactFlow, Flow,
-    Formulas, FromFormulas, Linear, Mean, Members, Misprinted, OrderRaising, Passive, PhasePlane,
-    PlaneDissipation, SecondDerivatives, Separable, Slopes, State, StateRef, System, Uniform,
+    Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Entry, ExactFlow,
+    Flow, Formulas, FromFormulas, Linear, Mean, Members, Misprinted, OrderRaising, Passive,
+    PhasePlane, PlaneDissipation, SecondDerivatives, Separable, Slopes, State, StateRef, System,
+    Uniform,
 };

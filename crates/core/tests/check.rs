@@ -5,8 +5,8 @@
 mod caught;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Quantity, Separable,
-    System, validate,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive, Quantity,
+    Separable, System, validate,
 };
 use caught::*;
 
@@ -117,7 +117,12 @@ impl System<f64> for Told {
             self.0,
             Lie::PassiveEach | Lie::ChainOfDrags | Lie::PassiveInSum | Lie::DragOfOtherMomenta
         );
-        DissipationForm { zero: self.0 == Lie::Zero, passive, linear, coupled: self.0 == Lie::PassiveInSum }
+        DissipationForm {
+            zero: self.0 == Lie::Zero,
+            passive,
+            linear,
+            coupled: self.0 == Lie::PassiveInSum,
+        }
     }
     fn coupling(&self) -> Coupling {
         if self.0 == Lie::PassiveInSum { Coupling::Dense } else { Coupling::Chain }
@@ -158,7 +163,9 @@ impl Separable<f64> for Told {
         match self.0 {
             Lie::DragValue => Dissipation { value: 0.9 * by_p * p[j], by_q, by_p },
             Lie::DragByMomentum => Dissipation { value: by_p * p[j], by_q, by_p: 1.0 },
-            Lie::DragOfOtherMomenta if j == 1 => Dissipation { value: by_p * p[j] + 0.01 * p[0], by_q, by_p },
+            Lie::DragOfOtherMomenta if j == 1 => {
+                Dissipation { value: by_p * p[j] + 0.01 * p[0], by_q, by_p }
+            }
             _ => Dissipation { value: by_p * p[j], by_q, by_p },
         }
     }
@@ -178,7 +185,9 @@ impl Curvature<f64> for Told {
                 put(block, 3, 0, 0.0);
             }
             Lie::EntryNowhere if (block, i, j) == (Block::Dp, 3, 3) => put(block, usize::MAX, j, x),
-            Lie::EntryOfNoNumber if (block, i, j) == (Block::Dq, 1, 1) => put(block, i, j, f64::NAN),
+            Lie::EntryOfNoNumber if (block, i, j) == (Block::Dq, 1, 1) => {
+                put(block, i, j, f64::NAN);
+            }
             Lie::EntriesThatCome if (block, i, j) == (Block::Dq, 0, 0) && q[0] < 0.5 => {}
             _ => put(block, i, j, x),
         };
@@ -232,8 +241,14 @@ fn the_truth_passes() {
 fn lengths_that_do_not_match() {
     let wrong = |quantity, expected, found| Err(InputError::Length { quantity, expected, found });
     assert_eq!(told(Lie::Length), wrong(Quantity::Coordinate, N + 1, N));
-    assert_eq!(validate::system(&Told(Lie::None), &Q, &P[1..]), wrong(Quantity::Momentum, N, N - 1));
-    assert_eq!(validate::separable(&Told(Lie::None), &Q[2..], &P), wrong(Quantity::Coordinate, N, N - 2));
+    assert_eq!(
+        validate::system(&Told(Lie::None), &Q, &P[1..]),
+        wrong(Quantity::Momentum, N, N - 1)
+    );
+    assert_eq!(
+        validate::separable(&Told(Lie::None), &Q[2..], &P),
+        wrong(Quantity::Coordinate, N, N - 2)
+    );
     assert_eq!(validate::curvature(&Told(Lie::None), &[], &[]), wrong(Quantity::Coordinate, N, 0));
 }
 
@@ -257,8 +272,12 @@ fn what_is_no_number() {
 #[test]
 fn gradients_that_are_not_derivatives() {
     for off in [1.0, -2.0, 1e-6, -1e-9] {
-        let [given, found] = assert_caught(told(Lie::SlopeOffBy(off)), Quantity::Slope, 2, "∂H/∂q3");
-        assert!((given / found - 1.0 - off).abs() < 1e-12 + 1e-3 * off.abs(), "{off}: {given} {found}");
+        let [given, found] =
+            assert_caught(told(Lie::SlopeOffBy(off)), Quantity::Slope, 2, "∂H/∂q3");
+        assert!(
+            (given / found - 1.0 - off).abs() < 1e-12 + 1e-3 * off.abs(),
+            "{off}: {given} {found}"
+        );
     }
     // Means over an edge of 1/64 of the largest coordinate: the values at the state, ± ∂²H/∂q² ≈ 12
     // times half of it.
@@ -269,19 +288,34 @@ fn gradients_that_are_not_derivatives() {
     assert_caught(told(Lie::Velocity), Quantity::Velocity, 2, "∂H/∂p3");
     // At rest every slope is 0, right or wrong.
     let rest = [0.0; N];
-    assert_caught(validate::system(&Told(Lie::SlopeOffBy(1.0)), &rest, &rest), Quantity::Slope, 2, "∂H/∂q3");
-    assert_caught(validate::system(&Told(Lie::Velocity), &rest, &rest), Quantity::Velocity, 2, "∂H/∂p3");
+    assert_caught(
+        validate::system(&Told(Lie::SlopeOffBy(1.0)), &rest, &rest),
+        Quantity::Slope,
+        2,
+        "∂H/∂q3",
+    );
+    assert_caught(
+        validate::system(&Told(Lie::Velocity), &rest, &rest),
+        Quantity::Velocity,
+        2,
+        "∂H/∂p3",
+    );
 }
 
 #[test]
 fn damping_that_is_another() {
-    let [given, found] = assert_caught(told(Lie::Zero), Quantity::Dissipation, 0, "D1 is given as 0.0");
+    let [given, found] =
+        assert_caught(told(Lie::Zero), Quantity::Dissipation, 0, "D1 is given as 0.0");
     assert_eq!([given, found], [0.0, Told::gamma(Q[0]) * P[0]]);
-    let [_, found] = assert_caught(told(Lie::PassiveEach), Quantity::ReservoirRate, 1, "w'2 is given as 0.0");
+    let [_, found] =
+        assert_caught(told(Lie::PassiveEach), Quantity::ReservoirRate, 1, "w'2 is given as 0.0");
     assert!(found < 0.0);
     let error = told(Lie::PassiveInSum).unwrap_err();
     assert!(
-        matches!(error, InputError::Contradiction { quantity: Quantity::TotalReservoirRate, dof: 2, .. }),
+        matches!(
+            error,
+            InputError::Contradiction { quantity: Quantity::TotalReservoirRate, dof: 2, .. }
+        ),
         "{error}"
     );
     assert!(error.to_string().contains("Σ w' is given as 0.0 and found to be -"), "{error}");
@@ -301,25 +335,34 @@ fn couplings_that_reach_further() {
 fn parts_that_are_not_those_of_the_system() {
     assert_caught(parts(Lie::Partial), Quantity::Partial, 0, "∂V/∂q1");
     assert_eq!(parts(Lie::NoMass), Err(InputError::Mass { dof: 1, value: -1.5 }));
-    assert_eq!(assert_caught(parts(Lie::OtherMass), Quantity::Mass, 3, "m4 is given as 2.0")[0], 2.0);
+    assert_eq!(
+        assert_caught(parts(Lie::OtherMass), Quantity::Mass, 3, "m4 is given as 2.0")[0],
+        2.0
+    );
     assert_caught(parts(Lie::DragValue), Quantity::Dissipation, 0, "dissipation_of()");
-    let [given, found] = assert_caught(parts(Lie::DragByMomentum), Quantity::DissipationSlope, 0, "by_p");
+    let [given, found] =
+        assert_caught(parts(Lie::DragByMomentum), Quantity::DissipationSlope, 0, "by_p");
     assert!(given == 1.0 && (found - Told::gamma(Q[0])).abs() < 1e-15);
     assert_entry(parts(Lie::DragOfOtherMomenta), (Block::Dp, 1, 0), "∂D2/∂p1");
 }
 
 #[test]
 fn increments_that_disagree_with_v() {
-    for (off, says) in [(0.5, "V(to) - V(from)"), (-1e-6, "V(to) - V(from)"), (1e-11, "mean of partial()")] {
-        let [given, found] = assert_caught(parts(Lie::EdgeOffBy(off)), Quantity::Increment, 1, says);
+    for (off, says) in
+        [(0.5, "V(to) - V(from)"), (-1e-6, "V(to) - V(from)"), (1e-11, "mean of partial()")]
+    {
+        let [given, found] =
+            assert_caught(parts(Lie::EdgeOffBy(off)), Quantity::Increment, 1, says);
         // The increment of V over an edge of 1e-3 has lost three digits.
         assert!((given / found - 1.0 - off).abs() < 1e-12, "{off}: {given} {found}");
     }
     assert_caught(parts(Lie::EdgeIsPartial), Quantity::Increment, 0, "V(to) - V(from)");
     // Right on long edges, and 1e-16/Δq wrong on short ones.
-    let [given, found] = assert_caught(parts(Lie::EdgeByQuotient), Quantity::Increment, 0, "short edges");
+    let [given, found] =
+        assert_caught(parts(Lie::EdgeByQuotient), Quantity::Increment, 0, "short edges");
     assert!((given - found).abs() < 1e-4 && given != found);
-    let [given, _] = assert_caught(parts(Lie::EdgeOfNoNumberAtRest), Quantity::Increment, 0, "on none");
+    let [given, _] =
+        assert_caught(parts(Lie::EdgeOfNoNumberAtRest), Quantity::Increment, 0, "on none");
     assert!(given.is_nan());
 }
 

@@ -75,9 +75,22 @@ fn a_state_at_rest_hides_nothing() {
     let rest = [0.0; N];
     assert_eq!(validate::separable(&AtRest("none"), &rest, &rest), Ok(()));
     assert_entry(validate::system(&AtRest("far"), &rest, &rest), (Block::Hqq, 3, 0), "coupling()");
-    assert_caught(validate::system(&AtRest("slope"), &rest, &rest), Quantity::Slope, 0, "derivative");
-    assert_entry(validate::separable(&AtRest("drag"), &rest, &rest), (Block::Dp, 0, 1), "no other momentum");
-    assert_entry(validate::curvature(&AtRest("entry"), &rest, &rest), (Block::Hqq, 1, 0), "missing");
+    assert_caught(
+        validate::system(&AtRest("slope"), &rest, &rest),
+        Quantity::Slope,
+        0,
+        "derivative",
+    );
+    assert_entry(
+        validate::separable(&AtRest("drag"), &rest, &rest),
+        (Block::Dp, 0, 1),
+        "no other momentum",
+    );
+    assert_entry(
+        validate::curvature(&AtRest("entry"), &rest, &rest),
+        (Block::Hqq, 1, 0),
+        "missing",
+    );
 }
 
 /// H = Σ p_j²/(2 m_j) + q_j²/2, D_j = 0.3 v_j; the masses in the lanes are 1.
@@ -134,12 +147,22 @@ fn members_that_are_not_alike() {
             let other = Row { ring, lanes: 1.0, m: |j| 1.0 + j as f64 };
             assert_eq!(validate::separable(&other, &q, &p), Ok(()));
             assert_eq!(
-                assert_caught(validate::uniform(&other, &q, &p), Quantity::Mass, 0, "middle of three"),
+                assert_caught(
+                    validate::uniform(&other, &q, &p),
+                    Quantity::Mass,
+                    0,
+                    "middle of three"
+                ),
                 [2.0, 1.0]
             );
             let lanes = Row { ring, lanes: 2.0, m: |_| 2.0 };
             assert_eq!(
-                assert_caught(validate::uniform(&lanes, &q, &p), Quantity::Mass, 0, "middle of three"),
+                assert_caught(
+                    validate::uniform(&lanes, &q, &p),
+                    Quantity::Mass,
+                    0,
+                    "middle of three"
+                ),
                 [1.5, 2.0]
             );
         }

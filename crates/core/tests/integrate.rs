@@ -44,10 +44,20 @@ impl Method<[f64; 1], Free> for Drift {
         true
     }
 
-    fn step(&self, _: &Free, h: f64, state: &mut State<[f64; 1]>, _: &mut ()) -> Result<Effort, StepFailure> {
+    fn step(
+        &self,
+        _: &Free,
+        h: f64,
+        state: &mut State<[f64; 1]>,
+        _: &mut (),
+    ) -> Result<Effort, StepFailure> {
         let q = h.mul_add(state.p[0], state.q[0]);
         if q > self.wall {
-            return Err(StepFailure::NonFinite { quantity: Quantity::Coordinate, dof: 0, value: q });
+            return Err(StepFailure::NonFinite {
+                quantity: Quantity::Coordinate,
+                dof: 0,
+                value: q,
+            });
         }
         state.q[0] = q;
         state.w[0] += f64::from(state.p[0] != 0.0);
@@ -72,7 +82,13 @@ impl Method<[f64; 1], Free> for Asked {
         true
     }
 
-    fn step(&self, _: &Free, _: f64, _: &mut State<[f64; 1]>, _: &mut ()) -> Result<Effort, StepFailure> {
+    fn step(
+        &self,
+        _: &Free,
+        _: f64,
+        _: &mut State<[f64; 1]>,
+        _: &mut (),
+    ) -> Result<Effort, StepFailure> {
         unreachable!("one step is asked for as one of several")
     }
 
@@ -150,7 +166,8 @@ fn every_observer_sees_the_same_run() {
 #[test]
 fn what_has_come_to_rest_does_so_at_the_same_step() {
     for stride in [1, 3, 1000, 1024, u64::MAX] {
-        let (_, state, _) = run(1e-300, 1500, f64::MAX, &mut Every::new(stride, record(&mut Seen::new())));
+        let (_, state, _) =
+            run(1e-300, 1500, f64::MAX, &mut Every::new(stride, record(&mut Seen::new())));
         assert_eq!((state.p, state.w), ([0.0], [1024.0]), "{stride}");
     }
     let (_, state, _) = run(1e-300, 1500, f64::MAX, &mut ());
@@ -224,7 +241,10 @@ fn a_failure_is_of_the_right_step_and_leaves_the_last_good_state() {
             }
             other => panic!("{other:?}"),
         }
-        assert_eq!((&state, state.w, state.t), (&all[failing as usize - 1].1, [(failing - 1) as f64], t));
+        assert_eq!(
+            (&state, state.w, state.t),
+            (&all[failing as usize - 1].1, [(failing - 1) as f64], t)
+        );
         let found = run(1.0, 2500, wall, &mut ());
         assert_eq!((found.0, found.1), (outcome.clone(), state.clone()), "{failing}");
         for stride in [2, 7, 1024, 3000] {

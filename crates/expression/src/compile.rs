@@ -22,7 +22,9 @@ impl Operation {
     fn operands(self) -> impl Iterator<Item = Node> {
         let (term, fused, with) = match self {
             Self::Term(term) => (Some(term), None, None),
-            Self::ProductSum(a, b, c) | Self::ProductDifference(a, b, c) => (None, Some([a, b, c]), None),
+            Self::ProductSum(a, b, c) | Self::ProductDifference(a, b, c) => {
+                (None, Some([a, b, c]), None)
+            }
             Self::DividedDerivative(divided) => (None, None, Some(divided)),
         };
         term.into_iter().flat_map(Term::operands).chain(fused.into_iter().flatten()).chain(with)
@@ -63,7 +65,8 @@ pub(super) fn compile(
         }
     }
     last.extend(results.iter().map(|&x| (x, order.len())));
-    let preloaded = if inputs.len() <= PRELOADED { std::mem::take(&mut inputs) } else { Vec::new() };
+    let preloaded =
+        if inputs.len() <= PRELOADED { std::mem::take(&mut inputs) } else { Vec::new() };
     let mut wanted: HashMap<Node, Vec<u32>> = HashMap::new();
     given.iter().for_each(|&(index, x)| wanted.entry(x).or_default().push(index));
 
@@ -95,8 +98,10 @@ pub(super) fn compile(
             continue;
         }
         let to = bank.take(node)?;
-        let derivative =
-            compiler.divided_derivative(node).map(|derivative| bank.take(derivative)).transpose()?;
+        let derivative = compiler
+            .divided_derivative(node)
+            .map(|derivative| bank.take(derivative))
+            .transpose()?;
         let at = |k: usize| operands.get(k).map_or(0, |x| x.1);
         let (a, b, c) = (at(0), at(1), at(2));
         code.push(match operation {
@@ -105,7 +110,9 @@ pub(super) fn compile(
             // The instruction of the divided difference, which comes before, has computed it.
             Operation::DividedDerivative(_) => continue,
             Operation::Term(term) => match term {
-                Term::Divided(function, ..) => Instruction::Divided { function, to, derivative, a, b },
+                Term::Divided(function, ..) => {
+                    Instruction::Divided { function, to, derivative, a, b }
+                }
                 Term::Input(input) => Instruction::Load { to, input },
                 Term::Negative(_) => Instruction::Negative { to, a },
                 Term::Sum(..) => Instruction::Sum { to, a, b },
@@ -114,7 +121,9 @@ pub(super) fn compile(
                 Term::Quotient(..) => Instruction::Quotient { to, a, b },
                 Term::Of(function, _) => Instruction::Of { function, to, a },
                 // In the frame.
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::DividedDerivative(..) => continue,
+                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::DividedDerivative(..) => {
+                    continue;
+                }
             },
         });
         give(&mut code, node, to);
@@ -141,7 +150,9 @@ impl Compiler<'_> {
     /// The operation of a node. A product that enters one sum only is fused with it.
     fn operation(&self, node: Node) -> Operation {
         let fused = |x: Node| match self.graph.term(x) {
-            Term::Product(a, b) if self.uses.get(&x) == Some(&1) && !self.graph.closed(x) => Some((a, b)),
+            Term::Product(a, b) if self.uses.get(&x) == Some(&1) && !self.graph.closed(x) => {
+                Some((a, b))
+            }
             _ => None,
         };
         match self.graph.term(node) {
@@ -154,10 +165,12 @@ impl Compiler<'_> {
                 Some((a, b)) => Operation::ProductDifference(a, b, x),
                 None => Operation::Term(Term::Difference(x, y)),
             },
-            Term::DividedDerivative(function, a, b) => match self.graph.find(Term::Divided(function, a, b)) {
-                Some(divided) => Operation::DividedDerivative(divided),
-                None => Operation::Term(self.graph.term(node)),
-            },
+            Term::DividedDerivative(function, a, b) => {
+                match self.graph.find(Term::Divided(function, a, b)) {
+                    Some(divided) => Operation::DividedDerivative(divided),
+                    None => Operation::Term(self.graph.term(node)),
+                }
+            }
             term => Operation::Term(term),
         }
     }

@@ -16,9 +16,12 @@ impl Graph {
             match self.term(node) {
                 Term::Negative(a) => parts[0] = Some((a, self.negative(adjoint))),
                 Term::Sum(a, b) => parts = [Some((a, adjoint)), Some((b, adjoint))],
-                Term::Difference(a, b) => parts = [Some((a, adjoint)), Some((b, self.negative(adjoint)))],
+                Term::Difference(a, b) => {
+                    parts = [Some((a, adjoint)), Some((b, self.negative(adjoint)))];
+                }
                 Term::Product(a, b) => {
-                    parts = [Some((a, self.product(adjoint, b))), Some((b, self.product(adjoint, a)))];
+                    parts =
+                        [Some((a, self.product(adjoint, b))), Some((b, self.product(adjoint, a)))];
                 }
                 Term::Quotient(a, b) => {
                     let by_a = self.quotient(adjoint, b);

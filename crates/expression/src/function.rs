@@ -37,8 +37,10 @@ pub enum Function {
 }
 
 /// The names of all functions. The tangent is the quotient of sine and cosine.
-pub(crate) const NAMES: [&str; 13] =
-    ["abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"];
+pub(crate) const NAMES: [&str; 13] = [
+    "abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh",
+    "tanh",
+];
 
 impl Graph {
     /// The function of that name at x; none if there is no such function.

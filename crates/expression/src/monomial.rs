@@ -71,7 +71,9 @@ impl Graph {
             Some(Monomial { coefficient, factors: monomial.factors.clone() })
         };
         match self.term(node) {
-            Term::Input(Input::Coordinate(j)) => Some(Monomial { coefficient: one, factors: vec![j] }),
+            Term::Input(Input::Coordinate(j)) => {
+                Some(Monomial { coefficient: one, factors: vec![j] })
+            }
             Term::Negative(a) => {
                 let minus = self.number(-1.0);
                 scaled(self, &a, minus)

@@ -136,7 +136,10 @@ pub struct ParseError {
 /// [`ParseError`]
 pub fn parse(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Parsed, ParseError> {
     if text.len() > LONGEST {
-        return Err(ParseError { span: 0..text.len(), problem: Problem::TooLong { bytes: text.len() } });
+        return Err(ParseError {
+            span: 0..text.len(),
+            problem: Problem::TooLong { bytes: text.len() },
+        });
     }
     let (used, node) = (vec![false; names.parameters.len()], graph.number(0.0));
     let parsed = Parsed { node, places: Vec::new(), used, dof: 0 };
@@ -186,7 +189,8 @@ impl Reader<'_, '_> {
     /// The next character, if it is one of these.
     fn symbol(&mut self, symbols: &'static [char]) -> Option<char> {
         self.space();
-        let next: Result<Option<char>, EmptyError> = opt(one_of(symbols)).parse_next(&mut self.text);
+        let next: Result<Option<char>, EmptyError> =
+            opt(one_of(symbols)).parse_next(&mut self.text);
         next.ok().flatten()
     }
 
@@ -223,7 +227,11 @@ impl Reader<'_, '_> {
         let mut sum = self.product()?;
         while let Some(sign) = self.symbol(&['+', '-']) {
             let term = self.product()?;
-            sum = if sign == '+' { self.graph.sum(sum, term) } else { self.graph.difference(sum, term) };
+            sum = if sign == '+' {
+                self.graph.sum(sum, term)
+            } else {
+                self.graph.difference(sum, term)
+            };
             self.operation(start, sum);
         }
         Ok(sum)
@@ -283,7 +291,9 @@ impl Reader<'_, '_> {
             return Ok(number);
         }
         let name: Result<&str, EmptyError> = take_while(1.., in_name).parse_next(&mut self.text);
-        let Ok(name) = name else { return Err(self.unexpected("a number, a name or a parenthesis")) };
+        let Ok(name) = name else {
+            return Err(self.unexpected("a number, a name or a parenthesis"));
+        };
         let span = start..self.text.previous_token_end();
         if !function::NAMES.contains(&name) {
             return self.variable(name).map_err(|problem| ParseError { span, problem });
@@ -309,10 +319,13 @@ impl Reader<'_, '_> {
     /// A decimal number with an optional point and an optional exponent, if one stands here.
     fn number(&mut self) -> Result<Option<Node>, ParseError> {
         let start = self.start();
-        let digits =
-            |least: usize| take_while::<_, Text<'_>, EmptyError>(least.., |c: char| c.is_ascii_digit());
-        let mantissa =
-            winnow::combinator::alt(((digits(1), opt(('.', digits(0)))).void(), ('.', digits(1)).void()));
+        let digits = |least: usize| {
+            take_while::<_, Text<'_>, EmptyError>(least.., |c: char| c.is_ascii_digit())
+        };
+        let mantissa = winnow::combinator::alt((
+            (digits(1), opt(('.', digits(0)))).void(),
+            ('.', digits(1)).void(),
+        ));
         let exponent = (one_of(['e', 'E']), opt(one_of(['+', '-'])), digits(1));
         let text: Result<Option<&str>, EmptyError> =
             opt((mantissa, opt(exponent)).take()).parse_next(&mut self.text);
@@ -350,7 +363,8 @@ impl Reader<'_, '_> {
     /// q_j or p_j
     fn state(&mut self, name: &str, digits: &str) -> Result<Node, Problem> {
         let short = || name.chars().take(64).collect::<String>();
-        let index = digits.parse::<usize>().ok().filter(|&j| j <= MOST_DEGREES && !digits.starts_with('0'));
+        let index =
+            digits.parse::<usize>().ok().filter(|&j| j <= MOST_DEGREES && !digits.starts_with('0'));
         let Some(index) = index else { return Err(Problem::Index { name: short() }) };
         let of_q = name.starts_with('q');
         let place = if of_q { self.names.coordinates } else { self.names.momenta };
@@ -365,7 +379,8 @@ impl Reader<'_, '_> {
 
     /// The error for an unknown name, with the most similar known name.
     fn unknown(&self, name: &str) -> Problem {
-        let known = self.names.parameters.iter().map(String::as_str).chain(function::NAMES).chain(["pi"]);
+        let known =
+            self.names.parameters.iter().map(String::as_str).chain(function::NAMES).chain(["pi"]);
         let short: String = name.chars().take(64).collect();
         let distances = known.map(|known| (strsim::osa_distance(&short, known), known));
         let nearest = distances.min_by_key(|x| x.0).filter(|&(distance, known)| {

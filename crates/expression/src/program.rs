@@ -204,7 +204,11 @@ impl Program {
 
     /// A separate function, so that a small program does not reserve the registers of a large one.
     #[inline(never)]
-    fn large_results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+    fn large_results<T: Scalar, const K: usize>(
+        &self,
+        frame: &[T],
+        point: &Point<'_, T>,
+    ) -> [T; K] {
         match self.registers {
             0..=64 => self.last::<T, 64, K>(frame, point),
             _ => self.last::<T, REGISTERS, K>(frame, point),
@@ -212,11 +216,18 @@ impl Program {
     }
 
     #[inline(always)]
-    fn last<T: Scalar, const N: usize, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+    fn last<T: Scalar, const N: usize, const K: usize>(
+        &self,
+        frame: &[T],
+        point: &Point<'_, T>,
+    ) -> [T; K] {
         let mut registers = [T::zero(); N];
         self.execute(&mut registers, frame, point, |_, _| {});
         let mut results = [T::zero(); K];
-        results.iter_mut().zip(&self.results).for_each(|(x, &at)| *x = registers[at as usize & (N - 1)]);
+        results
+            .iter_mut()
+            .zip(&self.results)
+            .for_each(|(x, &at)| *x = registers[at as usize & (N - 1)]);
         results
     }
 
@@ -268,7 +279,9 @@ impl Program {
                 Instruction::Difference { to, a, b } => r[at(to)] = r[at(a)] - r[at(b)],
                 Instruction::Product { to, a, b } => r[at(to)] = r[at(a)] * r[at(b)],
                 Instruction::Quotient { to, a, b } => r[at(to)] = r[at(a)] / r[at(b)],
-                Instruction::ProductSum { to, a, b, c } => r[at(to)] = r[at(a)].mul_add(r[at(b)], r[at(c)]),
+                Instruction::ProductSum { to, a, b, c } => {
+                    r[at(to)] = r[at(a)].mul_add(r[at(b)], r[at(c)]);
+                }
                 Instruction::ProductDifference { to, a, b, c } => {
                     r[at(to)] = (-r[at(a)]).mul_add(r[at(b)], r[at(c)]);
                 }

@@ -68,7 +68,9 @@ impl Graph {
                 let ridge = self.times(ridge, factor);
                 let place = *places.entry(ridge.base).or_insert(ridges.len());
                 match ridges.get_mut(place) {
-                    Some(sum) => sum.coefficients = self.sums(&sum.coefficients, &ridge.coefficients),
+                    Some(sum) => {
+                        sum.coefficients = self.sums(&sum.coefficients, &ridge.coefficients);
+                    }
                     None => ridges.push(ridge),
                 }
                 continue;
@@ -112,7 +114,8 @@ impl Graph {
             Term::Product(a, b) => self.ridge_product(known.get(&a)?, known.get(&b)?),
             Term::Quotient(a, b) if self.closed(b) => {
                 let ridge = known.get(&a)?;
-                let coefficients = ridge.coefficients.iter().map(|&x| self.quotient(x, b)).collect();
+                let coefficients =
+                    ridge.coefficients.iter().map(|&x| self.quotient(x, b)).collect();
                 Some(Ridge { base: ridge.base, coefficients })
             }
             _ => None,
@@ -143,7 +146,13 @@ impl Graph {
     }
 
     /// a + sign b
-    fn ridge_sum(&mut self, a: Node, b: Node, sign: Node, known: &HashMap<Node, Ridge>) -> Option<Ridge> {
+    fn ridge_sum(
+        &mut self,
+        a: Node,
+        b: Node,
+        sign: Node,
+        known: &HashMap<Node, Ridge>,
+    ) -> Option<Ridge> {
         if self.closed(a) {
             let mut ridge = self.times(known.get(&b)?, sign);
             ridge.coefficients[0] = self.sum(a, ridge.coefficients[0]);
@@ -158,7 +167,10 @@ impl Graph {
         let (a, b) = (known.get(&a)?, known.get(&b)?);
         let b = self.times(b, sign);
         if a.base == b.base {
-            return Some(Ridge { base: a.base, coefficients: self.sums(&a.coefficients, &b.coefficients) });
+            return Some(Ridge {
+                base: a.base,
+                coefficients: self.sums(&a.coefficients, &b.coefficients),
+            });
         }
         let (a, b) = (self.linear_form(a)?, self.linear_form(&b)?);
         let mut weights: Vec<(u32, Node)> = a.weights().collect();
@@ -185,7 +197,8 @@ impl Graph {
             return Some(product);
         }
         // Both may be powers of the same ℓ + b or ℓ² + c.
-        let [a, b] = [a, b].map(|x| if self.is_monomial(x) { Some(x.clone()) } else { self.whole(x) });
+        let [a, b] =
+            [a, b].map(|x| if self.is_monomial(x) { Some(x.clone()) } else { self.whole(x) });
         self.multiplied(&a?, &b?)
     }
 
@@ -258,7 +271,9 @@ mod tests {
 
     #[test]
     fn a_power_of_a_sum_is_not_multiplied_out() {
-        for (inner, outer, found) in [(1.0, 4.0, (4, false)), (2.0, 2.0, (2, true)), (2.0, 3.0, (3, true))] {
+        for (inner, outer, found) in
+            [(1.0, 4.0, (4, false)), (2.0, 2.0, (2, true)), (2.0, 3.0, (3, true))]
+        {
             let well = |graph: &mut Graph, q: [Node; 2]| {
                 let (x, one) = (power(graph, q[0], inner), graph.number(1.0));
                 let base = graph.difference(x, one);

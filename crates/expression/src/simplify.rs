@@ -33,7 +33,9 @@ impl Graph {
     pub fn of(&mut self, function: Function, x: Node) -> Node {
         match (function, self.term(x)) {
             // √(a²) = |a|: at a = 0 its derivative is a sign, where that of the root would be 0/0.
-            (Function::Sqrt, Term::Product(a, b)) if a == b => self.insert(Term::Of(Function::Abs, a)),
+            (Function::Sqrt, Term::Product(a, b)) if a == b => {
+                self.insert(Term::Of(Function::Abs, a))
+            }
             _ => self.insert(Term::Of(function, x)),
         }
     }
@@ -189,7 +191,9 @@ impl Graph {
     /// as e^(b ln a) otherwise.
     pub fn power(&mut self, a: Node, b: Node) -> Node {
         match self.constant(b) {
-            Some(exponent) if exponent.abs() <= LARGEST_POWER && (2.0 * exponent).fract() == 0.0 => {
+            Some(exponent)
+                if exponent.abs() <= LARGEST_POWER && (2.0 * exponent).fract() == 0.0 =>
+            {
                 let size = exponent.abs();
                 let mut power = self.whole_power(a, size.trunc() as u64);
                 if size.fract() != 0.0 {

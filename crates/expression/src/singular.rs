@@ -38,7 +38,8 @@ impl Graph {
 
     /// Is a node ≥ 0, and is it > 0, by its form, given the nodes of which that is known?
     fn signs(&self, node: Node, least: &HashSet<Node>, positive: &HashSet<Node>) -> [bool; 2] {
-        let both = |known: &HashSet<Node>, a: Node, b: Node| known.contains(&a) && known.contains(&b);
+        let both =
+            |known: &HashSet<Node>, a: Node, b: Node| known.contains(&a) && known.contains(&b);
         let (not_negative, above) = match self.term(node) {
             Term::Constant(bits) => (f64::from_bits(bits) >= 0.0, f64::from_bits(bits) > 0.0),
             Term::Pi | Term::Of(Function::Exp | Function::Cosh | Function::Sech, _) => (true, true),

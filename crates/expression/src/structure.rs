@@ -44,7 +44,12 @@ impl Graph {
         self.degrees_in(of, Kinds::ALL, |input| input == by)
     }
 
-    fn degrees_in(&self, of: Node, kinds: Kinds, counts: impl Fn(Input) -> bool) -> Option<Degrees> {
+    fn degrees_in(
+        &self,
+        of: Node,
+        kinds: Kinds,
+        counts: impl Fn(Input) -> bool,
+    ) -> Option<Degrees> {
         let mut degrees: HashMap<Node, Option<Degrees>> = HashMap::new();
         for node in self.cone(&[of], kinds) {
             let at = |x: Node| degrees.get(&x).copied().unwrap_or(Some(Degrees::NONE));
@@ -90,7 +95,9 @@ impl Graph {
             .cone(of, Kinds::ALL)
             .into_iter()
             .filter_map(|node| match self.term(node) {
-                Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => Some(x),
+                Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => {
+                    Some(x)
+                }
                 _ => None,
             })
             .collect();
@@ -106,7 +113,11 @@ impl Graph {
         let cone = self.cone(&[of], Kinds::ALL);
         for node in cone {
             let at = |x: Node| {
-                if self.closed(x) { closed(x) } else { signs.get(&x).copied().unwrap_or(Sign::Unknown) }
+                if self.closed(x) {
+                    closed(x)
+                } else {
+                    signs.get(&x).copied().unwrap_or(Sign::Unknown)
+                }
             };
             let sign = match self.term(node) {
                 Term::Input(input) if input == beside => Sign::Along,
@@ -185,7 +196,9 @@ impl Sign {
             | Function::Sech
             | Function::Acos => Self::NotNegative,
             // Odd and increasing functions.
-            Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => self,
+            Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => {
+                self
+            }
             Function::Log | Function::Sin | Function::Cos => Self::Unknown,
         }
     }

@@ -7,8 +7,8 @@
 use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform};
 use afterbay_methods::registry::{Row, Run, inlined};
 use afterbay_systems::{
-    Custom, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
-    VanDerPolRing,
+    Custom, DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol,
+    VanDerPol, VanDerPolRing,
 };
 use std::any::Any;
 use std::sync::Arc;
@@ -31,7 +31,10 @@ pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
     FORMS.iter().find_map(|form| form(row, system.clone()))
 }
 
-fn one_degree<S: Abilities<f64> + Separable<f64> + Curvature<f64>>(row: &Row, system: Untyped) -> Form {
+fn one_degree<S: Abilities<f64> + Separable<f64> + Curvature<f64>>(
+    row: &Row,
+    system: Untyped,
+) -> Form {
     let system = system.downcast::<S>().ok().filter(|system| system.dof() == 1)?;
     inlined::one_degree(row, system)
 }

@@ -207,7 +207,12 @@ where
 {
     type Workspace = Workspace<V>;
 
-    fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Workspace<V>, InputError> {
+    fn workspace(
+        &self,
+        system: &S,
+        tolerance: &Tolerance,
+        span: f64,
+    ) -> Result<Workspace<V>, InputError> {
         let zeros = || V::zeros(system.dof());
         Ok(Workspace {
             stages: Stages::new(system),
@@ -251,7 +256,12 @@ where
             workspace.see_fastest(system, state);
         }
         let reach = workspace.reach(length);
-        Ok(Attempt { error, order, largest_growth: reach, effort: Effort { evaluations, iterations: 0 } })
+        Ok(Attempt {
+            error,
+            order,
+            largest_growth: reach,
+            effort: Effort { evaluations, iterations: 0 },
+        })
     }
 
     #[inline]

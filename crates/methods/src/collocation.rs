@@ -81,7 +81,8 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        let outside = |name, value: usize, range| InputError::Parameter { name, value: value as f64, range };
+        let outside =
+            |name, value: usize, range| InputError::Parameter { name, value: value as f64, range };
         if !(1..=legendre::MODES).contains(&self.stages) {
             return Err(outside("stages", self.stages, "1 to 8"));
         }

@@ -60,10 +60,12 @@ pub(crate) struct Pull<'a, 'b, T, S: ?Sized> {
 impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
     #[inline(always)]
     fn at(&mut self, share: T, v: T) -> Sample<T> {
-        let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, .. } = *self.coordinate;
+        let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, .. } =
+            *self.coordinate;
         let (width, pull) = (share * rate, share * delta_p.half());
         let bend = width * pull;
-        let edge = self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
+        let edge =
+            self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
         let by_q = pull * edge.slope;
         if !dissipative {
             let (argument_rounding, value_rounding) = ((by_q * q0).abs(), by_q.abs() * reach);
@@ -116,7 +118,8 @@ impl<T: Scalar> Coordinate<T> {
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
         if along.system.has_exact_divided_differences() && !along.system.may_be_singular() {
-            let root = solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
+            let root =
+                solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
             return Ok(self.moved(root, along));
         }
         self.advance_with_care(solver, along)

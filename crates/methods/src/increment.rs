@@ -115,8 +115,12 @@ where
                 effort += match (friction.as_mut(), i % 2) {
                     (None, 0) => sweep(system, h, overall, state, there)?,
                     (None, _) => sweep(system, h, overall, state, back)?,
-                    (Some(friction), 0) => rubbed(system, [h, overall], state, friction, there, back)?,
-                    (Some(friction), _) => rubbed(system, [h, overall], state, friction, back, there)?,
+                    (Some(friction), 0) => {
+                        rubbed(system, [h, overall], state, friction, there, back)?
+                    }
+                    (Some(friction), _) => {
+                        rubbed(system, [h, overall], state, friction, back, there)?
+                    }
                 };
             }
             Ok(effort.shared_by(order.len()))
@@ -144,7 +148,8 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     let gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
     let losses = sum(&mut before[2].iter().zip(after[2]).map(|(a, b)| a.abs() + b.abs()));
     let bends = || {
-        let terms = |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
+        let terms =
+            |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
         let at = |q: &[T]| terms(q) + balance::grain(system, q);
         at(before[0]) + at(after[0])
     };
@@ -154,7 +159,11 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
 }
 
 /// The order given, or the natural one.
-fn ordering(method: &'static str, order: Option<&Vec<usize>>, n: usize) -> Result<Vec<usize>, InputError> {
+fn ordering(
+    method: &'static str,
+    order: Option<&Vec<usize>>,
+    n: usize,
+) -> Result<Vec<usize>, InputError> {
     let order = order.cloned().unwrap_or_else(|| (0..n).collect());
     let mut sorted = order.clone();
     sorted.sort_unstable();
@@ -263,7 +272,8 @@ where
     T: Scalar,
     S: Separable<T> + ?Sized,
 {
-    coordinate(system, [h, overall], [j, dof], [q, p], dissipative).advance(solver, Along { system, j, q, p })
+    coordinate(system, [h, overall], [j, dof], [q, p], dissipative)
+        .advance(solver, Along { system, j, q, p })
 }
 
 /// Coordinate j before it moves.

@@ -12,7 +12,8 @@
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector, validate,
+    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
+    validate,
 };
 use std::hint::cold_path;
 
@@ -47,8 +48,7 @@ where
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         validate::masses(system)?;
         if system.dissipation_form().coupled {
-            let why =
-                "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
+            let why = "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
         let zeros = || V::zeros(system.dof());
@@ -85,7 +85,8 @@ where
         let (half_h, one) = (h.half(), V::Scalar::one());
         let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1 } = workspace;
         let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
-        let (velocity, p_half, drag) = (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
+        let (velocity, p_half, drag) =
+            (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
         let (q1, p1, w1) = (q1.as_mut_slice(), p1.as_mut_slice(), w1.as_mut_slice());
         let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
         let unit_mass = system.unit_mass();
@@ -164,7 +165,12 @@ where
 
 /// Why the new state is not finite. Inlined, so that the address of the state stays with the loop, and the state in registers.
 #[inline(always)]
-fn failure<V, S>(system: &S, half_h: V::Scalar, state: &State<V>, [q, p, w]: [&[V::Scalar]; 3]) -> StepFailure
+fn failure<V, S>(
+    system: &S,
+    half_h: V::Scalar,
+    state: &State<V>,
+    [q, p, w]: [&[V::Scalar]; 3],
+) -> StepFailure
 where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
@@ -177,5 +183,9 @@ where
             return StepFailure::Singular { dof: j, slope: 0.0 };
         }
     }
-    StepFailure::non_finite(&[(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)])
+    StepFailure::non_finite(&[
+        (Quantity::Coordinate, q),
+        (Quantity::Momentum, p),
+        (Quantity::Reservoir, w),
+    ])
 }

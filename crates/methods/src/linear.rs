@@ -152,9 +152,12 @@ mod tests {
         for n in [1, 2, 3, 10, 70] {
             let entries = entries(n);
             let exact: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
-            for solver in
-                [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
-            {
+            for solver in [
+                LinearSolver::Small,
+                LinearSolver::Chain,
+                LinearSolver::Sparse,
+                LinearSolver::Dense,
+            ] {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::<f64>::new(solver, n, pattern).unwrap();
                 // The second time over the first factors.
@@ -181,9 +184,12 @@ mod tests {
         for n in [1, 2, 3, 10, 70] {
             let entries = entries(n);
             let a: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
-            for solver in
-                [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
-            {
+            for solver in [
+                LinearSolver::Small,
+                LinearSolver::Chain,
+                LinearSolver::Sparse,
+                LinearSolver::Dense,
+            ] {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::new(solver, n, pattern).unwrap();
                 let mut values = vec![0.0; matrix.values().len()];
@@ -202,7 +208,9 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_is_said_to_be_singular() {
-        for solver in [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense] {
+        for solver in
+            [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
+        {
             let pattern = (0..40).map(|i| (i, i)).collect();
             let mut matrix = Matrix::<f64>::new(solver, 40, pattern).unwrap();
             matrix.values().fill(0.0);

@@ -27,7 +27,8 @@ mod table;
 
 use crate::linear_flow::LinearFlow;
 use afterbay_core::{
-    Curvature, Effort, InputError, Mask, Method, Passive, Quantity, Scalar, State, StepFailure, Vector,
+    Curvature, Effort, InputError, Mask, Method, Passive, Quantity, Scalar, State, StepFailure,
+    Vector,
 };
 use table::Table;
 
@@ -70,7 +71,10 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         if !system.is_linear() {
-            return Err(InputError::Unsupported { method: "linear-exact", why: "the system is not linear" });
+            return Err(InputError::Unsupported {
+                method: "linear-exact",
+                why: "the system is not linear",
+            });
         }
         let n = system.dof();
         let (zeros, pair) = (|| V::zeros(n), || [V::zeros(n), V::zeros(n)]);
@@ -169,7 +173,8 @@ where
             let lost = damping.passive == Passive::Each && w.lt(V::Scalar::zero()).all();
             *w = if lost || damping.zero { w0 } else { w0 + *w };
         }
-        let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
+        let parts =
+            [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
         if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
             return Err(StepFailure::non_finite(&parts));
         }

@@ -29,7 +29,8 @@ pub(crate) struct LinearFlow<V: Vector> {
 }
 
 /// Enough for a span in 16 and in 31 digits. They take a hundred steps to find.
-static RULES: [LazyLock<Vec<[Quad; 2]>>; 2] = [LazyLock::new(|| gauss(10)), LazyLock::new(|| gauss(16))];
+static RULES: [LazyLock<Vec<[Quad; 2]>>; 2] =
+    [LazyLock::new(|| gauss(10)), LazyLock::new(|| gauss(16))];
 
 /// Gauss nodes in [0, 1] and their weights, enough for a span.
 pub(crate) fn nodes<T: Scalar>() -> Vec<[T; 2]> {
@@ -106,7 +107,8 @@ impl<V: Vector> LinearFlow<V> {
     /// Why the flow could not be followed: u is not finite, or the time is too long.
     #[cold]
     pub(crate) fn too_long(&self) -> StepFailure {
-        let parts = [(Quantity::Force, self.u[1].as_slice()), (Quantity::Velocity, self.u[0].as_slice())];
+        let parts =
+            [(Quantity::Force, self.u[1].as_slice()), (Quantity::Velocity, self.u[0].as_slice())];
         let finite = parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all()));
         if finite { StepFailure::TooLong { limit: SPANS } } else { StepFailure::non_finite(&parts) }
     }
@@ -118,7 +120,10 @@ impl<V: Vector> LinearFlow<V> {
         multiply: &mut impl FnMut([&[V::Scalar]; 2], [&mut [V::Scalar]; 2]),
     ) -> usize {
         for (term, u) in self.terms[0].iter_mut().zip(&self.u) {
-            term.as_mut_slice().iter_mut().zip(u.as_slice()).for_each(|(term, &u)| *term = span * u);
+            term.as_mut_slice()
+                .iter_mut()
+                .zip(u.as_slice())
+                .for_each(|(term, &u)| *term = span * u);
         }
         let mut largest = self.sizes(0);
         for k in 1..self.terms.len() {
@@ -197,7 +202,8 @@ impl<V: Vector> LinearFlow<V> {
     /// y and u at the end of the span.
     fn advance(&mut self, span: V::Scalar, count: usize) {
         for i in [0, 1] {
-            let (u, y, at) = (self.u[i].as_mut_slice(), self.y[i].as_mut_slice(), self.at[i].as_mut_slice());
+            let (u, y, at) =
+                (self.u[i].as_mut_slice(), self.y[i].as_mut_slice(), self.at[i].as_mut_slice());
             u.fill(V::Scalar::zero());
             at.fill(V::Scalar::zero());
             for (k, term) in self.terms[..count].iter().enumerate().rev() {

@@ -20,7 +20,9 @@ mod implicit;
 pub use closed_form::ClosedForm;
 
 use afterbay_core::solver::Newton;
-use afterbay_core::{InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, validate};
+use afterbay_core::{
+    InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, validate,
+};
 use steps::Plain;
 
 /// The modified discrete gradient with the step sizes `D` ([`Plain`], [`steps::Raised`], [`steps::Printed`]), its
@@ -48,7 +50,9 @@ impl ModDg<Plain, ClosedForm> {
 }
 
 /// [`ModDg`] has one degree of freedom, and it has a mass.
-fn one_degree_of_freedom<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), InputError> {
+fn one_degree_of_freedom<T: Scalar>(
+    system: &(impl Separable<T> + ?Sized),
+) -> Result<(), InputError> {
     let why = "it is the scheme for one degree of freedom";
     if system.dof() != 1 {
         return Err(InputError::Unsupported { method: "moddg", why });

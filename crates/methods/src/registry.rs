@@ -73,7 +73,8 @@ impl Row {
 
     /// The equations whose δ it uses: its poles are there.
     pub fn poles(&self) -> &'static [Equation] {
-        let (Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _))) = self.kind else {
+        let (Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _))) = self.kind
+        else {
             return &[];
         };
         match placement {

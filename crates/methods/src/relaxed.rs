@@ -28,7 +28,9 @@ mod root;
 mod track;
 
 use crate::runge_kutta::{Classical, Dop853};
-use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+use afterbay_core::{
+    Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector,
+};
 use direction::Direction;
 use root::Chord;
 use track::Track;
@@ -75,7 +77,11 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let n = system.dof();
-        Ok(Workspace { direction: Direction::new(system), chord: Chord::new(n), track: Track::new(n) })
+        Ok(Workspace {
+            direction: Direction::new(system),
+            chord: Chord::new(n),
+            track: Track::new(n),
+        })
     }
 
     fn step(
@@ -98,7 +104,8 @@ where
         };
         effort += take(direction, guess);
         let mut gamma = chord.relax(system, state, direction, [now, known.total])?;
-        let far = (gamma - guess).abs().to_f64() > FORETOLD * (gamma - V::Scalar::one()).abs().to_f64();
+        let far =
+            (gamma - guess).abs().to_f64() > FORETOLD * (gamma - V::Scalar::one()).abs().to_f64();
         if far && direction.feel(state, gamma - guess) {
             guess = gamma;
             effort += take(direction, guess);
@@ -106,7 +113,8 @@ where
         }
 
         let Chord { q, p, w, .. } = chord;
-        let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
+        let parts =
+            [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
         let parts = parts.map(|(quantity, part)| (quantity, part.as_slice()));
         if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
             return Err(StepFailure::non_finite(&parts));

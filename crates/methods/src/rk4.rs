@@ -8,7 +8,9 @@
 //! Order 4, explicit, any system. K is kept to O(h⁴) only. The weights are positive, so Δw ≥ 0 where the system is passive,
 //! whatever H does. Diverges beyond |hλ| ≈ 2.8.
 
-use afterbay_core::{Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector};
+use afterbay_core::{
+    Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector,
+};
 use std::hint::cold_path;
 
 /// The paper's eRK4.

@@ -7,7 +7,8 @@ mod forms;
 pub use forms::{Compensable, Expandable, Number, Ranges, TERMS, custom_ranges, ranges};
 
 use crate::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
 };
 use afterbay_core::{Abilities, InputError, Scalar};
 use forms::Forms;

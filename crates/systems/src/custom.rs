@@ -86,7 +86,10 @@ impl<T: Scalar> Custom<T> {
     /// The system in another scalar, with parameters that may depend on their names. Values are not
     /// checked as by [`Custom::with`].
     pub fn lift<U: Scalar>(&self, f: impl Fn(&str, T) -> U) -> Custom<U> {
-        Custom::bind(Arc::clone(&self.shape), self.parameters().map(|(name, x)| f(name, x)).collect())
+        Custom::bind(
+            Arc::clone(&self.shape),
+            self.parameters().map(|(name, x)| f(name, x)).collect(),
+        )
     }
 
     /// The system with another value of a parameter. Nothing is compiled again.
@@ -95,7 +98,8 @@ impl<T: Scalar> Custom<T> {
     /// [`CustomError::NoParameter`], [`CustomError::Value`], and [`CustomError::NotFinite`] or
     /// [`CustomError::Input`] if masses or constant parts of expressions become invalid.
     pub fn with(&self, name: &str, value: T) -> Result<Self, CustomError> {
-        let Some(index) = self.shape.parameters.iter().position(|parameter| parameter == name) else {
+        let Some(index) = self.shape.parameters.iter().position(|parameter| parameter == name)
+        else {
             return Err(CustomError::NoParameter { name: name.to_owned() });
         };
         if !value.is_finite().all() {
@@ -130,11 +134,13 @@ impl<T: Scalar> Custom<T> {
         }
         let operations: Vec<Node> = shape.places.iter().map(|x| x.1).collect();
         let values =
-            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, |input| match input {
-                Input::Coordinate(j) => q[j as usize],
-                Input::Momentum(j) => p[j as usize],
-                Input::Velocity(j) => p[j as usize] * self.inverse_masses[j as usize],
-                Input::End => T::zero(),
+            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, |input| {
+                match input {
+                    Input::Coordinate(j) => q[j as usize],
+                    Input::Momentum(j) => p[j as usize],
+                    Input::Velocity(j) => p[j as usize] * self.inverse_masses[j as usize],
+                    Input::End => T::zero(),
+                }
             });
         for (place, node, span) in &shape.places {
             if let Some(value) = values.get(node).filter(|x| !x.is_finite().all()) {
@@ -180,7 +186,16 @@ impl<T: Scalar> Custom<T> {
         let frames = shape.frames.iter().map(at).collect();
         let inverse_masses = masses.iter().map(|m| m.recip()).collect();
         let unit_mass = masses.iter().all(|&m| m == T::one());
-        Self { parameters, inverse_masses, frames, rates, dissipation_form, masses, unit_mass, shape }
+        Self {
+            parameters,
+            inverse_masses,
+            frames,
+            rates,
+            dissipation_form,
+            masses,
+            unit_mass,
+            shape,
+        }
     }
 
     /// Checks that the masses are positive and the parts that depend on the parameters alone are

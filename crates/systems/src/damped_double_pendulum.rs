@@ -36,8 +36,8 @@ mod phase_plane;
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, DissipationForm, InputError, Passive, PhasePlane, Scalar,
-    SecondDerivatives, System,
+    Abilities, Block, Coupling, Curvature, DissipationForm, InputError, Passive, PhasePlane,
+    Scalar, SecondDerivatives, System,
 };
 use std::sync::Arc;
 
@@ -85,7 +85,12 @@ impl<T: Scalar> DampedDoublePendulum<T> {
 
     /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> DampedDoublePendulum<U> {
-        DampedDoublePendulum { m: self.m.map(&f), l: self.l.map(&f), g: f(self.g), c: self.c.map(&f) }
+        DampedDoublePendulum {
+            m: self.m.map(&f),
+            l: self.l.map(&f),
+            g: f(self.g),
+            c: self.c.map(&f),
+        }
     }
 
     /// The weight below each joint times the rod: (m1 + m2) g l1 and m2 g l2.
@@ -168,7 +173,8 @@ impl<T: Scalar> Curvature<T> for DampedDoublePendulum<T> {
                     (-whirl, beside)
                 };
                 // ∂v_j/∂q_i, and ∂v_i/∂q_j
-                let (hqp, hpq) = (if i == 0 { u[j] } else { -u[j] }, if j == 0 { u[i] } else { -u[i] });
+                let (hqp, hpq) =
+                    (if i == 0 { u[j] } else { -u[j] }, if j == 0 { u[i] } else { -u[i] });
                 put(Block::Hqq, i, j, hqq);
                 put(Block::Hqp, i, j, hqp);
                 put(Block::Hpp, i, j, inverse);
@@ -237,7 +243,8 @@ mod tests {
 
     #[test]
     fn it_is_passive_if_both_rods_are() {
-        let damping = |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().dissipation_form();
+        let damping =
+            |c| DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, c).unwrap().dissipation_form();
         assert_eq!(damping([0.0, -0.0]), DissipationForm::NONE);
         assert_eq!(
             damping([0.0, 0.1]),

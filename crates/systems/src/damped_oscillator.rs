@@ -19,8 +19,8 @@ mod order_raising;
 use crate::catalog::{Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
-    Abilities, Block, Curvature, Dissipation, DissipationForm, Flow, InputError, Line, Linear, Misprinted,
-    OrderRaising, Passive, Scalar, SecondDerivatives, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, Flow, InputError, Line, Linear,
+    Misprinted, OrderRaising, Passive, Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -164,7 +164,8 @@ impl Family for DampedOscillator<f64> {
 
     const NAME: &'static str = "damped-oscillator";
     const EQUATIONS: &'static str = "V = k q²/2, D = b p";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::new("k", "1/time²"), Parameter::new("b", "1/time")];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::new("k", "1/time²"), Parameter::new("b", "1/time")];
     const RANGES: &'static str = "k > 0 (b < 0 feeds energy in)";
     const SOLUTION: &'static str = "exact: q, p and w";
     const DOF: Option<usize> = Some(1);
@@ -183,7 +184,10 @@ mod tests {
     fn parameters_have_their_range() {
         for k in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let error = DampedOscillator::new(k, 0.1).unwrap_err();
-            assert!(matches!(error, InputError::Parameter { name: "k", range: "positive and finite", .. }));
+            assert!(matches!(
+                error,
+                InputError::Parameter { name: "k", range: "positive and finite", .. }
+            ));
         }
         for b in [f64::NAN, f64::NEG_INFINITY] {
             let error = DampedOscillator::new(1.0, b).unwrap_err();
@@ -197,7 +201,10 @@ mod tests {
         let damping = |b: f64| DampedOscillator::new(2.0, b).unwrap().dissipation_form();
         assert_eq!(damping(0.0), DissipationForm::NONE);
         assert_eq!(damping(-0.0), DissipationForm::NONE);
-        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(
+            damping(0.1),
+            DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
+        );
         assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 

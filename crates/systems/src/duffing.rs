@@ -18,8 +18,8 @@
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Passive,
-    Scalar, SecondDerivatives, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,
+    Passive, Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -172,7 +172,9 @@ mod tests {
             (Duffing::new(1.0, f64::INFINITY, 0.1), "beta"),
             (Duffing::new(-1.0, 1.0, nan), "c"),
         ] {
-            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+            assert!(
+                matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name)
+            );
         }
     }
 
@@ -181,7 +183,10 @@ mod tests {
         let damping = |c: f64| Duffing::new(-1.0, 1.0, c).unwrap().dissipation_form();
         assert_eq!(damping(0.0), DissipationForm::NONE);
         assert_eq!(damping(-0.0), DissipationForm::NONE);
-        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(
+            damping(0.1),
+            DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
+        );
         assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
@@ -200,9 +205,10 @@ mod tests {
         let system = Duffing::new(2.5, 0.0, 0.2).unwrap();
         let linear = crate::DampedOscillator::new(2.5, 0.2).unwrap();
         let (q, p) = (0.7, -1.3);
-        for (found, expected) in
-            [(system.delta_q(q, p), linear.delta_q(q, p)), (system.delta_p(q, p), linear.delta_p(q, p))]
-        {
+        for (found, expected) in [
+            (system.delta_q(q, p), linear.delta_q(q, p)),
+            (system.delta_p(q, p), linear.delta_p(q, p)),
+        ] {
             assert!((found.third - expected.third).abs() < 1e-15, "{found:?} {expected:?}");
             assert!((found.fourth - expected.fourth).abs() < 1e-15, "{found:?} {expected:?}");
         }

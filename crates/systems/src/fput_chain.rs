@@ -20,8 +20,8 @@
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members, Passive,
-    Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members,
+    Passive, Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
 };
 use std::any::Any;
 use std::sync::Arc;
@@ -217,7 +217,8 @@ impl Family for FputChain<f64> {
     type Of<T: Scalar> = FputChain<T>;
 
     const NAME: &'static str = "fput-chain";
-    const EQUATIONS: &'static str = "V = Σ (r_i²/2 + β r_i⁴/4), r_i = q_{i+1} - q_i, fixed ends, D_j = c p_j";
+    const EQUATIONS: &'static str =
+        "V = Σ (r_i²/2 + β r_i⁴/4), r_i = q_{i+1} - q_i, fixed ends, D_j = c p_j";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::new("n", "1"),
         Parameter::new("beta", "1/(length² time²)"),
@@ -245,7 +246,9 @@ mod tests {
             (FputChain::new(3, nan, 0.1), "beta"),
             (FputChain::new(3, 1.0, f64::INFINITY), "c"),
         ] {
-            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+            assert!(
+                matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name)
+            );
         }
     }
 
@@ -253,7 +256,10 @@ mod tests {
     fn the_sign_of_c_decides() {
         let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().dissipation_form();
         assert_eq!(damping(0.0), DissipationForm::NONE);
-        assert_eq!(damping(0.1), DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR });
+        assert_eq!(
+            damping(0.1),
+            DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
+        );
         assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 

@@ -24,8 +24,8 @@ mod van_der_pol;
 mod van_der_pol_ring;
 
 pub use catalog::{
-    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL, SYSTEMS,
-    SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL,
+    SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
 pub use custom::{Custom, CustomError, Description, DissipationText, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
@@ -58,7 +58,11 @@ fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
 
 /// The number of degrees of freedom, if it is at least 1.
 fn at_least_one(n: usize) -> Result<usize, InputError> {
-    if n > 0 { Ok(n) } else { Err(InputError::Parameter { name: "n", value: 0.0, range: "at least 1" }) }
+    if n > 0 {
+        Ok(n)
+    } else {
+        Err(InputError::Parameter { name: "n", value: 0.0, range: "at least 1" })
+    }
 }
 
 /// Whether `value` is at least 0 in every lane.

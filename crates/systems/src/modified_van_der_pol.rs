@@ -18,8 +18,8 @@
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{Duffing, VanDerPol};
 use afterbay_core::{
-    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Scalar,
-    SecondDerivatives, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,
+    Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -167,13 +167,16 @@ mod tests {
             (ModifiedVanDerPol::new(1.0, nan, 1.0), "alpha"),
             (ModifiedVanDerPol::new(1.0, 1.0, nan), "beta"),
         ] {
-            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+            assert!(
+                matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name)
+            );
         }
     }
 
     #[test]
     fn without_a_cubic_term_it_is_van_der_pol() {
-        let (system, plain) = (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
+        let (system, plain) =
+            (ModifiedVanDerPol::new(3.0, 1.0, 0.0).unwrap(), VanDerPol::new(3.0).unwrap());
         let (q, p, to) = ([0.7], [-1.3], 0.9);
         assert_eq!(system.dissipation_form(), plain.dissipation_form());
         assert_eq!(system.dissipation_of(&q, &p, 0), plain.dissipation_of(&q, &p, 0));

@@ -16,8 +16,8 @@
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
-    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising, Scalar,
-    SecondDerivatives, Separable, System,
+    Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,
+    Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 

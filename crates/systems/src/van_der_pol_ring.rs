@@ -20,8 +20,8 @@
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members, Scalar,
-    SecondDerivatives, Separable, System, Uniform, f64x8,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members,
+    Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
 };
 use std::any::Any;
 use std::sync::Arc;
@@ -119,7 +119,10 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
     /// V is quadratic: the mean is the derivative in the middle.
     #[inline(always)]
     fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        Line { value: self.partial(q, j, (q[j] + to).half()), slope: T::one().half() + self.coupling }
+        Line {
+            value: self.partial(q, j, (q[j] + to).half()),
+            slope: T::one().half() + self.coupling,
+        }
     }
 
     #[inline(always)]
@@ -192,8 +195,11 @@ impl Family for VanDerPolRing<f64> {
     const NAME: &'static str = "van-der-pol-ring";
     const EQUATIONS: &'static str =
         "V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], periodic, D_j = -μ (1 - q_j²) p_j";
-    const PARAMETERS: &'static [Parameter] =
-        &[Parameter::new("n", "1"), Parameter::new("mu", "1/time"), Parameter::new("coupling", "1/time²")];
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::new("n", "1"),
+        Parameter::new("mu", "1/time"),
+        Parameter::new("coupling", "1/time²"),
+    ];
     const RANGES: &'static str = "n ≥ 1 (coupling: κ)";
     const SOLUTION: &'static str = BY_SIZE;
     const DOF: Option<usize> = None;
@@ -217,7 +223,9 @@ mod tests {
             (VanDerPolRing::new(3, 1.0, nan), "coupling"),
             (VanDerPolRing::new(1, 1.0, nan), "coupling"),
         ] {
-            assert!(matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name));
+            assert!(
+                matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name)
+            );
         }
     }
 
@@ -230,7 +238,8 @@ mod tests {
 
     #[test]
     fn one_alone_is_a_van_der_pol_oscillator() {
-        let (ring, single) = (VanDerPolRing::new(1, 1.5, 7.0).unwrap(), VanDerPol::new(1.5).unwrap());
+        let (ring, single) =
+            (VanDerPolRing::new(1, 1.5, 7.0).unwrap(), VanDerPol::new(1.5).unwrap());
         let (q, p, to) = ([0.75], [-1.25], -0.5);
         assert_eq!(ring.energy(&q, &p), single.energy(&q, &p));
         assert_eq!(ring.partial(&q, 0, to), single.partial(&q, 0, to));

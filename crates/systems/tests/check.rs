@@ -5,14 +5,15 @@
 
 use afterbay_core::{Curvature, InputError, Separable, Uniform, validate};
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
 };
 use proptest::prelude::*;
 
 /// Numbers of either sign between 1e-12 and `10^largest`, and 0.
 fn number(largest: f64) -> impl Strategy<Value = f64> {
-    let any =
-        (-12.0..largest, prop::bool::ANY).prop_map(|(x, up)| (if up { 1.0 } else { -1.0 }) * 10f64.powf(x));
+    let any = (-12.0..largest, prop::bool::ANY)
+        .prop_map(|(x, up)| (if up { 1.0 } else { -1.0 }) * 10f64.powf(x));
     prop_oneof![12 => any, 1 => Just(0.0)]
 }
 
@@ -42,7 +43,11 @@ fn separable<S: Separable<f64>>(
     good(validate::separable(&system, &q[..system.dof()], &p[..system.dof()]))
 }
 
-fn uniform<S: Uniform>(system: Result<S, InputError>, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
+fn uniform<S: Uniform>(
+    system: Result<S, InputError>,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), TestCaseError> {
     let system = system.unwrap();
     good(validate::uniform(&system, &q[..system.dof()], &p[..system.dof()]))
 }

@@ -4,8 +4,8 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Block, Curvature, Dissipation, DissipationForm, InputError, Passive, Quantity, Separable, System,
-    validate,
+    Block, Curvature, Dissipation, DissipationForm, InputError, Passive, Quantity, Separable,
+    System, validate,
 };
 use proptest::prelude::*;
 
@@ -40,7 +40,11 @@ impl Separable<f64> for Well {
         (self.slope)(at)
     }
     fn dissipation_of(&self, _q: &[f64], p: &[f64], _j: usize) -> Dissipation<f64> {
-        Dissipation { value: if p[0] == 0.0 { 0.0 } else { 0.1 * p[0].signum() }, by_q: 0.0, by_p: 0.0 }
+        Dissipation {
+            value: if p[0] == 0.0 { 0.0 } else { 0.1 * p[0].signum() },
+            by_q: 0.0,
+            by_p: 0.0,
+        }
     }
 }
 
@@ -51,7 +55,13 @@ const WELLS: [(&str, Well); 13] = [
     ("pendulum", Well { v: |q| 9.81 * (1.0 - q.cos()), slope: |q| 9.81 * q.sin() }),
     ("lattice", Well { v: |q| -(TAU * q).cos(), slope: |q| TAU * (TAU * q).sin() }),
     ("Toda", Well { v: |q| q.exp() - q - 1.0, slope: |q| q.exp() - 1.0 }),
-    ("Morse", Well { v: |q| (1.0 - (-q).exp()).powi(2), slope: |q| 2.0 * (1.0 - (-q).exp()) * (-q).exp() }),
+    (
+        "Morse",
+        Well {
+            v: |q| (1.0 - (-q).exp()).powi(2),
+            slope: |q| 2.0 * (1.0 - (-q).exp()) * (-q).exp(),
+        },
+    ),
     (
         "Lennard-Jones",
         Well {
@@ -63,8 +73,17 @@ const WELLS: [(&str, Well); 13] = [
     ("cone", Well { v: f64::abs, slope: |q| if q == 0.0 { 0.0 } else { q.signum() } }),
     ("contact", Well { v: |q| 50.0 * q.max(0.0).powi(2), slope: |q| 100.0 * q.max(0.0) }),
     ("hyperbola", Well { v: |q| (1.0 + q * q).sqrt(), slope: |q| q / (1.0 + q * q).sqrt() }),
-    ("bump", Well { v: |q| (-(q * 1e4).powi(2)).exp(), slope: |q| -2e8 * q * (-(q * 1e4).powi(2)).exp() }),
-    ("ripple", Well { v: |q| q * q / 2.0 + 1e-6 * (1e3 * q).sin(), slope: |q| q + 1e-3 * (1e3 * q).cos() }),
+    (
+        "bump",
+        Well {
+            v: |q| (-(q * 1e4).powi(2)).exp(),
+            slope: |q| -2e8 * q * (-(q * 1e4).powi(2)).exp(),
+        },
+    ),
+    (
+        "ripple",
+        Well { v: |q| q * q / 2.0 + 1e-6 * (1e3 * q).sin(), slope: |q| q + 1e-3 * (1e3 * q).cos() },
+    ),
     ("offset", Well { v: |q| 1e10 + q * q / 2.0, slope: |q| q }),
     ("steep", Well { v: |q| q.powi(20), slope: |q| 20.0 * q.powi(19) }),
 ];
@@ -120,8 +139,8 @@ impl Curvature<f64> for Twisted {
 
 /// Numbers of either sign from 1e-12 to 1e6, and 0.
 fn number() -> impl Strategy<Value = f64> {
-    let any =
-        (-12.0..6.0_f64, prop::bool::ANY).prop_map(|(x, up)| (if up { 1.0 } else { -1.0 }) * 10f64.powf(x));
+    let any = (-12.0..6.0_f64, prop::bool::ANY)
+        .prop_map(|(x, up)| (if up { 1.0 } else { -1.0 }) * 10f64.powf(x));
     prop_oneof![12 => any, 1 => Just(0.0), 4 => -2.0..2.0_f64]
 }
 

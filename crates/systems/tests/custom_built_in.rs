@@ -3,18 +3,25 @@
 
 #![cfg(test)]
 
-use afterbay_core::{Block, Curvature, Quad, Scalar, Separable, Series, State, System, taylor, validate};
+use afterbay_core::{
+    Block, Curvature, Quad, Scalar, Separable, Series, State, System, taylor, validate,
+};
 use afterbay_systems::{
-    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
-    VanDerPolRing,
+    Custom, DampedOscillator, Description, DissipationText, Duffing, FputChain, ModifiedVanDerPol,
+    VanDerPol, VanDerPolRing,
 };
 use proptest::prelude::*;
 
 fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
     let (potential, friction) = (potential.to_owned(), DissipationText::Forces(forces));
-    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
-        .unwrap()
+    Custom::new(&Description {
+        potential,
+        dissipation: friction,
+        parameters,
+        ..Description::default()
+    })
+    .unwrap()
 }
 
 fn chain(n: usize, beta: f64, c: f64) -> Custom<f64> {
@@ -57,7 +64,9 @@ where
     close("energy", own.energy(q, p) / n as f64, built_in.energy(q, p) / n as f64)?;
     let [mut a, mut b] = [0; 2].map(|_| [0; 3].map(|_| vec![0.0; n]));
     let v: Vec<f64> = p.iter().map(|p| 0.5 * p).collect();
-    for (part, fields) in [(own as &dyn Separable<f64>, &mut a), (built_in as &dyn Separable<f64>, &mut b)] {
+    for (part, fields) in
+        [(own as &dyn Separable<f64>, &mut a), (built_in as &dyn Separable<f64>, &mut b)]
+    {
         let [hq, hp, d] = fields;
         part.gradient(q, p, hq, hp);
         part.dissipation(q, p, &v, d);
@@ -177,7 +186,8 @@ fn functions_are_what_they_say() {
         "asin(q1/40) + acos(q2/40) + tan(q1/20)",
         "(4 + q1^2)^1.5 + (4 + q2^2)^-0.5 + 2^(q1/9)",
     ] {
-        let own = custom(potential, vec!["0.1*p1".to_owned(), "0.2*p2*(1 + sin(q1)^2)".to_owned()], &[]);
+        let own =
+            custom(potential, vec!["0.1*p1".to_owned(), "0.2*p2*(1 + sin(q1)^2)".to_owned()], &[]);
         let (q, p) = ([0.7, -0.4], [0.3, 1.1]);
         assert_eq!(validate::separable(&own, &q, &p), Ok(()), "{potential}");
         assert_eq!(validate::curvature(&own, &q, &p), Ok(()), "{potential}");
@@ -207,7 +217,9 @@ fn references_are_those_of_the_built_in_system() {
     // A pendulum's energy is kept by its own expansion: sin and cos in 31 digits.
     let pendulum = custom("-cos(q1)", vec!["0.1*p1".to_owned()], &[]);
     let start = State::new([Quad::from_f64(2.0)], [Quad::from_f64(0.5)]).unwrap();
-    let states = taylor::trajectory::<_, _, 20>(&pendulum.map(lift), &start, Quad::from_f64(1.0), 5).unwrap();
+    let states =
+        taylor::trajectory::<_, _, 20>(&pendulum.map(lift), &start, Quad::from_f64(1.0), 5)
+            .unwrap();
     let quad = pendulum.map(Quad::from_f64);
     for state in &states {
         let drift = state.total(&quad) - start.total(&quad);
@@ -257,7 +269,11 @@ impl Ridge {
         let form = 6.0 * (a.abs() + b.abs()) + offset.abs() + 1.0;
         let power = *power as i32 + 1;
         8.0 * c.abs()
-            * if square.is_some() { (3.0 * form * form).powi(power % 3 + 2) } else { form.powi(power) }
+            * if square.is_some() {
+                (3.0 * form * form).powi(power % 3 + 2)
+            } else {
+                form.powi(power)
+            }
     }
 }
 
@@ -265,9 +281,16 @@ fn ridge() -> impl Strategy<Value = Ridge> {
     let weight = || prop::sample::select(vec![-1.0, 0.0, 1.0, 0.7, -1.3]);
     let offset = prop::sample::select(vec![0.0, 1.0, -0.4]);
     let square = prop::option::of(prop::sample::select(vec![1.0, -1.0, 0.3]));
-    (-2.0..2.0_f64, [weight(), weight()], offset, 0..20_usize, 0..20_usize, 0..8_u32, square).prop_map(
-        |(c, weights, offset, i, j, power, square)| Ridge { c, weights, offset, i, j, power, square },
-    )
+    (-2.0..2.0_f64, [weight(), weight()], offset, 0..20_usize, 0..20_usize, 0..8_u32, square)
+        .prop_map(|(c, weights, offset, i, j, power, square)| Ridge {
+            c,
+            weights,
+            offset,
+            i,
+            j,
+            power,
+            square,
+        })
 }
 
 proptest! {

@@ -88,7 +88,9 @@ impl Tree {
         let exact = parts(self.at(point, &mut |x| x));
         let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
         let mut noise = move |x: f64| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let unit = (seed >> 11) as f64 / (1_u64 << 53) as f64;
             x * (1.0 + (2.0 * unit - 1.0) * 2f64.powi(-40))
         };
@@ -102,7 +104,10 @@ impl Tree {
             }
         }
         std::array::from_fn(|k| {
-            [exact[k], 64.0 * 2f64.powi(-13) * spread[k] + 8.0 * f64::EPSILON * exact[k].abs() + 1e-290]
+            [
+                exact[k],
+                64.0 * 2f64.powi(-13) * spread[k] + 8.0 * f64::EPSILON * exact[k].abs() + 1e-290,
+            ]
         })
     }
 }
@@ -144,8 +149,10 @@ fn algebraic(momenta: bool) -> impl Strategy<Value = Tree> {
     tree(momenta, &["abs", "sqrt"])
 }
 
-const ALL: [&str; 13] =
-    ["abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"];
+const ALL: [&str; 13] = [
+    "abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh",
+    "tanh",
+];
 
 fn tree(momenta: bool, functions: &'static [&'static str]) -> impl Strategy<Value = Tree> {
     let state = if momenta {
@@ -153,8 +160,10 @@ fn tree(momenta: bool, functions: &'static [&'static str]) -> impl Strategy<Valu
     } else {
         (0..N).prop_map(Tree::Q).boxed()
     };
-    let number = prop_oneof![(0.1..3.0_f64), prop::sample::select(vec![0.0, 0.5, 1.0, 2.0, 3.0, 4.0])];
-    let leaf = prop_oneof![6 => state, 2 => number.prop_map(Tree::Number), 1 => Just(Tree::Parameter)];
+    let number =
+        prop_oneof![(0.1..3.0_f64), prop::sample::select(vec![0.0, 0.5, 1.0, 2.0, 3.0, 4.0])];
+    let leaf =
+        prop_oneof![6 => state, 2 => number.prop_map(Tree::Number), 1 => Just(Tree::Parameter)];
     leaf.prop_recursive(6, 48, 2, move |inner| {
         let boxed = |x: Tree| Box::new(x);
         prop_oneof![
@@ -170,11 +179,18 @@ fn tree(momenta: bool, functions: &'static [&'static str]) -> impl Strategy<Valu
 fn system(potential: &Tree, friction: Option<&Tree>, parameter: f64) -> Option<Custom<f64>> {
     // The parameter must be used.
     let zero = || "0".to_owned();
-    let friction =
-        DissipationText::Forces(vec![friction.map_or_else(zero, Tree::text), "0*a".to_owned(), zero()]);
+    let friction = DissipationText::Forces(vec![
+        friction.map_or_else(zero, Tree::text),
+        "0*a".to_owned(),
+        zero(),
+    ]);
     let parameters = vec![("a".to_owned(), parameter)];
-    let description =
-        Description { potential: potential.text(), dissipation: friction, parameters, masses: Vec::new() };
+    let description = Description {
+        potential: potential.text(),
+        dissipation: friction,
+        parameters,
+        masses: Vec::new(),
+    };
     match Custom::new(&description) {
         Ok(system) => Some(system),
         // Some constants have no value: 1/(2 - 2).

@@ -23,7 +23,12 @@ fn system(potential: &str, dissipation: &str) -> Custom<f64> {
 }
 
 /// q, p and w at the times `i h`.
-fn follow(system: &Custom<f64>, [q, p]: [f64; 2], h: f64, count: usize) -> Result<Vec<[f64; 3]>, InputError> {
+fn follow(
+    system: &Custom<f64>,
+    [q, p]: [f64; 2],
+    h: f64,
+    count: usize,
+) -> Result<Vec<[f64; 3]>, InputError> {
     let lifted = system.map(|x| Wide::constant(Quad::from(x)));
     let start = State::new(vec![Quad::from(q)], vec![Quad::from(p)]).unwrap();
     let states = taylor::trajectory::<_, _, 24>(&lifted, &start, Quad::from(h), count)?;
@@ -39,8 +44,11 @@ fn a_throw_in_air_turns_at_the_top() {
         for (i, [q, p, w]) in states.into_iter().enumerate() {
             let t = 0.25 * i as f64 - top;
             let height = 0.5 * 2f64.ln();
-            let exact =
-                if t < 0.0 { [height + t.cos().ln(), -t.tan()] } else { [height - t.cosh().ln(), -t.tanh()] };
+            let exact = if t < 0.0 {
+                [height + t.cos().ln(), -t.tan()]
+            } else {
+                [height - t.cosh().ln(), -t.tanh()]
+            };
             let w_exact = 0.5 - exact[1] * exact[1] / 2.0 - exact[0];
             let off = [q - exact[0], p - exact[1], w - w_exact];
             assert!(off.iter().all(|x| x.abs() < 4e-15), "{drag} {i}: {off:?}");
@@ -78,7 +86,8 @@ fn a_force_that_jumps_is_followed_from_kink_to_kink() {
 /// A pendulum in a fluid, from a series of its own for either sign of p in 50 digits.
 #[test]
 fn a_pendulum_in_a_fluid() {
-    let states = follow(&system("9.81*(1 - cos(q1))", "0.1*abs(p1)*p1"), [3.0, 0.0], 20.0, 1).unwrap();
+    let states =
+        follow(&system("9.81*(1 - cos(q1))", "0.1*abs(p1)*p1"), [3.0, 0.0], 20.0, 1).unwrap();
     let exact = [0.171_297_544_040_079_16, -0.906_636_553_048_406_4, 18.967_256_390_468_463];
     for (found, exact) in states[1].into_iter().zip(exact) {
         assert!((found - exact).abs() < 8e-16 * exact.abs().max(1.0), "{:?}", states[1]);

@@ -92,7 +92,8 @@ fn problem(text: &str) -> (Range<usize>, Problem) {
 
 #[test]
 fn what_is_wrong_is_said_and_where() {
-    let unexpected = |found: &str, expected| Problem::Unexpected { found: found.to_owned(), expected };
+    let unexpected =
+        |found: &str, expected| Problem::Unexpected { found: found.to_owned(), expected };
     let (operand, operator) = ("a number, a name or a parenthesis", "an operator or the end");
     let close = "an operator or a closing parenthesis";
     let unknown = |name: &str, nearest: Option<&str>| Problem::Unknown {
@@ -164,7 +165,8 @@ fn the_nearest_parameter_is_named() {
 
 #[test]
 fn size_and_nesting_are_bounded() {
-    let nested = |n: usize, open: &str, close: &str| format!("{}q1{}", open.repeat(n), close.repeat(n));
+    let nested =
+        |n: usize, open: &str, close: &str| format!("{}q1{}", open.repeat(n), close.repeat(n));
     assert!(custom(&nested(256, "(", ")")).is_ok());
     for text in [
         nested(257, "(", ")"),
@@ -200,7 +202,8 @@ fn descriptions_are_checked() {
         change(&mut bad);
         Custom::new(&bad).unwrap_err().to_string()
     };
-    let matrix = |rows: &[&[&str]]| DissipationText::Matrix(rows.iter().map(|row| text(row)).collect());
+    let matrix =
+        |rows: &[&[&str]]| DissipationText::Matrix(rows.iter().map(|row| text(row)).collect());
     let put = |name: &str, value: f64| (name.to_owned(), value);
     for (error, expected) in [
         (
@@ -247,7 +250,10 @@ fn descriptions_are_checked() {
             "mass 2, bytes 2..4: q1 has no place here: a mass is made of numbers",
         ),
         (says(&|x| x.masses = text(&["1", "1/(k - 2)"])), "mass 2, bytes 0..9, is inf there"),
-        (says(&|x| x.potential.push_str("*log(k - 3)")), "the potential, bytes 16..26, is NaN there"),
+        (
+            says(&|x| x.potential.push_str("*log(k - 3)")),
+            "the potential, bytes 16..26, is NaN there",
+        ),
         (says(&|x| x.parameters.push(put("c", 1.0))), "parameter c is not used"),
         (
             says(&|x| x.parameters.push(put("k", 1.0))),

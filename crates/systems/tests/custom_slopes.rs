@@ -14,7 +14,8 @@ const ROUNDINGS: f64 = 1.0;
 
 fn custom(potential: &str) -> Custom<f64> {
     let masses = vec!["1".to_owned(); 2];
-    Custom::new(&Description { potential: potential.to_owned(), masses, ..Description::default() }).unwrap()
+    Custom::new(&Description { potential: potential.to_owned(), masses, ..Description::default() })
+        .unwrap()
 }
 
 #[test]
@@ -22,15 +23,17 @@ fn slopes_are_within_roundings_of_the_magnitudes_of_their_terms() {
     let mut worst = (0.0, "");
     for line in TABLE.lines().skip(1) {
         let mut parts = line.splitn(5, ',');
-        let [a, b, slope, size] = std::array::from_fn(|_| parts.next().unwrap().parse::<f64>().unwrap());
+        let [a, b, slope, size] =
+            std::array::from_fn(|_| parts.next().unwrap().parse::<f64>().unwrap());
         let system = custom(parts.next().unwrap());
         let found = system.divided_difference(&[a, 0.75], 0, b).value;
         let off = (found - slope).abs() / (f64::EPSILON / 2.0 * size);
         assert!(off < ROUNDINGS, "{line}: {found:?} is off by {off} roundings");
         worst = if off > worst.0 { (off, line) } else { worst };
         let lanes = system.map(f64x8::splat);
-        let found =
-            lanes.divided_difference(&[f64x8::splat(a), f64x8::splat(0.75)], 0, f64x8::splat(b)).value;
+        let found = lanes
+            .divided_difference(&[f64x8::splat(a), f64x8::splat(0.75)], 0, f64x8::splat(b))
+            .value;
         let off = (found.to_array()[3] - slope).abs() / (f64::EPSILON / 2.0 * size);
         assert!(off < 2.0 * ROUNDINGS, "{line}: {found:?} in lanes is off by {off} roundings");
         if [a, b].iter().all(|x| *x == 0.0 || x.abs() > 1e-200) {

@@ -68,7 +68,11 @@ fn who_acts_on_whom() {
         ("sin(q1)*cos(q2) + 0*q1*q3 + q1*q3 - q3*q1 + q3".to_owned(), Coupling::Chain),
         ("q1*q2".to_owned(), Coupling::Chain),
     ] {
-        assert_eq!(system(&potential, DissipationText::None, &[]).coupling(), expected, "{potential}");
+        assert_eq!(
+            system(&potential, DissipationText::None, &[]).coupling(),
+            expected,
+            "{potential}"
+        );
     }
     // D counts too.
     for (forces, expected) in [
@@ -121,8 +125,8 @@ fn friction() {
         // exp has no c and no d, but a p.
         let parameters: Vec<_> =
             parameters.into_iter().filter(|x| x.0 != "d" || forces[0].contains('d')).collect();
-        let found =
-            system("q1^2 + q2^2", DissipationText::Forces(texts(&forces)), &parameters).dissipation_form();
+        let found = system("q1^2 + q2^2", DissipationText::Forces(texts(&forces)), &parameters)
+            .dissipation_form();
         assert_eq!(found, expected, "{forces:?}");
     }
 }
@@ -151,8 +155,12 @@ fn a_friction_matrix() {
     ] {
         let friction = DissipationText::Matrix(rows.iter().map(|row| texts(row)).collect());
         let potential = "q1^2 + q2^2".to_owned();
-        let description =
-            Description { potential, dissipation: friction, masses: texts(&masses), parameters: Vec::new() };
+        let description = Description {
+            potential,
+            dissipation: friction,
+            masses: texts(&masses),
+            parameters: Vec::new(),
+        };
         assert_eq!(Custom::new(&description).unwrap().dissipation_form(), expected, "{rows:?}");
     }
 }
@@ -190,7 +198,10 @@ fn parameters_change_without_compiling_and_lanes_may_differ() {
     assert_eq!(active.parameters().collect::<Vec<_>>(), [("k", 2.0), ("c", -0.5)]);
     assert_eq!(active.energy(&[3.0], &[1.0]), 9.5);
     assert_eq!(custom.with("b", 1.0).unwrap_err().to_string(), "there is no parameter b");
-    assert_eq!(custom.with("c", f64::NAN).unwrap_err().to_string(), "parameter c = NaN must be finite");
+    assert_eq!(
+        custom.with("c", f64::NAN).unwrap_err().to_string(),
+        "parameter c = NaN must be finite"
+    );
 
     let ramp = f64x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let lanes = custom.map(f64x8::from).with("k", ramp).unwrap();

@@ -45,14 +45,19 @@ fn worst<T: Scalar>(lift: impl Fn(f64) -> T + Copy, low: impl Fn(T) -> f64) -> f
         // Quadratic in z, so twice; and what H and w exchange in the time h, at the rate of the
         // slower decay.
         let twice_energy = (p * p + k * q * q).max(exact[4].0.powi(2) + k * exact[3].0.powi(2));
-        let exchange = if b == 0.0 { 1.0 } else { b.abs().min(4.0 * k / b.abs()) * h.abs() * twice_energy };
+        let exchange =
+            if b == 0.0 { 1.0 } else { b.abs().min(4.0 * k / b.abs()) * h.abs() * twice_energy };
         let size_w = 2.0 * (exact[2].0.abs() + exchange);
         let roundings = T::EPSILON * (4.0 + 2.0 * (k.sqrt() + b.abs()) * h.abs());
         let found = [dq, dp, dw, state.q[0], state.p[0]];
         let sizes = [sizes[0] / k.sqrt(), sizes[0], size_w, sizes[1] / k.sqrt(), sizes[1]];
         for ((found, exact), size) in found.into_iter().zip(exact).zip(sizes) {
             let error = Quad(found.to_f64(), low(found)).sub_accurate(exact).0.abs();
-            assert!(error <= roundings * size, "{given:?}: {found:?} for {exact:?}, {:e}", error / size);
+            assert!(
+                error <= roundings * size,
+                "{given:?}: {found:?} for {exact:?}, {:e}",
+                error / size
+            );
             worst = worst.max(error / (roundings * size));
         }
     }
@@ -84,7 +89,10 @@ fn it_starts_along_the_vector_field() {
         let increment = system.increment(Dual64::new(0.0, 1.0), q.into(), p.into());
         for (found, exact) in increment.into_iter().zip([p, -q - b * p, b * p * p]) {
             assert_eq!(found.re, 0.0);
-            assert!((found.eps - exact).abs() <= 1e-15 * b.abs().max(4.0) * 20.0, "{b}: {found} {exact}");
+            assert!(
+                (found.eps - exact).abs() <= 1e-15 * b.abs().max(4.0) * 20.0,
+                "{b}: {found} {exact}"
+            );
         }
     }
 }

@@ -5,7 +5,8 @@
 
 use afterbay_core::{Block, Coupling, Curvature, Quad, Scalar, Separable, System};
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
 };
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -96,14 +97,20 @@ where
         assert!(!present || of(Block::Hqq, i, j).is_some_and(|x| x != 0.0), "{i} {j} of {n}");
     }
     // The same entries elsewhere, rest included.
-    let places = |entries: Entries| entries.into_iter().map(|x| (x.0, x.1, x.2)).collect::<Vec<_>>();
+    let places =
+        |entries: Entries| entries.into_iter().map(|x| (x.0, x.1, x.2)).collect::<Vec<_>>();
     let rest = vec![0.0; n];
     assert_eq!(places(entries(system, &rest, &rest)), places(found));
 }
 
 /// ∂V/∂q_j, its means and D_j, with q_j moved to `to`.
-fn separable_parts_are_right<S, L, M>(system: (&S, &L, &M), q: &[f64], p: &[f64], to: f64, size: f64)
-where
+fn separable_parts_are_right<S, L, M>(
+    system: (&S, &L, &M),
+    q: &[f64],
+    p: &[f64],
+    to: f64,
+    size: f64,
+) where
     S: Separable<f64>,
     L: Separable<Dual64>,
     M: Separable<Quad>,
@@ -113,7 +120,8 @@ where
     let lift = |x: &[f64]| x.iter().map(|&x| Quad::from_f64(x)).collect::<Vec<_>>();
     let (start, rest) = (lift(q), vec![Quad::ZERO; q.len()]);
     for j in 0..q.len() {
-        let moved: Vec<f64> = q.iter().enumerate().map(|(i, &x)| if i == j { to } else { x }).collect();
+        let moved: Vec<f64> =
+            q.iter().enumerate().map(|(i, &x)| if i == j { to } else { x }).collect();
         assert_eq!(plain.partial(q, j, q[j]), hq[j]);
         assert_eq!(plain.partial(q, j, to), fields(plain, &moved, p)[0][j]);
         assert_close(plain.divided_difference(q, j, q[j]).value, hq[j], size);
@@ -158,7 +166,8 @@ fn size(parameters: [f64; 2], q: &[f64], p: &[f64], to: f64) -> f64 {
 macro_rules! check_separable {
     ($system:expr, $q:expr, $p:expr, $ends:expr, $parameters:expr) => {{
         let system = $system.unwrap();
-        let (n, dual, quad) = (system.dof(), system.map(Dual64::from_f64), system.map(Quad::from_f64));
+        let (n, dual, quad) =
+            (system.dof(), system.map(Dual64::from_f64), system.map(Quad::from_f64));
         let (q, p) = (&$q[..n], &$p[..n]);
         derivatives_are_right(&system, &dual, q, p, size($parameters, q, p, 0.0));
         for to in $ends {

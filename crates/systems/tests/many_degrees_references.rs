@@ -14,11 +14,15 @@ type Row<const D: usize> = (usize, [[Quad; D]; 3]);
 
 /// The rows of a system, the initial state first.
 fn rows<const D: usize>(name: &str) -> Vec<Row<D>> {
-    let parse = |line: &'static str| line.split(',').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
-    let lines: Vec<_> =
-        TABLE.lines().filter_map(|line| Some(parse(line.strip_prefix(name)?.strip_prefix(',')?))).collect();
+    let parse =
+        |line: &'static str| line.split(',').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
+    let lines: Vec<_> = TABLE
+        .lines()
+        .filter_map(|line| Some(parse(line.strip_prefix(name)?.strip_prefix(',')?)))
+        .collect();
     assert!(lines.len().is_multiple_of(D));
-    let part = |rows: &[Vec<f64>], k: usize| std::array::from_fn(|j| Quad(rows[j][k], rows[j][k + 1]));
+    let part =
+        |rows: &[Vec<f64>], k: usize| std::array::from_fn(|j| Quad(rows[j][k], rows[j][k + 1]));
     lines.chunks(D).map(|rows| (rows[0][0] as usize, [2, 4, 6].map(|k| part(rows, k)))).collect()
 }
 

@@ -10,7 +10,8 @@ use proptest::prelude::*;
 
 fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
     let of = |x: [f64; 2]| x.map(T::from_f64);
-    DampedDoublePendulum::new(of([1.3, 0.7]), of([0.8, 1.1]), T::from_f64(9.81), of([0.1, 0.2])).unwrap()
+    DampedDoublePendulum::new(of([1.3, 0.7]), of([0.8, 1.1]), T::from_f64(9.81), of([0.1, 0.2]))
+        .unwrap()
 }
 
 /// The largest that the terms of H and of its slopes get.

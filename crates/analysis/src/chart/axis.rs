@@ -78,11 +78,18 @@ impl Axis {
             Scale::Log if decades(lo, hi, 1.0) < 2.0 => {
                 // No two powers of ten in sight: powers of two, or still finer.
                 let step = if hi - lo > 0.62 { 2f64.log10() } else { round_step((hi - lo) / 5.0) };
-                Span { lo, hi, step, minor: Vec::new(), label: Arc::new(|v| three_digits(10f64.powf(v))) }
+                Span {
+                    lo,
+                    hi,
+                    step,
+                    minor: Vec::new(),
+                    label: Arc::new(|v| three_digits(10f64.powf(v))),
+                }
             }
             Scale::Log => {
                 let step = decades_per_label(lo, hi);
-                let minor = if step > 1.0 || hi - lo > 6.5 { Vec::new() } else { between_decades(lo, hi) };
+                let minor =
+                    if step > 1.0 || hi - lo > 6.5 { Vec::new() } else { between_decades(lo, hi) };
                 Span {
                     lo,
                     hi,
@@ -157,7 +164,11 @@ fn between_decades(lo: f64, hi: f64) -> Vec<f64> {
 /// The step of the form 1, 2 or 5 times a power of ten that is nearest above `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
-    [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|s| *s >= step * 0.999).unwrap_or(10.0 * power)
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|m| m * power)
+        .find(|s| *s >= step * 0.999)
+        .unwrap_or(10.0 * power)
 }
 
 /// A tick of a linear axis, with as many digits as `step` asks for.
@@ -171,7 +182,8 @@ fn number(v: f64, step: f64, largest: f64) -> String {
     }
     let power = largest.log10().floor();
     let decimals = (power - (step * 1.001).log10().floor()).max(0.0) as usize;
-    format!("{:.decimals$}×10{}", v / 10f64.powf(power), superscript(power as i32)).replace('-', "−")
+    format!("{:.decimals$}×10{}", v / 10f64.powf(power), superscript(power as i32))
+        .replace('-', "−")
 }
 
 /// Three significant digits without trailing zeros.
@@ -231,12 +243,18 @@ mod tests {
 
     #[test]
     fn small_numbers_are_written_with_powers() {
-        assert_eq!([3.05e-5, 1e-3, 12.0, 2.5e7].map(three_digits), ["3.05×10⁻⁵", "0.001", "12", "2.5×10⁷"]);
+        assert_eq!(
+            [3.05e-5, 1e-3, 12.0, 2.5e7].map(three_digits),
+            ["3.05×10⁻⁵", "0.001", "12", "2.5×10⁷"]
+        );
     }
 
     #[test]
     fn linear_ticks_carry_the_digits_of_their_step() {
-        assert_eq!(labels(&Axis::linear("t").exactly(0.0, 1.0)), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(
+            labels(&Axis::linear("t").exactly(0.0, 1.0)),
+            ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]
+        );
         assert_eq!(labels(&Axis::linear("q").exactly(-2e-6, 2e-6))[0], "−2×10⁻⁶");
         assert_eq!(labels(&Axis::linear("n").exactly(0.0, 4e7))[1], "1×10⁷");
     }

@@ -104,12 +104,20 @@ impl Frame {
         let svg = SvgBackend::new().render_scene(&self.scene);
         let (w, h) = (self.scene.width, self.scene.height);
         let title = maud::html! { (self.title) }.into_string();
-        svg.replacen("<svg ", &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}" "#), 1)
+        svg.replacen(
+            "<svg ",
+            &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}" "#),
+            1,
+        )
     }
 }
 
 /// One line of text; `y` is the middle of its height.
-pub(super) fn text(content: impl Into<String>, (x, y): (f64, f64), anchor: TextAnchor) -> Primitive {
+pub(super) fn text(
+    content: impl Into<String>,
+    (x, y): (f64, f64),
+    anchor: TextAnchor,
+) -> Primitive {
     let y = y + 0.36 * f64::from(TEXT);
     Primitive::Text {
         x,

@@ -83,7 +83,9 @@ impl HeatMap {
         let spans = ((&self.x, span(&self.x, &columns)), (&self.y, span(&self.y, &rows)));
         let key = match &self.cells {
             Cells::Values { .. } => KEY,
-            Cells::Verdicts { names, .. } => KEY.max(names.len().div_ceil(key_columns(names)) as f64 * ROW),
+            Cells::Verdicts { names, .. } => {
+                KEY.max(names.len().div_ceil(key_columns(names)) as f64 * ROW)
+            }
         };
         let mut frame = Frame::new(&self.title, spans.0, spans.1, CANVAS, (0.0, key));
         let areas = self.areas(&frame, &columns, &rows);
@@ -125,7 +127,11 @@ impl HeatMap {
             Cells::Values { values, span, .. } => {
                 let part = |v: f64| (0.5 + 0.5 * v / span).clamp(0.0, 1.0);
                 let shade = |&v: &f64| {
-                    if v.is_finite() { (part(v) * (SHADES - 1) as f64).round() as usize } else { SHADES }
+                    if v.is_finite() {
+                        (part(v) * (SHADES - 1) as f64).round() as usize
+                    } else {
+                        SHADES
+                    }
                 };
                 values.iter().map(shade).collect()
             }
@@ -253,10 +259,11 @@ mod tests {
 
     #[test]
     fn values_beyond_the_span_have_the_colour_of_its_end() {
-        let values =
-            Cells::Values {
-                label: "ρ".into(), span: 1.0, values: vec![-1.0, -7.0, 0.0, 0.5, 1.0, f64::MAX]
-            };
+        let values = Cells::Values {
+            label: "ρ".into(),
+            span: 1.0,
+            values: vec![-1.0, -7.0, 0.0, 0.5, 1.0, f64::MAX],
+        };
         assert_eq!(map(values).shades(), [0, 0, 32, 48, 64, 64]);
     }
 }

@@ -64,10 +64,16 @@ impl LineChart {
     /// The chart as SVG text.
     pub fn svg(&self) -> String {
         let place = |&(x, y): &(f64, f64)| Some((self.x.place(x)?, self.y.place(y)?));
-        let placed: Vec<Vec<_>> =
-            self.curves.iter().map(|curve| curve.points.iter().filter_map(place).collect()).collect();
-        let bounds: Vec<Vec<_>> =
-            self.curves.iter().map(|curve| curve.bounds.iter().filter_map(place).collect()).collect();
+        let placed: Vec<Vec<_>> = self
+            .curves
+            .iter()
+            .map(|curve| curve.points.iter().filter_map(place).collect())
+            .collect();
+        let bounds: Vec<Vec<_>> = self
+            .curves
+            .iter()
+            .map(|curve| curve.bounds.iter().filter_map(place).collect())
+            .collect();
         let missing = self.curves.iter().map(|c| c.points.len()).sum::<usize>()
             - placed.iter().map(Vec::len).sum::<usize>();
         let x_span = self.x.span(placed.iter().chain(&bounds).flatten().map(|p| p.0));
@@ -109,7 +115,9 @@ impl LineChart {
             notes.push(format!("{missing} of {all} points are not shown: {why}"));
         }
         if bounded > 0 {
-            notes.push("hollow with an arrow: at most so much, the reference is not known better".into());
+            notes.push(
+                "hollow with an arrow: at most so much, the reference is not known better".into(),
+            );
         }
         for (row, note) in notes.into_iter().enumerate() {
             let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + (0.4 + row as f64) * ROW);
@@ -124,7 +132,8 @@ impl LineChart {
             return Vec::new();
         }
         let guide = |&slope: &f64| {
-            let ends: Vec<_> = placed.iter().filter_map(|points| coarse_half(points, slope)).collect();
+            let ends: Vec<_> =
+                placed.iter().filter_map(|points| coarse_half(points, slope)).collect();
             let off = |(a, b): &(Point, Point)| ((b.1 - a.1) / (b.0 - a.0) - slope).abs();
             let nearest = ends.iter().map(off).min_by(f64::total_cmp)?;
             // Of the curves about as steep as that, the lowest, so that the guide lies in the clear.
@@ -182,7 +191,8 @@ fn draw_curve(frame: &mut Frame, look: Look, style: Style, pixels: &[Point]) {
         frame.group(r#"stroke-linejoin="round""#, [look.line(pixels, width)]);
     }
     if pixels.len() == 1 || style != Style::Line {
-        let marked: Vec<_> = pixels.iter().copied().step_by(pixels.len().div_ceil(40).max(1)).collect();
+        let marked: Vec<_> =
+            pixels.iter().copied().step_by(pixels.len().div_ceil(40).max(1)).collect();
         frame.add(look.markers(&marked, 4.0));
     }
 }

@@ -4,16 +4,18 @@ use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive};
 
 /// Colours of curves; the yellow of the set is left out, too pale for a line on white.
-const CURVES: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000", "#56b4e9"];
+const CURVES: [&str; 7] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000", "#56b4e9"];
 
 /// Dashes, one longer than the colours so that a colour that comes again has another dash.
-const DASHES: [&str; 8] = ["", "9 3", "2.5 2.5", "10 3 2 3", "5 3", "12 3 2 3 2 3", "6 2 2 2", "1.5 4"];
+const DASHES: [&str; 8] =
+    ["", "9 3", "2.5 2.5", "10 3 2 3", "5 3", "12 3 2 3 2 3", "6 2 2 2", "1.5 4"];
 
 /// Colours of the categories of a map. Any two of them differ by 25 and more in CIELAB, for
 /// normal sight and for each kind of colour blindness.
 pub(super) const CATEGORIES: [&str; 10] = [
-    "#56b4e9", "#005599", "#f0e442", "#d55e00", "#000000", "#8822ff", "#885555", "#ff99aa", "#772200",
-    "#bbff99",
+    "#56b4e9", "#005599", "#f0e442", "#d55e00", "#000000", "#8822ff", "#885555", "#ff99aa",
+    "#772200", "#bbff99",
 ];
 
 /// The grey of guides, notes and cells without a value.
@@ -71,7 +73,11 @@ impl Look {
             format!("{}Z", trace((0..radii.len()).map(point)))
         };
         match self.nth % 6 {
-            0 => format!("M{:.1} {y:.1}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z", x - r, d = 2.0 * r),
+            0 => format!(
+                "M{:.1} {y:.1}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z",
+                x - r,
+                d = 2.0 * r
+            ),
             1 => corners(&[1.25 * r; 4], 0.125),
             2 => corners(&[1.35 * r; 3], 0.0),
             3 => corners(&[1.35 * r; 4], 0.0),
@@ -87,7 +93,12 @@ pub(super) fn category(nth: usize) -> Color {
 }
 
 /// A line through `points`, in pixels.
-pub(super) fn stroke(points: &[(f64, f64)], colour: Color, width: f64, dash: Option<&str>) -> Primitive {
+pub(super) fn stroke(
+    points: &[(f64, f64)],
+    colour: Color,
+    width: f64,
+    dash: Option<&str>,
+) -> Primitive {
     path(trace(points.iter().copied()), None, colour, width, dash)
 }
 
@@ -96,7 +107,13 @@ pub(super) fn area(d: String, fill: Color) -> Primitive {
     path(d, Some(fill), Color::None, 0.0, None)
 }
 
-fn path(d: String, fill: Option<Color>, stroke: Color, width: f64, dash: Option<&str>) -> Primitive {
+fn path(
+    d: String,
+    fill: Option<Color>,
+    stroke: Color,
+    width: f64,
+    dash: Option<&str>,
+) -> Primitive {
     let stroke_dasharray = dash.map(Into::into);
     Primitive::Path(Box::new(PathData {
         d,
@@ -110,7 +127,10 @@ fn path(d: String, fill: Option<Color>, stroke: Color, width: f64, dash: Option<
 
 /// Path data through `points` to a tenth of a pixel.
 fn trace(points: impl Iterator<Item = (f64, f64)>) -> String {
-    points.enumerate().map(|(i, (x, y))| format!("{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' })).collect()
+    points
+        .enumerate()
+        .map(|(i, (x, y))| format!("{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' }))
+        .collect()
 }
 
 #[cfg(test)]
@@ -122,9 +142,21 @@ mod tests {
     /// Graph. 15 (2009).
     const SIGHTS: [[[f64; 3]; 3]; 4] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
-        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ],
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ],
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ],
     ];
     /// Linear RGB to CIE XYZ, each row by that of white.
     const XYZ: [[f64; 3]; 3] =
@@ -137,7 +169,8 @@ mod tests {
     /// The colour as it is seen, in CIELAB.
     fn lab(colour: &str, sight: &[[f64; 3]; 3]) -> [f64; 3] {
         let channel = |i: usize| {
-            let c = f64::from(u8::from_str_radix(&colour[i..i + 2], 16).expect("two digits")) / 255.0;
+            let c =
+                f64::from(u8::from_str_radix(&colour[i..i + 2], 16).expect("two digits")) / 255.0;
             if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
         };
         let seen = of(sight, [channel(1), channel(3), channel(5)]).map(|c| c.clamp(0.0, 1.0));
@@ -152,7 +185,8 @@ mod tests {
             for (i, a) in CATEGORIES.iter().enumerate() {
                 for b in &CATEGORIES[..i] {
                     let [a, b] = [a, b].map(|colour| lab(colour, sight));
-                    let distance = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                    let distance =
+                        a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
                     assert!(distance > 25.0, "{a:?} {b:?}: {distance}");
                 }
             }

@@ -32,7 +32,8 @@ mod tests {
 
     #[test]
     fn thinning_keeps_peaks_and_ends() {
-        let mut points: Vec<_> = (0..20_001).map(|i| (f64::from(i), (f64::from(i) * 0.7).sin())).collect();
+        let mut points: Vec<_> =
+            (0..20_001).map(|i| (f64::from(i), (f64::from(i) * 0.7).sin())).collect();
         points[7_123].1 = 50.0;
         points[15_001].1 = -50.0;
         let kept = thin(&points, 1500);

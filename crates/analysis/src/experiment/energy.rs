@@ -13,21 +13,30 @@ use crate::study::outcome::COMPLETED;
 /// The table the charts are made of.
 const DATA: &str = "energy";
 
-pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &EnergyPlan,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Energy books");
     let problem = &scene.problem;
     progress.begin("energy books", plan.methods.len());
     let found = energy::run(problem, &plan.methods, plan.step, plan.every, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data(DATA, &energy::columns(problem.model.dof()), &rows)?;
-    let record = |books: &Books| books.ending.record("energy", problem.model.name(), books.method, plan.step);
+    let record = |books: &Books| {
+        books.ending.record("energy", problem.model.name(), books.method, plan.step)
+    };
     sheet.runs.extend(found.iter().map(record));
     sheet.text(format!(
         "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all steps, the error of w against the \
          reference at the states kept, and the steps that took energy back from a reservoir that is owed to fill only.",
         plan.step
     ));
-    sheet.doubt("Energy books", found.iter().flat_map(|books| &books.rows).map(EnergyRow::measured_w));
+    sheet.doubt(
+        "Energy books",
+        found.iter().flat_map(|books| &books.rows).map(EnergyRow::measured_w),
+    );
     let worst = |books: &Books, value: fn(&EnergyRow) -> Option<Measured>| {
         books.rows.iter().filter_map(value).fold(Measured::default(), Measured::larger)
     };
@@ -63,7 +72,11 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
     });
     let w_errors = w_errors.collect();
     let charts = [
-        ("books-energy", "H over time.", over_time("Energy", Axis::linear("H"), curves(&|row| row.energy))),
+        (
+            "books-energy",
+            "H over time.",
+            over_time("Energy", Axis::linear("H"), curves(&|row| row.energy)),
+        ),
         (
             "books-reservoir",
             "What the reservoirs hold together.",
@@ -80,7 +93,8 @@ pub(super) fn sheet(scene: &Scene, plan: &EnergyPlan, progress: &dyn Progress) -
             over_time("Error of w", Axis::log("|w - w(t)|"), w_errors),
         ),
     ];
-    let [a, b, c, d] = charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
+    let [a, b, c, d] =
+        charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
     sheet.show_pair(a, b);
     sheet.show_pair(c, d);
     Ok(sheet)

@@ -16,7 +16,11 @@ use crate::study::global_order::{self, GlobalRow};
 /// An order is taken from errors above this alone, where rounding has not come first.
 const ABOVE_ROUNDING: f64 = 1e-11;
 
-pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &StepsPlan,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Global errors and orders");
     let (problem, all) = (&scene.problem, names(&plan.methods));
     progress.begin("global errors", all.len() * plan.steps.len());
@@ -52,8 +56,11 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
     };
     let cells = |row: &&'static afterbay_methods::registry::Row| {
         let claimed = row.order();
-        let claimed =
-            if claimed == afterbay_methods::registry::EXACT { "exact".into() } else { claimed.to_string() };
+        let claimed = if claimed == afterbay_methods::registry::EXACT {
+            "exact".into()
+        } else {
+            claimed.to_string()
+        };
         let mut cells = vec![row.name.into(), claimed];
         cells.extend(VARIABLES.map(|variable| decimal(order(row.name, variable))));
         cells.extend(VARIABLES.map(|variable| measured(finest(row.name, variable))));
@@ -63,7 +70,16 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
         VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, order(name, variable)))
     });
     sheet.find("Global orders of q / p / w", readings, global);
-    let header = ["method", "order", "found in q", "p", "w", "error of q at the finest step", "of p", "of w"];
+    let header = [
+        "method",
+        "order",
+        "found in q",
+        "p",
+        "w",
+        "error of q at the finest step",
+        "of p",
+        "of w",
+    ];
     sheet.section.blocks.push(table(&header, plan.methods.iter().map(cells).collect()));
     let chart = |variable: &str| LineChart {
         title: format!("Global error of {variable}"),
@@ -81,7 +97,12 @@ pub(super) fn sheet(scene: &Scene, plan: &StepsPlan, progress: &dyn Progress) ->
     };
     let [q, p, w] = VARIABLES.map(|variable| {
         let caption = format!("Global error of {variable} against the step.");
-        sheet.figure(&format!("global-error-{variable}"), chart(variable).svg(), caption, "global_orders")
+        sheet.figure(
+            &format!("global-error-{variable}"),
+            chart(variable).svg(),
+            caption,
+            "global_orders",
+        )
     });
     sheet.show_pair(q, p);
     sheet.section.blocks.push(crate::report::Block::Figure(w));

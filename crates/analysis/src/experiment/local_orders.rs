@@ -29,9 +29,9 @@ pub(super) fn sheet(
         left_out(&orders, study.steps.len())
     ));
     let of = |method: &str, variable: &str, statistic: &str| {
-        orders
-            .iter()
-            .find(|row| row.method == method && row.variable == variable && row.statistic == statistic)
+        orders.iter().find(|row| {
+            row.method == method && row.variable == variable && row.statistic == statistic
+        })
     };
     let all = names(&plan.methods);
     let readings = all.iter().fold(Readings::default(), |r, name| {
@@ -46,7 +46,9 @@ pub(super) fn sheet(
             row.variable.into(),
             row.statistic.into(),
             order_of(row),
-            row.ci_low.zip(row.ci_high).map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
+            row.ci_low
+                .zip(row.ci_high)
+                .map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
             format!("{} of {}", row.points, study.steps.len()),
             row.worst_t.to_string(),
             scientific(row.pole_distance),
@@ -74,7 +76,8 @@ pub(super) fn sheet(
             .iter()
             .map(|method| {
                 let points = errors.iter().filter(|errors| errors.method.name == *method);
-                let point = |errors: &LocalErrors| (errors.h, errors.variables[i].get(Statistic::Median));
+                let point =
+                    |errors: &LocalErrors| (errors.h, errors.variables[i].get(Statistic::Median));
                 marked(method, points.map(point).collect())
             })
             .collect(),

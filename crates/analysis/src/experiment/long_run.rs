@@ -24,14 +24,20 @@ pub(super) fn sheet(
     let LongRunPlan { methods, step: h, count, compensated } = plan;
     let starts: Vec<Problem> = (0..STARTS)
         .map(|k| {
-            let larger = |part: &[f64]| part.iter().map(|x| x * (1.0 + f64::from(k) / 1024.0)).collect();
-            Problem { q: larger(&scene.problem.q), p: larger(&scene.problem.p), ..scene.problem.clone() }
+            let larger =
+                |part: &[f64]| part.iter().map(|x| x * (1.0 + f64::from(k) / 1024.0)).collect();
+            Problem {
+                q: larger(&scene.problem.q),
+                p: larger(&scene.problem.p),
+                ..scene.problem.clone()
+            }
         })
         .collect();
     let mut setups: Vec<Setup> =
         methods.iter().map(|&row| Setup { row, h: *h, compensated: false }).collect();
     if *compensated {
-        let able = methods.iter().filter(|row| scene.problem.model.bind_compensated::<f64>(row).is_ok());
+        let able =
+            methods.iter().filter(|row| scene.problem.model.bind_compensated::<f64>(row).is_ok());
         setups.extend(able.map(|&row| Setup { row, h: *h, compensated: true }));
     }
     progress.begin("K in a long run", setups.len() * starts.len());
@@ -48,8 +54,15 @@ pub(super) fn sheet(
          like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % interval of that line."
     ));
     sheet.find("K in a long run", readings(&found, *count), how_k_grows);
-    let header =
-        ["method and step", "exponent of t", "interval", "grows", "rms at the end", "mean at the end", "run"];
+    let header = [
+        "method and step",
+        "exponent of t",
+        "interval",
+        "grows",
+        "rms at the end",
+        "mean at the end",
+        "run",
+    ];
     sheet.table(&header, found.iter().map(cells).collect());
     let chart = LineChart {
         title: "K in a long run".into(),

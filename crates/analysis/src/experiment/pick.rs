@@ -57,7 +57,8 @@ fn row(candidate: &Candidate) -> Row<'_> {
 
 /// The error a trial is judged by.
 fn judged(found: &Pick, run: &Trial) -> Option<f64> {
-    let [qp, w] = if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
+    let [qp, w] =
+        if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
     Some(qp?.max(w?))
 }
 
@@ -79,7 +80,11 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     let mut readings = Readings::default()
         .and("the search", "asked", asked.as_str())
         .and("the search", "interrupted", if found.interrupted { "yes" } else { "no" })
-        .and("the scene", "too sensitive", found.too_sensitive.map_or(String::new(), |why| why.to_string()));
+        .and(
+            "the scene",
+            "too sensitive",
+            found.too_sensitive.map_or(String::new(), |why| why.to_string()),
+        );
     for run in found.qualified.iter().map(|one| &one.run) {
         readings.add(&format!("{} with {}", run.method, run.setting()), "seconds", run.seconds);
     }
@@ -143,23 +148,28 @@ fn the_cheapest(r: &Readings) -> Said {
 fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
     let bound = found.wanted.error;
     let place = found.wanted.place(end);
-    let mut chart = |name: &str, title: &str, cost: &str, data: &str, caption: &str, curves: Vec<_>| {
-        let points = |curve: &crate::chart::Curve| curve.points.iter().map(|at| at.0).collect::<Vec<_>>();
-        let xs: Vec<f64> = curves.iter().flat_map(points).collect();
-        let (low, high) = xs.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), &x| (l.min(x), h.max(x)));
-        let mut curves = curves;
-        if low <= high {
-            curves.push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
-        }
-        let chart = LineChart {
-            title: title.into(),
-            x: Axis::log(cost),
-            y: Axis::log(format!("largest error {place}")),
-            curves,
-            guides: Vec::new(),
+    let mut chart =
+        |name: &str, title: &str, cost: &str, data: &str, caption: &str, curves: Vec<_>| {
+            let points = |curve: &crate::chart::Curve| {
+                curve.points.iter().map(|at| at.0).collect::<Vec<_>>()
+            };
+            let xs: Vec<f64> = curves.iter().flat_map(points).collect();
+            let (low, high) =
+                xs.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), &x| (l.min(x), h.max(x)));
+            let mut curves = curves;
+            if low <= high {
+                curves
+                    .push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
+            }
+            let chart = LineChart {
+                title: title.into(),
+                x: Axis::log(cost),
+                y: Axis::log(format!("largest error {place}")),
+                curves,
+                guides: Vec::new(),
+            };
+            sheet.show(name, &chart, caption, data);
         };
-        sheet.show(name, &chart, caption, data);
-    };
     let at = |run: &Trial| Some((run.evaluations? as f64, judged(found, run)?));
     let mut methods: Vec<&str> = found.tried.iter().map(|run| run.method).collect();
     methods.dedup();

@@ -78,7 +78,12 @@ pub(super) fn sheet(
             };
             let radius = HeatMap { title: format!("{method}: spectral radius"), cells, ..verdicts };
             let caption = "The exact spectral radius of the step matrix.";
-            figures.push(sheet.figure(&format!("spectral-radius-{method}"), radius.svg(), caption, DATA));
+            figures.push(sheet.figure(
+                &format!("spectral-radius-{method}"),
+                radius.svg(),
+                caption,
+                DATA,
+            ));
         }
     }
     let mut figures = figures.into_iter();
@@ -89,7 +94,15 @@ pub(super) fn sheet(
         }
     }
     sheet.text("Failure atlas: for each method the first thing that is not right as h grows, over all values and at the middle one.");
-    let header = ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
+    let header = [
+        "method",
+        "first failure",
+        "from h",
+        "at values",
+        "at the middle value",
+        "from h",
+        "value",
+    ];
     sheet.table(&header, rows.iter().map(cells_of).collect());
     Ok(sheet)
 }
@@ -104,7 +117,8 @@ fn what_breaks_first(r: &Readings) -> Said {
 }
 
 fn cells_of(row: &AtlasRow) -> Vec<String> {
-    let verdict = |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
+    let verdict =
+        |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
     let step = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.4}"));
     let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
         if from == to { format!("{from:.3}") } else { format!("{from:.3} to {to:.3}") }
@@ -122,8 +136,9 @@ fn cells_of(row: &AtlasRow) -> Vec<String> {
 
 /// The verdicts of one method over steps and values, as a map.
 fn verdict_map(title: &str, plan: &StabilityPlan, cells: &[&StabilityRow]) -> HeatMap {
-    let index =
-        |row: &&StabilityRow| Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0);
+    let index = |row: &&StabilityRow| {
+        Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0)
+    };
     let axis = |label: &str, spacing| match spacing {
         Spacing::Linear => Axis::linear(label),
         Spacing::Log => Axis::log(label),

@@ -15,7 +15,11 @@ const SHOWN: usize = 6;
 /// The table the charts are made of.
 const DATA: &str = "trajectory";
 
-pub(super) fn sheet(scene: &Scene, plan: &RunPlan, progress: &dyn Progress) -> Result<Sheet, ReportError> {
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &RunPlan,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Trajectories");
     let (problem, n) = (&scene.problem, scene.problem.model.dof());
     progress.begin("trajectories", plan.methods.len() + usize::from(plan.tolerance.is_some()));
@@ -25,7 +29,8 @@ pub(super) fn sheet(scene: &Scene, plan: &RunPlan, progress: &dyn Progress) -> R
     }
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &trajectory::columns(n), &rows)?;
-    let record = |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
+    let record =
+        |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
     say(&mut sheet, &found);
     let last = |run: &Trajectory| {
@@ -53,35 +58,57 @@ pub(super) fn sheet(scene: &Scene, plan: &RunPlan, progress: &dyn Progress) -> R
             curves: curves(&|row| (row.q[0], row.p[0])),
             guides: Vec::new(),
         };
-        pair(&mut sheet, ("coordinate", &over, "q over time."), ("phase-plane", &phase, "p against q."));
+        pair(
+            &mut sheet,
+            ("coordinate", &over, "q over time."),
+            ("phase-plane", &phase, "p against q."),
+        );
     } else if let Some(run) = found.first() {
         let of = |name: &str, part: fn(&TrajectoryRow) -> &[f64]| -> Vec<Curve> {
             (0..n.min(SHOWN))
                 .map(|j| {
-                    let points = run.rows.iter().filter_map(|row| Some((row.t, *part(row).get(j)?)));
+                    let points =
+                        run.rows.iter().filter_map(|row| Some((row.t, *part(row).get(j)?)));
                     line(&format!("{name}{}", j + 1), points.collect())
                 })
                 .collect()
         };
         let some = if n > SHOWN { format!("the first {SHOWN} of {n}") } else { "all".into() };
-        let coordinates =
-            over_time(&format!("Coordinates by {}", run.method), Axis::linear("q_j"), of("q", |row| &row.q));
-        let reservoirs =
-            over_time(&format!("Reservoirs by {}", run.method), Axis::linear("w_j"), of("w", |row| &row.w));
+        let coordinates = over_time(
+            &format!("Coordinates by {}", run.method),
+            Axis::linear("q_j"),
+            of("q", |row| &row.q),
+        );
+        let reservoirs = over_time(
+            &format!("Reservoirs by {}", run.method),
+            Axis::linear("w_j"),
+            of("w", |row| &row.w),
+        );
         pair(
             &mut sheet,
             ("coordinates", &coordinates, &format!("Coordinates over time, {some}.")),
-            ("reservoirs", &reservoirs, &format!("The energy each degree of freedom gave up, {some}.")),
+            (
+                "reservoirs",
+                &reservoirs,
+                &format!("The energy each degree of freedom gave up, {some}."),
+            ),
         );
     }
     let energy = over_time("Energy", Axis::linear("H"), curves(&|row| (row.t, row.energy)));
     let start = found.first().and_then(|run| run.rows.first()).map_or(0.0, |row| row.total);
-    let kept =
-        over_time("Deviation of K", Axis::log("|K - K₀|"), curves(&|row| (row.t, (row.total - start).abs())));
+    let kept = over_time(
+        "Deviation of K",
+        Axis::log("|K - K₀|"),
+        curves(&|row| (row.t, (row.total - start).abs())),
+    );
     pair(
         &mut sheet,
         ("energy", &energy, "H over time."),
-        ("deviation-of-k", &kept, "Deviation of K. States at which it is exact have no place on this axis."),
+        (
+            "deviation-of-k",
+            &kept,
+            "Deviation of K. States at which it is exact have no place on this axis.",
+        ),
     );
     sheet.text(format!(
         "Methods: {}. Of every {} states one is in the table, and the last.",

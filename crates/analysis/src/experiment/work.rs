@@ -26,7 +26,8 @@ pub(super) fn sheet(
     }
     let runs = plan.methods.len() * plan.steps.len() + ADAPTIVE.len() * plan.tolerances.len();
     progress.begin("cost of accuracy", 2 * runs);
-    let found = work_precision::run(problem, &plan.methods, &plan.steps, &plan.tolerances, progress)?;
+    let found =
+        work_precision::run(problem, &plan.methods, &plan.steps, &plan.tolerances, progress)?;
     sheet.data(DATA, &found)?;
     sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
     sheet.text(format!(
@@ -60,7 +61,11 @@ pub(super) fn sheet(
             "Error of (q, p) against time.",
             chart("Error of (q, p)", seconds, |row| row.seconds, WorkRow::qp),
         ),
-        ("work-w", "Error of w against time.", chart("Error of w", seconds, |row| row.seconds, WorkRow::w)),
+        (
+            "work-w",
+            "Error of w against time.",
+            chart("Error of w", seconds, |row| row.seconds, WorkRow::w),
+        ),
         (
             "evaluations-qp",
             "Error of (q, p) against evaluations.",

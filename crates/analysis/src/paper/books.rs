@@ -20,8 +20,15 @@ pub(super) const PART: Part = Part {
 };
 
 /// The methods whose energies are followed.
-const KEPT: [&str; 7] =
-    ["moddg", "rk4", "leapfrog", "moddg-q3-shared", "moddg-q4-shared", "moddg-p3-shared", "moddg-p4-shared"];
+const KEPT: [&str; 7] = [
+    "moddg",
+    "rk4",
+    "leapfrog",
+    "moddg-q3-shared",
+    "moddg-q4-shared",
+    "moddg-p3-shared",
+    "moddg-p4-shared",
+];
 /// The three the paper compares.
 const COMPARED: [&str; 3] = ["moddg", "leapfrog", "rk4"];
 /// Three terms of δ, and four.
@@ -46,7 +53,13 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     ));
     let traces = local_errors(paper, &mut sheet)?;
     let books = energy_books(paper, &mut sheet)?;
-    let fine = energy::run(&oscillator(), &paper.methods(&COMPARED)?, BASE_STEP, u64::MAX, paper.progress)?;
+    let fine = energy::run(
+        &oscillator(),
+        &paper.methods(&COMPARED)?,
+        BASE_STEP,
+        u64::MAX,
+        paper.progress,
+    )?;
     order_raised(&mut sheet, &traces, &books);
     drift_of_k(&mut sheet, &books, &fine);
     compared(&mut sheet, &traces);
@@ -70,14 +83,16 @@ impl Traces {
     fn points(&self, name: &str, h: f64, column: usize) -> Vec<(f64, f64)> {
         let mut of = self.0.iter().filter(|(method, step, _)| *method == name && *step == h);
         let trace = of.next().map_or(&[][..], |(_, _, trace)| trace);
-        let point =
-            |(i, errors): (usize, &Option<[f64; 3]>)| Some((i as f64 * BASE_STEP, (*errors)?[column]));
+        let point = |(i, errors): (usize, &Option<[f64; 3]>)| {
+            Some((i as f64 * BASE_STEP, (*errors)?[column]))
+        };
         trace.iter().enumerate().filter_map(point).collect()
     }
 
     /// Median and maximum of |T| of q.
     fn of_q(&self, name: &str, h: f64) -> [Option<f64>; 2] {
-        let mut sizes: Vec<f64> = self.points(name, h, 0).into_iter().map(|(_, error)| error).collect();
+        let mut sizes: Vec<f64> =
+            self.points(name, h, 0).into_iter().map(|(_, error)| error).collect();
         let maximum = sizes.iter().copied().reduce(f64::max);
         [maximum.is_some().then(|| median(&mut sizes)), maximum]
     }
@@ -110,9 +125,17 @@ fn local_errors(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Traces, ReportEr
 fn order_raised(sheet: &mut Sheet, traces: &Traces, books: &[Books]) {
     let readings = RAISED.into_iter().fold(Readings::default(), |r, name| {
         let [median, maximum] = traces.of_q(name, FIGURE_STEP);
-        r.and(name, "median", median).and(name, "maximum", maximum).and(name, "drift", drift(books, name))
+        r.and(name, "median", median).and(name, "maximum", maximum).and(
+            name,
+            "drift",
+            drift(books, name),
+        )
     });
-    sheet.find("figure 4.1, \"errors remain of constant magnitude\"", readings, claims::order_raised);
+    sheet.find(
+        "figure 4.1, \"errors remain of constant magnitude\"",
+        readings,
+        claims::order_raised,
+    );
     let chart = over_time(
         "Figure 4.1: local error of q, δ₃(q) and δ₄(q)",
         Axis::log("local error |T| of q"),
@@ -136,7 +159,11 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
     };
     let topic = "figure 4.3, \"committing errors of order magnitude 10⁻⁷\"";
     sheet.find(topic, at(FIGURE_STEP), claims::errors_of_one_magnitude);
-    sheet.find(&format!("{topic}, at the base step"), at(BASE_STEP), claims::errors_of_one_magnitude);
+    sheet.find(
+        &format!("{topic}, at the base step"),
+        at(BASE_STEP),
+        claims::errors_of_one_magnitude,
+    );
     let chart = over_time(
         "Figure 4.3: local error of p",
         Axis::log("local error |T| of p"),
@@ -148,11 +175,9 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
 fn energy_books(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<Books>, ReportError> {
     paper.progress.begin("energies", KEPT.len() + COMPARED.len());
     let all = energy::run(&oscillator(), &paper.methods(&KEPT)?, FIGURE_STEP, 1, paper.progress)?;
-    sheet
-        .runs
-        .extend(all.iter().map(|books| {
-            books.ending.record("energy", oscillator().model.name(), books.method, FIGURE_STEP)
-        }));
+    sheet.runs.extend(all.iter().map(|books| {
+        books.ending.record("energy", oscillator().model.name(), books.method, FIGURE_STEP)
+    }));
     let rows: Vec<&EnergyRow> = all.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("energy", &energy::columns(1), &rows)?;
     Ok(all)
@@ -184,9 +209,9 @@ fn drift(books: &[Books], name: &str) -> Option<f64> {
 
 fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
     let at = |h: f64, books: &[Books]| {
-        COMPARED
-            .into_iter()
-            .fold(Readings::default().and("step", "h", h), |r, name| r.and(name, "drift", drift(books, name)))
+        COMPARED.into_iter().fold(Readings::default().and("step", "h", h), |r, name| {
+            r.and(name, "drift", drift(books, name))
+        })
     };
     let (as_shown, base) = (at(FIGURE_STEP, books), at(BASE_STEP, fine));
     for (quotation, say) in [
@@ -198,8 +223,8 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
         sheet.find(&format!("{topic}, at the base step"), base.clone(), say);
     }
     let simpler = books.iter().filter(|books| books.method.ends_with("-shared"));
-    let simpler =
-        simpler.fold(Readings::default(), |r, one| r.and(one.method, "drift", drift(books, one.method)));
+    let simpler = simpler
+        .fold(Readings::default(), |r, one| r.and(one.method, "drift", drift(books, one.method)));
     sheet.find(
         "figure 4.2, \"even when we substitute simpler expression for the δ function\"",
         simpler,
@@ -227,11 +252,13 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
         let rows = of(books, name).map_or(&[][..], |books| &books.rows);
         line(name, rows.iter().filter_map(|row| Some((row.t, row.ratio_error?.abs()))).collect())
     };
-    let readings =
-        ["rk4", "moddg-p4-shared", "leapfrog", "moddg"].into_iter().fold(Readings::default(), |r, name| {
+    let readings = ["rk4", "moddg-p4-shared", "leapfrog", "moddg"].into_iter().fold(
+        Readings::default(),
+        |r, name| {
             let worst = of(books, name).map(|books| largest(books, |row| row.ratio_error));
             r.and(name, "d_R", worst).and(name, "drift", drift(books, name))
-        });
+        },
+    );
     sheet.find("figure 4.4", readings, claims::energy_ratio);
     let chart = over_time(
         "Figure 4.4: error of the energy ratio R",
@@ -269,7 +296,10 @@ fn global_orders(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError
     sheet.text(
         "Global errors on [0, 20]: the largest over the run, and the order between the last two steps.",
     );
-    sheet.table(&["method", "order of q", "order of p", "order of w"], names.iter().map(cells).collect());
+    sheet.table(
+        &["method", "order of q", "order of p", "order of w"],
+        names.iter().map(cells).collect(),
+    );
     let chart = |variable: &str| LineChart {
         title: format!("Global error of {variable}"),
         x: Axis::log("step h"),
@@ -277,8 +307,10 @@ fn global_orders(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError
         curves: names.iter().map(|name| marked(name, points(name, variable))).collect(),
         guides: vec![2.0, 4.0],
     };
-    let left = sheet.figure("global-error-q", chart("q").svg(), "Global error of q.", "global_orders");
-    let right = sheet.figure("global-error-w", chart("w").svg(), "Global error of w.", "global_orders");
+    let left =
+        sheet.figure("global-error-q", chart("q").svg(), "Global error of q.", "global_orders");
+    let right =
+        sheet.figure("global-error-w", chart("w").svg(), "Global error of w.", "global_orders");
     sheet.show_pair(left, right);
     Ok(())
 }

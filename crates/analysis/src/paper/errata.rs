@@ -3,11 +3,14 @@
 use super::{Paper, Part};
 use crate::claim::{Readings, Said, sci, verdict};
 use crate::sheet::{ReportError, Sheet};
-use afterbay_core::{Correction, InputError, Misprinted, OrderRaising, Quad, Scalar, Series, taylor};
+use afterbay_core::{
+    Correction, InputError, Misprinted, OrderRaising, Quad, Scalar, Series, taylor,
+};
 use afterbay_systems::DampedOscillator;
 use serde::Serialize;
 
-pub(super) const PART: Part = Part { heading: "Errata of the printed coefficients", methods: &[], sheet };
+pub(super) const PART: Part =
+    Part { heading: "Errata of the printed coefficients", methods: &[], sheet };
 
 /// A row of `errata.csv`.
 #[derive(Clone, Debug, Serialize)]
@@ -42,8 +45,9 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     for coefficient in ["δ3(q)", "δ4(q)", "δ3(p)", "δ4(p)"] {
         let off = |value: fn(&Erratum) -> f64| {
             let of = rows.iter().filter(|row| row.coefficient == coefficient);
-            let share =
-                |row: &Erratum| (value(row) - row.from_the_flow).abs() / (1.0 + row.from_the_flow.abs());
+            let share = |row: &Erratum| {
+                (value(row) - row.from_the_flow).abs() / (1.0 + row.from_the_flow.abs())
+            };
             of.map(share).reduce(f64::max)
         };
         let readings = Readings::default()
@@ -54,8 +58,12 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let cells = |row: &Erratum| {
         // Adding 0 turns the -0 of a coefficient that vanishes into 0.
         let number = |x: f64| format!("{:.9}", x + 0.0);
-        let mut cells =
-            vec![row.coefficient.to_string(), row.b.to_string(), row.q.to_string(), row.p.to_string()];
+        let mut cells = vec![
+            row.coefficient.to_string(),
+            row.b.to_string(),
+            row.q.to_string(),
+            row.p.to_string(),
+        ];
         cells.extend([row.from_the_flow, row.closed_form, row.as_printed].map(number));
         cells
     };

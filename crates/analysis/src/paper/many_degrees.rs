@@ -53,7 +53,8 @@ pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
         ("fput-chain-work", work::long_chain(extent)),
         ("damped-double-pendulum-work", work::long_pendulum(extent)),
     ];
-    problems.extend(long_run::starts(extent).into_iter().map(|start| ("fput-chain-long-run", start)));
+    problems
+        .extend(long_run::starts(extent).into_iter().map(|start| ("fput-chain-long-run", start)));
     problems
 }
 

@@ -31,8 +31,13 @@ const PRINTED_P4: [f64; 3] = [7.83681, 3.89048, 7.7702];
 /// The variants the paper may have meant by its δ₃(q); the first has one δ in all three equations.
 const WITH_Q3: [&str; 3] = ["moddg-q3-shared", "moddg-q3-single", "moddg-qp3"];
 /// The variants it may have meant by its δ₄(p); the first has one δ in all three equations.
-const WITH_P4: [&str; 5] =
-    ["moddg-p4-shared", "moddg-p4-single", "moddg-p4-shared-printed", "moddg-p4-single-printed", "moddg-qp4"];
+const WITH_P4: [&str; 5] = [
+    "moddg-p4-shared",
+    "moddg-p4-single",
+    "moddg-p4-shared-printed",
+    "moddg-p4-single-printed",
+    "moddg-qp4",
+];
 /// A δ of its own, with h⁴, in each of the equations of q and p.
 const RAISED_EACH: &str = "moddg-qp4";
 /// Those whose orders are taken on other horizons too.
@@ -138,7 +143,12 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             "{}. Maximum and median over the base grid at the paper's six steps.",
             title.replacen("Figure", "The paper's figure", 1)
         );
-        sheet.show(figure, &order_chart(title, &errors, variants, column, guides), caption, "local_orders");
+        sheet.show(
+            figure,
+            &order_chart(title, &errors, variants, column, guides),
+            caption,
+            "local_orders",
+        );
     }
     sheet.text("The orders of every variant, from the maximum and from the median:");
     sheet.table(&ORDER_HEADER, all.iter().map(|row| cells(&found, row.name)).collect());
@@ -149,7 +159,10 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
 }
 
 /// max |K - K₀| of each method over the paper's run, beside the energy at the start.
-fn drifts(paper: &Paper<'_>, all: &[&'static Row]) -> Result<Vec<(&'static str, f64)>, ReportError> {
+fn drifts(
+    paper: &Paper<'_>,
+    all: &[&'static Row],
+) -> Result<Vec<(&'static str, f64)>, ReportError> {
     let books = energy::run(&oscillator(), all, FIGURE_STEP, u64::MAX, paper.progress)?;
     let drift = |books: &energy::Books| {
         let done = books.ending.is_completed().then_some(books.drift);
@@ -166,12 +179,20 @@ fn find<'a>(
     statistic: Statistic,
 ) -> Option<&'a OrderRow> {
     orders.iter().find(|row| {
-        row.method == method && row.variable == VARIABLES[column] && row.statistic == statistic.name()
+        row.method == method
+            && row.variable == VARIABLES[column]
+            && row.statistic == statistic.name()
     })
 }
 
 /// The printed orders of q, p and w beside those of the scheme with one δ, and beside whatever variant fits them.
-fn compare(sheet: &mut Sheet, found: &Found, topics: [&str; 3], variants: &[&str], printed: [f64; 3]) {
+fn compare(
+    sheet: &mut Sheet,
+    found: &Found,
+    topics: [&str; 3],
+    variants: &[&str],
+    printed: [f64; 3],
+) {
     for (column, topic) in topics.into_iter().enumerate() {
         let of = |names: &[&str]| {
             let paper = Readings::default().and(VARIABLES[column], "printed", printed[column]);
@@ -265,7 +286,10 @@ fn order_chart(
 }
 
 /// Orders on several horizons, by method.
-fn horizons(paper: &Paper<'_>, study: &LocalOrder) -> Result<Vec<(f64, Vec<OrderRow>)>, ReportError> {
+fn horizons(
+    paper: &Paper<'_>,
+    study: &LocalOrder,
+) -> Result<Vec<(f64, Vec<OrderRow>)>, ReportError> {
     let variants = paper.methods(&ON_HORIZONS)?;
     let ends = [2.0, 5.0, 10.0, 20.0, 40.0];
     paper.progress.begin("orders on other horizons", ends.len() * variants.len() * STEPS.len());
@@ -286,7 +310,8 @@ fn horizon_rows(on_horizons: &[(f64, Vec<OrderRow>)]) -> Vec<Vec<String>> {
         for (end, orders) in on_horizons {
             let mut cells = vec![method.to_string(), end.to_string()];
             for statistic in [Statistic::Max, Statistic::Median] {
-                let order = |column| find(orders, method, column, statistic).and_then(|row| row.order);
+                let order =
+                    |column| find(orders, method, column, statistic).and_then(|row| row.order);
                 cells.extend((0..3).map(|column| decimal(order(column))));
             }
             table.push(cells);
@@ -299,14 +324,15 @@ fn horizon_rows(on_horizons: &[(f64, Vec<OrderRow>)]) -> Vec<Vec<String>> {
 fn spreads(on_horizons: &[(f64, Vec<OrderRow>)]) -> Readings {
     let spread = |statistic: Statistic| {
         let one = |method: &str, column: usize| {
-            let orders = on_horizons
-                .iter()
-                .map(|(_, orders)| find(orders, method, column, statistic).and_then(|row| row.order));
+            let orders = on_horizons.iter().map(|(_, orders)| {
+                find(orders, method, column, statistic).and_then(|row| row.order)
+            });
             let apart = orders.map(|order| order.map(|order| (order, order)));
             let apart = apart.reduce(|a, b| Some((a?.0.min(b?.0), a?.1.max(b?.1)))).flatten();
             apart.map(|(least, most)| most - least)
         };
-        let all = ON_HORIZONS.iter().flat_map(|method| (0..3).map(move |column| one(method, column)));
+        let all =
+            ON_HORIZONS.iter().flat_map(|method| (0..3).map(move |column| one(method, column)));
         all.reduce(|a, b| Some(a?.max(b?))).flatten()
     };
     let ends = on_horizons.iter().map(|(end, _)| *end);

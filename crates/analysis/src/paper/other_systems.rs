@@ -16,15 +16,30 @@ pub(super) fn problems() -> [(&'static str, Problem); 4] {
     [
         (
             "duffing",
-            Problem { model: Model::of(&DUFFING, &[1.0, 0.5, 0.1]), q: vec![2.3], p: vec![-3.1], end: 20.0 },
+            Problem {
+                model: Model::of(&DUFFING, &[1.0, 0.5, 0.1]),
+                q: vec![2.3],
+                p: vec![-3.1],
+                end: 20.0,
+            },
         ),
         (
             "duffing-double-well",
-            Problem { model: Model::of(&DUFFING, &[-1.0, 1.0, 0.1]), q: vec![1.5], p: vec![0.5], end: 20.0 },
+            Problem {
+                model: Model::of(&DUFFING, &[-1.0, 1.0, 0.1]),
+                q: vec![1.5],
+                p: vec![0.5],
+                end: 20.0,
+            },
         ),
         (
             "van-der-pol",
-            Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 },
+            Problem {
+                model: Model::of(&VAN_DER_POL, &[1.0]),
+                q: vec![2.0],
+                p: vec![0.5],
+                end: 20.0,
+            },
         ),
         (
             "modified-van-der-pol",
@@ -63,13 +78,16 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let study = LocalOrder { base_step, steps };
     let rows_of = paper.methods(&STUDIED)?;
     for (name, problem) in problems() {
-        progress
-            .begin(&format!("local errors and energies of {name}"), rows_of.len() * (study.steps.len() + 1));
+        progress.begin(
+            &format!("local errors and energies of {name}"),
+            rows_of.len() * (study.steps.len() + 1),
+        );
         let errors = study.run::<f64>(&problem, &rows_of, progress)?;
         let orders = rows(&errors, |_, _, _| None);
         sheet.data(&format!("{name}/local_orders"), &orders)?;
         let median = |method: &str, variable: &str| {
-            let mut of = orders.iter().filter(|row| row.method == method && row.variable == variable);
+            let mut of =
+                orders.iter().filter(|row| row.method == method && row.variable == variable);
             of.find(|row| row.statistic == Statistic::Median.name()).and_then(|row| row.order)
         };
 
@@ -82,14 +100,14 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             Some(done? / books.rows.first()?.energy.abs())
         };
         let of = |name: &str| books.iter().find(|books| books.method == name);
-        let mut readings = VARIABLES
-            .iter()
-            .fold(Readings::default(), |r, variable| r.and(variable, "median", median("moddg", variable)));
+        let mut readings = VARIABLES.iter().fold(Readings::default(), |r, variable| {
+            r.and(variable, "median", median("moddg", variable))
+        });
         for method in ["moddg", "leapfrog", "rk4"] {
             readings.add(method, "drift", of(method).and_then(drift));
         }
-        let fell =
-            of("moddg").map(|books| books.rows.windows(2).filter(|pair| pair[1].w < pair[0].w).count());
+        let fell = of("moddg")
+            .map(|books| books.rows.windows(2).filter(|pair| pair[1].w < pair[0].w).count());
         readings.add("w", "steps", of("moddg").map(|books| books.rows.len() as f64 - 1.0));
         readings.add("w", "falls", fell.map(|count| count as f64));
         sheet.find(&format!("modDG on {name}"), readings, second_order_with_k);
@@ -123,14 +141,18 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             ],
         );
         let curves = ["moddg", "rk4", "leapfrog"].map(|method| {
-            let rows = books.iter().find(|books| books.method == method).map_or(&[][..], |books| &books.rows);
+            let rows = books
+                .iter()
+                .find(|books| books.method == method)
+                .map_or(&[][..], |books| &books.rows);
             line(method, rows.iter().map(|row| (row.t, row.drift.abs())).collect())
         });
         let reservoir = over_time(&format!("{name}: energy"), Axis::linear("energy H"), {
             let rows = &books[0].rows;
             vec![line("H", rows.iter().map(|row| (row.t, row.energy)).collect())]
         });
-        let chart = over_time(&format!("{name}: deviation of K"), Axis::log("|K - K₀|"), curves.into());
+        let chart =
+            over_time(&format!("{name}: deviation of K"), Axis::log("|K - K₀|"), curves.into());
         let left = sheet.figure(
             &format!("{name}-drift"),
             chart.svg(),

@@ -28,7 +28,12 @@ const FINE: (f64, u64) = (STEP / 200.0, 200);
 const FRICTION: [f64; 2] = [200.0, 5000.0];
 
 fn problem(b: f64) -> Problem {
-    Problem { model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]), q: vec![1.0], p: vec![1.0], end: 2.0 }
+    Problem {
+        model: Model::of(&DAMPED_OSCILLATOR, &[1.0, b]),
+        q: vec![1.0],
+        p: vec![1.0],
+        end: 2.0,
+    }
 }
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
@@ -79,11 +84,14 @@ fn energies(
     problem: &Problem,
     books: &[Books],
 ) -> Result<(), ReportError> {
-    let energies = |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
-    let solution = problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize, &Silent)?;
+    let energies =
+        |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
+    let solution =
+        problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize, &Silent)?;
     let system = problem.model.system::<f64>()?;
     let exact = solution.states().map(|state| state.energy(&*system));
-    let exact: Vec<_> = (0..).zip(exact).map(|(i, energy)| (f64::from(i) * STEP / 10.0, energy)).collect();
+    let exact: Vec<_> =
+        (0..).zip(exact).map(|(i, energy)| (f64::from(i) * STEP / 10.0, energy)).collect();
     let fine = energy::run(problem, &paper.methods(&["moddg"])?, FINE.0, FINE.1, &Silent)?;
     let l_stable = energy::run(problem, &paper.methods(&[L_STABLE])?, STEP, 1, &Silent)?;
     let charted = [
@@ -93,12 +101,17 @@ fn energies(
         (format!("{L_STABLE}, h = {STEP}"), &l_stable[0]),
     ];
     let mut readings = Readings::default();
-    for (label, books) in
-        charted.iter().map(|(label, books)| (label.as_str(), *books)).chain([("rk4, h = 0.1", &books[2])])
+    for (label, books) in charted
+        .iter()
+        .map(|(label, books)| (label.as_str(), *books))
+        .chain([("rk4, h = 0.1", &books[2])])
     {
         // Every state shown stands at a whole multiple of the step: ten states of the solution further on.
-        let off =
-            books.rows.iter().zip(exact.iter().step_by(10)).map(|(row, exact)| (row.energy - exact.1).abs());
+        let off = books
+            .rows
+            .iter()
+            .zip(exact.iter().step_by(10))
+            .map(|(row, exact)| (row.energy - exact.1).abs());
         let off = off.reduce(|a, b| if a >= b || a.is_nan() { a } else { b });
         let whole = books.ending.is_completed();
         readings.add(label, "off H₀ by", off.filter(|_| whole).map(|off| off / exact[0].1));
@@ -107,7 +120,12 @@ fn energies(
     let mut curves = vec![line("exact", exact)];
     curves.extend(charted.iter().map(|(label, books)| marked(label, energies(books))));
     let chart = over_time("Energy of the overdamped oscillator", Axis::linear("energy H"), curves);
-    sheet.show("overdamped", &chart, "Energy of the overdamped oscillator (b = 200).", "overdamped_energy");
+    sheet.show(
+        "overdamped",
+        &chart,
+        "Energy of the overdamped oscillator (b = 200).",
+        "overdamped_energy",
+    );
     Ok(())
 }
 

@@ -12,7 +12,8 @@ use afterbay_systems::VAN_DER_POL;
 
 const MAPPED: [&str; 5] = ["leapfrog", "rk4", "moddg", "moddg-fixed-point", "moddg-q3-shared"];
 
-pub(super) const PART: Part = Part { heading: "Stability where methods fail", methods: &[&MAPPED], sheet };
+pub(super) const PART: Part =
+    Part { heading: "Stability where methods fail", methods: &[&MAPPED], sheet };
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
@@ -44,8 +45,12 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     for method in MAPPED {
         let cells: Vec<_> = cells.iter().filter(|row| row.method == method).collect();
         let verdicts = verdict_map(&format!("{method}: verdict"), "damping b", &map, &cells);
-        let right =
-            sheet.figure(&format!("stability-{method}"), verdicts.svg(), "What the run did.", "stability");
+        let right = sheet.figure(
+            &format!("stability-{method}"),
+            verdicts.svg(),
+            "What the run did.",
+            "stability",
+        );
         let radii: Option<Vec<f64>> = cells.iter().map(|row| row.spectral_radius).collect();
         if let Some(radii) = radii {
             let cells = Cells::Values {
@@ -66,7 +71,8 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         }
     }
 
-    let problem = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
+    let problem =
+        Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
     let map = Map { problem, parameter: "mu", ..map };
     let rows = paper.methods(&MAPPED[..4])?;
     progress.begin("stability of Van der Pol", map.pieces(rows.len()));
@@ -96,13 +102,20 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
 fn spread(count: usize, low: f64, high: f64, logarithmic: bool) -> Vec<f64> {
     let share = |i: usize| i as f64 / (count - 1) as f64;
     (0..count)
-        .map(|i| if logarithmic { low * (high / low).powf(share(i)) } else { low + (high - low) * share(i) })
+        .map(|i| {
+            if logarithmic {
+                low * (high / low).powf(share(i))
+            } else {
+                low + (high - low) * share(i)
+            }
+        })
         .collect()
 }
 
 fn verdict_map(title: &str, y: &str, map: &Map, cells: &[&StabilityRow]) -> HeatMap {
-    let index =
-        |row: &&StabilityRow| Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0);
+    let index = |row: &&StabilityRow| {
+        Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0)
+    };
     HeatMap {
         title: title.into(),
         x: Axis::log("step h"),
@@ -163,7 +176,8 @@ fn beside_the_spectrum(r: &Readings) -> Said {
 
 fn first_failures(sheet: &mut Sheet, cells: &[StabilityRow]) {
     let readings = MAPPED[..4].iter().fold(Readings::default(), |r, method| {
-        let failed = cells.iter().filter(|row| row.method == *method && row.verdict != Verdict::Right);
+        let failed =
+            cells.iter().filter(|row| row.method == *method && row.verdict != Verdict::Right);
         let first = failed.min_by(|a, b| a.h.total_cmp(&b.h));
         r.and(method, "first failure", first.map_or("", |row| row.verdict.describe()))
             .and(method, "h", first.map(|row| row.h))

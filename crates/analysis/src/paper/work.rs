@@ -12,7 +12,8 @@ use crate::study::work_precision::{self, WorkRow};
 use afterbay_core::InputError;
 use afterbay_methods::registry::ADAPTIVE;
 
-pub(super) const PART: Part = Part { heading: "Accuracy against cost", methods: &[&COMPARED], sheet };
+pub(super) const PART: Part =
+    Part { heading: "Accuracy against cost", methods: &[&COMPARED], sheet };
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
@@ -49,13 +50,15 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         let runs = rows.len() * steps.len() + ADAPTIVE.len() * tolerances.len();
         progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
         let found = work_precision::run(&problem, &rows, &steps, &tolerances, progress)?;
-        let folder = if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
+        let folder =
+            if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
         cheapest(&mut sheet, name, &problem, &found)?;
         let seconds: Cost = ("seconds", |row| row.seconds);
-        let evaluations: Cost = ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));
+        let evaluations: Cost =
+            ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));
         let chart = |title: &str, cost: Cost, error: fn(&WorkRow) -> Option<f64>| LineChart {
             title: format!("{name}: {title}"),
             x: Axis::log(cost.0),
@@ -65,7 +68,10 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
                 .chain(ADAPTIVE.iter().map(|row| row.name))
                 .map(|method| {
                     let of = found.iter().filter(|row| row.method == method);
-                    marked(method, of.filter_map(|row| Some(((cost.1)(row)?, error(row)?))).collect())
+                    marked(
+                        method,
+                        of.filter_map(|row| Some(((cost.1)(row)?, error(row)?))).collect(),
+                    )
                 })
                 .collect(),
             guides: Vec::new(),
@@ -116,12 +122,12 @@ pub(crate) fn cheapest(
     let (mut cheapest, mut worst) =
         (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
     for of in rows.chunk_by(|a, b| a.method == b.method) {
-        let good = of
-            .iter()
-            .filter(|row| row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED));
+        let good = of.iter().filter(|row| {
+            row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED)
+        });
         let timed = good.filter(|row| row.seconds.is_some());
-        let best =
-            timed.min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)));
+        let best = timed
+            .min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)));
         if let Some(row) = best {
             cheapest.add(row.method, "setting", row.setting());
             cheapest.add(row.method, "seconds", row.seconds);

@@ -44,7 +44,8 @@ fn quoted(text: &str) -> usize {
     while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
         if !escaped && rest.starts_with(mark) {
             // Up to two more marks may stand before the last three.
-            let more = rest.bytes().take_while(|&byte| mark.as_bytes().first() == Some(&byte)).count();
+            let more =
+                rest.bytes().take_while(|&byte| mark.as_bytes().first() == Some(&byte)).count();
             return at + if long.is_some() { more.min(5) } else { 1 };
         }
         if long.is_none() && rest.starts_with('\n') {

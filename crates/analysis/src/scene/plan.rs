@@ -191,13 +191,18 @@ impl Planner<'_> {
             let base = format!("{path}.base_step");
             let grid = self.within(&base, Grid::<f64>::new(table.base_step, self.problem.end))?;
             for (i, &h) in steps.iter().enumerate() {
-                self.within(&self.entry(path, &table.steps, i), Grid::<f64>::new(table.base_step, h))?;
+                self.within(
+                    &self.entry(path, &table.steps, i),
+                    Grid::<f64>::new(table.base_step, h),
+                )?;
             }
             self.steps_fit(&base, grid.steps as f64 * (methods.len() * steps.len()) as f64)?;
             // The exact solution is kept along the grid.
             self.table_fits(&base, grid.steps, 3 * self.problem.model.dof() + 1)?;
-            studies.local_order =
-                Some(LocalOrderPlan { methods, study: LocalOrder { base_step: table.base_step, steps } });
+            studies.local_order = Some(LocalOrderPlan {
+                methods,
+                study: LocalOrder { base_step: table.base_step, steps },
+            });
         }
         if let Some(table) = &tables.global_order {
             let plan = self.at_steps("study.global-order", table.methods.as_ref(), &table.steps)?;
@@ -207,7 +212,8 @@ impl Planner<'_> {
             let path = "study.energy";
             let methods = self.own_methods(path, table.methods.as_ref())?;
             let step = table.step.unwrap_or(self.document.time.step);
-            let grid = self.within(&format!("{path}.step"), Grid::<f64>::new(step, self.problem.end))?;
+            let grid =
+                self.within(&format!("{path}.step"), Grid::<f64>::new(step, self.problem.end))?;
             let every = self.every(&format!("{path}.every"), table.every, grid.steps)?;
             self.steps_fit(path, grid.steps as f64 * methods.len() as f64)?;
             let dof = self.problem.model.dof();
@@ -218,7 +224,8 @@ impl Planner<'_> {
         }
         if let Some(table) = &tables.work_precision {
             let path = "study.work-precision";
-            let StepsPlan { methods, steps } = self.at_steps(path, table.methods.as_ref(), &table.steps)?;
+            let StepsPlan { methods, steps } =
+                self.at_steps(path, table.methods.as_ref(), &table.steps)?;
             let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
             let size = (tolerances.len() as f64, MOST_TOLERANCES);
             self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
@@ -238,8 +245,12 @@ impl Planner<'_> {
                 );
             }
             self.steps_fit(&format!("{path}.count"), table.count as f64 * methods.len() as f64)?;
-            studies.long_run =
-                Some(LongRunPlan { methods, step, count: table.count, compensated: table.compensated });
+            studies.long_run = Some(LongRunPlan {
+                methods,
+                step,
+                count: table.count,
+                compensated: table.compensated,
+            });
         }
         studies.stability = self.stability()?;
         Ok(studies)
@@ -251,25 +262,41 @@ impl Planner<'_> {
         let methods = self.own_methods(path, table.methods.as_ref())?;
         let mut steps = self.spread(&format!("{path}.steps"), &table.steps)?;
         let (varied, named) = (&table.parameter, format!("{path}.parameter"));
-        let mut values =
-            self.range(&named, (varied.from, varied.to), varied.count, varied.scale, f64::NEG_INFINITY)?;
+        let mut values = self.range(
+            &named,
+            (varied.from, varied.to),
+            varied.count,
+            varied.scale,
+            f64::NEG_INFINITY,
+        )?;
         steps.sort_by(f64::total_cmp);
         values.sort_by(f64::total_cmp);
         let known = self.problem.model.parameters();
         if !known.contains(&varied.name.as_str()) {
             let known = known.into_iter().map(str::to_owned).collect();
-            let problem = SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
+            let problem =
+                SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
             return self.refuse(&format!("{named}.name"), problem);
         }
         let cells = (steps.len() * values.len() * methods.len()) as f64;
-        self.budget(path, "the number of cells", (cells, MOST_CELLS), "give fewer steps or values")?;
+        self.budget(
+            path,
+            "the number of cells",
+            (cells, MOST_CELLS),
+            "give fewer steps or values",
+        )?;
         for value in &values {
-            let model =
-                self.problem.model.with(&varied.name, *value).or_else(|error| self.refuse(&named, error))?;
+            let model = self
+                .problem
+                .model
+                .with(&varied.name, *value)
+                .or_else(|error| self.refuse(&named, error))?;
             self.within(&named, model.system::<f64>().map(drop))?;
             if model.dof() != self.problem.model.dof() {
-                let why = "it changes the number of degrees of freedom, and with it the initial state";
-                return self.refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
+                let why =
+                    "it changes the number of degrees of freedom, and with it the initial state";
+                return self
+                    .refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
             }
         }
         let end = table.end.unwrap_or(self.problem.end);
@@ -278,10 +305,15 @@ impl Planner<'_> {
         }
         if let Some(finest) = steps.first() {
             let (size, change) = ((end / finest).ceil(), "take larger steps or an earlier end");
-            self.budget(path, "the number of steps of a cell", (size, stability::MOST_STEPS), change)?;
+            self.budget(
+                path,
+                "the number of steps of a cell",
+                (size, stability::MOST_STEPS),
+                change,
+            )?;
         }
-        let all: f64 =
-            steps.iter().map(|h| (end / h).ceil()).sum::<f64>() * (values.len() * methods.len()) as f64;
+        let all: f64 = steps.iter().map(|h| (end / h).ceil()).sum::<f64>()
+            * (values.len() * methods.len()) as f64;
         self.steps_fit(path, all)?;
         let (parameter, spacing) = (varied.name.clone(), varied.scale);
         let step_spacing = match &table.steps {
@@ -291,12 +323,18 @@ impl Planner<'_> {
         Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
     }
 
-    fn at_steps(&self, path: &str, methods: Option<&Vec<String>>, steps: &Spread) -> Planned<StepsPlan> {
+    fn at_steps(
+        &self,
+        path: &str,
+        methods: Option<&Vec<String>>,
+        steps: &Spread,
+    ) -> Planned<StepsPlan> {
         let methods = self.own_methods(path, methods)?;
         let spread = self.spread(&format!("{path}.steps"), steps)?;
         let mut all = 0.0;
         for (i, &h) in spread.iter().enumerate() {
-            let grid = self.within(&self.entry(path, steps, i), Grid::<f64>::new(h, self.problem.end))?;
+            let grid =
+                self.within(&self.entry(path, steps, i), Grid::<f64>::new(h, self.problem.end))?;
             all += grid.steps as f64 * methods.len() as f64;
         }
         self.steps_fit(&format!("{path}.steps"), all)?;
@@ -326,8 +364,10 @@ impl Planner<'_> {
             let path = format!("{path}.{i}");
             let Some(row) = registry::find(name) else {
                 let known = FIXED.iter().map(|row| row.name.to_owned()).collect();
-                return self
-                    .refuse(&path, SceneProblem::Unknown { what: "method", name: name.clone(), known });
+                return self.refuse(
+                    &path,
+                    SceneProblem::Unknown { what: "method", name: name.clone(), known },
+                );
             };
             if row.is_adaptive() {
                 return self.refuse(&path, SceneProblem::Adaptive { name: row.name });
@@ -338,23 +378,36 @@ impl Planner<'_> {
             self.within(&path, self.problem.model.bind(row).map(drop))?;
             rows.push(row);
         }
-        if rows.is_empty() { self.refuse(path, SceneProblem::Empty { what: "method" }) } else { Ok(rows) }
+        if rows.is_empty() {
+            self.refuse(path, SceneProblem::Empty { what: "method" })
+        } else {
+            Ok(rows)
+        }
     }
 
     /// The values of a spread of steps.
     fn spread(&self, path: &str, spread: &Spread) -> Planned<Vec<f64>> {
         match spread {
-            Spread::List(list) if list.is_empty() => self.refuse(path, SceneProblem::Empty { what: "step" }),
+            Spread::List(list) if list.is_empty() => {
+                self.refuse(path, SceneProblem::Empty { what: "step" })
+            }
             Spread::List(list) => {
                 self.list(path, list, |h| Grid::<f64>::of(h, 1).map(drop))?;
                 Ok(list.clone())
             }
-            Spread::Range(range) => self.range(path, (range.from, range.to), range.count, range.scale, 0.0),
+            Spread::Range(range) => {
+                self.range(path, (range.from, range.to), range.count, range.scale, 0.0)
+            }
         }
     }
 
     /// Every value is what it has to be, and there once.
-    fn list(&self, path: &str, list: &[f64], check: impl Fn(f64) -> Result<(), InputError>) -> Planned<()> {
+    fn list(
+        &self,
+        path: &str,
+        list: &[f64],
+        check: impl Fn(f64) -> Result<(), InputError>,
+    ) -> Planned<()> {
         let mut seen = HashSet::new();
         for (i, &x) in list.iter().enumerate() {
             let path = format!("{path}.{i}");
@@ -405,9 +458,10 @@ impl Planner<'_> {
 
     fn every(&self, path: &str, every: Option<u64>, steps: u64) -> Planned<u64> {
         match every {
-            Some(0) => {
-                self.refuse(path, SceneProblem::Range { name: "every", value: 0.0, range: "at least 1" })
-            }
+            Some(0) => self.refuse(
+                path,
+                SceneProblem::Range { name: "every", value: 0.0, range: "at least 1" },
+            ),
             Some(every) => Ok(every),
             None => Ok(steps.div_ceil(KEPT).max(1)),
         }

@@ -185,7 +185,9 @@ impl SceneProblem {
                 Some("scenes are TOML files: see https://toml.io, and `afterbay schema`".into())
             }
             Self::Budget { change, .. } => Some((*change).into()),
-            Self::Nothing { .. } => Some("`afterbay schema` describes all tables a scene may have".into()),
+            Self::Nothing { .. } => {
+                Some("`afterbay schema` describes all tables a scene may have".into())
+            }
             Self::Input(InputError::NotAMultiple { nearest, .. }) => {
                 Some(format!("step = {nearest:?} divides it"))
             }
@@ -193,7 +195,8 @@ impl SceneProblem {
                 Some("`afterbay list methods` says what each method needs".into())
             }
             Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
-            Self::Custom(CustomError::NotFinite { .. }) | Self::Input(InputError::NotFinite { .. }) => {
+            Self::Custom(CustomError::NotFinite { .. })
+            | Self::Input(InputError::NotFinite { .. }) => {
                 Some("start where H and all forces are finite".into())
             }
             _ => None,
@@ -206,7 +209,8 @@ pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
     let far = |other: &String| strsim::damerau_levenshtein(name, other);
     match known.iter().min_by_key(|other| far(other)) {
         Some(nearest)
-            if far(nearest) < name.len() && far(nearest) <= 1 + nearest.len().min(name.len()) / 3 =>
+            if far(nearest) < name.len()
+                && far(nearest) <= 1 + nearest.len().min(name.len()) / 3 =>
         {
             format!("did you mean {nearest}?")
         }

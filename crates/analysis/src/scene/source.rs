@@ -73,7 +73,10 @@ impl<'a> Source<'a> {
                     .map(|(key, value)| (key.span(), value)),
                 (None, Some(list)) => {
                     let list: &DeArray<'_> = list;
-                    step.parse().ok().and_then(|i: usize| list.get(i)).map(|value| (value.span(), value))
+                    step.parse()
+                        .ok()
+                        .and_then(|i: usize| list.get(i))
+                        .map(|value| (value.span(), value))
                 }
                 (None, None) => None,
             };
@@ -100,7 +103,8 @@ struct Schema<'s> {
 impl<'s> Schema<'s> {
     /// What is meant, references followed.
     fn of(self, at: &'s Value) -> Self {
-        let referred = at["$ref"].as_str().and_then(|path| self.root.pointer(path.trim_start_matches('#')));
+        let referred =
+            at["$ref"].as_str().and_then(|path| self.root.pointer(path.trim_start_matches('#')));
         Self { root: self.root, at: referred.unwrap_or(at) }
     }
 
@@ -127,7 +131,8 @@ impl<'s> Schema<'s> {
             for (key, value) in table {
                 let Some(inner) = properties.get(key.get_ref().as_ref()) else {
                     let known = properties.keys().cloned().collect();
-                    let problem = SceneProblem::UnknownKey { key: key.get_ref().to_string(), known };
+                    let problem =
+                        SceneProblem::UnknownKey { key: key.get_ref().to_string(), known };
                     return Err(at(key, problem));
                 };
                 self.of(inner).value(value)?;
@@ -137,9 +142,15 @@ impl<'s> Schema<'s> {
                 self.of(&self.at["additionalProperties"]).value(value)?;
             }
         }
-        let required = self.at["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
-        match required.into_iter().find(|&key| !table.iter().any(|(given, _)| given.get_ref() == key)) {
-            Some(key) => Err(SceneError { problem: SceneProblem::Missing { key: key.into() }, span }),
+        let required =
+            self.at["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        match required
+            .into_iter()
+            .find(|&key| !table.iter().any(|(given, _)| given.get_ref() == key))
+        {
+            Some(key) => {
+                Err(SceneError { problem: SceneProblem::Missing { key: key.into() }, span })
+            }
             None => Ok(()),
         }
     }
@@ -216,7 +227,8 @@ fn word(forms: &[Schema<'_>], text: &str, span: Range<usize>) -> Result<(), Scen
     for form in forms.iter().filter(|form| form.is("string")) {
         let listed = form.at["enum"].as_array().into_iter().flatten();
         let before = known.len();
-        known.extend(listed.chain([&form.at["const"]]).filter_map(Value::as_str).map(str::to_owned));
+        known
+            .extend(listed.chain([&form.at["const"]]).filter_map(Value::as_str).map(str::to_owned));
         if known.len() == before {
             return Ok(());
         }
@@ -224,7 +236,10 @@ fn word(forms: &[Schema<'_>], text: &str, span: Range<usize>) -> Result<(), Scen
     if known.iter().any(|word| word == text) {
         return Ok(());
     }
-    Err(SceneError { problem: SceneProblem::Unknown { what: "choice", name: text.into(), known }, span })
+    Err(SceneError {
+        problem: SceneProblem::Unknown { what: "choice", name: text.into(), known },
+        span,
+    })
 }
 
 /// Is it finite in `f64`, and not 0 by rounding?

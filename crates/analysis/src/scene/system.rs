@@ -31,18 +31,23 @@ pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, S
         ("mass", table.mass.is_some()),
     ];
     if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
-        let problem = SceneProblem::Misplaced { key, why: "only a system called \"custom\" has one" };
+        let problem =
+            SceneProblem::Misplaced { key, why: "only a system called \"custom\" has one" };
         return Err(at(&format!("system.{key}"), problem));
     }
     let known = || row.parameters.iter().map(|parameter| parameter.name.to_owned()).collect();
     for name in table.parameters.keys() {
         if !row.parameters.iter().any(|known| known.name == name) {
-            let problem = SceneProblem::Unknown { what: "parameter", name: name.clone(), known: known() };
+            let problem =
+                SceneProblem::Unknown { what: "parameter", name: name.clone(), known: known() };
             return Err(at(&format!("system.parameters.{name}"), problem));
         }
     }
-    if let Some(missing) =
-        row.parameters.iter().map(|known| known.name).find(|name| !table.parameters.contains_key(*name))
+    if let Some(missing) = row
+        .parameters
+        .iter()
+        .map(|known| known.name)
+        .find(|name| !table.parameters.contains_key(*name))
     {
         let path = if table.parameters.is_empty() { "system" } else { "system.parameters" };
         return Err(at(path, SceneProblem::Missing { key: format!("parameters.{missing}") }));
@@ -115,9 +120,8 @@ fn description(table: &SystemTable) -> Description {
 /// A problem of a custom system with its place in the scene.
 fn located(source: &Source<'_>, error: CustomError) -> SceneError {
     let span = match &error {
-        CustomError::Expression { place, span, .. } | CustomError::NotFinite { place, span, .. } => {
-            source.span_within(&path(*place), span)
-        }
+        CustomError::Expression { place, span, .. }
+        | CustomError::NotFinite { place, span, .. } => source.span_within(&path(*place), span),
         CustomError::Name { name, .. }
         | CustomError::Value { name, .. }
         | CustomError::Unused { name }
@@ -127,7 +131,9 @@ fn located(source: &Source<'_>, error: CustomError) -> SceneError {
             "dissipation" => "system.dissipation",
             _ => "system.friction",
         }),
-        CustomError::Input(InputError::Mass { dof, .. }) => source.span(&format!("system.mass.{dof}")),
+        CustomError::Input(InputError::Mass { dof, .. }) => {
+            source.span(&format!("system.mass.{dof}"))
+        }
         CustomError::Empty | CustomError::TooLarge { .. } | CustomError::Input(_) => {
             source.span("system.potential")
         }
@@ -151,7 +157,10 @@ pub(super) fn finite_at(
     problem: &Problem,
     start: &State<Vec<f64>>,
 ) -> Result<(), SceneError> {
-    let at = |path: &str, error: InputError| SceneError { problem: error.into(), span: source.span(path) };
+    let at = |path: &str, error: InputError| SceneError {
+        problem: error.into(),
+        span: source.span(path),
+    };
     if let Model::Custom(custom) = &problem.model {
         return custom.check_at(&start.q, &start.p).map_err(|error| match error {
             CustomError::Input(error) => at("initial", error),

@@ -42,9 +42,16 @@ pub fn run(
     for row in methods {
         for (problem, steps) in problems {
             let problem = Problem { end: h * *steps as f64, ..problem.clone() };
-            let seconds = work_precision::time(&problem, row, Grid::new(h, problem.end)?.into(), progress)?
-                .as_secs_f64();
-            rows.push(CostRow { method: row.name, n: problem.model.dof(), h, steps: *steps, seconds });
+            let seconds =
+                work_precision::time(&problem, row, Grid::new(h, problem.end)?.into(), progress)?
+                    .as_secs_f64();
+            rows.push(CostRow {
+                method: row.name,
+                n: problem.model.dof(),
+                h,
+                steps: *steps,
+                seconds,
+            });
             progress.advance();
         }
     }

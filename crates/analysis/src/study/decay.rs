@@ -40,8 +40,8 @@ impl Decay {
             return Self::Failed(books.ending.outcome);
         }
         let kept = books.drift <= KEPT * start;
-        let right =
-            second_ratio(books).is_some_and(|found| (found - exact).abs() <= TOLERANCE * (1.0 - exact));
+        let right = second_ratio(books)
+            .is_some_and(|found| (found - exact).abs() <= TOLERANCE * (1.0 - exact));
         match (right, kept) {
             (true, true) => Self::Right,
             (true, false) => Self::RightWithoutK,

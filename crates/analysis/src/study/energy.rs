@@ -53,7 +53,8 @@ impl EnergyRow {
 
 /// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1..wN`.
 pub fn columns(dof: usize) -> Vec<String> {
-    let names = ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w", "doubt_d_R"];
+    let names =
+        ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w", "doubt_d_R"];
     names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
 }
 
@@ -84,7 +85,8 @@ pub fn run(
     every: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Books>, IntegrateError> {
-    let solution = problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)?;
+    let solution =
+        problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)?;
     methods
         .par_iter()
         .map(|row| {
@@ -123,7 +125,8 @@ fn follow(
         if step % every == 0 {
             let i = step as usize;
             let ratio = energy_before.and_then(|before| finite(energy / before));
-            let of_reference = i.checked_sub(1).map(|before| [exact_energy(before), exact_energy(i)]);
+            let of_reference =
+                i.checked_sub(1).map(|before| [exact_energy(before), exact_energy(i)]);
             let exact = of_reference.and_then(|[before, now]| finite(now.error / before.error));
             // The relative doubts of the two energies add up.
             let doubt_ratio = of_reference.and_then(|energies| {

@@ -56,10 +56,14 @@ pub fn run(
     let shared = solution(problem, finest, progress)?;
     let own = steps
         .par_iter()
-        .map(|&h| doublings(finest, h).is_none().then(|| solution(problem, h, progress)).transpose())
+        .map(|&h| {
+            doublings(finest, h).is_none().then(|| solution(problem, h, progress)).transpose()
+        })
         .collect::<Result<Vec<_>, _>>()?;
-    let tasks: Vec<_> =
-        methods.iter().flat_map(|&row| steps.iter().zip(&own).map(move |(&h, own)| (row, h, own))).collect();
+    let tasks: Vec<_> = methods
+        .iter()
+        .flat_map(|&row| steps.iter().zip(&own).map(move |(&h, own)| (row, h, own)))
+        .collect();
     let errors = tasks
         .par_iter()
         .map(|&(row, h, own)| {
@@ -80,7 +84,8 @@ pub fn run(
             for (&h, Run { errors, doubts, ending }) in steps.iter().zip(errors) {
                 let error = errors.map(|errors| errors[variable]);
                 let Ending { outcome, failure } = ending.clone();
-                let resolved = before.zip(error).filter(|((_, a), b)| a.is_resolved() && b.is_resolved());
+                let resolved =
+                    before.zip(error).filter(|((_, a), b)| a.is_resolved() && b.is_resolved());
                 let order = resolved.map(|((h0, a), b)| (b.error / a.error).ln() / (h / h0).ln());
                 rows.push(GlobalRow {
                     method: method.name,
@@ -99,7 +104,11 @@ pub fn run(
     Ok(rows)
 }
 
-fn solution(problem: &Problem, h: f64, progress: &dyn Progress) -> Result<Solution<f64>, IntegrateError> {
+fn solution(
+    problem: &Problem,
+    h: f64,
+    progress: &dyn Progress,
+) -> Result<Solution<f64>, IntegrateError> {
     problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
@@ -130,7 +139,8 @@ fn largest_error(
 ) -> Result<Run, IntegrateError> {
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
-    let (grid, mut largest, mut done) = (Grid::<f64>::new(h, problem.end)?, [Measured::default(); 3], 0);
+    let (grid, mut largest, mut done) =
+        (Grid::<f64>::new(h, problem.end)?, [Measured::default(); 3], 0);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
         let errors = solution.errors(stride * step as usize, state);

@@ -187,7 +187,12 @@ impl LocalOrder {
     ///
     /// # Errors
     /// As for [`LocalOrder::run`].
-    pub fn trace<T: Working>(&self, problem: &Problem, row: &Row, h: f64) -> Result<Trace, IntegrateError> {
+    pub fn trace<T: Working>(
+        &self,
+        problem: &Problem,
+        row: &Row,
+        h: f64,
+    ) -> Result<Trace, IntegrateError> {
         let alone = Self { steps: vec![h], ..self.clone() };
         alone.trace_along(problem, &alone.solution::<T>(problem, &Silent)?, row, h)
     }
@@ -218,7 +223,9 @@ impl LocalOrder {
         let mut state = problem.start()?;
         let mut errors = |i: usize| {
             let (from, to) = (solution.at(i), solution.at(i + multiple));
-            for (part, from) in [(&mut state.q, from.q), (&mut state.p, from.p), (&mut state.w, from.w)] {
+            for (part, from) in
+                [(&mut state.q, from.q), (&mut state.p, from.p), (&mut state.w, from.w)]
+            {
                 part.copy_from_slice(from);
             }
             method.step(h, &mut state).ok()?;
@@ -251,7 +258,8 @@ impl LocalOrder {
                         .to_f64(),
                 )
             };
-            let nearest = row.poles().iter().filter_map(|&equation| distance(equation)).reduce(f64::min);
+            let nearest =
+                row.poles().iter().filter_map(|&equation| distance(equation)).reduce(f64::min);
             (summary.worst as f64 * self.base_step, nearest)
         });
         let failed = trace.iter().filter(|errors| errors.is_none()).count();
@@ -277,11 +285,13 @@ impl LocalOrder {
         for i in sample {
             let ends = [solution.at(i), solution.at(i + multiple)];
             let sizes = |of: fn(StateRef<'_, T>) -> &[T]| {
-                ends.iter().flat_map(|&end| of(end)).fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
+                ends.iter()
+                    .flat_map(|&end| of(end))
+                    .fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
             };
             // Two states are compared, each of them rounded.
-            let mut rounding =
-                [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)].map(|size| 2.0 * T::EPSILON * size);
+            let mut rounding = [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)]
+                .map(|size| 2.0 * T::EPSILON * size);
             // There is nothing finer to compare a step in `Quad` with: a few roundings stand for
             // it.
             if T::EPSILON < 1e-20 {
@@ -289,7 +299,9 @@ impl LocalOrder {
             } else if let Some(lost) = lost(&method, &exact, h, ends[0]) {
                 rounding = [0, 1, 2].map(|variable| rounding[variable] + lost[variable]);
             }
-            seen.iter_mut().zip(rounding).for_each(|(seen, size)| seen.push((i, size / h.to_f64())));
+            seen.iter_mut()
+                .zip(rounding)
+                .for_each(|(seen, size)| seen.push((i, size / h.to_f64())));
         }
         Ok(seen.map(|seen| Summary::of(seen.into_iter())))
     }
@@ -297,7 +309,12 @@ impl LocalOrder {
 
 /// What rounding makes of a step: how far it is from the same step in `Quad`. None where either
 /// fails.
-fn lost<T: Scalar>(method: &Run<T>, exact: &Run<Quad>, h: T, from: StateRef<'_, T>) -> Option<[f64; 3]> {
+fn lost<T: Scalar>(
+    method: &Run<T>,
+    exact: &Run<Quad>,
+    h: T,
+    from: StateRef<'_, T>,
+) -> Option<[f64; 3]> {
     let same = |part: &[T]| part.to_vec();
     let lift = |part: &[T]| part.iter().map(|x| Quad::from_f64(x.to_f64())).collect::<Vec<_>>();
     let mut rounded = State { q: same(from.q), p: same(from.p), w: same(from.w), t: from.t };
@@ -313,12 +330,16 @@ fn lost<T: Scalar>(method: &Run<T>, exact: &Run<Quad>, h: T, from: StateRef<'_, 
 /// ten times above rounding.
 pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> Option<Fit> {
     let seen = errors.iter().filter(|errors| errors.is_seen(variable, statistic));
-    let point = |errors: &&LocalErrors| (errors.h.ln(), errors.variables[variable].get(statistic).ln());
+    let point =
+        |errors: &&LocalErrors| (errors.h.ln(), errors.variables[variable].get(statistic).ln());
     fit(&seen.map(point).collect::<Vec<_>>())
 }
 
 /// The rows of the table, methods in the order they were run. `printed` knows what the paper prints.
-pub fn rows(errors: &[LocalErrors], printed: impl Fn(&str, &str, Statistic) -> Option<f64>) -> Vec<OrderRow> {
+pub fn rows(
+    errors: &[LocalErrors],
+    printed: impl Fn(&str, &str, Statistic) -> Option<f64>,
+) -> Vec<OrderRow> {
     let mut rows = Vec::new();
     for group in errors.chunk_by(|a, b| a.method.name == b.method.name) {
         let Some(widest) = group.iter().max_by(|a, b| a.h.total_cmp(&b.h)) else { continue };
@@ -336,7 +357,10 @@ pub fn rows(errors: &[LocalErrors], printed: impl Fn(&str, &str, Statistic) -> O
                     order: slope,
                     ci_low: slope.zip(margin).map(|(slope, margin)| slope - margin),
                     ci_high: slope.zip(margin).map(|(slope, margin)| slope + margin),
-                    points: group.iter().filter(|errors| errors.is_seen(variable, statistic)).count(),
+                    points: group
+                        .iter()
+                        .filter(|errors| errors.is_seen(variable, statistic))
+                        .count(),
                     printed: printed(widest.method.name, name, statistic),
                     worst_t,
                     pole_distance,

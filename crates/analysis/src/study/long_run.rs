@@ -8,7 +8,9 @@ use super::Problem;
 use super::outcome::{COMPLETED, Ending};
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
-use afterbay_core::{Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8};
+use afterbay_core::{
+    Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8,
+};
 use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -81,7 +83,8 @@ const SAMPLES: u64 = 100;
 
 /// The steps at which windows end.
 fn ends(steps: u64) -> Vec<u64> {
-    let end = |k: i32| (FIRST as f64 * 10_f64.powf(f64::from(k) / f64::from(WINDOWS))).round() as u64;
+    let end =
+        |k: i32| (FIRST as f64 * 10_f64.powf(f64::from(k) / f64::from(WINDOWS))).round() as u64;
     let mut ends: Vec<_> = (0..).map(end).take_while(|&end| end < steps).collect();
     ends.push(steps);
     ends
@@ -139,7 +142,8 @@ pub fn run(
         .map(|&(i, setup, starts)| Ok((i, follow(starts, setup, &ends, progress)?)))
         .collect::<Result<Vec<_>, IntegrateError>>()?;
     let of_setup = |i: usize| {
-        let of: Vec<_> = followed.iter().filter(|part| part.0 == i).flat_map(|part| part.1.clone()).collect();
+        let of: Vec<_> =
+            followed.iter().filter(|part| part.0 == i).flat_map(|part| part.1.clone()).collect();
         gathered(setups[i], &ends, &of)
     };
     Ok((0..setups.len()).map(of_setup).collect())
@@ -225,9 +229,11 @@ fn beside<T: Lanewise>(
         (0..states[0].dof()).map(|j| T::of_lanes(|k| lane(k)[j])).collect()
     };
     let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
-    let initial: Vec<Quad> = states.iter().map(|state| total(&*exact, state.state_ref(), |x| x)).collect();
-    let off =
-        |state: StateRef<'_, T>, k: usize| deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k]);
+    let initial: Vec<Quad> =
+        states.iter().map(|state| total(&*exact, state.state_ref(), |x| x)).collect();
+    let off = |state: StateRef<'_, T>, k: usize| {
+        deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k])
+    };
     let seen = windows(method, setup.h, state, states.len(), ends, progress, off)?;
     if seen.result.is_err() {
         return Ok(None);
@@ -285,7 +291,11 @@ fn deviation(total: Quad, initial: Quad) -> f64 {
 }
 
 /// K of one of the runs in a state, in 106 bits.
-fn total<T: Scalar>(system: &dyn System<Quad>, state: StateRef<'_, T>, of: impl Fn(T) -> f64) -> Quad {
+fn total<T: Scalar>(
+    system: &dyn System<Quad>,
+    state: StateRef<'_, T>,
+    of: impl Fn(T) -> f64,
+) -> Quad {
     let lift = |part: &[T]| part.iter().map(|&x| Quad::from_f64(of(x))).collect::<Vec<_>>();
     let t = Quad::from_f64(of(state.t));
     State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
@@ -349,7 +359,9 @@ mod tests {
     fn a_random_walk_grows_like_the_root_of_t() {
         let mut seed = 1_u64;
         let mut coin = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             if seed >> 63 == 0 { 1e-16 } else { -1e-16 }
         };
         let mut walk = || {

@@ -44,7 +44,14 @@ impl Ending {
         h: f64,
     ) -> RunOutcome {
         let Self { outcome, failure } = self;
-        RunOutcome { study, system, method, h, outcome: (*outcome).into(), failure: failure.clone() }
+        RunOutcome {
+            study,
+            system,
+            method,
+            h,
+            outcome: (*outcome).into(),
+            failure: failure.clone(),
+        }
     }
 }
 

@@ -37,7 +37,9 @@ mod tests {
         let count = |owed| {
             let mut passivity = Passivity::new(owed, &[0.0, 0.0]);
             // Both rise; one falls and the sum rises; both fall; one falls and the sum with it.
-            [[1.0, 1.0], [0.5, 2.0], [0.25, 1.0], [2.0, -2.0]].iter().for_each(|w| passivity.see(w));
+            [[1.0, 1.0], [0.5, 2.0], [0.25, 1.0], [2.0, -2.0]]
+                .iter()
+                .for_each(|w| passivity.see(w));
             passivity.violations()
         };
         assert_eq!(count(Passive::Each), Some(3));

@@ -92,7 +92,11 @@ pub struct Pick {
 /// # Errors
 /// Those of the input, and of the reference. What goes wrong in a run is why its method does not
 /// qualify.
-pub fn run(problem: &Problem, wanted: Wanted, progress: &dyn Progress) -> Result<Pick, IntegrateError> {
+pub fn run(
+    problem: &Problem,
+    wanted: Wanted,
+    progress: &dyn Progress,
+) -> Result<Pick, IntegrateError> {
     let owed = problem.model.system::<f64>()?.dissipation_form().passive != Passive::No;
     let mut pick = Pick {
         wanted,
@@ -124,7 +128,8 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
         return Ok(());
     }
     let bench = Bench::new(problem, wanted, &dense, progress)?;
-    let rows: Vec<&'static Row> = FIXED.iter().filter(|row| problem.model.bind(row).is_ok()).collect();
+    let rows: Vec<&'static Row> =
+        FIXED.iter().filter(|row| problem.model.bind(row).is_ok()).collect();
     let shortest = AtomicU64::new(u64::MAX);
     progress.begin("search for steps", rows.len() + ADAPTIVE.len());
     let searched = |search: Result<Found, IntegrateError>| {
@@ -201,7 +206,9 @@ fn finer(
         seen.extend([&state.q[..], &state.p, &state.w].concat());
         Ok((done && !progress.stopped()).then_some(seen))
     };
-    let (Some(coarse), Some(fine)) = (follow(setting, 1)?, follow(finer, 2)?) else { return Ok(None) };
+    let (Some(coarse), Some(fine)) = (follow(setting, 1)?, follow(finer, 2)?) else {
+        return Ok(None);
+    };
     let n = problem.model.dof();
     let mut apart = [0.0_f64; 2];
     for (i, (a, b)) in coarse.iter().zip(&fine).enumerate() {

@@ -59,7 +59,9 @@ fn last_word<T>(
 ) -> Result<Option<Solution<T>>, IntegrateError> {
     match found {
         Err(IntegrateError::Input(InputError::Budget { .. })) => Ok(None),
-        Err(IntegrateError::Input(InputError::SolutionEnds { .. })) if has_kinks(problem)? => Ok(None),
+        Err(IntegrateError::Input(InputError::SolutionEnds { .. })) if has_kinks(problem)? => {
+            Ok(None)
+        }
         found => found.map(Some),
     }
 }

@@ -71,18 +71,32 @@ pub fn run(
             let mut record = |step: u64, state: StateRef<'_, f64>| {
                 let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
                 let (energy, total) = (state.energy(&*system), state.total(&*system));
-                rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
+                rows.push(TrajectoryRow {
+                    method: row.name,
+                    step,
+                    t: state.t,
+                    q,
+                    p,
+                    w,
+                    energy,
+                    total,
+                });
             };
             let (mut state, mut done, mut recorded) = (problem.start()?, 0, 0);
             let stride = if every <= ASKED / state.q.len() as u64 { every } else { 1 };
-            let result = problem.model.bind(row)?.run(grid, &mut state, stride, &mut |step, state| {
-                done = step;
-                if step % every == 0 {
-                    record(step, state);
-                    recorded = step;
-                }
-                if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            });
+            let result =
+                problem.model.bind(row)?.run(grid, &mut state, stride, &mut |step, state| {
+                    done = step;
+                    if step % every == 0 {
+                        record(step, state);
+                        recorded = step;
+                    }
+                    if progress.stopped() {
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
+                    }
+                });
             progress.advance();
             let last = match &result {
                 Ok(_) if progress.stopped() => done,

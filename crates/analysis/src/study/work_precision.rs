@@ -6,7 +6,9 @@ use super::passivity::Passivity;
 use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::{Measured, Solution};
-use afterbay_core::{Abilities, Effort, Grid, IntegrateError, State, StateRef, Statistics, Tolerance};
+use afterbay_core::{
+    Abilities, Effort, Grid, IntegrateError, State, StateRef, Statistics, Tolerance,
+};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -90,9 +92,11 @@ pub fn run(
 ) -> Result<Vec<WorkRow>, IntegrateError> {
     let exact = problem.solution(problem.end, 1, progress)?;
     let grids = steps.iter().map(|&h| Grid::new(h, problem.end)).collect::<Result<Vec<_>, _>>()?;
-    let by_step = methods.iter().flat_map(|&row| grids.iter().map(move |&grid| (row, Setting::Step(grid))));
+    let by_step =
+        methods.iter().flat_map(|&row| grids.iter().map(move |&grid| (row, Setting::Step(grid))));
     let within = |&tolerance: &f64| Setting::Tolerance(Tolerance::all(tolerance), problem.end);
-    let by_tolerance = ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |x| (row, within(x))));
+    let by_tolerance =
+        ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |x| (row, within(x))));
     let tasks: Vec<(&'static Row, Setting<f64>)> = by_step.chain(by_tolerance).collect();
     let mut rows = tasks
         .par_iter()

@@ -54,7 +54,8 @@ fn change() -> impl Strategy<Value = Change> {
         (share.clone(), 1..9_usize).prop_map(|(at, length)| Change::Delete { at, length }),
         (share.clone(), 1..40_usize).prop_map(|(at, length)| Change::Repeat { at, length }),
         (share.clone(), any::<u8>()).prop_map(|(at, byte)| Change::Replace { at, byte }),
-        (share, prop::sample::select(&TOKENS[..])).prop_map(|(at, token)| Change::Insert { at, token }),
+        (share, prop::sample::select(&TOKENS[..]))
+            .prop_map(|(at, token)| Change::Insert { at, token }),
         (0..40_usize, 0..40_usize).prop_map(|(one, other)| Change::SwapLines { one, other }),
     ]
 }
@@ -141,12 +142,19 @@ fn long_texts_are_read_or_refused_soon() {
         ("keys", (0..60_000).map(|i| format!("k{i} = {i}\n")).collect()),
         (
             "parameters",
-            custom.replacen("c = 0.05", &(0..50_000).map(|i| format!("c{i} = {i},")).collect::<String>(), 1),
+            custom.replacen(
+                "c = 0.05",
+                &(0..50_000).map(|i| format!("c{i} = {i},")).collect::<String>(),
+                1,
+            ),
         ),
         ("methods", named.replacen("\"moddg\"", &"\"rk4\",".repeat(100_000), 1)),
         ("sum", custom.replacen("q1^2/2", &"q1^2*q2+".repeat(8_000), 1)),
         ("powers", custom.replacen("q1^2/2", &format!("{}1", "q1^".repeat(200)), 1)),
-        ("functions", custom.replacen("q1^2/2", &format!("{}q1{}", "sin(".repeat(200), ")".repeat(200)), 1)),
+        (
+            "functions",
+            custom.replacen("q1^2/2", &format!("{}q1{}", "sin(".repeat(200), ")".repeat(200)), 1),
+        ),
         (
             "friction",
             custom.replacen(

@@ -16,7 +16,8 @@ fn what_is_wrong_is_said_pointed_at_and_soon() {
             continue;
         };
         let (says, help) = (error.problem.to_string(), error.problem.help().unwrap_or_default());
-        let at = bad.text.get(error.span.clone()).and_then(|at| at.lines().next()).unwrap_or_default();
+        let at =
+            bad.text.get(error.span.clone()).and_then(|at| at.lines().next()).unwrap_or_default();
         if !says.contains(bad.says) || !help.contains(bad.help) || at != bad.at || took > SOON {
             let at: String = at.chars().take(200).collect();
             wrong.push(format!(
@@ -36,7 +37,9 @@ fn marks_before_a_text_line_ends_and_whole_numbers_do_not_matter() {
         let same = Scene::read(text(marked.as_bytes()).unwrap()).unwrap();
         assert_eq!(format!("{:?}", same.document), format!("{:?}", scene.document));
         let whole = Scene::read(
-            &good.replace("step = 0.01\n[run]", "step = 1\n[run]").replace("step = 0.1", "step = 1"),
+            &good
+                .replace("step = 0.01\n[run]", "step = 1\n[run]")
+                .replace("step = 0.1", "step = 1"),
         );
         assert_eq!(whole.unwrap().step, 1.0);
     }
@@ -46,10 +49,12 @@ fn marks_before_a_text_line_ends_and_whole_numbers_do_not_matter() {
 fn tolerances_have_a_budget() {
     let [good, _] = bad::GOOD;
     let with = |count: u32| {
-        let list: Vec<String> = (0..count).map(|i| format!("{:e}", 1e-6 * f64::from(1 + i))).collect();
-        Scene::read(
-            &good.replace("[\"leapfrog\"]", &format!("[\"leapfrog\"]\ntolerances = [{}]", list.join(", "))),
-        )
+        let list: Vec<String> =
+            (0..count).map(|i| format!("{:e}", 1e-6 * f64::from(1 + i))).collect();
+        Scene::read(&good.replace(
+            "[\"leapfrog\"]",
+            &format!("[\"leapfrog\"]\ntolerances = [{}]", list.join(", ")),
+        ))
     };
     assert_eq!(with(1000).unwrap().studies.work_precision.unwrap().tolerances.len(), 1000);
     let error = with(1001).unwrap_err();
@@ -69,7 +74,10 @@ fn a_mark_before_a_text_does_not_count_in_its_places() {
 fn what_is_quoted_or_remarked_is_no_nesting() {
     let [good, custom] = bad::GOOD;
     Scene::read(&format!("# {}\n# {}\n{good}", ".".repeat(200), "[".repeat(200))).unwrap();
-    let long = format!("potential = \"\"\"\n{}q1^2/2 + q2^2/2\"\"\"\nmass", "0.5*q1 + 0.5*q2 +\n".repeat(60));
+    let long = format!(
+        "potential = \"\"\"\n{}q1^2/2 + q2^2/2\"\"\"\nmass",
+        "0.5*q1 + 0.5*q2 +\n".repeat(60)
+    );
     let potential = custom.lines().find(|line| line.starts_with("potential")).unwrap();
     Scene::read(&custom.replacen(potential, "", 1).replacen("mass", &long, 1)).unwrap();
 }
@@ -88,21 +96,30 @@ fn what_is_no_text_or_too_much_of_it_is_refused() {
 #[test]
 fn a_scene_says_what_it_leaves_out() {
     let [good, _] = bad::GOOD;
-    let scene =
-        Scene::read(&good.replacen("every = 10\n", "", 1).replacen("step = 0.01\nevery = 100", "", 1))
-            .unwrap();
+    let scene = Scene::read(&good.replacen("every = 10\n", "", 1).replacen(
+        "step = 0.01\nevery = 100",
+        "",
+        1,
+    ))
+    .unwrap();
     let names = |rows: &[&'static afterbay_methods::registry::Row]| {
         rows.iter().map(|row| row.name).collect::<Vec<_>>()
     };
     assert_eq!(scene.run.unwrap().every, 1);
     let energy = scene.studies.energy.unwrap();
-    assert_eq!((energy.step, energy.every, names(&energy.methods)), (0.01, 1, vec!["moddg", "rk4"]));
+    assert_eq!(
+        (energy.step, energy.every, names(&energy.methods)),
+        (0.01, 1, vec!["moddg", "rk4"])
+    );
     let work = scene.studies.work_precision.unwrap();
     assert_eq!((work.steps, names(&work.methods)), (vec![0.1, 0.2], vec!["leapfrog"]));
     let stability = scene.studies.stability.unwrap();
     assert_eq!((stability.steps[0], stability.steps[5], stability.end), (0.01, 10.0, 20.0));
     assert_eq!(stability.values, [0.0, 4.5, 9.0]);
     assert!(
-        stability.steps.windows(2).all(|pair| (pair[1] / pair[0] / 1000.0_f64.powf(0.2) - 1.0).abs() < 1e-12)
+        stability
+            .steps
+            .windows(2)
+            .all(|pair| (pair[1] / pair[0] / 1000.0_f64.powf(0.2) - 1.0).abs() < 1e-12)
     );
 }

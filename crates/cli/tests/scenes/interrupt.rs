@@ -38,7 +38,8 @@ fn interrupted_by(signal: &str, code: i32) {
     }
     std::thread::sleep(Duration::from_millis(700));
     let clock = Instant::now();
-    let (sent, ..) = done(Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]));
+    let (sent, ..) =
+        done(Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]));
     assert_eq!(sent, Some(0), "the signal is sent");
     let output = child.wait_with_output().expect("it ends");
     let (took, stderr) = (clock.elapsed(), String::from_utf8_lossy(&output.stderr).into_owned());
@@ -48,7 +49,11 @@ fn interrupted_by(signal: &str, code: i32) {
 
     let mut table = csv::Reader::from_path(out.join("data/trajectory.csv")).expect("a table");
     let rows: Vec<_> = table.records().map(|row| row.expect("a row")).collect();
-    assert!(rows.len() >= 2 && rows.iter().all(|row| row.len() == 3 + 3 * 2000 + 2), "{}", rows.len());
+    assert!(
+        rows.len() >= 2 && rows.iter().all(|row| row.len() == 3 + 3 * 2000 + 2),
+        "{}",
+        rows.len()
+    );
     let numbers = rows.iter().flat_map(|row| row.iter().skip(1));
     assert!(numbers.into_iter().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)));
     let record = std::fs::read_to_string(out.join("run.json")).expect("a record");

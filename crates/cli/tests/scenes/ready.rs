@@ -12,7 +12,11 @@ fn every_ready_scene_is_valid_and_every_system_and_study_has_one() {
         assert_eq!(code, Some(0), "{stderr}");
         let plans: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
         let plans = plans.as_array().expect("a list");
-        assert!(plans.iter().any(|plan| plan["what"] == "run"), "{} has nothing to run", path.display());
+        assert!(
+            plans.iter().any(|plan| plan["what"] == "run"),
+            "{} has nothing to run",
+            path.display()
+        );
         studies.extend(plans.iter().filter_map(|plan| plan["what"].as_str().map(str::to_owned)));
         let text = std::fs::read_to_string(&path).expect("a scene");
         assert!(text.starts_with("# "), "{} does not say what it is", path.display());
@@ -25,7 +29,9 @@ fn every_ready_scene_is_valid_and_every_system_and_study_has_one() {
     for name in listed.chain(["custom"]) {
         assert!(systems.contains(name), "no scene for {name}");
     }
-    for study in ["local-order", "global-order", "energy", "work-precision", "stability", "long-run"] {
+    for study in
+        ["local-order", "global-order", "energy", "work-precision", "stability", "long-run"]
+    {
         assert!(studies.contains(study), "no scene for {study}");
     }
 }

@@ -38,7 +38,10 @@ fn a_bad_scene_ends_with_3_and_says_where_and_what_to_do() {
             before.rsplit('\n').next().map_or(1, |line| line.chars().count() + 1),
         );
         if span != (0..0) {
-            assert!(said.contains(&format!("scene.toml:{line}:{column}")), "{line}:{column} in {short}");
+            assert!(
+                said.contains(&format!("scene.toml:{line}:{column}")),
+                "{line}:{column} in {short}"
+            );
         }
         if !bad.at.is_empty() && bad.at.len() < 60 && !short.contains("scene.toml:1:") {
             assert!(said.contains(&squeezed(&bad.at)), "{:?} in {short}", bad.at);
@@ -68,7 +71,8 @@ fn a_scene_with_nothing_to_do_ends_with_3() {
     let (_folder, path) = written("scene.toml", good.as_bytes());
     let (code, _, stderr) = done(afterbay(&["study"]).arg(&path));
     assert!(code == Some(3) && stderr.contains("the scene has no [study.*]"), "{stderr}");
-    std::fs::write(&path, good.replace("[run]\nmethods", "[study.energy]\nmethods")).expect("a file");
+    std::fs::write(&path, good.replace("[run]\nmethods", "[study.energy]\nmethods"))
+        .expect("a file");
     let (code, _, stderr) = done(afterbay(&["run"]).arg(&path));
     assert!(code == Some(3) && stderr.contains("the scene has no [run]"), "{stderr}");
     assert!(stderr.contains("afterbay schema"), "{stderr}");
@@ -119,7 +123,10 @@ fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
     let before = std::fs::read_to_string(out.join("run.json")).expect("written");
     let (code, stdout, stderr) = run("duffing.toml", &[]);
     assert_eq!((code, stdout.as_str()), (Some(5), ""));
-    assert!(stderr.contains("holds the results of another scene") && stderr.contains("--force"), "{stderr}");
+    assert!(
+        stderr.contains("holds the results of another scene") && stderr.contains("--force"),
+        "{stderr}"
+    );
     assert_eq!(std::fs::read_to_string(out.join("run.json")).expect("still there"), before);
     assert_eq!(run("duffing.toml", &["--force"]).0, Some(0));
     assert_ne!(std::fs::read_to_string(out.join("run.json")).expect("written"), before);
@@ -128,13 +135,17 @@ fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
 #[test]
 fn a_run_that_fails_ends_with_4_and_its_results_are_written() {
     let text = std::fs::read_to_string(folder().join("damped-oscillator.toml")).expect("a scene");
-    let changed = text.replacen("step = 0.01", "step = 4", 1).replacen("end = 20.0", "end = 4000", 1);
+    let changed =
+        text.replacen("step = 0.01", "step = 4", 1).replacen("end = 20.0", "end = 4000", 1);
     let until = changed.find("[study.").expect("studies");
     let changed = changed[..until].replace("every = 10\n", "").replace("rk4", "moddg-fixed-point");
     let (folder, path) = written("scene.toml", changed.as_bytes());
     let out = folder.path().join("out");
     let (code, stdout, stderr) = done(afterbay(&["run", "--out"]).arg(&out).arg(&path));
     assert_eq!(code, Some(4), "{stdout}{stderr}");
-    assert!(stdout.contains("did not complete") && stdout.contains("moddg-fixed-point"), "{stdout}");
+    assert!(
+        stdout.contains("did not complete") && stdout.contains("moddg-fixed-point"),
+        "{stdout}"
+    );
     assert!(out.join("report.html").exists() && out.join("data/trajectory.csv").exists());
 }

@@ -57,7 +57,10 @@ fn results_do_not_depend_on_the_number_of_threads() {
             let other = results(command, scene, threads);
             assert!(one.keys().eq(other.keys()));
             for (name, text) in &one {
-                assert!(*text == other[name], "{command} {scene}: {name} differs with {threads} threads");
+                assert!(
+                    *text == other[name],
+                    "{command} {scene}: {name} differs with {threads} threads"
+                );
             }
         }
     }

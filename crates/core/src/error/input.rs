@@ -29,7 +29,9 @@ pub enum InputError {
         nearest: f64,
     },
     /// A step that vanishes beside the time it is added to.
-    #[error("time stalls: t + h = t at t = {t:?} with h = {h:?}: take a larger step or an earlier end")]
+    #[error(
+        "time stalls: t + h = t at t = {t:?} with h = {h:?}: take a larger step or an earlier end"
+    )]
     TimeStalled {
         /// The time.
         t: f64,

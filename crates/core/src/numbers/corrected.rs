@@ -255,7 +255,8 @@ mod tests {
     use wide::f64x8;
 
     fn random(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *seed =
+            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         2.0 * (*seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
     }
 
@@ -279,7 +280,8 @@ mod tests {
         let mut seed = 1;
         for _ in 0..2000 {
             let [x, y] = [(); 2].map(|()| [(); 3].map(|()| random(&mut seed)));
-            let exact = std::array::from_fn(|k| Quad::from_f64(x[k]) + Quad::from_f64(1e-18 * y[k]));
+            let exact =
+                std::array::from_fn(|k| Quad::from_f64(x[k]) + Quad::from_f64(1e-18 * y[k]));
             let corrected = exact.map(|Quad(value, lost)| Corrected { value, lost });
             let off = (quad(program(corrected)) - program(exact)).to_f64().abs();
             assert!(off < 40.0 * Corrected::<f64>::EPSILON, "{x:?}: {off:e}");
@@ -312,7 +314,8 @@ mod tests {
     fn what_is_not_finite_is_seen() {
         let (zero, one) = (Corrected::<f64>::zero(), Corrected::<f64>::one());
         let huge = Corrected::from(1e200);
-        for x in [huge * huge, one / zero, zero / zero, (-one).sqrt(), Corrected::from(800.0).exp()] {
+        for x in [huge * huge, one / zero, zero / zero, (-one).sqrt(), Corrected::from(800.0).exp()]
+        {
             assert!(!Scalar::is_finite(x) && !Scalar::is_finite(x.normalised()), "{x:?}");
         }
         assert_eq!((zero.sqrt(), Scalar::is_finite(one)), (zero, true));

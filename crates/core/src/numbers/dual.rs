@@ -77,7 +77,10 @@ mod tests {
                 (Scalar::atan(d).eps, 1.0 / (1.0 + x * x)),
             ];
             for (i, (computed, exact)) in pairs.into_iter().enumerate() {
-                assert!((computed - exact).abs() <= 1e-14 * exact.abs().max(1.0), "{i} at {x}: {computed}");
+                assert!(
+                    (computed - exact).abs() <= 1e-14 * exact.abs().max(1.0),
+                    "{i} at {x}: {computed}"
+                );
             }
         }
     }

@@ -182,7 +182,8 @@ impl Interval {
             let slack = 1e-6;
             (turns(self.high, from) + slack).floor() >= (turns(self.low, from) - slack).ceil()
         };
-        let (low, high) = (down(ends[0].min(ends[1]), LIBRARY_ULPS), up(ends[0].max(ends[1]), LIBRARY_ULPS));
+        let (low, high) =
+            (down(ends[0].min(ends[1]), LIBRARY_ULPS), up(ends[0].max(ends[1]), LIBRARY_ULPS));
         Self {
             low: if reached(top + PI) { -1.0 } else { low.max(-1.0) },
             high: if reached(top) { 1.0 } else { high.min(1.0) },

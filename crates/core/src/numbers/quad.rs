@@ -143,7 +143,8 @@ impl Scalar for Quad {
                 let lifted = scale(self, shift);
                 let exponent = ((lifted.0.to_bits() >> 52) & 0x7ff) as i32 - 1023;
                 let m = scale(lifted, -exponent);
-                let (m, k) = if m.0 > SQRT_2 { (scale(m, -1), exponent + 1) } else { (m, exponent) };
+                let (m, k) =
+                    if m.0 > SQRT_2 { (scale(m, -1), exponent + 1) } else { (m, exponent) };
                 let z = m.sub_accurate(Quad::ONE) / m.add_accurate(Quad::ONE);
                 let w = z * z;
                 let sum = INVERSE_ODDS.iter().rev().fold(Quad::ZERO, |sum, &c| sum * w + c);
@@ -212,7 +213,9 @@ mod tests {
         for line in TABLE.lines().skip(1) {
             let (name, numbers) = line.split_once(',').unwrap();
             let numbers: Vec<f64> = numbers.split(',').map(|x| x.parse().unwrap()).collect();
-            let &[x_hi, x_lo, hi, mid, lo] = numbers.as_slice() else { panic!("five numbers in {line}") };
+            let &[x_hi, x_lo, hi, mid, lo] = numbers.as_slice() else {
+                panic!("five numbers in {line}")
+            };
             let x = Quad(x_hi, x_lo);
             let value = match name {
                 "sqrt" => Scalar::sqrt(x),
@@ -240,13 +243,17 @@ mod tests {
     fn what_is_not_finite_is_seen() {
         let (zero, one, huge) = (Quad::zero(), Quad::one(), Quad::from_f64(1e200));
         let big = Quad::from_f64(1000.0);
-        for x in [huge * huge, huge * huge - huge * huge, one / zero, zero / zero, Quad(1.0, f64::NAN)] {
+        for x in
+            [huge * huge, huge * huge - huge * huge, one / zero, zero / zero, Quad(1.0, f64::NAN)]
+        {
             assert!(!Scalar::is_finite(x), "{x:?}");
             assert!(!Scalar::is_finite(Scalar::sqrt(x)), "√{x:?}");
             assert!(!Scalar::is_finite(x.sin_cos().0), "sin {x:?}");
             assert!(!Scalar::is_finite(x.exp_m1()), "exp_m1 {x:?}");
         }
-        for x in [Scalar::sqrt(-one), Scalar::exp(big), big.exp_m1(), Scalar::exp(Quad::from_f64(709.9))] {
+        for x in
+            [Scalar::sqrt(-one), Scalar::exp(big), big.exp_m1(), Scalar::exp(Quad::from_f64(709.9))]
+        {
             assert!(!Scalar::is_finite(x), "{x:?}");
         }
         assert!(Scalar::is_finite(Scalar::exp(Quad::from_f64(709.7))));

@@ -60,13 +60,15 @@ fn panel<T: Scalar, const K: usize>(
     let (length, share) = (b - a, to - from);
     let (width, centre) = (length * share, from + share.half());
     let middle = a + length * centre;
-    let mut panel = Panel { means: [T::zero(); K], size: T::zero(), tail: T::zero(), noise: T::zero() };
+    let mut panel =
+        Panel { means: [T::zero(); K], size: T::zero(), tail: T::zero(), noise: T::zero() };
     let [mut odd, mut even, mut spread] = [T::zero(); 3];
     for &[x, x_low, weight, weight_low, by_odd, by_even] in rule {
         let x = T::from_f64(x) + T::from_f64(x_low);
         let weight = T::from_f64(weight) + T::from_f64(weight_low);
         let (offset, ahead) = (x * width, x * share);
-        let (before, after) = (f(middle - offset, centre - ahead), f(middle + offset, centre + ahead));
+        let (before, after) =
+            (f(middle - offset, centre - ahead), f(middle + offset, centre + ahead));
         panel.means = std::array::from_fn(|k| weight.mul_add(before[k] + after[k], panel.means[k]));
         panel.size = weight.mul_add(before[0].abs() + after[0].abs(), panel.size);
         odd = T::from_f64(by_odd).mul_add(after[0] - before[0], odd);
@@ -116,8 +118,8 @@ fn in_parts<T: Scalar, const K: usize>(
             return None;
         }
         let share = 0.5_f64.powi(depth + 1);
-        let halves =
-            [from, from + share].map(|from| (from, panel(edge, [from, from + share].map(T::from_f64), f)));
+        let halves = [from, from + share]
+            .map(|from| (from, panel(edge, [from, from + share].map(T::from_f64), f)));
         let done = halves.each_ref().map(|(_, half)| {
             // The error of a part that contains a jump of the function.
             let rest = half.tail * T::from_f64(share);
@@ -126,7 +128,8 @@ fn in_parts<T: Scalar, const K: usize>(
         let noisy = halves.iter().all(|(_, half)| {
             let faint = half.tail.le(T::from_f64(NOISE_SHARE) * half.size).all()
                 || depth + 1 >= HALVINGS_BEFORE_NOISE;
-            let stays = tail.le(T::from_f64(4.0) * half.tail).and(half.tail.le(T::from_f64(1.5) * tail));
+            let stays =
+                tail.le(T::from_f64(4.0) * half.tail).and(half.tail.le(T::from_f64(1.5) * tail));
             faint && stays.all()
         });
         for ((from, half), done) in halves.into_iter().zip(done).rev() {

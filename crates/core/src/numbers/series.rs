@@ -61,8 +61,9 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         for k in 1..N {
             let slope = derivative(&f);
             // k f_k = Σ_{i=1..k} i c_i g_{k-i}
-            let sum = (1..terms.min(k + 1))
-                .fold(T::zero(), |sum, i| (T::from_f64(i as f64) * self.0[i]).mul_add(slope.0[k - i], sum));
+            let sum = (1..terms.min(k + 1)).fold(T::zero(), |sum, i| {
+                (T::from_f64(i as f64) * self.0[i]).mul_add(slope.0[k - i], sum)
+            });
             f.0[k] = sum / T::from_f64(k as f64);
         }
         f
@@ -237,7 +238,10 @@ mod tests {
 
     fn assert_close(a: Series<f64, 8>, b: Series<f64, 8>) {
         for k in 0..8 {
-            assert!((a.0[k] - b.0[k]).abs() < 1e-11 * (1.0 + b.0[k].abs()), "coefficient {k}: {a:?} {b:?}");
+            assert!(
+                (a.0[k] - b.0[k]).abs() < 1e-11 * (1.0 + b.0[k].abs()),
+                "coefficient {k}: {a:?} {b:?}"
+            );
         }
     }
 

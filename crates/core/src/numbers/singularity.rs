@@ -47,7 +47,8 @@ pub fn is_singular([from, to]: [f64; 2], mut look: impl FnMut(Interval) -> Sight
         count = last;
         let (low, high) = waiting[last];
         let middle = 0.5 * low + 0.5 * high;
-        let divisible = high - low > shortest && low < middle && middle < high && count + 2 <= MOST_WAITING;
+        let divisible =
+            high - low > shortest && low < middle && middle < high && count + 2 <= MOST_WAITING;
         match look(Interval::new(low, high)) {
             Sight::Clear => {}
             Sight::Outside => return true,
@@ -137,7 +138,8 @@ mod tests {
 
     #[test]
     fn a_pole_is_found_however_narrow() {
-        let look = |at: f64| move |x: Interval| if x.contains(at) { Sight::Pole } else { Sight::Clear };
+        let look =
+            |at: f64| move |x: Interval| if x.contains(at) { Sight::Pole } else { Sight::Clear };
         assert!(is_singular([0.0, 1.0], look(0.3)) && is_singular([1.0, 0.0], look(1e-300)));
         assert!(!is_singular([0.0, 1.0], look(1.0 + 1e-15)));
         assert!(!is_singular([0.0, 1.0], |_| Sight::Border));

@@ -274,7 +274,12 @@ impl<T: Scalar> Scalar for Slope<T> {
     }
     #[inline(always)]
     fn half(self) -> Self {
-        Self { start: self.start.half(), end: self.end.half(), slope: self.slope.half(), width: self.width }
+        Self {
+            start: self.start.half(),
+            end: self.end.half(),
+            slope: self.slope.half(),
+            width: self.width,
+        }
     }
 }
 
@@ -327,7 +332,8 @@ mod tests {
         assert_eq!(ramp(Slope::between(-1.0, 3.0)).slope, 9.0 / 4.0);
         assert_eq!(ramp(Slope::between(1.0, 3.0)).slope, 4.0);
         assert_eq!(ramp(Slope::between(-2.0, -1.0)).slope, 0.0);
-        let step = |x: Slope<f64>| Slope::select(x.lt(Slope::one()).not(), Slope::one(), Slope::zero());
+        let step =
+            |x: Slope<f64>| Slope::select(x.lt(Slope::one()).not(), Slope::one(), Slope::zero());
         assert_eq!(step(Slope::between(0.0, 4.0)).slope, 0.25);
         assert_eq!(Slope::between(0.0, 0.0).abs().slope, 1.0);
         assert_eq!(Slope::between(-1.0, 3.0).abs().slope, 0.5);

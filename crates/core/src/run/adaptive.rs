@@ -23,7 +23,12 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// # Errors
     /// [`InputError::Unsupported`] if the method does not apply to this system,
     /// [`InputError::Tolerance`] if it cannot meet the tolerance.
-    fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Self::Workspace, InputError>;
+    fn workspace(
+        &self,
+        system: &S,
+        tolerance: &Tolerance,
+        span: f64,
+    ) -> Result<Self::Workspace, InputError>;
 
     /// Computes the step h from `state`, which does not change, and estimates its error.
     ///
@@ -157,12 +162,12 @@ where
             observer.observe(n, state)
         } else {
             let h = time - before.t;
-            run.statistics.effort += match method.between(system, h, &before, &mut run.workspace, &mut shown)
-            {
-                Ok(effort) => effort,
-                // A state that cannot be computed within one step is reached by separate steps.
-                Err(_) => run.apart(&before, time, &mut shown)?,
-            };
+            run.statistics.effort +=
+                match method.between(system, h, &before, &mut run.workspace, &mut shown) {
+                    Ok(effort) => effort,
+                    // A state that cannot be computed within one step is reached by separate steps.
+                    Err(_) => run.apart(&before, time, &mut shown)?,
+                };
             shown.t = time;
             observer.observe(n, &shown)
         };
@@ -207,7 +212,15 @@ where
         let h = first(system, state, tolerance).min(span);
         let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
         let tolerance = *tolerance;
-        Ok(Self { method, system, workspace, tolerance, end, controller: Controller::new(h), statistics })
+        Ok(Self {
+            method,
+            system,
+            workspace,
+            tolerance,
+            end,
+            controller: Controller::new(h),
+            statistics,
+        })
     }
 
     /// Integrates from `before` to a time within the tolerance of the run, by steps apart from it.
@@ -219,8 +232,10 @@ where
         shown: &mut State<V>,
     ) -> Result<Effort, IntegrateError> {
         shown.copy(before);
-        let mut run =
-            Run { end: time, ..Run::new(self.method, self.system, &self.tolerance, self.end, before)? };
+        let mut run = Run {
+            end: time,
+            ..Run::new(self.method, self.system, &self.tolerance, self.end, before)?
+        };
         while shown.t.lt(time).all() {
             run.step(shown).map_err(|error| self.failed(before, error.failure))?;
         }
@@ -266,7 +281,8 @@ where
                         state.t = if last { self.end } else { state.t + h };
                         let h = h.to_f64();
                         let Statistics { accepted, least, largest, .. } = &mut self.statistics;
-                        (*accepted, *least, *largest) = (*accepted + 1, least.min(h), largest.max(h));
+                        (*accepted, *least, *largest) =
+                            (*accepted + 1, least.min(h), largest.max(h));
                         return Ok(());
                     }
                     self.statistics.rejected += 1;

@@ -52,11 +52,25 @@ impl Controller {
     /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut`
     /// says that a longer step has failed before. Growth by a factor below `least_growth` is not
     /// made.
-    pub(super) fn update(&mut self, attempt: Attempt, h: f64, accepted: bool, cut: bool, least_growth: f64) {
+    pub(super) fn update(
+        &mut self,
+        attempt: Attempt,
+        h: f64,
+        accepted: bool,
+        cut: bool,
+        least_growth: f64,
+    ) {
         self.h = h * self.factor(attempt, h, accepted, cut, least_growth);
     }
 
-    fn factor(&mut self, attempt: Attempt, h: f64, accepted: bool, cut: bool, least_growth: f64) -> f64 {
+    fn factor(
+        &mut self,
+        attempt: Attempt,
+        h: f64,
+        accepted: bool,
+        cut: bool,
+        least_growth: f64,
+    ) -> f64 {
         let order = f64::from(attempt.order);
         let error = ln(attempt.error.max(LEAST_ERROR) / TARGET_ERROR);
         if !accepted {

@@ -84,9 +84,14 @@ where
                 // All further steps leave the state unchanged, too.
                 Some(each) => Ok(Effort::times(each, count)),
                 None => match &mut guard {
-                    Some(before) => {
-                        guarded_steps(method, system, grid.h, count, [before, &mut current], workspace)
-                    }
+                    Some(before) => guarded_steps(
+                        method,
+                        system,
+                        grid.h,
+                        count,
+                        [before, &mut current],
+                        workspace,
+                    ),
                     None => method.steps(system, grid.h, count, &mut current, workspace),
                 },
             };
@@ -109,7 +114,11 @@ where
         if outcome?.is_break() {
             break;
         }
-        if idle.is_none() && done < grid.steps && method.is_memoryless() && state.stands_where(&before) {
+        if idle.is_none()
+            && done < grid.steps
+            && method.is_memoryless()
+            && state.stands_where(&before)
+        {
             idle = effort_at_rest(method, system, grid.h, state);
         }
         before.copy(state);
@@ -136,7 +145,8 @@ where
     let mut effort = Effort::default();
     for done in 0..count {
         before.copy(state);
-        effort += method.steps(system, h, 1, state, workspace).map_err(|(_, failure)| (done, failure))?;
+        effort +=
+            method.steps(system, h, 1, state, workspace).map_err(|(_, failure)| (done, failure))?;
         if let Err(failure) = check_between(system, before.q.as_slice(), state.q.as_slice()) {
             state.copy(before);
             return Err((done, failure));

@@ -59,11 +59,14 @@ impl Solver for FixedPoint {
             if stalled >= STALLED_ITERATIONS && gap.le(T::zero()).any() {
                 return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
             }
-            if T::from_f64(f64::from(STALLED_ITERATIONS)).le(T::from_f64(f64::from(stalled)) * gap).all() {
+            if T::from_f64(f64::from(STALLED_ITERATIONS))
+                .le(T::from_f64(f64::from(stalled)) * gap)
+                .all()
+            {
                 // Updates of a contraction stop shrinking at the noise of F, unless they never came
                 // close.
-                let small =
-                    T::from_f64(NOISE_ROUNDINGS * T::EPSILON) * (start.abs() + x.abs() + f.value_rounding);
+                let small = T::from_f64(NOISE_ROUNDINGS * T::EPSILON)
+                    * (start.abs() + x.abs() + f.value_rounding);
                 let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);
                 // If F' > 0 the iterates alternate around the solution, by many roundings if F' is
                 // near 1.

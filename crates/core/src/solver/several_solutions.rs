@@ -24,8 +24,11 @@ pub(super) fn has_several_solutions<T: Scalar>(
     let mut excess = |at: T| -> Option<f64> {
         let f = equation.at(s, at);
         let value = (at - start + f.value).to_f64();
-        let size =
-            at.abs() + start.abs() + f.value.abs() + f.argument_rounding.abs() + f.value_rounding.abs();
+        let size = at.abs()
+            + start.abs()
+            + f.value.abs()
+            + f.argument_rounding.abs()
+            + f.value_rounding.abs();
         let noise = NOISE_ROUNDINGS * T::EPSILON * size.to_f64();
         value.is_finite().then_some(if value.abs() <= noise { 0.0 } else { value })
     };
@@ -73,7 +76,12 @@ mod tests {
     use crate::solver::Sample;
 
     fn of(f: impl Fn(f64) -> f64) -> impl FnMut(f64, f64) -> Sample<f64> {
-        move |s, x| Sample { value: s * f(x), slope: 0.0, argument_rounding: 0.0, value_rounding: 0.0 }
+        move |s, x| Sample {
+            value: s * f(x),
+            slope: 0.0,
+            argument_rounding: 0.0,
+            value_rounding: 0.0,
+        }
     }
 
     #[test]

@@ -62,11 +62,13 @@ impl Passive {
 
 impl DissipationForm {
     /// Nothing is known.
-    pub const GENERAL: Self = Self { zero: false, passive: Passive::No, linear: false, coupled: false };
+    pub const GENERAL: Self =
+        Self { zero: false, passive: Passive::No, linear: false, coupled: false };
     /// D_j = γ_j(q) p_j, active.
     pub const LINEAR: Self = Self { linear: true, ..Self::GENERAL };
     /// D = 0.
-    pub const NONE: Self = Self { zero: true, passive: Passive::Each, linear: true, coupled: false };
+    pub const NONE: Self =
+        Self { zero: true, passive: Passive::Each, linear: true, coupled: false };
 }
 
 /// The dissipative force on one degree of freedom and its derivatives by that degree of freedom.

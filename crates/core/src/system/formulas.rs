@@ -52,12 +52,17 @@ const MOST_ON_STACK: usize = 64;
 
 /// Calls `f` with n numbers, given by index.
 #[inline(always)]
-fn with_entries<T: Scalar, R>(n: usize, entry: impl Fn(usize) -> T, f: impl FnOnce(&[T]) -> R) -> R {
+fn with_entries<T: Scalar, R>(
+    n: usize,
+    entry: impl Fn(usize) -> T,
+    f: impl FnOnce(&[T]) -> R,
+) -> R {
     if n <= 4 {
         let room: [_; 4] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
         f(&room[..n])
     } else if n <= MOST_ON_STACK {
-        let room: [_; MOST_ON_STACK] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        let room: [_; MOST_ON_STACK] =
+            std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
         f(&room[..n])
     } else {
         f(&(0..n).map(entry).collect::<Vec<_>>())
@@ -103,9 +108,20 @@ impl<F: Formulas> FromFormulas<F> {
 
     /// The slope of D_j along q_j and v_j.
     #[inline(always)]
-    fn dissipation_between<T: Scalar>(&self, [q, p]: [&[T]; 2], j: usize, at: [Slope<T>; 2]) -> Slope<T> {
+    fn dissipation_between<T: Scalar>(
+        &self,
+        [q, p]: [&[T]; 2],
+        j: usize,
+        at: [Slope<T>; 2],
+    ) -> Slope<T> {
         let v = |i: usize| p[i] / T::from_f64(self.0.mass(i));
-        along(q.len(), |i| q[i], j, at[0], |q| along(q.len(), v, j, at[1], |v| self.0.dissipation(q, v, j)))
+        along(
+            q.len(),
+            |i| q[i],
+            j,
+            at[0],
+            |q| along(q.len(), v, j, at[1], |v| self.0.dissipation(q, v, j)),
+        )
     }
 }
 
@@ -115,7 +131,8 @@ impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
     }
 
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        let twice = (0..p.len()).fold(T::zero(), |sum, j| sum + p[j] * p[j] / T::from_f64(self.0.mass(j)));
+        let twice =
+            (0..p.len()).fold(T::zero(), |sum, j| sum + p[j] * p[j] / T::from_f64(self.0.mass(j)));
         twice.half() + self.0.potential(q)
     }
 
@@ -175,7 +192,8 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         let (m, at) = (T::from_f64(self.0.mass(j)), q[j]);
         let v = p[j] / m;
-        let by_q = self.dissipation_between([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
+        let by_q =
+            self.dissipation_between([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
         let by_v = self.dissipation_between([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
         Dissipation { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
     }

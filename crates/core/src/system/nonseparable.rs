@@ -49,7 +49,14 @@ pub trait PhasePlane<T: Scalar>: System<T> {
 
     /// D_j at `at`, given the velocity `v` of j. Newton's method uses the derivatives, which need
     /// not be exact.
-    fn plane_dissipation(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> PlaneDissipation<T>;
+    fn plane_dissipation(
+        &self,
+        q: &[T],
+        p: &[T],
+        j: usize,
+        at: [T; 2],
+        v: T,
+    ) -> PlaneDissipation<T>;
 }
 
 /// First and second derivatives of H by q_j and p_j.

@@ -49,15 +49,22 @@ impl<V: Vector> State<V> {
     /// # Errors
     /// [`InputError::Length`] and [`InputError::NotFinite`], with the quantity and the index.
     pub fn check(&self, dof: usize) -> Result<(), InputError> {
-        let parts =
-            [(Quantity::Coordinate, &self.q), (Quantity::Momentum, &self.p), (Quantity::Reservoir, &self.w)];
+        let parts = [
+            (Quantity::Coordinate, &self.q),
+            (Quantity::Momentum, &self.p),
+            (Quantity::Reservoir, &self.w),
+        ];
         for (quantity, part) in parts {
             let part = part.as_slice();
             if part.len() != dof {
                 return Err(InputError::Length { quantity, expected: dof, found: part.len() });
             }
             if let Some(index) = part.iter().position(|x| !x.is_finite().all()) {
-                return Err(InputError::NotFinite { quantity, dof: index, value: part[index].to_f64() });
+                return Err(InputError::NotFinite {
+                    quantity,
+                    dof: index,
+                    value: part[index].to_f64(),
+                });
             }
         }
         Ok(())

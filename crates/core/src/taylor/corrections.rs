@@ -17,8 +17,8 @@ where
     expand(system, &mut state);
     let ([q1], [p1]) = (state.q, state.p);
     let (q_mean, p_mean) = ((q0 + q1).half(), (p0 + p1).half());
-    let force =
-        system.divided_difference(&[q0], 0, q1).value + system.dissipation_of(&[q_mean], &[p_mean], 0).value;
+    let force = system.divided_difference(&[q0], 0, q1).value
+        + system.dissipation_of(&[q_mean], &[p_mean], 0).value;
     let delta_q = (q1 - q0) * system.mass(0) / p_mean;
     let delta_p = (p0 - p1) / force;
     [delta_q, delta_p].map(|delta| Correction { third: delta.0[3], fourth: delta.0[4] })

@@ -177,7 +177,8 @@ where
     fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64 {
         for cut in 0..MOST_CUTS {
             let part = 0.125_f64.powi(cut);
-            let solved = (1..=SAMPLES).take_while(|&i| self.is_small(expansion, tau * part, i)).count();
+            let solved =
+                (1..=SAMPLES).take_while(|&i| self.is_small(expansion, tau * part, i)).count();
             if solved > 0 {
                 return part * solved as f64 / SAMPLES as f64;
             }
@@ -200,7 +201,8 @@ impl<S: ?Sized> Sampled<'_, S> {
     {
         let at = V::Scalar::from_f64(tau * (i as f64 / SAMPLES as f64));
         let state = expansion.at(at);
-        let lift = |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
+        let lift =
+            |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
         let (q, p) = (lift(&state.q), lift(&state.p));
         let n = state.dof();
         let [mut hq, mut hp, mut d] = [(); 3].map(|()| V::Of::<Series<V::Scalar, M>>::zeros(n));

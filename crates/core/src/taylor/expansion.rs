@@ -50,7 +50,8 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
     where
         S: System<Series<V::Scalar, M>> + ?Sized,
     {
-        let lift = |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
+        let lift =
+            |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
         let (q, p, w) = (lift(&state.q), lift(&state.p), lift(&state.w));
         let mut series = State { q, p, w, t: Series::constant(state.t) };
         expand(system, &mut series);
@@ -69,7 +70,8 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
     /// The largest terms of q, of p and of w at a time τ ≥ 0. That of w is at least p v, the scale
     /// of the kinetic energy.
     pub(super) fn scales(&self, tau: f64) -> [f64; 3] {
-        let largest = |sizes: &[f64]| sizes.iter().rev().fold(0.0, |most: f64, &size| size.max(most * tau));
+        let largest =
+            |sizes: &[f64]| sizes.iter().rev().fold(0.0, |most: f64, &size| size.max(most * tau));
         let [q, p, w] = self.sizes.each_ref().map(|sizes| largest(sizes));
         [q, p, w.max(p * largest(&self.sizes[0][1..]))]
     }

@@ -24,16 +24,25 @@ pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
         return 0.0;
     }
     let some = |from: &usize| sizes[*from..].iter().any(|&size| size > 0.0);
-    let Some(from) = [M - M / 4, M - M / 2, 2].iter().copied().find(some) else { return f64::INFINITY };
+    let Some(from) = [M - M / 4, M - M / 2, 2].iter().copied().find(some) else {
+        return f64::INFINITY;
+    };
     let led_by = |i: usize| {
         let root = |k: usize| (sizes[i] / sizes[k]).powf(1.0 / (k - i) as f64);
-        let radius = (from.max(i + 1)..M).filter(|&k| sizes[k] > 0.0).map(root).fold(f64::INFINITY, f64::min);
+        let radius = (from.max(i + 1)..M)
+            .filter(|&k| sizes[k] > 0.0)
+            .map(root)
+            .fold(f64::INFINITY, f64::min);
         epsilon.powf(1.0 / (M - i) as f64) * radius
     };
     let leads = (0..(M / 2).min(from)).filter(|&i| sizes[i] > 0.0);
     let reach = leads.map(led_by).fold(0.0, f64::max);
     // If there are only later terms, the first of them leads.
-    if reach > 0.0 { reach } else { epsilon.powf(1.0 / M as f64) * sizes[from].powf(-1.0 / from as f64) }
+    if reach > 0.0 {
+        reach
+    } else {
+        epsilon.powf(1.0 / M as f64) * sizes[from].powf(-1.0 / from as f64)
+    }
 }
 
 #[cfg(test)]
@@ -51,13 +60,17 @@ mod tests {
     fn gaps_do_not_look_like_an_end() {
         for period in 1..=23 {
             for shift in 0..=1 {
-                let lacunary = |k: usize| if k % period == shift { 3.0_f64.powi(-(k as i32)) } else { 0.0 };
+                let lacunary =
+                    |k: usize| if k % period == shift { 3.0_f64.powi(-(k as i32)) } else { 0.0 };
                 if period == 1 && shift == 1 || period + shift > 23 {
                     continue;
                 }
                 let found = estimate(lacunary);
                 let ideal = 3.0 * EPSILON.powf(1.0 / 24.0);
-                assert!(found > 0.5 * ideal && found < 1.3 * ideal, "{period} {shift}: {found} {ideal}");
+                assert!(
+                    found > 0.5 * ideal && found < 1.3 * ideal,
+                    "{period} {shift}: {found} {ideal}"
+                );
             }
         }
     }

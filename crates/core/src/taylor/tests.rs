@@ -30,7 +30,12 @@ impl<T: Scalar> System<T> for Pair {
 
 /// What q and p, and what w are off by at the end of the reach, in roundings of the largest of
 /// each, beside 48 terms in 31 digits. Those are good to 1e-31 there.
-fn off<T: Scalar>(system: &Pair, [q, p]: [[f64; 2]; 2], back: bool, value: impl Fn(T) -> Quad) -> [f64; 2] {
+fn off<T: Scalar>(
+    system: &Pair,
+    [q, p]: [[f64; 2]; 2],
+    back: bool,
+    value: impl Fn(T) -> Quad,
+) -> [f64; 2] {
     fn start<T: Scalar>(q: [f64; 2], p: [f64; 2]) -> State<[T; 2]> {
         State { q: q.map(T::from_f64), p: p.map(T::from_f64), w: [T::zero(); 2], t: T::zero() }
     }
@@ -39,7 +44,8 @@ fn off<T: Scalar>(system: &Pair, [q, p]: [[f64; 2]; 2], back: bool, value: impl 
     let found = short.at(T::from_f64(tau));
     let exact = Expansion::<[Quad; 2], 48>::about(system, &start(q, p)).at(Quad::from_f64(tau));
     let off = |found: &[T], exact: &[Quad]| {
-        let most = |x: &mut dyn Iterator<Item = Quad>| x.map(|x| x.abs().to_f64()).fold(0.0, f64::max);
+        let most =
+            |x: &mut dyn Iterator<Item = Quad>| x.map(|x| x.abs().to_f64()).fold(0.0, f64::max);
         let apart = most(&mut found.iter().zip(exact).map(|(&a, &b)| value(a) - b));
         apart / (T::EPSILON * most(&mut exact.iter().copied()))
     };
@@ -58,7 +64,10 @@ fn q_p_and_w_are_exact_to_rounding_at_the_end_of_the_reach() {
                     off::<Quad>(&system, from, back, |x| x),
                 ];
                 println!("c = {c}, {from:?}: {found:.1?}");
-                assert!(found.iter().flatten().all(|&off| off < 16.0), "{c} {from:?} {back}: {found:?}");
+                assert!(
+                    found.iter().flatten().all(|&off| off < 16.0),
+                    "{c} {from:?} {back}: {found:?}"
+                );
             }
         }
     }
@@ -217,7 +226,8 @@ fn series_with_gaps_end_where_they_do() {
 #[test]
 fn narrow_features_are_met() {
     let widths = [0.1, 0.01, 0.001];
-    let scenes = widths.iter().flat_map(|&w| [(Scene::Rubbed(w), 2.0, 0.0), (Scene::Bump(w), 1.3, 0.2)]);
+    let scenes =
+        widths.iter().flat_map(|&w| [(Scene::Rubbed(w), 2.0, 0.0), (Scene::Bump(w), 1.3, 0.2)]);
     for (scene, q, p) in scenes {
         let found = enclosed(scene, &scene, q, p, 4.0, Pace::FULL);
         let check = enclosed(scene, &scene, q, p, 4.0, Pace::CHECK);
@@ -238,7 +248,8 @@ fn samples_tell_what_they_may_miss() {
     let (mut last, h) = (start.clone(), (Quad::from_f64(4.0), 1));
     let mut see = |_, state| last = state;
     let defect = Sampled(&scene);
-    let route = follow::<_, _, 24>((&scene, &defect), &start, h, Pace::FULL, &|| false, &mut see).unwrap();
+    let route =
+        follow::<_, _, 24>((&scene, &defect), &start, h, Pace::FULL, &|| false, &mut see).unwrap();
     let exact = enclosed(scene, &scene, 1.3, 0.2, 4.0, Pace::FULL);
     assert!(route.unseen > 1e-5 && route.unseen < 0.02, "{route:?}");
     assert!((last.q[0] - exact.q[0]).abs().to_f64() < 1e-20);

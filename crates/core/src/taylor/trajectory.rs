@@ -109,7 +109,10 @@ where
                 * 2f64.powi((short / STRIDES_PER_DOUBLING) as i32);
             let stride = clear.max(leap).copysign(h.to_f64());
             let mut state = expansion.at(V::Scalar::from_f64(stride));
-            if state.check(dof).is_err() || expansion.reach <= shortest || short > MOST_SHORT_STRIDES {
+            if state.check(dof).is_err()
+                || expansion.reach <= shortest
+                || short > MOST_SHORT_STRIDES
+            {
                 return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
             if pace.off > 0.0 {
@@ -144,9 +147,13 @@ impl Route {
     /// Checks the number of strides, and its extrapolation by the share of the time done.
     fn check(&self, limit: usize, share: f64) -> Result<(), InputError> {
         let will = self.strides as f64 / share;
-        let early = self.strides > STRIDES_BEFORE_FORECAST.max(limit / 16) && will > 4.0 * limit as f64;
+        let early =
+            self.strides > STRIDES_BEFORE_FORECAST.max(limit / 16) && will > 4.0 * limit as f64;
         if self.strides > limit || early {
-            return Err(InputError::Budget { steps: will.max(self.strides as f64), limit: limit as f64 });
+            return Err(InputError::Budget {
+                steps: will.max(self.strides as f64),
+                limit: limit as f64,
+            });
         }
         Ok(())
     }
@@ -158,7 +165,8 @@ struct Dice(u64);
 impl Dice {
     fn sign(&mut self) -> f64 {
         // Knuth's linear congruential generator.
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
@@ -172,7 +180,8 @@ impl Dice {
     ) {
         let Expansion { series, .. } = expansion;
         let scales = expansion.scales(tau.abs());
-        let parts = [(&mut state.q, &series.q), (&mut state.p, &series.p), (&mut state.w, &series.w)];
+        let parts =
+            [(&mut state.q, &series.q), (&mut state.p, &series.p), (&mut state.w, &series.w)];
         for ((part, series), scale) in parts.into_iter().zip(scales) {
             for (x, series) in part.as_mut_slice().iter_mut().zip(series.as_slice()) {
                 if series.0[1..].iter().any(|&c| c != V::Scalar::zero()) {
@@ -201,6 +210,8 @@ where
 {
     let mut states = Vec::with_capacity(count + 1);
     let defect = Sampled(system);
-    follow((system, &defect), start, (h, count), Pace::FULL, &|| false, &mut |_, state| states.push(state))?;
+    follow((system, &defect), start, (h, count), Pace::FULL, &|| false, &mut |_, state| {
+        states.push(state);
+    })?;
     Ok(states)
 }

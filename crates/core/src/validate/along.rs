@@ -115,7 +115,10 @@ impl Edge {
     }
 
     fn enclose(&mut self, sample: &Sample) {
-        self.steepest.iter_mut().zip(&sample.slope).for_each(|(most, x)| *most = x.abs().max(*most));
+        self.steepest
+            .iter_mut()
+            .zip(&sample.slope)
+            .for_each(|(most, x)| *most = x.abs().max(*most));
         self.size.iter_mut().zip(&sample.size).for_each(|(most, x)| *most = x.max(*most));
     }
 
@@ -143,7 +146,9 @@ fn rule() -> Vec<[f64; 2]> {
         let end = |k: u32| if k == 0 || k == INTERVALS { 1.0 } else { 2.0 };
         // The mean of cos 2jx over the half circle is -1/(4j² - 1).
         let sum: f64 = (1..=INTERVALS / 2)
-            .map(|j| end(2 * j) * (2.0 * f64::from(j) * angle).cos() / (4.0 * f64::from(j * j) - 1.0))
+            .map(|j| {
+                end(2 * j) * (2.0 * f64::from(j) * angle).cos() / (4.0 * f64::from(j * j) - 1.0)
+            })
             .sum();
         [(angle / 2.0).sin().powi(2), end(k) / (2.0 * n) * (1.0 - sum)]
     };

@@ -6,7 +6,11 @@ use crate::quantity::Block;
 use crate::system::System;
 
 /// Checks that the fields of a degree of freedom do not change with one that may not act on it.
-pub(super) fn coupling<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+pub(super) fn coupling<S: System<f64> + ?Sized>(
+    system: &S,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), InputError> {
     let (coupling, n) = (system.coupling(), q.len());
     let rule = "coupling() says that one does not act on the other";
     let blocks = [Block::Hqq, Block::Hqp, Block::Hpp, Block::Dq, Block::Dp];

@@ -6,13 +6,17 @@ use crate::quantity::Quantity;
 use crate::system::{Passive, System};
 
 /// Checks the claims of [`System::dissipation_form`].
-pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
+pub(super) fn dissipation<S: System<f64> + ?Sized>(
+    system: &S,
+    places: &[Place],
+) -> Result<(), InputError> {
     let (damping, n) = (system.dissipation_form(), system.dof());
     let refuse = |quantity, dof, found, rule| {
         Err(InputError::Contradiction { quantity, dof, given: 0.0, found, rule })
     };
     let slack = |j: usize| {
-        let largest = |most: f64, place: &Place| (place.fields.d[j] * place.fields.hp[j]).abs().max(most);
+        let largest =
+            |most: f64, place: &Place| (place.fields.d[j] * place.fields.hp[j]).abs().max(most);
         -rounding(n) * places.iter().fold(0.0, largest)
     };
     let slacks: Vec<f64> = (0..n).map(slack).collect();
@@ -20,7 +24,12 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
         if damping.zero
             && let Some(dof) = fields.d.iter().position(|&d| d != 0.0)
         {
-            return refuse(Quantity::Dissipation, dof, fields.d[dof], "dissipation_form() says it is zero");
+            return refuse(
+                Quantity::Dissipation,
+                dof,
+                fields.d[dof],
+                "dissipation_form() says it is zero",
+            );
         }
         let losses: Vec<f64> = fields.d.iter().zip(&fields.hp).map(|(d, v)| d * v).collect();
         match damping.passive {
@@ -28,7 +37,8 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(system: &S, places: &[Place])
             Passive::InSum => {
                 let total: f64 = losses.iter().sum();
                 if total < slacks.iter().sum() {
-                    let worst = (0..n).min_by(|&i, &j| losses[i].total_cmp(&losses[j])).unwrap_or(0);
+                    let worst =
+                        (0..n).min_by(|&i, &j| losses[i].total_cmp(&losses[j])).unwrap_or(0);
                     return refuse(
                         Quantity::TotalReservoirRate,
                         worst,
@@ -63,7 +73,8 @@ fn linear<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), I
             let (a, b, found) = (fields.d[dof], one.d[dof], both.d[dof]);
             let size = a.abs() + b.abs() + found.abs() + most(places, |place| place.fields.d[dof]);
             if (a + b - found).abs() > rounding(n) * size {
-                let rule = "dissipation_form() says D is linear in p: D of a sum must be the sum of D";
+                let rule =
+                    "dissipation_form() says D is linear in p: D of a sum must be the sum of D";
                 let quantity = Quantity::Dissipation;
                 return Err(InputError::Contradiction { quantity, dof, given: a + b, found, rule });
             }

@@ -26,10 +26,18 @@ where
         let slope = if of_q { fields.hq[j] } else { fields.hp[j] };
         Sample { value: vec![fields.h], slope: vec![slope], size: vec![size] }
     };
-    compare(x[j], reach(x), rounding(q.len()), sample, |_, _, mean| mean).map(drop).map_err(|found| {
-        let rule = "it must be the derivative of the energy";
-        InputError::Contradiction { quantity, dof: j, given: found.given, found: found.found, rule }
-    })
+    compare(x[j], reach(x), rounding(q.len()), sample, |_, _, mean| mean).map(drop).map_err(
+        |found| {
+            let rule = "it must be the derivative of the energy";
+            InputError::Contradiction {
+                quantity,
+                dof: j,
+                given: found.given,
+                found: found.found,
+                rule,
+            }
+        },
+    )
 }
 
 /// Checks that ∂H/∂p = p.
@@ -38,7 +46,13 @@ pub(super) fn unit_mass(places: &[Place]) -> Result<(), InputError> {
         if let Some(dof) = (0..p.len()).find(|&j| p[j] != fields.hp[j]) {
             let (given, found) = (p[dof], fields.hp[dof]);
             let rule = "unit_mass() says it is p";
-            return Err(InputError::Contradiction { quantity: Quantity::Velocity, dof, given, found, rule });
+            return Err(InputError::Contradiction {
+                quantity: Quantity::Velocity,
+                dof,
+                given,
+                found,
+                rule,
+            });
         }
     }
     Ok(())

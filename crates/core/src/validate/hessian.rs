@@ -16,7 +16,11 @@ type Entry = (Block, usize, usize, f64);
 ///
 /// # Errors
 /// Those of [`system()`].
-pub fn curvature<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+pub fn curvature<S: Curvature<f64> + ?Sized>(
+    s: &S,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), InputError> {
     system(s, q, p)?;
     let here = entries(s, q, p);
     places(s, &here, q.len())?;
@@ -27,7 +31,11 @@ pub fn curvature<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Res
         if s.is_linear()
             && let Some((there, &here)) = there.iter().zip(&here).find(|(a, b)| a.3 != b.3)
         {
-            return refuse(here, there.3, "is_linear() is said, and it must be the same at every state");
+            return refuse(
+                here,
+                there.3,
+                "is_linear() is said, and it must be the same at every state",
+            );
         }
         let differing = there.iter().zip(&here).find(|(a, b)| !same(a, b)).map(|(_, b)| b);
         let longer = if there.len() < here.len() { &here } else { &there };
@@ -54,12 +62,20 @@ fn entries<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Vec<Entry
     entries
 }
 
-fn refuse((block, row, column, given): Entry, found: f64, rule: &'static str) -> Result<(), InputError> {
+fn refuse(
+    (block, row, column, given): Entry,
+    found: f64,
+    rule: &'static str,
+) -> Result<(), InputError> {
     Err(InputError::ContradictionBetween { block, row, column, given, found, rule })
 }
 
 /// Checks that every entry is finite, in the pattern and given once.
-fn places<S: Curvature<f64> + ?Sized>(s: &S, entries: &[Entry], n: usize) -> Result<(), InputError> {
+fn places<S: Curvature<f64> + ?Sized>(
+    s: &S,
+    entries: &[Entry],
+    n: usize,
+) -> Result<(), InputError> {
     let coupling = s.coupling();
     for &entry in entries {
         let (_, i, j, x) = entry;
@@ -93,7 +109,8 @@ fn column<S: Curvature<f64> + ?Sized>(
         let (q, p) = if by_q { (&*moved(q, j, at), p) } else { (q, &*moved(p, j, at)) };
         let Fields { hq, hp, d, .. } = Fields::at(s, q, p);
         let value = [hq, hp, d].concat();
-        let (mut slope, mut size) = (vec![0.0; 3 * n], value.iter().map(|x| x.abs()).collect::<Vec<_>>());
+        let (mut slope, mut size) =
+            (vec![0.0; 3 * n], value.iter().map(|x| x.abs()).collect::<Vec<_>>());
         s.curvature(q, p, |block, i, k, x| {
             // Entries that are not finite at the given state have been refused before.
             if i >= n || k >= n {

@@ -51,8 +51,15 @@ pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), I
                     // NaN counts as a difference.
                     let same = (given - found).abs() <= rounding(n) * sizes[k];
                     if !same && (linear || quantity != Quantity::DissipationSlope) {
-                        let rule = "every member of a uniform system obeys the law of the middle of three";
-                        return Err(InputError::Contradiction { quantity, dof, given, found, rule });
+                        let rule =
+                            "every member of a uniform system obeys the law of the middle of three";
+                        return Err(InputError::Contradiction {
+                            quantity,
+                            dof,
+                            given,
+                            found,
+                            rule,
+                        });
                     }
                 }
             }
@@ -71,7 +78,13 @@ fn beside(coupling: Coupling, q: &[f64], j: usize) -> [f64; 3] {
 }
 
 /// The compared quantities of member j on the edge to `to`.
-fn member<T: Scalar>(s: &(impl Separable<T> + ?Sized), q: &[T], p: &[T], j: usize, to: T) -> [T; 5] {
+fn member<T: Scalar>(
+    s: &(impl Separable<T> + ?Sized),
+    q: &[T],
+    p: &[T],
+    j: usize,
+    to: T,
+) -> [T; 5] {
     let drag = s.dissipation_of(q, p, j);
     [s.mass(j), s.partial(q, j, to), s.divided_difference(q, j, to).value, drag.value, drag.by_p]
 }

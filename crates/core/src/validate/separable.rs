@@ -31,7 +31,11 @@ pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), In
 ///
 /// # Errors
 /// Those of [`system()`], and [`InputError::Mass`].
-pub fn separable<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+pub fn separable<S: Separable<f64> + ?Sized>(
+    s: &S,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), InputError> {
     system(s, q, p)?;
     masses(s)?;
     let places = around(s, q, p);
@@ -84,7 +88,14 @@ fn parts<S: Separable<f64> + ?Sized>(
             let rule = "by_p of dissipation_of() must be D over p where dissipation_form() says it \
                 is linear";
             let off = drag.by_p * p[dof] - d;
-            same(Quantity::DissipationSlope, drag.by_p, d / p[dof], off, rounding * strongest, rule)?;
+            same(
+                Quantity::DissipationSlope,
+                drag.by_p,
+                d / p[dof],
+                off,
+                rounding * strongest,
+                rule,
+            )?;
         }
     }
     Ok(())
@@ -98,14 +109,17 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
     let sample = |at: f64| {
         let to = moved(q, dof, at);
         let (v, slope) = (s.energy(&to, &rest), s.partial(q, dof, at));
-        let size = (0..q.len()).fold(v.abs(), |size, i| size + (to[i] * s.partial(&to, i, to[i])).abs());
+        let size =
+            (0..q.len()).fold(v.abs(), |size, i| size + (to[i] * s.partial(&to, i, to[i])).abs());
         Sample { value: vec![v], slope: vec![slope], size: vec![size] }
     };
-    let edges = compare(from, reach(q), rounding, sample, |_, to, _| s.divided_difference(q, dof, to).value)
-        .map_err(|found| {
-            let rule = "divided_difference() times the length must be V(to) - V(from)";
-            InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
-        })?;
+    let edges = compare(from, reach(q), rounding, sample, |_, to, _| {
+        s.divided_difference(q, dof, to).value
+    })
+    .map_err(|found| {
+        let rule = "divided_difference() times the length must be V(to) - V(from)";
+        InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
+    })?;
     for Resolved { width, steepest } in edges {
         let slack = rounding * steepest * (1.0 + from.abs() / width.abs());
         for to in (1..=20).map(|k| from + width * 0.25_f64.powi(k)).chain([from]) {

@@ -43,7 +43,11 @@ impl Budget {
             let size = largest(part);
             (relative * size + absolute).max(rounding * size)
         };
-        [scale(&state.q, relative, absolute), scale(&state.p, relative, absolute), scale(&state.w, w.0, w.1)]
+        [
+            scale(&state.q, relative, absolute),
+            scale(&state.p, relative, absolute),
+            scale(&state.w, w.0, w.1),
+        ]
     }
 }
 

@@ -43,7 +43,9 @@ impl<T: Scalar> Projection<'_, T> {
             let missing = *energy - self.target;
             let size = missing.abs().to_f64();
             // What no longer shrinks is as good as q and p can be told.
-            if size <= ROUNDINGS[0] * rounding || (size <= ROUNDINGS[1] * rounding && size > 0.5 * before) {
+            if size <= ROUNDINGS[0] * rounding
+                || (size <= ROUNDINGS[1] * rounding && size > 0.5 * before)
+            {
                 return Ok(way > 0.0);
             }
             way += size / steep.to_f64().sqrt();

@@ -97,7 +97,13 @@ impl<V: Vector> Rates<V> {
         let frequency = (b * largest(by_q)).sqrt();
         let least = outweighed.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
         let falls = least < -ROUNDINGS * f64::EPSILON * c;
-        if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(drag) == 0.0 {
+        if !coupled
+            && !backward
+            && !falls
+            && a == 0.0
+            && largest(row) == 0.0
+            && largest(drag) == 0.0
+        {
             return [frequency, frequency.max(d)];
         }
         let bound = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));
@@ -177,7 +183,9 @@ mod tests {
     fn no_eigenvalue_is_beyond_the_bound() {
         let mut seed = 1_u64;
         let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (seed >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
         };
         let (mut closest, mut skew) = (0.0_f64, 0.0_f64);
@@ -195,9 +203,11 @@ mod tests {
             };
             let [a, b, c, d, e] =
                 [0.3, 0.2, 0.9, 0.7, 0.4].map(|x: f64| (x * (case as f64 + 1.0) * 7.3).sin());
-            let eye = |size: f64| (0..n * n).map(|k| if k / n == k % n { size } else { 0.0 }).collect();
+            let eye =
+                |size: f64| (0..n * n).map(|k| if k / n == k % n { size } else { 0.0 }).collect();
             let w = if a > 0.0 { eye(0.5 + a) } else { matrix(0.2, 1.0) };
-            let blocks = [matrix(0.2, 3.0), matrix(b, 1.0), w, matrix(c, 2.0), matrix(d, 4.0 * e.abs())];
+            let blocks =
+                [matrix(0.2, 3.0), matrix(b, 1.0), w, matrix(c, 2.0), matrix(d, 4.0 * e.abs())];
             let given = Given { n, blocks };
             let [fastest, bound] = [given.fastest(), given.bound()];
             assert!(fastest <= bound * (1.0 + 1e-12), "{case}: {fastest} beyond {bound}");
@@ -229,7 +239,13 @@ mod tests {
             let k = vec![2.0, -1.0, -1.0, 2.0];
             let given = Given {
                 n: 2,
-                blocks: [k, vec![0.0; 4], vec![1.0, 0.0, 0.0, 1.0], vec![0.0; 4], vec![c, 0.0, 0.0, c]],
+                blocks: [
+                    k,
+                    vec![0.0; 4],
+                    vec![1.0, 0.0, 0.0, 1.0],
+                    vec![0.0; 4],
+                    vec![c, 0.0, 0.0, c],
+                ],
             };
             let sharp = 3.0_f64.sqrt().max(c);
             assert!((given.bound() - sharp).abs() < 1e-14, "{c}: {}", given.bound());

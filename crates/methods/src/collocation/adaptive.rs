@@ -71,7 +71,12 @@ where
 
     const LEAST_GROWTH: f64 = 1.1;
 
-    fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Workspace<V>, InputError> {
+    fn workspace(
+        &self,
+        system: &S,
+        tolerance: &Tolerance,
+        span: f64,
+    ) -> Result<Workspace<V>, InputError> {
         Ok(Workspace(if tolerance.relative > COARSE {
             Order::Eight(Box::new(Engine::new(system, &FOUR, tolerance, span)))
         } else {

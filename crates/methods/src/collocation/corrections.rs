@@ -41,7 +41,8 @@ impl<V: Vector> Workspace<V> {
             krylov.keep([&self.q_modes, &self.p_modes]);
         }
         let mut spent = 0;
-        let mut outcome = Err(StepFailure::NewtonStalled { dof: 0, iterations: 0, update: f64::NAN });
+        let mut outcome =
+            Err(StepFailure::NewtonStalled { dof: 0, iterations: 0, update: f64::NAN });
         let guesses: &[bool] = if continued { &[true, false] } else { &[false] };
         for &guess in if self.hard { &[] } else { guesses } {
             if !guess {
@@ -54,17 +55,21 @@ impl<V: Vector> Workspace<V> {
         }
         if outcome.is_err() && self.thorough {
             let unknowns = equations.missing.len();
-            let krylov = krylov.get_or_insert_with(|| Box::new(Krylov::new(&self.q_modes, unknowns)));
+            let krylov =
+                krylov.get_or_insert_with(|| Box::new(Krylov::new(&self.q_modes, unknowns)));
             if self.hard {
                 krylov.recall([&mut self.q_modes, &mut self.p_modes]);
-                outcome = self.search(system, h, state, level, (&mut equations, krylov), &mut spent);
+                outcome =
+                    self.search(system, h, state, level, (&mut equations, krylov), &mut spent);
             }
             if outcome.is_err() {
                 self.rest(state.dof());
-                outcome = self.search(system, h, state, level, (&mut equations, krylov), &mut spent);
+                outcome =
+                    self.search(system, h, state, level, (&mut equations, krylov), &mut spent);
             }
             if outcome.is_err() {
-                outcome = self.follow(system, h, state, level, (&mut equations, krylov), &mut spent);
+                outcome =
+                    self.follow(system, h, state, level, (&mut equations, krylov), &mut spent);
             }
             self.hard = outcome.is_ok();
         }
@@ -89,9 +94,11 @@ impl<V: Vector> Workspace<V> {
         let half = h.half();
         for j in 0..state.dof() {
             self.q.as_mut_slice()[j] = half.mul_add(self.q_modes[j][0][0], state.q.as_slice()[j]);
-            self.p.as_mut_slice()[j] = (-half).mul_add(self.p_modes[j][0][0], state.p.as_slice()[j]);
+            self.p.as_mut_slice()[j] =
+                (-half).mul_add(self.p_modes[j][0][0], state.p.as_slice()[j]);
         }
-        let factorised = equations.factorise(system, h.to_f64(), self.q.as_slice(), self.p.as_slice());
+        let factorised =
+            equations.factorise(system, h.to_f64(), self.q.as_slice(), self.p.as_slice());
         factorised.map_err(|dof| StepFailure::Singular { dof, slope: 0.0 })
     }
 
@@ -129,7 +136,8 @@ impl<V: Vector> Workspace<V> {
             equations.add(1.0, [&mut self.q_modes, &mut self.p_modes]);
             let [(dq, q), (dp, p)] = equations.largest();
             let Self { q_modes, p_modes, .. } = &*self;
-            let changes = [share(dq, length, &state.q, q_modes), share(dp, length, &state.p, p_modes)];
+            let changes =
+                [share(dq, length, &state.q, q_modes), share(dp, length, &state.p, p_modes)];
             let change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
             let dof = if changes[0] >= changes[1] { q } else { p };
             last = (dof, change);

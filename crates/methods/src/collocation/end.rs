@@ -20,7 +20,8 @@ pub(super) struct End<V: Vector> {
 impl<V: Vector> End<V> {
     pub(super) fn new(n: usize) -> Self {
         let zeros = || V::zeros(n);
-        let [q, p, gain, v, f, hq, loss] = [zeros(), zeros(), zeros(), zeros(), zeros(), zeros(), zeros()];
+        let [q, p, gain, v, f, hq, loss] =
+            [zeros(), zeros(), zeros(), zeros(), zeros(), zeros(), zeros()];
         Self { q, p, gain, v, f, hq, loss, energy: V::Scalar::zero() }
     }
 

@@ -10,7 +10,9 @@ use super::iteration;
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, Rates};
-use afterbay_core::{Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector};
+use afterbay_core::{
+    Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
+};
 use std::array::from_fn;
 
 /// Sweeps before a step is given up.
@@ -256,8 +258,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
             if change <= noise || change * rate <= SOLVED * allowed {
-                self.contraction =
-                    if sweeps == 1 { 0.0 } else { ((change / first).ln() / f64::from(sweeps - 1)).exp() };
+                self.contraction = if sweeps == 1 {
+                    0.0
+                } else {
+                    ((change / first).ln() / f64::from(sweeps - 1)).exp()
+                };
                 return Ok(sweeps);
             }
             if sweeps == SWEEPS || (sweeps > 3 && ratio > 0.7) {

@@ -109,8 +109,10 @@ impl Equations {
             true => LinearSolver::Dense,
             false => LinearSolver::Sparse,
         };
-        let places = |entry: &Entry| if eliminate { [(entry.i, entry.j); 2] } else { places(entry) };
-        let pattern: Vec<_> = entries.iter().flat_map(places).chain((0..size).map(|i| (i, i))).collect();
+        let places =
+            |entry: &Entry| if eliminate { [(entry.i, entry.j); 2] } else { places(entry) };
+        let pattern: Vec<_> =
+            entries.iter().flat_map(places).chain((0..size).map(|i| (i, i))).collect();
         let first = Matrix::new(solver, size, pattern)
             .map_err(|_| StepFailure::TooLarge { unknowns: size, bytes })?;
         let slot = |(row, column)| first.slot(row, column).unwrap_or(0);
@@ -139,7 +141,13 @@ impl Equations {
 
     /// The derivatives at (q, p), factorised; the degree of freedom of a vanishing pivot is the
     /// failure.
-    pub(super) fn factorise<T, S>(&mut self, system: &S, h: f64, q: &[T], p: &[T]) -> Result<(), usize>
+    pub(super) fn factorise<T, S>(
+        &mut self,
+        system: &S,
+        h: f64,
+        q: &[T],
+        p: &[T],
+    ) -> Result<(), usize>
     where
         T: Scalar,
         S: Curvature<T> + ?Sized,
@@ -168,7 +176,9 @@ impl Equations {
             diagonal.iter().for_each(|&slot| to[slot] = c64::real(1.0));
             for (&Entry { block, j, slots: [first, second], .. }, &value) in given() {
                 match (block, &*inertia) {
-                    (Block::Hqq | Block::Dq, Some(inertia)) => to[first] += square * (value * inertia[j]),
+                    (Block::Hqq | Block::Dq, Some(inertia)) => {
+                        to[first] += square * (value * inertia[j]);
+                    }
                     (Block::Dp, _) => to[first] += m * value,
                     (Block::Hpp, Some(_)) => {}
                     (Block::Hpp, None) => to[first] += m * value,
@@ -192,8 +202,9 @@ impl Equations {
         solution.fill(0.0);
         for (matrix, Eigenvalue { value, right, left }) in matrices.iter_mut().zip(*spectrum) {
             let m = *value * self.h;
-            let part =
-                |rows: &[f64]| rows.iter().zip(left).fold(c64::ZERO, |sum, (&x, &left)| sum + left * x);
+            let part = |rows: &[f64]| {
+                rows.iter().zip(left).fold(c64::ZERO, |sum, (&x, &left)| sum + left * x)
+            };
             let (q, p) = missing.split_at(stages * n);
             let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages)).enumerate();
             if let Some(inertia) = &self.inertia {
@@ -217,9 +228,14 @@ impl Equations {
             }
             let eliminated = self.inertia.is_some();
             let (q, p) = solution.split_at_mut(stages * n);
-            for (d, (q, p)) in q.chunks_exact_mut(stages).zip(p.chunks_exact_mut(stages)).enumerate() {
-                let [x, y] =
-                    if eliminated { [a[d], unknowns[d]] } else { [unknowns[2 * d], unknowns[2 * d + 1]] };
+            for (d, (q, p)) in
+                q.chunks_exact_mut(stages).zip(p.chunks_exact_mut(stages)).enumerate()
+            {
+                let [x, y] = if eliminated {
+                    [a[d], unknowns[d]]
+                } else {
+                    [unknowns[2 * d], unknowns[2 * d + 1]]
+                };
                 for ((q, p), right) in q.iter_mut().zip(p).zip(right) {
                     *q += right.re * x.re - right.im * x.im;
                     *p += right.re * y.re - right.im * y.im;

@@ -38,8 +38,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let fastest = if self.stiff.on { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
         let kernel = share(force).max(share(velocity)).max(fastest);
         // A stiff system forgets: what a defect leaves is what it is over the Jacobian.
-        let forgets =
-            if self.stiff.on { 1.0 + self.spare.as_ref().map_or(0.0, |spare| spare.gain()) } else { 1.0 };
+        let forgets = if self.stiff.on {
+            1.0 + self.spare.as_ref().map_or(0.0, |spare| spare.gain())
+        } else {
+            1.0
+        };
         let p = length * force[0] * kernel / forgets;
         let q = (length * velocity[0] * kernel / forgets).max(0.5 * length * p);
         let errors = [q / scales[0], p / scales[1]];

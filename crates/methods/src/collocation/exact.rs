@@ -28,7 +28,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             scales: [scales[0], scales[1]],
             allowed,
         };
-        if projection.apply(system, [end.q.as_mut_slice(), end.p.as_mut_slice()], &mut end.energy)? {
+        if projection.apply(
+            system,
+            [end.q.as_mut_slice(), end.p.as_mut_slice()],
+            &mut end.energy,
+        )? {
             end.look(system);
         }
         Ok(())

@@ -39,10 +39,13 @@ impl<const K: usize> Gauss<Quad, K> {
             (values(at[i][0]), integrals)
         });
         let project = |j: usize, l: usize| at[j][1] * table[j].0[l];
-        let sum = |j: usize, f: &[Quad; MODES]| (0..K).fold(Quad::ZERO, |sum, l| sum + project(j, l) * f[l]);
+        let sum = |j: usize, f: &[Quad; MODES]| {
+            (0..K).fold(Quad::ZERO, |sum, l| sum + project(j, l) * f[l])
+        };
         let once: Columns<Quad, K> = from_fn(|j| from_fn(|i| sum(j, &table[i].1)));
-        let twice: Columns<Quad, K> =
-            from_fn(|j| from_fn(|i| (0..K).fold(Quad::ZERO, |sum, l| sum + once[l][i] * once[j][l])));
+        let twice: Columns<Quad, K> = from_fn(|j| {
+            from_fn(|i| (0..K).fold(Quad::ZERO, |sum, l| sum + once[l][i] * once[j][l]))
+        });
         let ends = values(Quad::ONE);
         let late = |j: usize| at[j][1] * (Quad::ONE - at[j][0]).half();
         Self {

@@ -62,7 +62,11 @@ pub struct Workspace<V: Vector> {
 }
 
 impl<V: Vector> Workspace<V> {
-    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S, stages: usize, nodes: usize) -> Self {
+    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(
+        system: &S,
+        stages: usize,
+        nodes: usize,
+    ) -> Self {
         let n = system.dof();
         let zeros = || V::zeros(n);
         let modes = || vec![none(); n];
@@ -222,7 +226,13 @@ impl<V: Vector> Workspace<V> {
 
     /// Sweeps to rounding. How many, also where they lead nowhere.
     #[inline]
-    fn sweeps<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, level: usize) -> Result<u32, u32>
+    fn sweeps<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+    ) -> Result<u32, u32>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -255,7 +265,14 @@ impl<V: Vector> Workspace<V> {
 
     /// One sweep over q and p. By how much they moved, relative to their size.
     #[inline(always)]
-    fn sweep<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>, level: usize, sizes: [f64; 2]) -> f64
+    fn sweep<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        level: usize,
+        sizes: [f64; 2],
+    ) -> f64
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -307,7 +324,11 @@ impl<V: Vector> Workspace<V> {
             }
         }
         if !finite.all() {
-            let parts = [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
+            let parts = [
+                (Quantity::Coordinate, &*q),
+                (Quantity::Momentum, &*p),
+                (Quantity::Reservoir, &*w),
+            ];
             return Err(StepFailure::non_finite(&parts));
         }
         self.gained = gained;
@@ -321,7 +342,8 @@ impl<V: Vector> Workspace<V> {
         let (q, p, zero) = (q.as_slice(), p.as_slice(), V::Scalar::zero());
         let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
         system.gradient(q, p, hq, hp);
-        let terms = (0..q.len()).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
+        let terms =
+            (0..q.len()).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
         let end = system.energy(q, p);
         let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
         let defect = (end - start + *gained).abs().to_f64();

@@ -193,7 +193,8 @@ impl<V: Vector> Workspace<V> {
             let next = (share + stride).min(1.0);
             krylov.keep([&self.q_modes, &self.p_modes]);
             let shorter = h * V::Scalar::from_f64(next);
-            match self.search(system, shorter, state, level, (&mut *equations, &mut *krylov), spent) {
+            match self.search(system, shorter, state, level, (&mut *equations, &mut *krylov), spent)
+            {
                 Ok(()) => (share, stride) = (next, 2.0 * stride),
                 Err(failure) => {
                     krylov.recall([&mut self.q_modes, &mut self.p_modes]);
@@ -211,7 +212,8 @@ impl<V: Vector> Workspace<V> {
     fn weights(&self, h: V::Scalar, state: &State<V>) -> [f64; 2] {
         let length = h.to_f64().abs();
         [(&state.q, &self.q_modes), (&state.p, &self.p_modes)].map(|(start, modes)| {
-            let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
+            let most =
+                modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
             let size = largest(start.as_slice()) + length * most;
             if size > 0.0 { length / size } else { 1.0 }
         })

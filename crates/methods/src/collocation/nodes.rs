@@ -32,7 +32,12 @@ impl<V: Vector> Nodes<V> {
     }
 
     #[inline(never)]
-    fn gradient<S: System<V::Scalar> + ?Sized>(&self, system: &S, hq: &mut [V; NODES], hp: &mut [V; NODES]) {
+    fn gradient<S: System<V::Scalar> + ?Sized>(
+        &self,
+        system: &S,
+        hq: &mut [V; NODES],
+        hp: &mut [V; NODES],
+    ) {
         for i in 0..NODES {
             let (q, p) = (self.q[i].as_slice(), self.p[i].as_slice());
             system.gradient(q, p, hq[i].as_mut_slice(), hp[i].as_mut_slice());
@@ -40,7 +45,12 @@ impl<V: Vector> Nodes<V> {
     }
 
     #[inline(never)]
-    fn dissipation<S: System<V::Scalar> + ?Sized>(&self, system: &S, v: &[V; NODES], d: &mut [V; NODES]) {
+    fn dissipation<S: System<V::Scalar> + ?Sized>(
+        &self,
+        system: &S,
+        v: &[V; NODES],
+        d: &mut [V; NODES],
+    ) {
         for i in 0..NODES {
             let (q, p) = (self.q[i].as_slice(), self.p[i].as_slice());
             system.dissipation(q, p, v[i].as_slice(), d[i].as_mut_slice());
@@ -195,7 +205,8 @@ pub(super) fn losses<V, S>(
         evaluate(panel, velocity, v);
         nodes.dissipation(system, v, d);
         for (j, to) in to.iter_mut().enumerate() {
-            *to += panel.integrate(std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]));
+            *to +=
+                panel.integrate(std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]));
         }
     }
 }

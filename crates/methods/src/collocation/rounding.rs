@@ -30,7 +30,8 @@ impl<V: Vector> Workspace<V> {
             let reach = (1.0 + h.to_f64().abs() * bend) * z;
             // At rest there are no slopes, and a rounding of z bends H by its square.
             let square = bend * V::Scalar::EPSILON * z * z;
-            terms += system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
+            terms +=
+                system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
         }
         terms
     }
@@ -38,13 +39,20 @@ impl<V: Vector> Workspace<V> {
     /// Are changes that no longer shrink, this share of the size of p, the rounding of the forces? Next to a point of rest away from the
     /// origin these are differences of large terms, and p is small beside what their rounding makes of it: `ε h |H''| |z|`.
     #[cold]
-    pub(super) fn is_noise<S>(&self, system: &S, h: V::Scalar, state: &State<V>, change: f64) -> bool
+    pub(super) fn is_noise<S>(
+        &self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        change: f64,
+    ) -> bool
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let length = h.to_f64().abs();
-        let reach = self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
+        let reach =
+            self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
         let size = largest(p) + length * reach;
         let terms = size + length * bend(system, q, p) * largest(q).max(largest(p));
         change * size <= NOISE * V::Scalar::EPSILON * terms

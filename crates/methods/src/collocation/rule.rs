@@ -73,7 +73,8 @@ static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
 /// The panels of the Gauss rule with `NODES · count` nodes.
 fn panels(count: usize) -> Vec<Panel<Quad>> {
     let pairs = gauss(NODES * count);
-    let by_mode = |x: [Quad; MODES]| -> Modes<Quad> { from_fn(|parity| from_fn(|m| x[2 * m + parity])) };
+    let by_mode =
+        |x: [Quad; MODES]| -> Modes<Quad> { from_fn(|parity| from_fn(|m| x[2 * m + parity])) };
     let (pairs, _) = pairs.as_chunks::<PAIRS>();
     let panel = |pairs: &[[Quad; 2]; PAIRS]| {
         let values = pairs.map(|[x, _]| by_mode(values(x)));
@@ -93,8 +94,9 @@ fn panels(count: usize) -> Vec<Panel<Quad>> {
 
 /// The panels of the smallest rule that has so many nodes and of all beyond it, for polynomials of `stages` coefficients.
 pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>> {
-    let known =
-        |parity: usize, m: usize, x: Quad| if 2 * m + parity < stages { narrow(x) } else { T::zero() };
+    let known = |parity: usize, m: usize, x: Quad| {
+        if 2 * m + parity < stages { narrow(x) } else { T::zero() }
+    };
     let columns = |table: &[[Pairs<Quad>; MODES / 2]; 2]| -> [[Pairs<T>; MODES / 2]; 2] {
         from_fn(|parity| from_fn(|m| table[parity][m].map(|x| known(parity, m, x))))
     };
@@ -183,7 +185,8 @@ pub(super) fn value<T: Scalar>(modes: &Modes<T>, time: T) -> T {
     for j in 0..MODES {
         let n = j as f64;
         sum += T::from_f64((2.0 * n + 1.0).sqrt()) * (modes[j % 2][j / 2] * at);
-        let next = T::from_f64((2.0 * n + 1.0) / (n + 1.0)) * (x * at) - T::from_f64(n / (n + 1.0)) * before;
+        let next = T::from_f64((2.0 * n + 1.0) / (n + 1.0)) * (x * at)
+            - T::from_f64(n / (n + 1.0)) * before;
         (before, at) = (at, next);
     }
     sum

@@ -21,7 +21,8 @@ pub(super) struct Eigenvalue {
     pub(super) left: [c64; MODES],
 }
 
-static SPECTRA: LazyLock<Vec<Vec<Eigenvalue>>> = LazyLock::new(|| (0..=MODES).map(spectrum).collect());
+static SPECTRA: LazyLock<Vec<Vec<Eigenvalue>>> =
+    LazyLock::new(|| (0..=MODES).map(spectrum).collect());
 
 /// The eigenvalues for so many coefficients, 8 at most: `X = Re Σ μ v uᵀ` and `1 = Re Σ v uᵀ`.
 pub(super) fn of(stages: usize) -> &'static [Eigenvalue] {
@@ -31,7 +32,11 @@ pub(super) fn of(stages: usize) -> &'static [Eigenvalue] {
 fn spectrum(stages: usize) -> Vec<Eigenvalue> {
     let x = integration();
     let matrix =
-        Mat::from_fn(stages, stages, |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 });
+        Mat::from_fn(
+            stages,
+            stages,
+            |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 },
+        );
     let all = matrix.eigenvalues().unwrap_or_default();
     // Roundings leave the real one no more than that above the axis.
     let upper = all.into_iter().filter(|value| value.im > -1e-9);
@@ -95,7 +100,8 @@ mod tests {
                     let sum = |weight: &dyn Fn(&Eigenvalue) -> c64| -> f64 {
                         spectrum.iter().map(|e| (weight(e) * e.right[i] * e.left[j]).re).sum()
                     };
-                    let exact = if i.abs_diff(j) == 1 || i + j == 0 { integration()[i][j] } else { 0.0 };
+                    let exact =
+                        if i.abs_diff(j) == 1 || i + j == 0 { integration()[i][j] } else { 0.0 };
                     let (found, one) = (sum(&|e| e.value), sum(&|_| c64 { re: 1.0, im: 0.0 }));
                     assert!((found - exact).abs() < bound, "{stages} {i} {j}: {found} {exact}");
                     assert!((one - f64::from(i == j)).abs() < bound, "{stages} {i} {j}: {one}");

@@ -115,7 +115,8 @@ impl<V: Vector, const K: usize> Stages<V, K> {
 
     /// q where v leads.
     pub(super) fn place_q(&mut self, gauss: &Gauss<V::Scalar, K>, h: V::Scalar, state: &State<V>) {
-        Position { columns: &gauss.once, start: &state.q, rate: None, factor: h }.place(&self.v, &mut self.q);
+        Position { columns: &gauss.once, start: &state.q, rate: None, factor: h }
+            .place(&self.v, &mut self.q);
     }
 
     /// One sweep: how far q, p and w have moved by it, at most.
@@ -196,9 +197,14 @@ impl<V: Vector, const K: usize> Stages<V, K> {
     /// The first force or velocity that is no number.
     #[cold]
     pub(super) fn not_finite(&self) -> StepFailure {
-        let parts =
-            [(Quantity::Force, &self.f), (Quantity::Velocity, &self.v), (Quantity::Reservoir, &self.loss)];
-        let all = parts.into_iter().flat_map(|(what, part)| part.iter().map(move |x| (what, x.as_slice())));
+        let parts = [
+            (Quantity::Force, &self.f),
+            (Quantity::Velocity, &self.v),
+            (Quantity::Reservoir, &self.loss),
+        ];
+        let all = parts
+            .into_iter()
+            .flat_map(|(what, part)| part.iter().map(move |x| (what, x.as_slice())));
         StepFailure::non_finite(&all.collect::<Vec<_>>())
     }
 }
@@ -212,7 +218,12 @@ fn gradient<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
     hp: &mut [V; K],
 ) {
     for i in 0..K {
-        system.gradient(q[i].as_slice(), p[i].as_slice(), hq[i].as_mut_slice(), hp[i].as_mut_slice());
+        system.gradient(
+            q[i].as_slice(),
+            p[i].as_slice(),
+            hq[i].as_mut_slice(),
+            hp[i].as_mut_slice(),
+        );
     }
 }
 
@@ -251,7 +262,11 @@ fn multiply<V: Vector, const K: usize>(to: &mut [V; K], v: &[V; K], n: usize) {
 
 /// `to` becomes `from`. The largest Σ b_i |change| of a degree of freedom; not a number where one is not.
 #[inline(never)]
-fn exchange<V: Vector, const K: usize>(weights: &[V::Scalar; K], from: &[V; K], to: &mut [V; K]) -> f64 {
+fn exchange<V: Vector, const K: usize>(
+    weights: &[V::Scalar; K],
+    from: &[V; K],
+    to: &mut [V; K],
+) -> f64 {
     let n = V::LEN.unwrap_or(from[0].as_slice().len());
     let blocks = n / BLOCK;
     let (mut most, mut all) = (0.0_f64, 0.0);
@@ -273,7 +288,8 @@ fn exchange<V: Vector, const K: usize>(weights: &[V::Scalar; K], from: &[V; K], 
         sums.into_iter().for_each(|sum| see(sum.to_f64()));
     }
     for d in blocks * BLOCK..n {
-        let changes: [V::Scalar; K] = from_fn(|i| (from[i].as_slice()[d] - to[i].as_slice()[d]).abs());
+        let changes: [V::Scalar; K] =
+            from_fn(|i| (from[i].as_slice()[d] - to[i].as_slice()[d]).abs());
         for i in 0..K {
             to[i].as_mut_slice()[d] = from[i].as_slice()[d];
         }

@@ -155,7 +155,12 @@ impl<V: Vector> Workspace<V> {
     {
         let (h, lambda) = (h.to_f64(), correction.lambda.to_f64());
         (self.coupled, self.dragged) = (None, 0.0);
-        self.jacobian.factorise(system, [h, lambda], self.q_mean.as_slice(), self.p_mean.as_slice())?;
+        self.jacobian.factorise(
+            system,
+            [h, lambda],
+            self.q_mean.as_slice(),
+            self.p_mean.as_slice(),
+        )?;
         if correction.inverse == 0.0 {
             return Ok(());
         }
@@ -172,7 +177,8 @@ impl<V: Vector> Workspace<V> {
         slope_q.fill(0.0);
         slope_p.fill(0.0);
         self.jacobian.add_half_hessian([dq, dp], [slope_q, slope_p]);
-        let sides = [(&mut *slope_q, &self.hq, &*hq, &self.dq), (&mut *slope_p, &self.hp, &*hp, &self.dp)];
+        let sides =
+            [(&mut *slope_q, &self.hq, &*hq, &self.dq), (&mut *slope_p, &self.hp, &*hp, &self.dp)];
         for (slope, mean, end, increment) in sides {
             let given = mean.as_slice().iter().zip(end.as_slice()).zip(increment.as_slice());
             for (slope, ((&mean, &end), &increment)) in slope.iter_mut().zip(given) {
@@ -201,7 +207,8 @@ impl<V: Vector> Workspace<V> {
             *v = hp + dp;
         }
         system.dissipation(q, p, v, far.as_mut_slice());
-        for ((x, &near), &far) in self.turned[1].iter_mut().zip(near.as_slice()).zip(far.as_slice()) {
+        for ((x, &near), &far) in self.turned[1].iter_mut().zip(near.as_slice()).zip(far.as_slice())
+        {
             let drag = (far - near).to_f64();
             *x = h.mul_add(drag, *x);
             self.dragged = self.dragged.max(drag.abs());
@@ -266,7 +273,9 @@ fn products<T: Scalar>(a: &[T], b: &[T]) -> [T; 2] {
             square[k] = a[k].mul_add(a[k], square[k]);
         }
     }
-    for ((along, square), (&a, &b)) in along.iter_mut().zip(&mut square).zip(a_rest.iter().zip(b_rest)) {
+    for ((along, square), (&a, &b)) in
+        along.iter_mut().zip(&mut square).zip(a_rest.iter().zip(b_rest))
+    {
         *along = a.mul_add(b, *along);
         *square = a.mul_add(a, *square);
     }

@@ -110,7 +110,8 @@ impl<V: Vector> Workspace<V> {
 
             // Each correction leaves the share `ratio` of itself, unless it is the noise of the equation.
             let ratio = update.size / before;
-            let lost = update.size <= epsilon || (ratio < 0.5 && ratio * update.size <= UNSEEN * epsilon);
+            let lost =
+                update.size <= epsilon || (ratio < 0.5 && ratio * update.size <= UNSEEN * epsilon);
             waited = if update.size < least { 0 } else { waited + 1 };
             least = least.min(update.size);
             let small = update.reach <= NOISE * epsilon;

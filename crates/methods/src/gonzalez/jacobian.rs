@@ -91,7 +91,9 @@ impl Jacobian {
         };
         let own = |i: usize| match eliminate {
             true => [(i, i); 4],
-            false => [(2 * i, 2 * i), (2 * i + 1, 2 * i + 1), (2 * i, 2 * i + 1), (2 * i + 1, 2 * i)],
+            false => {
+                [(2 * i, 2 * i), (2 * i + 1, 2 * i + 1), (2 * i, 2 * i + 1), (2 * i + 1, 2 * i)]
+            }
         };
         let pattern = entries.iter().flat_map(places).chain((0..n).flat_map(own)).collect();
         let mut matrix = Matrix::new(solver, size, pattern)?;

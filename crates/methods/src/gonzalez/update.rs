@@ -36,7 +36,8 @@ impl<V: Vector> Workspace<V> {
         let q_scale = rough.mul_add(p.increment, q.z);
         let p_scale = rough.mul_add(q.increment + self.dragged, p.z);
         let gain = self.gain;
-        let beside = |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
+        let beside =
+            |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
         let size = beside(q_scale, p_scale);
         let finite = (q.correction + p.correction).is_finite();
         let reach = beside(gain.mul_add(p_scale, q_scale), gain.mul_add(q_scale, p_scale));
@@ -64,7 +65,8 @@ impl<V: Vector> Workspace<V> {
                 *w = d[j].mul_add(dq[j], w0[j]);
             }
         }
-        let (start, end) = (state.energy(system), system.energy(self.q.as_slice(), self.p.as_slice()));
+        let (start, end) =
+            (state.energy(system), system.energy(self.q.as_slice(), self.p.as_slice()));
         let off = (end - start + spent[0]).abs();
         // H may be a small sum of large terms.
         let terms = |slope: &V, z: &V| {
@@ -74,7 +76,8 @@ impl<V: Vector> Workspace<V> {
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
         let most = V::Scalar::from_f64(NEAR) * (start.abs() + end.abs() + spent[1] + made_of);
         // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h of the gain.
-        let largest = |z: &V| z.as_slice().iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        let largest =
+            |z: &V| z.as_slice().iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
         self.energy = end;
@@ -138,7 +141,8 @@ fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V
 
 /// The largest entries, eight lanes side by side; the correction NaN where an entry is not finite.
 fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Largest {
-    let (mut corrections, mut z, mut increments, mut lost) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
+    let (mut corrections, mut z, mut increments, mut lost) =
+        ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
     let (correction, correction_rest) = correction.as_chunks::<8>();
     let (start, start_rest) = start.as_chunks::<8>();
     let (increment, increment_rest) = increment.as_chunks::<8>();

@@ -62,5 +62,9 @@ fn finite<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
     let all = |part: &[V::Scalar]| {
         part.iter().fold(V::Scalar::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
     };
-    if parts.iter().all(|(_, part)| all(part)) { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
+    if parts.iter().all(|(_, part)| all(part)) {
+        Ok(())
+    } else {
+        Err(StepFailure::non_finite(&parts))
+    }
 }

@@ -26,8 +26,8 @@ use super::{Before, Friction, Increment, coordinate, ordering, overall};
 use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
-    Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State, StepFailure,
-    Vector, validate,
+    Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State,
+    StepFailure, Vector, validate,
 };
 
 /// The storage V with corrected numbers in it.
@@ -90,7 +90,12 @@ where
         let order = ordering("increment", self.increment.order.as_ref(), n)?;
         let zeros = || V::Of::<Corrected<V::Scalar>>::zeros(n);
         let carried = State { q: zeros(), p: zeros(), w: zeros(), t: Corrected::zero() };
-        Ok(Workspace { carried, before: Before::new(n), order, friction: Friction::new(&self.exact)? })
+        Ok(Workspace {
+            carried,
+            before: Before::new(n),
+            order,
+            friction: Friction::new(&self.exact)?,
+        })
     }
 
     #[inline(always)]
@@ -116,8 +121,12 @@ where
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
                 let states = (&mut *state, &mut *carried);
                 effort += match i % 2 {
-                    0 => self.travel(system, h, overall, states, friction.as_mut(), (there, back))?,
-                    _ => self.travel(system, h, overall, states, friction.as_mut(), (back, there))?,
+                    0 => {
+                        self.travel(system, h, overall, states, friction.as_mut(), (there, back))?
+                    }
+                    _ => {
+                        self.travel(system, h, overall, states, friction.as_mut(), (back, there))?
+                    }
                 };
             }
             Ok(effort.shared_by(order.len()))
@@ -179,7 +188,8 @@ impl<P> Compensated<P> {
         let dissipative = !damping.zero && !damping.coupled;
         let (q, p) = (state.q.as_mut_slice(), state.p.as_mut_slice());
         let State { q: exact_q, p: exact_p, w, .. } = carried;
-        let (exact_q, exact_p, w) = (exact_q.as_mut_slice(), exact_p.as_mut_slice(), w.as_mut_slice());
+        let (exact_q, exact_p, w) =
+            (exact_q.as_mut_slice(), exact_p.as_mut_slice(), w.as_mut_slice());
         let mut evaluations = 0;
         for j in order {
             let rough = coordinate(system, [h.nearest(), overall], [j, j], [q, p], dissipative);
@@ -233,14 +243,18 @@ fn take_up<V: Vector>(carried: &mut State<InCorrected<V>>, state: &State<V>)
 where
     V::Scalar: Lanewise,
 {
-    let parts = [(&mut carried.q, &state.q), (&mut carried.p, &state.p), (&mut carried.w, &state.w)]
-        .map(|(carried, given)| (carried.as_mut_slice(), given.as_slice()));
+    let parts =
+        [(&mut carried.q, &state.q), (&mut carried.p, &state.p), (&mut carried.w, &state.w)]
+            .map(|(carried, given)| (carried.as_mut_slice(), given.as_slice()));
     let same = |carried: &[Corrected<V::Scalar>], given: &[V::Scalar]| {
         carried.iter().zip(given).all(|(carried, given)| carried.nearest() == *given)
     };
     if !parts.iter().all(|(carried, given)| same(carried, given)) {
         for (carried, given) in parts {
-            carried.iter_mut().zip(given).for_each(|(carried, &given)| *carried = Corrected::exact(given));
+            carried
+                .iter_mut()
+                .zip(given)
+                .for_each(|(carried, &given)| *carried = Corrected::exact(given));
         }
     }
 }

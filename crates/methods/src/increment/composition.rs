@@ -194,21 +194,28 @@ mod tests {
             let fractions: Vec<f64> = composition.fractions().collect();
             assert!(
                 sweeps == 1
-                    || fractions.iter().zip(fractions.iter().rev()).all(|(a, b)| (a - b).abs() < 1e-14)
+                    || fractions
+                        .iter()
+                        .zip(fractions.iter().rev())
+                        .all(|(a, b)| (a - b).abs() < 1e-14)
             );
         }
     }
 
     #[test]
     fn fractions_that_are_no_step_are_refused() {
-        let refused = |fractions: &[f64]| Composition::alternating(fractions).unwrap_err().to_string();
+        let refused =
+            |fractions: &[f64]| Composition::alternating(fractions).unwrap_err().to_string();
         assert_eq!(refused(&[]), "parameter sum of the fractions = 0.0 must be 1");
         assert_eq!(refused(&[0.5]), "parameter sum of the fractions = 0.5 must be 1");
         assert_eq!(
             refused(&[0.5, 0.5 + 1e-14]),
             "parameter sum of the fractions = 1.00000000000001 must be 1"
         );
-        assert_eq!(refused(&[1.0, f64::INFINITY]), "parameter sum of the fractions = inf must be 1");
+        assert_eq!(
+            refused(&[1.0, f64::INFINITY]),
+            "parameter sum of the fractions = inf must be 1"
+        );
         assert_eq!(refused(&[f64::NAN, 1.0]), "parameter sum of the fractions = NaN must be 1");
         assert_eq!(refused(&[1e308, 1e308, 1.0]), "parameter sum of the fractions = inf must be 1");
         assert_eq!(Composition::alternating(&[0.5, 0.5]), Ok(Composition::pair()));

@@ -59,11 +59,15 @@ impl<V: Vector> Friction<V> {
             return Ok(None);
         }
         if !damping.linear {
-            return refuse("D depends on the momenta of others and is not linear in them: take gonzalez");
+            return refuse(
+                "D depends on the momenta of others and is not linear in them: take gonzalez",
+            );
         }
         let symmetric = symmetric::<V, S>(system);
         if !symmetric && n > MOST {
-            return refuse("D = R ∂H/∂p with R not symmetric couples more than 512 momenta: take gonzalez");
+            return refuse(
+                "D = R ∂H/∂p with R not symmetric couples more than 512 momenta: take gonzalez",
+            );
         }
         let at_once = (!symmetric).then(|| (vec![V::Scalar::zero(); n * n], V::zeros(n)));
         Ok(Some(Self { means: V::zeros(n), at_once }))
@@ -83,7 +87,9 @@ impl<V: Vector> Friction<V> {
     {
         match &mut self.at_once {
             None => one_by_one(system, h, state, &mut self.means, order),
-            Some((matrix, left)) => at_once(system, h, state, self.means.as_mut_slice(), matrix, left),
+            Some((matrix, left)) => {
+                at_once(system, h, state, self.means.as_mut_slice(), matrix, left)
+            }
         }
     }
 }
@@ -137,7 +143,8 @@ where
     (0..n).all(|i| {
         (first(i)..i).filter(|&j| coupling.joins(n, i, j)).all(|j| {
             let [above, below] = [entry(j, i), entry(i, j)];
-            let size = (diagonal[i].abs() * diagonal[j].abs()).sqrt().max(above.abs().min(below.abs()));
+            let size =
+                (diagonal[i].abs() * diagonal[j].abs()).sqrt().max(above.abs().min(below.abs()));
             let off = (above - below).abs();
             off <= rounding * size || !off.is_finite()
         })

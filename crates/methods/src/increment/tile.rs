@@ -26,16 +26,25 @@ impl Tile {
     /// A tile of a system of `n` members, for steps that change colour up to `changes` times, an even number.
     pub(super) fn new(n: usize, ring: bool, changes: usize) -> Self {
         let margin = changes + 2;
-        let zeros = || [0; 2].map(|_| vec![0.0; (TILE.min(n.next_multiple_of(2)) + 2 * margin) / 2]);
+        let zeros =
+            || [0; 2].map(|_| vec![0.0; (TILE.min(n.next_multiple_of(2)) + 2 * margin) / 2]);
         Self { q: zeros(), p: zeros(), w: zeros(), n, ring, margin, first: 0, len: 0 }
     }
 
     /// Takes in the members `first..first + len`, and the neighbours they need to change colour so many times.
-    pub(super) fn load(&mut self, state: &State<Vec<f64>>, first: usize, len: usize, changes: usize) {
+    pub(super) fn load(
+        &mut self,
+        state: &State<Vec<f64>>,
+        first: usize,
+        len: usize,
+        changes: usize,
+    ) {
         (self.first, self.len, self.margin) = (first, len, changes + 2);
         let window = len.next_multiple_of(2) + 2 * self.margin;
         let edge = self.member(0, 0);
-        for (to, from) in [(&mut self.q, &state.q), (&mut self.p, &state.p), (&mut self.w, &state.w)] {
+        for (to, from) in
+            [(&mut self.q, &state.q), (&mut self.p, &state.p), (&mut self.w, &state.w)]
+        {
             if self.ring {
                 let mut at = 0;
                 while at < window {
@@ -46,8 +55,8 @@ impl Tile {
                 }
             } else {
                 let before = self.margin.saturating_sub(first);
-                let members =
-                    &from[first + before - self.margin..from.len().min(first + window - self.margin)];
+                let members = &from
+                    [first + before - self.margin..from.len().min(first + window - self.margin)];
                 if members.len() < window {
                     // The walls; no one looks behind them.
                     for (colour, to) in to.iter_mut().enumerate() {
@@ -81,7 +90,9 @@ impl Tile {
     /// [`StepFailure::NonFinite`]
     pub(super) fn store(&self, new: [&mut [f64]; 3]) -> Result<(), StepFailure> {
         let quantities = [Quantity::Coordinate, Quantity::Momentum, Quantity::Reservoir];
-        for ((from, to), quantity) in [&self.q, &self.p, &self.w].into_iter().zip(new).zip(quantities) {
+        for ((from, to), quantity) in
+            [&self.q, &self.p, &self.w].into_iter().zip(new).zip(quantities)
+        {
             let [even, odd] = from.each_ref().map(|colour| &colour[self.margin / 2..]);
             let (pairs, last) = to.as_chunks_mut::<2>();
             for ((pair, &even), &odd) in pairs.iter_mut().zip(even).zip(odd) {

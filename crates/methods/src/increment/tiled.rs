@@ -55,7 +55,9 @@ impl Tiled {
             ref coupling if !coupling.two_coloured(system.dof()) => {
                 "a ring of two colours has an even number of members"
             }
-            _ if system.dissipation_form().coupled => "friction that couples momenta acts on one at a time",
+            _ if system.dissipation_form().coupled => {
+                "friction that couples momenta acts on one at a time"
+            }
             _ => return Ok(()),
         };
         Err(InputError::Unsupported { method: "increment", why })
@@ -215,7 +217,13 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
 
     /// Moves the members of a colour: the tile's own, and as many beyond its ends as there are changes of colour to come.
     #[inline]
-    fn sweep(&self, h: f64, tile: &mut Tile, colour: usize, beyond: usize) -> Result<u64, StepFailure> {
+    fn sweep(
+        &self,
+        h: f64,
+        tile: &mut Tile,
+        colour: usize,
+        beyond: usize,
+    ) -> Result<u64, StepFailure> {
         let range = tile.range(colour, beyond);
         let mut member = tile.member(colour, range.start);
         let [[q, beside], [p, _], [w, _]] = [&mut tile.q, &mut tile.p, &mut tile.w]
@@ -238,7 +246,8 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
             let fill = |rest: &[f64]| -> [f64; LANES] { from_fn(|k| rest[k.min(rest.len() - 1)]) };
             let (mut q, mut p, mut w) = (fill(q_rest), fill(p_rest), fill(w_rest));
             let beside = [&fill(left_rest), &fill(right_rest)];
-            evaluations += self.lanes(h, member, beside, [&mut q, &mut p, &mut w], &mut ordinary)?;
+            evaluations +=
+                self.lanes(h, member, beside, [&mut q, &mut p, &mut w], &mut ordinary)?;
             for (rest, lanes) in [(q_rest, q), (p_rest, p), (w_rest, w)] {
                 let len = rest.len();
                 rest.copy_from_slice(&lanes[..len]);
@@ -258,7 +267,9 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         ordinary: &mut bool,
     ) -> Result<u64, StepFailure> {
         let [q, p, w] = moved;
-        if *ordinary && let Some(evaluations) = self.together(&Ordinary, h, member, beside, [q, p, w]) {
+        if *ordinary
+            && let Some(evaluations) = self.together(&Ordinary, h, member, beside, [q, p, w])
+        {
             return Ok(evaluations);
         }
         let evaluations = self.carefully(h, member, beside, [q, p, w])?;
@@ -298,7 +309,8 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         let (mut window, mut momenta) = ([load(left), load(q), load(right)], [zero, load(p), zero]);
         let beside = [&mut window[..], &mut momenta];
         let steps = [h, 0.0].map(f64x8::from_f64);
-        let moved = advance(&self.lanes, solver, steps, [1, member], beside, self.dissipative).ok()?;
+        let moved =
+            advance(&self.lanes, solver, steps, [1, member], beside, self.dissipative).ok()?;
         (*q, *p) = (moved.q.to_array(), moved.p.to_array());
         if self.dissipative {
             *w = (load(w) + moved.dw).to_array();
@@ -321,7 +333,8 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
             let dof = (member + 2 * k) % self.old.q.len();
             let (mut window, mut momenta) = ([left[k], q[k], right[k]], [0.0, p[k], 0.0]);
             let beside = [&mut window[..], &mut momenta];
-            let moved = advance(self.system, &Newton, [h, 0.0], [1, dof], beside, self.dissipative)?;
+            let moved =
+                advance(self.system, &Newton, [h, 0.0], [1, dof], beside, self.dissipative)?;
             (q[k], p[k]) = (moved.q, moved.p);
             w[k] += moved.dw;
             evaluations += moved.evaluations;

@@ -22,12 +22,14 @@ pub(crate) struct Dense<T> {
 
 impl<T: Number> Dense<T> {
     pub(super) fn new(size: usize) -> Self {
-        let factorising = factor::lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Default::default());
+        let factorising =
+            factor::lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Default::default());
         let solving = solve::solve_in_place_scratch::<usize, T>(size, 1, Par::Seq);
         let bytes = StackReq::or(factorising, solving).unaligned_bytes_required();
         let scratch = vec![MaybeUninit::uninit(); bytes];
         let (rows, rows_inverse) = ((0..size).collect(), (0..size).collect());
-        let mut matrix = Self { size, values: vec![T::ZERO; size * size], rows, rows_inverse, scratch };
+        let mut matrix =
+            Self { size, values: vec![T::ZERO; size * size], rows, rows_inverse, scratch };
         // What faer makes ready the first time, on a matrix that is singular: here, not in a step.
         let _ = matrix.factorise_leading(size.min(READY));
         matrix
@@ -40,7 +42,14 @@ impl<T: Number> Dense<T> {
         let Self { values, rows, rows_inverse, scratch, .. } = self;
         let matrix = MatMut::from_column_major_slice_mut(&mut values[..n * n], n, n);
         let (rows, rows_inverse) = (&mut rows[..n], &mut rows_inverse[..n]);
-        factor::lu_in_place(matrix, rows, rows_inverse, Par::Seq, MemStack::new(scratch), Default::default());
+        factor::lu_in_place(
+            matrix,
+            rows,
+            rows_inverse,
+            Par::Seq,
+            MemStack::new(scratch),
+            Default::default(),
+        );
         (0..n).find(|k| !usable(values[k * n + k])).map_or(Ok(()), Err)
     }
 }

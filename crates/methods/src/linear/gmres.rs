@@ -52,7 +52,9 @@ impl Gmres {
             multiply(&known[k], next);
             for (entry, known) in column.iter_mut().zip(&*known) {
                 *entry = dot(known, next);
-                next.iter_mut().zip(known).for_each(|(x, &known)| *x = (-*entry).mul_add(known, *x));
+                next.iter_mut()
+                    .zip(known)
+                    .for_each(|(x, &known)| *x = (-*entry).mul_add(known, *x));
             }
             let left = dot(next, next).sqrt();
             if !left.is_finite() {

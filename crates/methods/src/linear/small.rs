@@ -31,8 +31,8 @@ impl<T: Number> Solver<T> for Small<T> {
         for k in 0..n {
             let (left, right) = self.values.split_at_mut((k + 1) * n);
             let column = &mut left[k * n..];
-            let largest =
-                (k..n).fold(k, |best, i| if column[i].size() > column[best].size() { i } else { best });
+            let largest = (k..n)
+                .fold(k, |best, i| if column[i].size() > column[best].size() { i } else { best });
             self.exchanges[k] = largest;
             column.swap(k, largest);
             if !usable(column[k]) {

@@ -7,7 +7,9 @@
 use super::{Number, Solver};
 use afterbay_core::InputError;
 use faer::dyn_stack::{MemStack, StackReq};
-use faer::sparse::linalg::lu::{LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu};
+use faer::sparse::linalg::lu::{
+    LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu,
+};
 use faer::sparse::linalg::{LuError, SupernodalThreshold};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par};
@@ -28,7 +30,8 @@ impl<T: Number> Sparse<T> {
         entries.extend((0..size).map(|i| (i, i)));
         entries.sort_unstable_by_key(|&(row, column)| (column, row));
         entries.dedup();
-        let starts = (0..=size).map(|column| entries.partition_point(|&(_, c)| c < column)).collect();
+        let starts =
+            (0..=size).map(|column| entries.partition_point(|&(_, c)| c < column)).collect();
         let rows: Vec<usize> = entries.iter().map(|&(row, _)| row).collect();
         let values = vec![T::ZERO; rows.len()];
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
@@ -84,7 +87,8 @@ impl<T: Number> Solver<T> for Sparse<T> {
         }
         let matrix = SparseColMatRef::new(pattern.as_ref(), &values[..]);
         let stack = MemStack::new(scratch);
-        let factors = symbolic.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default());
+        let factors =
+            symbolic.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default());
         factors.map(|_| ()).map_err(|error| match error {
             LuError::SymbolicSingular { index } => index,
             LuError::Generic(_) => 0,

@@ -47,7 +47,8 @@ fn eliminate_all<'a, T: Number + 'a>(
 
 impl<T: Number> Solver<T> for Tridiagonal<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
-        (row < self.size && column < self.size && row.abs_diff(column) <= 1).then(|| 2 * row + column + 1)
+        (row < self.size && column < self.size && row.abs_diff(column) <= 1)
+            .then(|| 2 * row + column + 1)
     }
 
     fn values(&mut self) -> &mut [T] {
@@ -83,7 +84,8 @@ impl<T: Number> Solver<T> for Tridiagonal<T> {
         let half = self.size / 2;
         let (left, right) = self.values.as_chunks::<3>().0.split_at(half);
         let (x_left, x_right) = x.split_at_mut(half);
-        let (Some((middle, right)), Some((x, x_right))) = (right.split_first(), x_right.split_first_mut())
+        let (Some((middle, right)), Some((x, x_right))) =
+            (right.split_first(), x_right.split_first_mut())
         else {
             return;
         };

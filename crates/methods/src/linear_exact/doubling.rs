@@ -111,7 +111,9 @@ impl<T: Scalar> Doubling<T> {
             multiply(form, flow, product, size);
             both.fill(T::zero());
             for (row, product) in flow.chunks_exact(size).zip(product.chunks_exact(size)) {
-                both.chunks_exact_mut(size).zip(row).for_each(|(both, &factor)| add(both, factor, product));
+                both.chunks_exact_mut(size)
+                    .zip(row)
+                    .for_each(|(both, &factor)| add(both, factor, product));
             }
             form.iter_mut().zip(&*both).for_each(|(form, &both)| *form += both);
         }

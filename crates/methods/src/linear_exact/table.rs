@@ -123,7 +123,9 @@ impl<T: Scalar> Table<T> {
         if self.doubled {
             long.make(widen(h) * Quad::from_f64(2f64.powi(-(doublings as i32))), doublings as u32);
             let parts = long.forms.iter().zip(forms).chain([(&long.flow, matrix)]);
-            parts.for_each(|(from, to)| to.iter_mut().zip(from).for_each(|(to, &x)| *to = narrow(x)));
+            parts.for_each(|(from, to)| {
+                to.iter_mut().zip(from).for_each(|(to, &x)| *to = narrow(x));
+            });
         } else {
             short.make(h, 0);
             let parts = short.forms.iter().zip(forms).chain([(&short.change, matrix)]);
@@ -138,7 +140,8 @@ impl<T: Scalar> Table<T> {
         let x = &mut self.x[..size];
         x[..n].copy_from_slice(q0);
         x[n..2 * n].copy_from_slice(p0);
-        for (i, (new, row)) in q.iter_mut().chain(p).zip(self.matrix.chunks_exact(size)).enumerate() {
+        for (i, (new, row)) in q.iter_mut().chain(p).zip(self.matrix.chunks_exact(size)).enumerate()
+        {
             let start = if self.doubled { T::zero() } else { x[i] };
             *new = start + row.iter().zip(&*x).fold(T::zero(), |sum, (&m, &x)| m.mul_add(x, sum));
         }
@@ -155,7 +158,10 @@ impl<T: Scalar> Table<T> {
 fn rate(n: usize, size: usize, a: &[Quad]) -> f64 {
     let square = |rows: usize, columns: usize| {
         let entry = |i: usize, j: usize| a[(rows + i) * size + columns + j].to_f64();
-        (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| entry(i, j).powi(2)).sum::<f64>()
+        (0..n)
+            .flat_map(|i| (0..n).map(move |j| (i, j)))
+            .map(|(i, j)| entry(i, j).powi(2))
+            .sum::<f64>()
     };
     (square(0, 0) + square(n, n) + 2.0 * square(0, n).sqrt() * square(n, 0).sqrt()).sqrt()
 }

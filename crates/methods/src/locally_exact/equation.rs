@@ -65,7 +65,8 @@ impl<V: Vector> Workspace<V> {
         let n = state.dof();
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
             let (start, dz) = (&start.as_slice()[..n], &self.dz[i].as_slice()[..n]);
-            let (mean, end) = (&mut self.mean[i].as_mut_slice()[..n], &mut self.end[i].as_mut_slice()[..n]);
+            let (mean, end) =
+                (&mut self.mean[i].as_mut_slice()[..n], &mut self.end[i].as_mut_slice()[..n]);
             for j in 0..n {
                 mean[j] = start[j] + dz[j].half();
                 end[j] = start[j] + dz[j];
@@ -95,7 +96,11 @@ impl<V: Vector> Workspace<V> {
         }
         let [a, b, c, d, ..] = &mut self.scratch;
         let dz = [self.dz[0].as_slice(), self.dz[1].as_slice()];
-        self.slopes.multiply(dz, [a.as_mut_slice(), b.as_mut_slice()], [c.as_mut_slice(), d.as_mut_slice()]);
+        self.slopes.multiply(
+            dz,
+            [a.as_mut_slice(), b.as_mut_slice()],
+            [c.as_mut_slice(), d.as_mut_slice()],
+        );
         let [u_q, u_p] = &mut self.flow.u;
         let [hq, hp] = [self.gradient[0].as_slice(), self.gradient[1].as_slice()];
         let (a, b, drag) = (a.as_slice(), b.as_slice(), self.d.as_slice());

@@ -42,7 +42,8 @@ impl<V: Vector> Workspace<V> {
             effort.iterations += 1;
             let ratio = update / before;
             // λ Δz is known to ε|H|/|Δz|, which is more than a rounding of z where Δz is short.
-            let noise = NOISE * V::Scalar::EPSILON + NOISE * h.to_f64().abs() * self.roughness(state, start);
+            let noise = NOISE * V::Scalar::EPSILON
+                + NOISE * h.to_f64().abs() * self.roughness(state, start);
             waited = if update < least { 0 } else { waited + 1 };
             least = least.min(update);
             // Of a linear system the first path is the solution.
@@ -96,7 +97,13 @@ impl<V: Vector> Workspace<V> {
 
     /// Moves the new state along ∇H where K is off by more than roundings of its ends, which those of
     /// a long step may be. What K is off by after that is the error, where it is more than rounding.
-    fn restore<S>(&mut self, system: &S, state: &State<V>, start: V::Scalar, furthest: f64) -> Result<(), f64>
+    fn restore<S>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+        start: V::Scalar,
+        furthest: f64,
+    ) -> Result<(), f64>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -115,12 +122,17 @@ impl<V: Vector> Workspace<V> {
         let target = start - gained;
         let roundings = |energy: V::Scalar| {
             let off = (energy - target).abs().to_f64();
-            if off == 0.0 { 0.0 } else { off / (V::Scalar::EPSILON * (size + energy.abs()).to_f64()) }
+            if off == 0.0 {
+                0.0
+            } else {
+                off / (V::Scalar::EPSILON * (size + energy.abs()).to_f64())
+            }
         };
         if roundings(energy) <= RESTORED {
             return Ok(());
         }
-        let largest = |z: &[V::Scalar]| z.iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        let largest =
+            |z: &[V::Scalar]| z.iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
         let projection = Projection {
             slope: [hq, hp],
             target,
@@ -196,7 +208,8 @@ impl<V: Vector> Workspace<V> {
         if self.linear {
             return 0.0;
         }
-        let largest = |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let largest =
+            |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
         let moved = largest(&self.dz[0]).max(largest(&self.dz[1]));
         let size = largest(&state.q).min(largest(&state.p)) + moved;
         if moved == 0.0 { 0.0 } else { V::Scalar::EPSILON * start.to_f64().abs() / (moved * size) }

@@ -201,7 +201,8 @@ impl<V: Vector> Slopes<V> {
         let square = v.iter().fold(zero, |sum, &v| (v / scale).mul_add(v / scale, sum));
         let length = scale * square.sqrt();
         unit.iter_mut().zip(v).for_each(|(unit, &v)| *unit = v / length);
-        let along = found.iter().zip(&*unit).fold(zero, |sum, (&d, &unit)| d.mul_add(unit, sum)) / length;
+        let along =
+            found.iter().zip(&*unit).fold(zero, |sum, (&d, &unit)| d.mul_add(unit, sum)) / length;
         let owed = self.damping.passive == Passive::InSum && along.to_f64() < 0.0;
         self.rate = if owed { zero } else { along };
         for ((turn, &d), &unit) in turn.iter_mut().zip(&*found).zip(&*unit) {
@@ -245,7 +246,8 @@ impl<V: Vector> Slopes<V> {
             }
             Kind::Turning => {
                 let [turn, unit] = [self.turn[0].as_slice(), self.turn[1].as_slice()];
-                let along = |x: &[V::Scalar]| x.iter().zip(v).fold(zero, |sum, (&x, &v)| x.mul_add(v, sum));
+                let along =
+                    |x: &[V::Scalar]| x.iter().zip(v).fold(zero, |sum, (&x, &v)| x.mul_add(v, sum));
                 let [by_turn, by_unit] = [along(turn), along(unit)];
                 for (j, to) in to.iter_mut().enumerate() {
                     *to += self.rate * v[j] + (turn[j] * by_unit - unit[j] * by_turn);

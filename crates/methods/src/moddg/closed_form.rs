@@ -1,7 +1,9 @@
 //! The scheme's solution for linear systems.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
-use afterbay_core::{Effort, InputError, Linear, Mask, Method, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{
+    Effort, InputError, Linear, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
+};
 use std::hint::cold_path;
 
 /// For V = k q²/2, D = b p the equation is linear in v:

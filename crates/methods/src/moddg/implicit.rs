@@ -49,7 +49,8 @@ where
             reach: Scalar::abs(q),
             dissipative,
         };
-        let moved = coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
+        let moved =
+            coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
         if !system.has_exact_divided_differences() {
             balanced(system, [q, moved.q], [p, moved.p], w)?;
         }

@@ -24,10 +24,13 @@ pub enum Cost {
 impl Cost {
     /// In words.
     pub fn describe(self) -> String {
-        let plural = |n: u32, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
+        let plural =
+            |n: u32, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
         match self {
             Self::Explicit(evaluations) => plural(evaluations, "evaluation"),
-            Self::Relaxed(evaluations) => format!("{}, once or twice", plural(evaluations, "evaluation")),
+            Self::Relaxed(evaluations) => {
+                format!("{}, once or twice", plural(evaluations, "evaluation"))
+            }
             Self::Sweeps(sweeps) => format!("scalar equations, {}", plural(sweeps, "sweep")),
             Self::Modes(modes) => format!("equations, {}", plural(modes, "mode")),
             Self::Nodes => "equations, 4 or 8 nodes".into(),

@@ -5,8 +5,8 @@ use super::{Kind, Row};
 use crate::moddg::ClosedForm;
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, Collocation, GeneralIncrement, Gonzalez, Increment, Leapfrog,
-    LinearExact, LocallyExact, ModDg, Rk4, Tiled,
+    AdaptiveCollocation, AdaptiveDop853, Collocation, GeneralIncrement, Gonzalez, Increment,
+    Leapfrog, LinearExact, LocallyExact, ModDg, Rk4, Tiled,
 };
 use afterbay_core::solver::{FixedPoint, Newton};
 use afterbay_core::{
@@ -68,7 +68,9 @@ where
     match row.kind {
         Kind::Leapfrog => fixed::<V, _, _>(name, Once(Leapfrog), pair.separable()?),
         Kind::Rk4 => fixed::<V, dyn Abilities<V::Scalar>, _>(name, Once(Rk4), system.clone()),
-        Kind::Relaxed(method) => fixed::<V, dyn Abilities<V::Scalar>, _>(name, Once(method), system.clone()),
+        Kind::Relaxed(method) => {
+            fixed::<V, dyn Abilities<V::Scalar>, _>(name, Once(method), system.clone())
+        }
         Kind::Gonzalez => fixed::<V, _, _>(name, Once(Gonzalez::default()), pair.curvature()?),
         Kind::LocallyExact => fixed::<V, _, _>(name, Once(LocallyExact), pair.curvature()?),
         Kind::LinearExact => fixed::<V, _, _>(name, Once(LinearExact), pair.curvature()?),
@@ -77,7 +79,9 @@ where
         }
         Kind::Increment(composition) => match (pair.separable(), system.clone().phase_planes()) {
             (Ok(system), _) => fixed::<V, _, _>(name, Once(Increment::new(composition())), system),
-            (_, Some(system)) => fixed::<V, _, _>(name, Once(GeneralIncrement::new(composition())), system),
+            (_, Some(system)) => {
+                fixed::<V, _, _>(name, Once(GeneralIncrement::new(composition())), system)
+            }
             (Err(error), None) => Err(error),
         },
         Kind::ModDg => match pair.closed() {
@@ -90,12 +94,16 @@ where
         }
         Kind::Raised(steps) => match pair.misprinted() {
             Ok(system) => fixed::<V, _, _>(name, Once(ModDg { steps, solver: ClosedForm }), system),
-            Err(_) => fixed::<V, _, _>(name, Once(ModDg { steps, solver: Newton }), pair.order_raising()?),
+            Err(_) => {
+                fixed::<V, _, _>(name, Once(ModDg { steps, solver: Newton }), pair.order_raising()?)
+            }
         },
         Kind::Printed(steps) => {
             fixed::<V, _, _>(name, Once(ModDg { steps, solver: ClosedForm }), pair.misprinted()?)
         }
-        Kind::AdaptiveCollocation | Kind::AdaptiveDop853 => Err(pair.refused("it runs in f64 alone")),
+        Kind::AdaptiveCollocation | Kind::AdaptiveDop853 => {
+            Err(pair.refused("it runs in f64 alone"))
+        }
     }
 }
 
@@ -110,9 +118,15 @@ pub(super) fn in_f64(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Result<Run<
         (Kind::AdaptiveCollocation, _) => {
             chosen::<Vec<f64>, _, _>(name, AdaptiveCollocation, pair.curvature()?)
         }
-        (Kind::AdaptiveDop853, 1) => chosen::<[f64; 1], _, _>(name, AdaptiveDop853, pair.curvature()?),
-        (Kind::AdaptiveDop853, 2) => chosen::<[f64; 2], _, _>(name, AdaptiveDop853, pair.curvature()?),
-        (Kind::AdaptiveDop853, _) => chosen::<Vec<f64>, _, _>(name, AdaptiveDop853, pair.curvature()?),
+        (Kind::AdaptiveDop853, 1) => {
+            chosen::<[f64; 1], _, _>(name, AdaptiveDop853, pair.curvature()?)
+        }
+        (Kind::AdaptiveDop853, 2) => {
+            chosen::<[f64; 2], _, _>(name, AdaptiveDop853, pair.curvature()?)
+        }
+        (Kind::AdaptiveDop853, _) => {
+            chosen::<Vec<f64>, _, _>(name, AdaptiveDop853, pair.curvature()?)
+        }
         (Kind::Increment(composition), _) => match system.clone().uniform() {
             Some(members) if Tiled::fits(&*members).is_ok() => {
                 fixed::<Vec<f64>, _, _>(name, Tiled::new(composition()), members)
@@ -128,7 +142,10 @@ pub(super) fn in_f64(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Result<Run<
 /// functions are those of the scalar. Methods whose implicit step is in all degrees of freedom at once
 /// run alone: pivots and the number of iterations are those of one system. A step that fails in one
 /// lane changes none.
-pub(super) fn in_lanes(row: &Row, system: &Arc<dyn Abilities<f64x8>>) -> Result<Run<f64x8>, InputError> {
+pub(super) fn in_lanes(
+    row: &Row,
+    system: &Arc<dyn Abilities<f64x8>>,
+) -> Result<Run<f64x8>, InputError> {
     if system.dof() == 1 {
         stored_lanes::<[f64x8; 1]>(row, system)
     } else {
@@ -146,10 +163,15 @@ where
         Kind::Rk4 => fixed::<V, dyn Abilities<f64x8>, _>(name, Once(Rk4), system.clone()),
         Kind::Increment(composition) => {
             let (n, coupling) = (system.dof(), system.coupling());
-            let red_and_black =
-                system.is_uniform() && coupling.two_coloured(n) && !system.dissipation_form().coupled;
+            let red_and_black = system.is_uniform()
+                && coupling.two_coloured(n)
+                && !system.dissipation_form().coupled;
             let order = if red_and_black { coupling.coloured(n) } else { (0..n).collect() };
-            fixed::<V, _, _>(name, Once(Increment::new(composition()).in_order(order)), pair.separable()?)
+            fixed::<V, _, _>(
+                name,
+                Once(Increment::new(composition()).in_order(order)),
+                pair.separable()?,
+            )
         }
         Kind::ModDg => match pair.closed() {
             Some(system) => fixed::<V, _, _>(name, Once(ModDg::linear()), system),

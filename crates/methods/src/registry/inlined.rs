@@ -5,7 +5,8 @@ use super::run::{Run, chosen, fixed};
 use super::{Kind, Row};
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Increment, Leapfrog, ModDg, Rk4, Tiled,
+    AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Increment, Leapfrog, ModDg, Rk4,
+    Tiled,
 };
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform, Vector};
@@ -93,7 +94,9 @@ where
         _ if system.dof() == 1 => None,
         Kind::Leapfrog => Some(fixed::<Vec<f64>, S, _>(name, Leapfrog, system)),
         Kind::Gonzalez => Some(fixed::<Vec<f64>, S, _>(name, Gonzalez::default(), system)),
-        Kind::AdaptiveCollocation => Some(chosen::<Vec<f64>, S, _>(name, AdaptiveCollocation, system)),
+        Kind::AdaptiveCollocation => {
+            Some(chosen::<Vec<f64>, S, _>(name, AdaptiveCollocation, system))
+        }
         Kind::AdaptiveDop853 if system.dof() == 2 => None,
         Kind::AdaptiveDop853 => Some(chosen::<Vec<f64>, S, _>(name, AdaptiveDop853, system)),
         _ => None,

@@ -2,7 +2,9 @@
 //! that ask for it.
 
 use super::{Row, Run, forms};
-use afterbay_core::{Abilities, Corrected, InputError, Lanewise, Quad, Scalar, Separable, f64x4, f64x8};
+use afterbay_core::{
+    Abilities, Corrected, InputError, Lanewise, Quad, Scalar, Separable, f64x4, f64x8,
+};
 use std::sync::Arc;
 
 /// A scalar methods are bound in: `f64`, [`Quad`], and [`f64x8`] for those that run side by side.

@@ -1,9 +1,9 @@
 //! A method bound to a system, for callers that know the type of neither.
 
 use afterbay_core::{
-    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar, State,
-    StateRef, Statistics, StepFailure, System, Tolerance, Vector, integrate_in, integrate_within,
-    sample_within,
+    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar,
+    State, StateRef, Statistics, StepFailure, System, Tolerance, Vector, integrate_in,
+    integrate_within, sample_within,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -63,7 +63,9 @@ impl<T: Scalar> Run<T> {
                 let statistics = Statistics { accepted: last, effort, ..Statistics::default() };
                 Ok(Statistics { least: h, largest: h, ..statistics })
             }
-            Setting::Tolerance(tolerance, end) => self.bound.run_within(&tolerance, end, place, stride, show),
+            Setting::Tolerance(tolerance, end) => {
+                self.bound.run_within(&tolerance, end, place, stride, show)
+            }
         }
         .map_err(|error| self.named(error))
     }
@@ -80,7 +82,9 @@ impl<T: Scalar> Run<T> {
         show: Show<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
         state.check(self.bound.dof())?;
-        self.bound.sample(tolerance, times, Place::of(state), show).map_err(|error| self.named(error))
+        self.bound
+            .sample(tolerance, times, Place::of(state), show)
+            .map_err(|error| self.named(error))
     }
 
     /// Takes one step, of a method that takes a step; time stays where it is.
@@ -88,7 +92,11 @@ impl<T: Scalar> Run<T> {
     /// # Errors
     /// [`InputError::Unsupported`] where the method takes a tolerance, those of [`State::check`] and of
     /// [`Method::step`], the latter as those of a run of one step; the state is then as it was.
-    pub fn step<V: Vector<Scalar = T>>(&self, h: T, state: &mut State<V>) -> Result<Effort, IntegrateError> {
+    pub fn step<V: Vector<Scalar = T>>(
+        &self,
+        h: T,
+        state: &mut State<V>,
+    ) -> Result<Effort, IntegrateError> {
         state.check(self.bound.dof())?;
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
@@ -234,7 +242,8 @@ where
 
     fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
-        let outcome = self.within(|workspace| self.method.step(&*self.system, h, &mut state, workspace));
+        let outcome =
+            self.within(|workspace| self.method.step(&*self.system, h, &mut state, workspace));
         let t = state.t.to_f64();
         place.put(&state);
         Ok(outcome.map_err(|failure| RunError { step: 1, t, failure })?)
@@ -269,8 +278,14 @@ where
         let mut state = place.take::<V>();
         let look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let mut observer = Every::new(stride, look);
-        let outcome =
-            integrate_within(&self.method, &*self.system, tolerance, end, &mut state, &mut observer);
+        let outcome = integrate_within(
+            &self.method,
+            &*self.system,
+            tolerance,
+            end,
+            &mut state,
+            &mut observer,
+        );
         place.put(&state);
         outcome
     }
@@ -284,7 +299,8 @@ where
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
         let mut look = |n: u64, state: &State<V>| show(n, state.state_ref());
-        let outcome = sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut look);
+        let outcome =
+            sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut look);
         place.put(&state);
         outcome
     }
@@ -293,7 +309,9 @@ where
 /// Does the storage have room for so many degrees of freedom?
 fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
     match V::LEN.filter(|&len| len != dof) {
-        Some(found) => Err(InputError::Length { quantity: Quantity::Coordinate, expected: dof, found }),
+        Some(found) => {
+            Err(InputError::Length { quantity: Quantity::Coordinate, expected: dof, found })
+        }
         None => Ok(()),
     }
 }
@@ -312,8 +330,13 @@ where
 {
     fits::<V>(system.dof())?;
     let workspace = method.workspace(&system)?;
-    let bound =
-        Fixed { method, system, workspace, spare: Mutex::new(None), storage: PhantomData::<fn() -> V> };
+    let bound = Fixed {
+        method,
+        system,
+        workspace,
+        spare: Mutex::new(None),
+        storage: PhantomData::<fn() -> V>,
+    };
     Ok(Run { method: name, bound: Box::new(bound) })
 }
 
@@ -329,7 +352,10 @@ where
     M: Adaptive<V, S> + Send + Sync + 'static,
 {
     fits::<V>(system.dof())?;
-    Ok(Run { method: name, bound: Box::new(Chosen { method, system, storage: PhantomData::<fn() -> V> }) })
+    Ok(Run {
+        method: name,
+        bound: Box::new(Chosen { method, system, storage: PhantomData::<fn() -> V> }),
+    })
 }
 
 /// A method whose step is compiled once for all of its callers.

@@ -138,7 +138,14 @@ pub const METHODS: &[Row] = &[
     printed("moddg-p3-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Third),
     printed("moddg-p4-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Fourth),
     printed("moddg-p4-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Fourth),
-    increment("increment-1", [2, 1, 1], 1, true, "coordinate increments: one sweep", Composition::sweep),
+    increment(
+        "increment-1",
+        [2, 1, 1],
+        1,
+        true,
+        "coordinate increments: one sweep",
+        Composition::sweep,
+    ),
     increment(
         "increment-2",
         [2; 3],
@@ -254,16 +261,37 @@ const fn increment(
     }
 }
 
-const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
+const fn raised(
+    name: &'static str,
+    local_order: [u32; 3],
+    placement: Placement,
+    degree: Degree,
+) -> Row {
     let about = match (placement, degree) {
-        (Placement::Shared(Equation::Q), Degree::Third) => "moddg with δ₃(q) in all three equations",
-        (Placement::Shared(Equation::Q), Degree::Fourth) => "moddg with δ₄(q) in all three equations",
-        (Placement::Shared(Equation::P), Degree::Third) => "moddg with δ₃(p) in all three equations",
-        (Placement::Shared(Equation::P), Degree::Fourth) => "moddg with δ₄(p) in all three equations",
-        (Placement::Single(Equation::Q), Degree::Third) => "moddg with δ₃(q) in the equation for q alone",
-        (Placement::Single(Equation::Q), Degree::Fourth) => "moddg with δ₄(q) in the equation for q alone",
-        (Placement::Single(Equation::P), Degree::Third) => "moddg with δ₃(p) in the equation for p alone",
-        (Placement::Single(Equation::P), Degree::Fourth) => "moddg with δ₄(p) in the equation for p alone",
+        (Placement::Shared(Equation::Q), Degree::Third) => {
+            "moddg with δ₃(q) in all three equations"
+        }
+        (Placement::Shared(Equation::Q), Degree::Fourth) => {
+            "moddg with δ₄(q) in all three equations"
+        }
+        (Placement::Shared(Equation::P), Degree::Third) => {
+            "moddg with δ₃(p) in all three equations"
+        }
+        (Placement::Shared(Equation::P), Degree::Fourth) => {
+            "moddg with δ₄(p) in all three equations"
+        }
+        (Placement::Single(Equation::Q), Degree::Third) => {
+            "moddg with δ₃(q) in the equation for q alone"
+        }
+        (Placement::Single(Equation::Q), Degree::Fourth) => {
+            "moddg with δ₄(q) in the equation for q alone"
+        }
+        (Placement::Single(Equation::P), Degree::Third) => {
+            "moddg with δ₃(p) in the equation for p alone"
+        }
+        (Placement::Single(Equation::P), Degree::Fourth) => {
+            "moddg with δ₄(p) in the equation for p alone"
+        }
         (Placement::Each, Degree::Third) => "moddg with δ₃(q) in q, δ₃(p) in p, h in w",
         (Placement::Each, Degree::Fourth) => "moddg with δ₄(q) in q, δ₄(p) in p, h in w",
     };
@@ -286,7 +314,12 @@ const fn raised(name: &'static str, local_order: [u32; 3], placement: Placement,
     }
 }
 
-const fn printed(name: &'static str, local_order: [u32; 3], placement: Placement, degree: Degree) -> Row {
+const fn printed(
+    name: &'static str,
+    local_order: [u32; 3],
+    placement: Placement,
+    degree: Degree,
+) -> Row {
     let row = raised(name, local_order, placement, degree);
     let kind = Kind::Printed(Printed(placement, degree));
     Row { about: "the same as the paper prints it", needs: Needs::Printed, kind, ..row }

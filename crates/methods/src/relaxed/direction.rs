@@ -20,7 +20,11 @@ impl<V: Vector> Direction<V> {
 
     /// Computes the first stage of a step from `state`.
     #[inline]
-    pub(super) fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) -> Effort {
+    pub(super) fn begin<S: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+    ) -> Effort {
         self.stages.begin(system, state);
         Effort { evaluations: 1, iterations: 0 }
     }
@@ -44,7 +48,11 @@ impl<V: Vector> Direction<V> {
     pub(super) fn slope(&self) -> V::Scalar {
         let zero = V::Scalar::zero();
         let along = |slope: &V, d: &V| {
-            slope.as_slice().iter().zip(d.as_slice()).fold(zero, |sum, (&slope, &d)| slope.mul_add(d, sum))
+            slope
+                .as_slice()
+                .iter()
+                .zip(d.as_slice())
+                .fold(zero, |sum, (&slope, &d)| slope.mul_add(d, sum))
         };
         let gained = self.w.as_slice().iter().fold(zero, |sum, &e| sum + e);
         along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
@@ -62,8 +70,10 @@ impl<V: Vector> Direction<V> {
 
     /// Does `change` times d move the state by more than a rounding?
     pub(super) fn feel(&self, state: &State<V>, change: V::Scalar) -> bool {
-        let largest = |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
-        let moved = |d: &V, z: &V| change.to_f64().abs() * largest(d) > V::Scalar::EPSILON * largest(z);
+        let largest =
+            |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let moved =
+            |d: &V, z: &V| change.to_f64().abs() * largest(d) > V::Scalar::EPSILON * largest(z);
         moved(&self.q, &state.q) || moved(&self.p, &state.p)
     }
 }

@@ -90,8 +90,11 @@ impl<V: Vector> Chord<V> {
         let mut next = one - (excess + excess) / (ahead + spread);
         for _ in 0..LIMIT {
             let near = (next - one).to_f64().abs() <= REACH;
-            let point =
-                if near { self.place(system, state, direction, next, total).ok()? } else { return None };
+            let point = if near {
+                self.place(system, state, direction, next, total).ok()?
+            } else {
+                return None;
+            };
             let (found, least) = (point.excess.to_f64().abs(), best.excess.to_f64().abs());
             if found < least {
                 best = point;

@@ -31,7 +31,12 @@ impl<V: Vector> Track<V> {
     }
 
     /// What is known for a step h from `state`, at which K is `total`.
-    pub(super) fn known(&self, h: V::Scalar, state: &State<V>, total: V::Scalar) -> Known<V::Scalar> {
+    pub(super) fn known(
+        &self,
+        h: V::Scalar,
+        state: &State<V>,
+        total: V::Scalar,
+    ) -> Known<V::Scalar> {
         let (zero, one) = (V::Scalar::zero(), V::Scalar::one());
         let same = |ours: &V, theirs: &V| ours.as_slice() == theirs.as_slice();
         let here = same(&self.q, &state.q) && same(&self.p, &state.p) && same(&self.w, &state.w);

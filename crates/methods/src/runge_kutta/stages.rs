@@ -120,7 +120,13 @@ impl<V: Vector> Stages<V> {
 
     /// The same, from a start.
     #[inline(always)]
-    pub(crate) fn add<const PART: usize>(&self, terms: Terms, factor: V::Scalar, start: &V, to: &mut V) {
+    pub(crate) fn add<const PART: usize>(
+        &self,
+        terms: Terms,
+        factor: V::Scalar,
+        start: &V,
+        to: &mut V,
+    ) {
         combine::<V, PART>(terms, &self.slopes, factor, start, to);
     }
 }
@@ -161,7 +167,9 @@ fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
     to: &mut [V::Scalar],
     mut done: usize,
 ) -> usize {
-    for (to, start) in to[done..].as_chunks_mut::<W>().0.iter_mut().zip(start[done..].as_chunks::<W>().0) {
+    for (to, start) in
+        to[done..].as_chunks_mut::<W>().0.iter_mut().zip(start[done..].as_chunks::<W>().0)
+    {
         let sums = terms.iter().fold([V::Scalar::zero(); W], |sums, &(k, a)| {
             let (a, x) = (number::<V::Scalar>(a), &slopes[k][PART].as_slice()[done..done + W]);
             from_fn(|b| a.mul_add(x[b], sums[b]))

@@ -29,7 +29,8 @@ pub(crate) fn number<T: Scalar>([high, low]: [f64; 2]) -> T {
 pub(crate) struct Classical;
 
 impl Tableau for Classical {
-    const ROWS: &'static [Terms] = &[&[], &[(0, [0.5, 0.0])], &[(1, [0.5, 0.0])], &[(2, [1.0, 0.0])]];
+    const ROWS: &'static [Terms] =
+        &[&[], &[(0, [0.5, 0.0])], &[(1, [0.5, 0.0])], &[(2, [1.0, 0.0])]];
     const WEIGHTS: Terms = &[(0, SIXTH), (1, THIRD), (2, THIRD), (3, SIXTH)];
 }
 
@@ -181,7 +182,10 @@ mod tests {
                     let mut sums = [T::zero(); 2];
                     for &(j, a) in *row {
                         let a: T = number(a);
-                        sums = [a.mul_add(below[j][0], sums[0]), a.abs().mul_add(below[j][1], sums[1])];
+                        sums = [
+                            a.mul_add(below[j][0], sums[0]),
+                            a.abs().mul_add(below[j][1], sums[1]),
+                        ];
                     }
                     *all = [all[0] * sums[0], all[1] * sums[1]];
                 }
@@ -228,13 +232,19 @@ mod tests {
     #[test]
     fn order_conditions_hold_to_rounding_in_both_scalars_and_not_beyond() {
         let trees = trees(9);
-        assert_eq!(trees.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 2, 4, 9, 20, 48, 115, 286]);
+        assert_eq!(
+            trees.iter().map(Vec::len).collect::<Vec<_>>(),
+            [1, 1, 2, 4, 9, 20, 48, 115, 286]
+        );
         for (rows, weights, order) in
             [(Classical::ROWS, Classical::WEIGHTS, 4), (Dop853::ROWS, Dop853::WEIGHTS, 8)]
         {
             for tree in trees[..order].iter().flatten() {
                 let found = [miss::<f64>(rows, weights, tree), miss::<Quad>(rows, weights, tree)];
-                assert!(found.iter().all(|&miss| miss < 16.0), "{tree:?} is missed by {found:?} roundings");
+                assert!(
+                    found.iter().all(|&miss| miss < 16.0),
+                    "{tree:?} is missed by {found:?} roundings"
+                );
             }
             assert!(trees[order].iter().any(|tree| miss::<Quad>(rows, weights, tree) > 1e20));
         }
@@ -265,7 +275,8 @@ mod tests {
         let (mut sum, mut power) = ([1.0, 0.0], 1.0);
         for k in 1..=Dop853::ROWS.len() {
             power *= r;
-            let term = power * Dop853::WEIGHTS.iter().map(|&(i, [b, _])| b * column[i]).sum::<f64>();
+            let term =
+                power * Dop853::WEIGHTS.iter().map(|&(i, [b, _])| b * column[i]).sum::<f64>();
             let (sin, cos) = (k as f64 * angle).sin_cos();
             sum = [sum[0] + term * cos, sum[1] + term * sin];
             let row = |row: &Terms| row.iter().map(|&(j, [a, _])| a * column[j]).sum();
@@ -276,8 +287,11 @@ mod tests {
 
     #[test]
     fn dop853_is_stable_in_the_half_disc_of_radius_5_96() {
-        let angles = (0..=90).map(|degrees| std::f64::consts::PI * (0.5 + f64::from(degrees) / 180.0));
-        for (angle, r) in angles.flat_map(|angle| (1..=596).map(move |i| (angle, 0.01 * f64::from(i)))) {
+        let angles =
+            (0..=90).map(|degrees| std::f64::consts::PI * (0.5 + f64::from(degrees) / 180.0));
+        for (angle, r) in
+            angles.flat_map(|angle| (1..=596).map(move |i| (angle, 0.01 * f64::from(i))))
+        {
             let found = amplification(r, angle);
             assert!(found <= 1.0 + 1e-12, "|R| = {found} at |z| = {r}, angle {angle}");
         }

@@ -3,7 +3,9 @@
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
 use crate::bind::{separable, uniform};
-use afterbay_core::{Curvature, InputError, IntegrateError, Separable, State, StepFailure, Uniform};
+use afterbay_core::{
+    Curvature, InputError, IntegrateError, Separable, State, StepFailure, Uniform,
+};
 use afterbay_methods::registry::{FIXED, Needs, Row, Run};
 use afterbay_systems::FputChain;
 use std::collections::BTreeMap;
@@ -106,7 +108,12 @@ fn every_flag_holds_at_size_both_ways() {
     web(&mut seen, "50", &linear(0.0), &[0.3, 3.0, 30.0]);
     web(&mut seen, "50, skew", &linear(0.5), &[0.3, 3.0, 30.0]);
     web(&mut seen, "50 in the wind", &Web::new(50, 3.0, 0.3, 0.0, 1.0, Rubs::Wind), &[0.1]);
-    web(&mut seen, "50, uneven and skew", &Web::new(50, 3.0, 0.02, 0.5, 1.0, Rubs::Unevenly), &[0.1]);
+    web(
+        &mut seen,
+        "50, uneven and skew",
+        &Web::new(50, 3.0, 0.02, 0.5, 1.0, Rubs::Unevenly),
+        &[0.1],
+    );
     for row in FIXED {
         let Some(seen) = seen.get(row.name) else { continue };
         println!(
@@ -117,7 +124,11 @@ fn every_flag_holds_at_size_both_ways() {
             seen.unstable.first()
         );
         let kept = if row.keeps_k { seen.drift < ROUNDINGS } else { seen.drift > LOST };
-        assert!(kept, "{} keeps K: {}, and K is off by {} roundings", row.name, row.keeps_k, seen.drift);
+        assert!(
+            kept,
+            "{} keeps K: {}, and K is off by {} roundings",
+            row.name, row.keeps_k, seen.drift
+        );
         assert!(!row.passive || seen.fell == 0, "{} is passive, and reservoirs fell", row.name);
         let stable = seen.unstable.is_empty();
         // Compositions that go back in time are unstable too, on scenes of `stability_flags`.

@@ -27,7 +27,9 @@ fn an_oscillator_is_exact_over_any_step() {
             let h = reach / rate;
             let mut state = State::new([1.0], [0.5]).unwrap();
             let before = state.total(&system);
-            LinearExact.step(&system, h, &mut state, &mut LinearExact.workspace(&system).unwrap()).unwrap();
+            LinearExact
+                .step(&system, h, &mut state, &mut LinearExact.workspace(&system).unwrap())
+                .unwrap();
             let quad = Quad::from_f64;
             let mut exact = State::new([quad(1.0)], [quad(0.5)]).unwrap();
             DampedOscillator::new(quad(k), quad(b)).unwrap().flow(quad(h), &mut exact);
@@ -46,7 +48,10 @@ fn an_oscillator_is_exact_over_any_step() {
                 );
             }
             let off = (state.total(&system) - before).abs() / before;
-            assert!(off < 4.0 * f64::EPSILON, "k = {k}, b = {b}, h |A| = {reach:e}: K is off by {off:e}");
+            assert!(
+                off < 4.0 * f64::EPSILON,
+                "k = {k}, b = {b}, h |A| = {reach:e}: K is off by {off:e}"
+            );
         }
     }
 }
@@ -65,7 +70,10 @@ fn k_is_kept_over_any_step() {
                 LinearExact.step(&web, h, &mut state, &mut workspace).unwrap();
                 let size = before.total(&web) + state.w.iter().map(|w| w.abs()).sum::<f64>();
                 let off = (state.total(&web) - before.total(&web)).abs() / (f64::EPSILON * size);
-                assert!(off < 16.0, "N = {n}, c = {c}, g = {g}, h = {h}: K is off by {off} roundings");
+                assert!(
+                    off < 16.0,
+                    "N = {n}, c = {c}, g = {g}, h = {h}: K is off by {off} roundings"
+                );
                 assert_eq!(
                     falls(web.dissipation_form().passive, &before.w, &state.w),
                     0,

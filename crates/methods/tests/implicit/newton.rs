@@ -24,7 +24,10 @@ fn solved<S: Curvature<f64>>(
             panic!("{name}, s = {stages}, h = {h}, step {step}: {failure}");
         }
         let roundings = drift(system, h, &before, &state);
-        assert!(roundings < 16.0, "{name}, s = {stages}, h = {h}: K is off by {roundings} roundings");
+        assert!(
+            roundings < 16.0,
+            "{name}, s = {stages}, h = {h}: K is off by {roundings} roundings"
+        );
         let fell = falls(system.dissipation_form().passive, &before.w, &state.w);
         assert_eq!(fell, 0, "{name}, s = {stages}, h = {h}: reservoirs fell");
     }
@@ -38,7 +41,14 @@ fn chains_of_2000_are_solved() {
         let chain = FputChain::new(n, beta, 0.1).unwrap();
         for stages in 1..=8 {
             let start = State::new(wave(n, 1.0), vec![0.0; n]).unwrap();
-            solved(&format!("β = {beta}"), &chain, stages, 3.0, if beta == 0.0 { 3 } else { 1 }, start);
+            solved(
+                &format!("β = {beta}"),
+                &chain,
+                stages,
+                3.0,
+                if beta == 0.0 { 3 } else { 1 },
+                start,
+            );
         }
     }
     let stiff = FputChain::new(2000, 1e4, 5.0).unwrap();
@@ -80,7 +90,8 @@ fn a_long_step_of_a_mode_is_that_of_an_oscillator() {
             method.step(&chain, h, &mut all, &mut method.workspace(&chain).unwrap()).unwrap();
             method.step(&alone, h, &mut one, &mut method.workspace(&alone).unwrap()).unwrap();
             for (j, shape) in shape.iter().enumerate() {
-                let off = (all.q[j] - shape * one.q[0]).abs().max((all.p[j] - shape * one.p[0]).abs());
+                let off =
+                    (all.q[j] - shape * one.q[0]).abs().max((all.p[j] - shape * one.p[0]).abs());
                 let off = off.max((all.w[j] - shape * shape * one.w[0]).abs());
                 assert!(off < 1e-12, "s = {stages}, h = {h}, mass {j}: {off:e}");
             }
@@ -163,7 +174,10 @@ fn what_does_not_fit_in_memory_is_named() {
     let before = state.clone();
     let mut workspace = method.workspace(&crowd).unwrap();
     let failure = method.step(&crowd, 100.0, &mut state, &mut workspace).unwrap_err();
-    assert!(matches!(failure, StepFailure::TooLarge { unknowns: 9000, bytes } if bytes > 4e9), "{failure}");
+    assert!(
+        matches!(failure, StepFailure::TooLarge { unknowns: 9000, bytes } if bytes > 4e9),
+        "{failure}"
+    );
     assert_eq!(state, before);
     method.step(&crowd, 0.1, &mut state, &mut workspace).unwrap();
 }
@@ -202,8 +216,9 @@ fn failures_name_their_degree_of_freedom() {
     for stages in 1..=8 {
         let method = Collocation::new(stages);
         let mut state = State::new([0.0, 0.5], [0.0, 5.0]).unwrap();
-        let failure =
-            method.step(&Cliff, 1.0, &mut state, &mut method.workspace(&Cliff).unwrap()).unwrap_err();
+        let failure = method
+            .step(&Cliff, 1.0, &mut state, &mut method.workspace(&Cliff).unwrap())
+            .unwrap_err();
         let named = matches!(
             failure,
             StepFailure::NonFinite { dof: 1, .. } | StepFailure::NewtonStalled { dof: 1, .. }
@@ -230,7 +245,10 @@ fn hardly_a_step_fails_and_the_advice_helps() {
             };
             if let Err(failure) = step(h) {
                 failed += 1;
-                assert!(step(h / 4.0).is_ok() || step(h / 8.0).is_ok(), "s = {stages}, h = {h}: {failure}");
+                assert!(
+                    step(h / 4.0).is_ok() || step(h / 8.0).is_ok(),
+                    "s = {stages}, h = {h}: {failure}"
+                );
             }
         }
     }

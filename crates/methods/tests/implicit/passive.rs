@@ -8,8 +8,12 @@ use afterbay_systems::{Custom, Description, DissipationText};
 
 fn custom(potential: &str, friction: &[&str]) -> Custom<f64> {
     let friction = DissipationText::Forces(friction.iter().map(ToString::to_string).collect());
-    Custom::new(&Description { potential: potential.into(), dissipation: friction, ..Description::default() })
-        .unwrap()
+    Custom::new(&Description {
+        potential: potential.into(),
+        dissipation: friction,
+        ..Description::default()
+    })
+    .unwrap()
 }
 
 /// Steps of locally-exact: none takes energy back where the system may not, and K is kept.
@@ -32,14 +36,18 @@ fn only_fills<S: Curvature<f64>>(
         }
         assert_eq!(falls(passive, &before.w, &state.w), 0, "{name}, h = {h}, step {step}");
         let roundings = drift(system, h, &before, &state);
-        assert!(roundings < 16.0, "{name}, h = {h}, step {step}: K is off by {roundings} roundings");
+        assert!(
+            roundings < 16.0,
+            "{name}, h = {h}, step {step}: K is off by {roundings} roundings"
+        );
     }
     steps
 }
 
 #[test]
 fn the_wind_in_the_plane_takes_energy_only() {
-    let texts = custom("(q1^2 + 2*q2^2)/2", &["0.4*p1*sqrt(p1^2 + p2^2)", "0.4*p2*sqrt(p1^2 + p2^2)"]);
+    let texts =
+        custom("(q1^2 + 2*q2^2)/2", &["0.4*p1*sqrt(p1^2 + p2^2)", "0.4*p2*sqrt(p1^2 + p2^2)"]);
     for h in [0.01, 0.1, 0.5, 1.0] {
         assert_eq!(only_fills("texts", &texts, h, 200, vec![1.0, -0.3], vec![0.2, 0.9]), 200);
         let web = Web::new(2, 1.0, 0.4, 0.0, 0.0, Rubs::Wind);
@@ -72,14 +80,22 @@ fn every_kind_of_friction_takes_energy_only() {
 /// included.
 #[test]
 fn friction_that_depends_on_q_linearly_is_exact() {
-    for forces in [["0.3*p1 + 0.4*q1", "0.2*p2"], ["0.3*p1 + 0.4*q2 + 0.1*p2", "0.2*p2 - 0.3*q1 + 0.05*q2"]] {
+    for forces in
+        [["0.3*p1 + 0.4*q1", "0.2*p2"], ["0.3*p1 + 0.4*q2 + 0.1*p2", "0.2*p2 - 0.3*q1 + 0.05*q2"]]
+    {
         let system = custom("q1^2 + q2^2 + q1*q2", &forces);
         assert!(Curvature::<f64>::is_linear(&system), "{forces:?}");
         for h in [0.1, 1.0, 4.0] {
-            let [mut a, mut b] = [0, 1].map(|_| State::new(vec![1.0, -0.4], vec![0.3, 0.8]).unwrap());
-            LocallyExact.step(&system, h, &mut a, &mut LocallyExact.workspace(&system).unwrap()).unwrap();
-            LinearExact.step(&system, h, &mut b, &mut LinearExact.workspace(&system).unwrap()).unwrap();
-            for (a, b) in a.q.iter().chain(&a.p).chain(&a.w).zip(b.q.iter().chain(&b.p).chain(&b.w)) {
+            let [mut a, mut b] =
+                [0, 1].map(|_| State::new(vec![1.0, -0.4], vec![0.3, 0.8]).unwrap());
+            LocallyExact
+                .step(&system, h, &mut a, &mut LocallyExact.workspace(&system).unwrap())
+                .unwrap();
+            LinearExact
+                .step(&system, h, &mut b, &mut LinearExact.workspace(&system).unwrap())
+                .unwrap();
+            for (a, b) in a.q.iter().chain(&a.p).chain(&a.w).zip(b.q.iter().chain(&b.p).chain(&b.w))
+            {
                 assert!((a - b).abs() < 1e-13 * (1.0 + h), "{forces:?}, h = {h}: {a} {b}");
             }
         }

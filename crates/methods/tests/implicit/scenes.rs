@@ -32,8 +32,9 @@ impl Web {
     /// With springs of about this stiffness.
     pub(crate) fn new(n: usize, stiffness: f64, c: f64, g: f64, beta: f64, rubs: Rubs) -> Self {
         let x = |i: usize, j: usize| (1.3 * (i * j) as f64 + 0.7 * (i + j) as f64).sin();
-        let spring =
-            |i: usize, j: usize| stiffness * (f64::from(u8::from(i == j)) + 0.5 * x(i, j) / n as f64);
+        let spring = |i: usize, j: usize| {
+            stiffness * (f64::from(u8::from(i == j)) + 0.5 * x(i, j) / n as f64)
+        };
         let skew = |i: usize, j: usize| match i.cmp(&j) {
             std::cmp::Ordering::Less => x(i, j),
             std::cmp::Ordering::Equal => 0.0,
@@ -111,7 +112,12 @@ impl Curvature<f64> for Web {
             put(Block::Hpp, i, i, 1.0);
             for j in 0..self.n {
                 let own = f64::from(u8::from(i == j));
-                put(Block::Hqq, i, j, self.spring[i * self.n + j] + own * 3.0 * self.beta * q[i] * q[i]);
+                put(
+                    Block::Hqq,
+                    i,
+                    j,
+                    self.spring[i * self.n + j] + own * 3.0 * self.beta * q[i] * q[i],
+                );
                 let c = self.coefficient(i);
                 let rubs = match self.rubs {
                     Rubs::Linearly => own * c,

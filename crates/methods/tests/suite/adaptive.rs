@@ -2,8 +2,8 @@
 
 use crate::bind::curved;
 use afterbay_core::{
-    Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StateRef,
-    StepFailure, System, Tolerance,
+    Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State,
+    StateRef, StepFailure, System, Tolerance,
 };
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
@@ -53,18 +53,31 @@ where
         &mut |_, state| {
             worst = worst.max(drift(system, last.state_ref(), state));
             taken |= passive.violated(&last.w, state.w);
-            last = State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
+            last =
+                State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
             ControlFlow::Continue(())
         },
     );
-    let statistics = statistics.map_err(|error| TestCaseError::fail(format!("{}: {error}", row.name)))?;
-    prop_assert!(statistics.least > 0.0 && statistics.largest <= end, "{}: {:?}", row.name, statistics);
+    let statistics =
+        statistics.map_err(|error| TestCaseError::fail(format!("{}: {error}", row.name)))?;
+    prop_assert!(
+        statistics.least > 0.0 && statistics.largest <= end,
+        "{}: {:?}",
+        row.name,
+        statistics
+    );
     prop_assert_eq!(state.t, end);
     Ok((worst, taken))
 }
 
 /// K and Δw ≥ 0 of every step of a run by each method.
-fn books<S>(system: &S, tolerance: Tolerance, end: f64, q: Vec<f64>, p: Vec<f64>) -> Result<(), TestCaseError>
+fn books<S>(
+    system: &S,
+    tolerance: Tolerance,
+    end: f64,
+    q: Vec<f64>,
+    p: Vec<f64>,
+) -> Result<(), TestCaseError>
 where
     S: Curvature<f64> + Clone + 'static,
 {
@@ -170,11 +183,18 @@ fn stiff_systems_hold_back_what_is_not_a_stable() {
     for row in ADAPTIVE {
         let mut state = State::new([2.0], [0.0]).unwrap();
         let within = curved(row, system).unwrap();
-        let done = within.run(Setting::Tolerance(Tolerance::all(1e-4), 50.0), &mut state, 1, &mut |_, _| {
-            ControlFlow::Continue(())
-        });
+        let done = within.run(
+            Setting::Tolerance(Tolerance::all(1e-4), 50.0),
+            &mut state,
+            1,
+            &mut |_, _| ControlFlow::Continue(()),
+        );
         let accepted = done.unwrap().accepted;
-        assert!(if row.a_stable { accepted < 200 } else { accepted > 5000 }, "{}: {accepted}", row.name);
+        assert!(
+            if row.a_stable { accepted < 200 } else { accepted > 5000 },
+            "{}: {accepted}",
+            row.name
+        );
     }
 }
 
@@ -187,10 +207,15 @@ fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
         let within = curved(row, system).unwrap();
         let tolerance = Tolerance::all(1e-13);
         let mut steps = 0;
-        let done = within.run(Setting::Tolerance(tolerance, 2000.0), &mut state, 1, &mut |step, state| {
-            steps = step;
-            if step < 20_000 && state.t < 2.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
+        let done =
+            within.run(Setting::Tolerance(tolerance, 2000.0), &mut state, 1, &mut |step, state| {
+                steps = step;
+                if step < 20_000 && state.t < 2.0 {
+                    ControlFlow::Continue(())
+                } else {
+                    ControlFlow::Break(())
+                }
+            });
         assert!(done.is_ok() && state.t >= 2.0, "{}: {done:?}, {state:?} in {steps}", row.name);
     }
 }
@@ -204,14 +229,20 @@ fn what_cannot_be_done_is_refused() {
         let mut state = start.clone();
         let mut run = |tolerance: f64, end: f64| {
             within
-                .run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut |_, _| {
-                    ControlFlow::Continue(())
-                })
+                .run(
+                    Setting::Tolerance(Tolerance::all(tolerance), end),
+                    &mut state,
+                    1,
+                    &mut |_, _| ControlFlow::Continue(()),
+                )
                 .unwrap_err()
         };
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-16] {
             let refused = run(tolerance, 1.0);
-            assert!(matches!(refused, IntegrateError::Input(InputError::Tolerance { .. })), "{tolerance}");
+            assert!(
+                matches!(refused, IntegrateError::Input(InputError::Tolerance { .. })),
+                "{tolerance}"
+            );
         }
         for end in [-1.0, f64::NAN, f64::INFINITY] {
             let refused = run(1e-6, end);
@@ -276,7 +307,9 @@ fn failures_have_names_and_the_last_good_state() {
         let Err(IntegrateError::Run(error)) = outcome else { panic!("{outcome:?}") };
         let named = matches!(
             error.failure,
-            StepFailure::Vanishes { .. } | StepFailure::NonFinite { .. } | StepFailure::NotContracting { .. }
+            StepFailure::Vanishes { .. }
+                | StepFailure::NonFinite { .. }
+                | StepFailure::NotContracting { .. }
         );
         assert!(named, "{}: {error}", row.name);
         assert_eq!((state.clone(), error.t), (last, state.t));
@@ -290,7 +323,8 @@ fn steps_allocate_nothing() {
     fn check<S: Curvature<f64>, M: Adaptive<Vec<f64>, S>>(method: &M, system: &S) {
         for tolerance in [1e-4, 1e-9] {
             let n = system.dof();
-            let mut state = State::new((0..n).map(|j| (j as f64).sin()).collect(), vec![0.5; n]).unwrap();
+            let mut state =
+                State::new((0..n).map(|j| (j as f64).sin()).collect(), vec![0.5; n]).unwrap();
             let mut workspace = method.workspace(system, &Tolerance::all(tolerance), 10.0).unwrap();
             let allocated = allocation_counter::measure(|| {
                 for i in 0..100 {

@@ -40,7 +40,9 @@ fn run<S: Curvature<f64> + Clone + 'static>(
     let tolerance = Tolerance::all(tolerance);
     let within = curved(row, system.clone()).unwrap();
     let done = within
-        .run(Setting::Tolerance(tolerance, end), &mut state, 1, &mut |_, _| ControlFlow::Continue(()))
+        .run(Setting::Tolerance(tolerance, end), &mut state, 1, &mut |_, _| {
+            ControlFlow::Continue(())
+        })
         .unwrap();
     ([state.q, state.p, state.w], done)
 }
@@ -105,7 +107,8 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("B Duffing", &b, [&[1.5], &[0.5]], 50.0, &reference("B"));
     let c1 = VanDerPol::new(1.0).unwrap();
     lines("C1 Van der Pol", &c1, [&[2.0], &[0.0]], 50.0, &reference("C1"));
-    let sine = |n: usize| (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect::<Vec<_>>();
+    let sine =
+        |n: usize| (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect::<Vec<_>>();
     let d64 = FputChain::new(64, 1.0, 0.01).unwrap();
     lines("D64 chain", &d64, [&sine(64), &[0.0; 64]], 100.0, &reference("D64"));
     let e = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 1.0, [0.1; 2]).unwrap();
@@ -113,7 +116,13 @@ fn errors_are_within_ten_times_the_tolerance() {
     // Beyond the test set: a pendulum that pulls solutions apart, and a chain whose steps the error decides.
     let fast = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
     let start: [&[f64]; 2] = [&[1.0, 1.5], &[0.0; 2]];
-    lines("double pendulum, fast", &fast, start, 5.0, &series(&fast.map(Series::constant), start, 5.0));
+    lines(
+        "double pendulum, fast",
+        &fast,
+        start,
+        5.0,
+        &series(&fast.map(Series::constant), start, 5.0),
+    );
     let d8 = FputChain::new(8, 1.0, 0.01).unwrap();
     let q = sine(8);
     let start: [&[f64]; 2] = [&q, &[0.0; 8]];
@@ -169,6 +178,9 @@ fn stiff_runs_end_where_another_library_does() {
         let [of_q, of_p, _] = shares(&found, &exact, tolerance);
         assert!(of_q < 10.0 && of_p < 10.0, "{tolerance:e}: {q:e} {p:e}");
         let known = ROUNDINGS * f64::EPSILON * largest;
-        assert!(w < 10.0 * tolerance + known, "{tolerance:e}: w by {w:e}, {known:e} of it roundings");
+        assert!(
+            w < 10.0 * tolerance + known,
+            "{tolerance:e}: w by {w:e}, {known:e} of it roundings"
+        );
     }
 }

@@ -3,7 +3,8 @@
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within, sample_within,
+    Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within,
+    sample_within,
 };
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
 use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain};
@@ -29,23 +30,35 @@ fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
     for tolerance in [1e-4, 1e-8, 1e-12] {
         let (mut state, mut seen) = (start.clone(), 0);
         let k = start.total(&system);
-        sample_within(method, &system, &Tolerance::all(tolerance), &times, &mut state, &mut |n: u64,
-                                                                                             at: &State<
-            [f64; 1],
-        >| {
-            assert_eq!((n, at.t), (seen, times[seen as usize]));
-            let exact = &exact[seen as usize];
-            let error = far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
-            assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
-            assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
-            seen += 1;
-            ControlFlow::Continue(())
-        })
+        sample_within(
+            method,
+            &system,
+            &Tolerance::all(tolerance),
+            &times,
+            &mut state,
+            &mut |n: u64, at: &State<[f64; 1]>| {
+                assert_eq!((n, at.t), (seen, times[seen as usize]));
+                let exact = &exact[seen as usize];
+                let error =
+                    far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
+                assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
+                assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
+                seen += 1;
+                ControlFlow::Continue(())
+            },
+        )
         .unwrap();
         assert_eq!(seen, times.len() as u64);
         let mut alone = start.clone();
-        integrate_within(method, &system, &Tolerance::all(tolerance), times[300], &mut alone, &mut ())
-            .unwrap();
+        integrate_within(
+            method,
+            &system,
+            &Tolerance::all(tolerance),
+            times[300],
+            &mut alone,
+            &mut (),
+        )
+        .unwrap();
         assert_eq!(state, alone);
     }
 }
@@ -107,15 +120,18 @@ fn orders<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
         .map(|start| {
             let [q, p] = start.map(|x| x.map(Quad::from_f64));
             let start = State::new(q, p).unwrap();
-            let exact = trajectory::<_, _, 24>(series, &start, Quad::ONE, 1).unwrap().pop().unwrap();
+            let exact =
+                trajectory::<_, _, 24>(series, &start, Quad::ONE, 1).unwrap().pop().unwrap();
             [start, exact]
         })
         .to_vec();
     let errors: Vec<[f64; 3]> = counts
         .iter()
         .map(|&count| {
-            let runs = ends.iter().map(|ends| sampled(method, system, ends, Steps { count, ..steps }));
-            runs.fold([0.0; 3], |sum, run| [0, 1, 2].map(|part| sum[part] + run[part])).map(f64::sqrt)
+            let runs =
+                ends.iter().map(|ends| sampled(method, system, ends, Steps { count, ..steps }));
+            runs.fold([0.0; 3], |sum, run| [0, 1, 2].map(|part| sum[part] + run[part]))
+                .map(f64::sqrt)
         })
         .collect();
     let lengths: Vec<f64> = counts.iter().map(|&count| 1.0 / (count as f64 - 0.5)).collect();
@@ -133,7 +149,8 @@ fn orders<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
 fn samples_have_the_order_of_steps_in_q_p_and_w() {
     let quad = Quad::from_f64;
     let chain = FputChain::new(2, 1.0, 0.25).unwrap().map(quad);
-    let pendulum = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 1.0, [0.125, 0.25]).unwrap().map(quad);
+    let pendulum =
+        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 1.0, [0.125, 0.25]).unwrap().map(quad);
     let (one, two) = (chain.map(Series::constant), pendulum.map(Series::constant));
     let eight = Steps { count: 0, order: 8, grows: 8, tolerance: 1e-3, span: 0.3 };
     let sixteen = Steps { count: 0, order: 16, grows: 16, tolerance: 1e-5, span: 10.0 };

@@ -1,8 +1,8 @@
 //! Systems bound to the rows of the registry, each with the abilities a test gives it.
 
 use afterbay_core::{
-    Abilities, Coupling, Curvature, DissipationForm, InputError, Linear, Members, Misprinted, OrderRaising,
-    PhasePlane, Scalar, SecondDerivatives, Separable, System, Uniform,
+    Abilities, Coupling, Curvature, DissipationForm, InputError, Linear, Members, Misprinted,
+    OrderRaising, PhasePlane, Scalar, SecondDerivatives, Separable, System, Uniform,
 };
 use afterbay_methods::registry::{self, Number, Row, Run};
 use std::marker::PhantomData;
@@ -171,7 +171,10 @@ where
 struct Bent;
 
 /// Any H with second derivatives.
-pub(crate) fn curved<S: Curvature<f64> + 'static>(row: &Row, system: S) -> Result<Run<f64>, InputError> {
+pub(crate) fn curved<S: Curvature<f64> + 'static>(
+    row: &Row,
+    system: S,
+) -> Result<Run<f64>, InputError> {
     bound::<f64, S, Bent>(row, system)
 }
 

@@ -1,7 +1,9 @@
 //! One step of a method on one degree of freedom, and how far it may move K = H + w by rounding.
 
 use crate::bind::{linear, nonlinear};
-use afterbay_core::{Effort, InputError, IntegrateError, Mask, Passive, Quad, Scalar, State, StepFailure};
+use afterbay_core::{
+    Effort, InputError, IntegrateError, Mask, Passive, Quad, Scalar, State, StepFailure,
+};
 use afterbay_methods::registry::{Number, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 use proptest::prelude::*;
@@ -49,7 +51,9 @@ impl Model {
     fn potential(self) -> [f64; 2] {
         match self {
             Self::DampedOscillator { k, .. } => [k, 0.0],
-            Self::Duffing { alpha, beta, .. } | Self::ModifiedVanDerPol { alpha, beta, .. } => [alpha, beta],
+            Self::Duffing { alpha, beta, .. } | Self::ModifiedVanDerPol { alpha, beta, .. } => {
+                [alpha, beta]
+            }
             Self::VanDerPol { .. } => [1.0, 0.0],
         }
     }
@@ -75,16 +79,19 @@ impl Model {
                 [None, Some(nonlinear(row, Duffing::new(x(alpha), x(beta), x(c)).unwrap()))]
             }
             Self::VanDerPol { mu } => [None, Some(nonlinear(row, VanDerPol::new(x(mu)).unwrap()))],
-            Self::ModifiedVanDerPol { mu, alpha, beta } => {
-                [None, Some(nonlinear(row, ModifiedVanDerPol::new(x(mu), x(alpha), x(beta)).unwrap()))]
-            }
+            Self::ModifiedVanDerPol { mu, alpha, beta } => [
+                None,
+                Some(nonlinear(row, ModifiedVanDerPol::new(x(mu), x(alpha), x(beta)).unwrap())),
+            ],
         };
         let mut bound = Vec::new();
         for (run, closed) in attempts.into_iter().zip([true, false]) {
             match run {
                 None | Some(Err(InputError::Unsupported { .. })) => {}
                 Some(Err(error)) => panic!("{}: {error}", row.name),
-                Some(Ok(run)) => bound.push(Bound { run, closed: closed && row.name != "moddg-fixed-point" }),
+                Some(Ok(run)) => {
+                    bound.push(Bound { run, closed: closed && row.name != "moddg-fixed-point" });
+                }
             }
         }
         bound
@@ -152,8 +159,8 @@ pub(crate) struct Case {
 
 /// Numbers up to `size`, small ones and 0 included.
 pub(crate) fn number(size: f64) -> impl Strategy<Value = f64> {
-    let tiny =
-        (-12.0..0.0_f64, prop::bool::ANY).prop_map(|(x, up)| if up { 10f64.powf(x) } else { -10f64.powf(x) });
+    let tiny = (-12.0..0.0_f64, prop::bool::ANY)
+        .prop_map(|(x, up)| if up { 10f64.powf(x) } else { -10f64.powf(x) });
     prop_oneof![6 => -size..size, 1 => Just(0.0), 1 => tiny]
 }
 
@@ -167,7 +174,11 @@ pub(crate) fn damped_oscillator() -> impl Strategy<Value = Model> {
 
 /// Single wells, double wells, and potentials without a bottom.
 pub(crate) fn duffing() -> impl Strategy<Value = Model> {
-    (number(10.0), number(10.0), number(10.0)).prop_map(|(alpha, beta, c)| Model::Duffing { alpha, beta, c })
+    (number(10.0), number(10.0), number(10.0)).prop_map(|(alpha, beta, c)| Model::Duffing {
+        alpha,
+        beta,
+        c,
+    })
 }
 
 pub(crate) fn van_der_pol() -> impl Strategy<Value = Model> {
@@ -175,11 +186,8 @@ pub(crate) fn van_der_pol() -> impl Strategy<Value = Model> {
 }
 
 pub(crate) fn modified_van_der_pol() -> impl Strategy<Value = Model> {
-    (number(10.0), number(10.0), number(10.0)).prop_map(|(mu, alpha, beta)| Model::ModifiedVanDerPol {
-        mu,
-        alpha,
-        beta,
-    })
+    (number(10.0), number(10.0), number(10.0))
+        .prop_map(|(mu, alpha, beta)| Model::ModifiedVanDerPol { mu, alpha, beta })
 }
 
 /// Any of the systems, passive and active.
@@ -259,7 +267,10 @@ impl Case {
     }
 
     /// Takes a few steps, none of which violates passivity.
-    pub(crate) fn only_fills<T: Widen>(&self, step: Step<'_, T>) -> Result<Option<StepFailure>, String> {
+    pub(crate) fn only_fills<T: Widen>(
+        &self,
+        step: Step<'_, T>,
+    ) -> Result<Option<StepFailure>, String> {
         self.follow(step, |before, after| {
             Passive::Each.violated(&before.w, &after.w).all().then(|| "w fell".into())
         })

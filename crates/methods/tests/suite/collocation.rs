@@ -1,12 +1,13 @@
 //! Energy-preserving collocation: symmetry, K, passivity, stiff scenes, failures.
 
 use afterbay_core::{
-    Block, Curvature, DissipationForm, ExactFlow, Grid, Method, Passive, Series, State, StepFailure, System,
-    integrate,
+    Block, Curvature, DissipationForm, ExactFlow, Grid, Method, Passive, Series, State,
+    StepFailure, System, integrate,
 };
 use afterbay_methods::Collocation;
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+    VanDerPolRing,
 };
 use proptest::prelude::*;
 
@@ -47,7 +48,11 @@ fn checked<S: Curvature<f64>>(
                 fixed.step(system, h, &mut back, &mut fixed.workspace(system).unwrap()).unwrap();
             }
             for (part, was) in [(&back.q, &before.q), (&back.p, &before.p), (&back.w, &before.w)] {
-                let size = was.iter().chain(&before.p).chain(&state.w).fold(1.0, |a: f64, b| a.max(b.abs()));
+                let size = was
+                    .iter()
+                    .chain(&before.p)
+                    .chain(&state.w)
+                    .fold(1.0, |a: f64, b| a.max(b.abs()));
                 for (a, b) in part.iter().zip(was) {
                     prop_assert!((a - b).abs() < 200.0 * f64::EPSILON * size, "{} is not {}", a, b);
                 }
@@ -58,7 +63,12 @@ fn checked<S: Curvature<f64>>(
 }
 
 /// May a step fail? A short one may not; of a longer one it has to be the length: the step that failures advise, a shorter one, is taken.
-fn excused<S: Curvature<f64>>(system: &S, method: Collocation, h: f64, before: &State<Vec<f64>>) -> bool {
+fn excused<S: Curvature<f64>>(
+    system: &S,
+    method: Collocation,
+    h: f64,
+    before: &State<Vec<f64>>,
+) -> bool {
     let step = |h: f64| {
         let mut state = before.clone();
         method.step(system, h, &mut state, &mut method.workspace(system).unwrap()).is_ok()
@@ -73,7 +83,12 @@ fn excused<S: Curvature<f64>>(system: &S, method: Collocation, h: f64, before: &
 const ROUNDINGS: f64 = 16.0;
 
 /// |ΔK| over a rounding of what K is made of.
-fn drift<S: Curvature<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+fn drift<S: Curvature<f64>>(
+    system: &S,
+    h: f64,
+    before: &State<Vec<f64>>,
+    after: &State<Vec<f64>>,
+) -> f64 {
     let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut scale = 0.0;
@@ -126,7 +141,9 @@ proptest! {
 /// A step so long that no quadrature follows H along it, and twice the nodes do no better: that is no rounding.
 #[test]
 fn what_is_not_resolved_is_not_taken() {
-    let system = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [1.675_129_059_908_43, 0.3]).unwrap();
+    let system =
+        DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [1.675_129_059_908_43, 0.3])
+            .unwrap();
     let q = vec![-0.988_421_713_161_297_9, 0.907_523_940_106_871_1];
     let p = vec![0.068_482_842_986_598, 0.443_513_451_821_390_74];
     checked(&system, 1, 0.848_085_938_350_559_2, q, p).unwrap();
@@ -142,8 +159,14 @@ fn k_does_not_drift() {
             let mut state = State::new([1.5], [0.5]).unwrap();
             let start = state.total(&system);
             for _ in 0..2 {
-                integrate(&Collocation::new(stages), &system, Grid { h, steps: 50_000 }, &mut state, &mut ())
-                    .unwrap();
+                integrate(
+                    &Collocation::new(stages),
+                    &system,
+                    Grid { h, steps: 50_000 },
+                    &mut state,
+                    &mut (),
+                )
+                .unwrap();
                 // p²/2 + q²/2 + q⁴/4 at most.
                 let drift = (state.total(&system) - start).abs() / 2.6;
                 assert!(drift < 1e5 * 1e-18, "{stages} {h}: {drift:e}");
@@ -157,11 +180,16 @@ fn k_does_not_drift() {
 fn the_solution_is_the_solution() {
     let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap();
     let start = State::new([1.5], [0.5]).unwrap();
-    let exact =
-        afterbay_core::taylor::trajectory::<_, _, 24>(&duffing.map(Series::constant), &start, 0.5, 20)
-            .unwrap();
+    let exact = afterbay_core::taylor::trajectory::<_, _, 24>(
+        &duffing.map(Series::constant),
+        &start,
+        0.5,
+        20,
+    )
+    .unwrap();
     let mut state = start.clone();
-    integrate(&Collocation::new(8), &duffing, Grid { h: 0.5, steps: 20 }, &mut state, &mut ()).unwrap();
+    integrate(&Collocation::new(8), &duffing, Grid { h: 0.5, steps: 20 }, &mut state, &mut ())
+        .unwrap();
     let exact = exact.last().unwrap();
     for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
         assert!((a[0] - b[0]).abs() < 1e-13, "{a:?} {b:?}");
@@ -192,7 +220,8 @@ fn linear_decays() {
         );
     }
     // With more stages the exponential itself, where they resolve it: the rates are -199.995 and -0.005.
-    let (mut state, mut exact) = (State::new([1.0], [-b]).unwrap(), State::new([1.0], [-b]).unwrap());
+    let (mut state, mut exact) =
+        (State::new([1.0], [-b]).unwrap(), State::new([1.0], [-b]).unwrap());
     let method = Collocation::new(8);
     method.step(&system, 0.01, &mut state, &mut method.workspace(&system).unwrap()).unwrap();
     system.flow(0.01, &mut exact);
@@ -208,7 +237,8 @@ fn stiff_steps_are_solved() {
             let system = VanDerPol::new(1000.0).unwrap();
             let mut state = State::new([q], [0.0]).unwrap();
             let start = state.total(&system);
-            integrate(&Collocation::new(stages), &system, Grid { h, steps }, &mut state, &mut ()).unwrap();
+            integrate(&Collocation::new(stages), &system, Grid { h, steps }, &mut state, &mut ())
+                .unwrap();
             assert!((state.total(&system) - start).abs() < 1e-14, "{stages} {h}");
             // On the slow branch, p = -q / (μ (q² - 1)) to O(μ⁻³).
             let [q, p] = [state.q[0], state.p[0]];
@@ -230,7 +260,10 @@ fn history_does_not_matter() {
             method.step(&system, 0.2, &mut kept, &mut workspace).unwrap();
             method.step(&system, 0.2, &mut fresh, &mut method.workspace(&system).unwrap()).unwrap();
         }
-        assert!(errors(&kept, &fresh).into_iter().all(|error| error < 2e-14), "{stages}: {kept:?} {fresh:?}");
+        assert!(
+            errors(&kept, &fresh).into_iter().all(|error| error < 2e-14),
+            "{stages}: {kept:?} {fresh:?}"
+        );
     }
 }
 
@@ -272,8 +305,10 @@ fn failures_have_names_and_leave_the_state() {
     assert_ne!(state, before);
     let before = state.clone();
     let failure = method.step(&Cliff, 2.0, &mut state, &mut workspace).unwrap_err();
-    let named =
-        matches!(failure, StepFailure::NewtonStalled { dof: 0, .. } | StepFailure::NonFinite { dof: 0, .. });
+    let named = matches!(
+        failure,
+        StepFailure::NewtonStalled { dof: 0, .. } | StepFailure::NonFinite { dof: 0, .. }
+    );
     assert!(named, "{failure}");
     assert_eq!(state, before);
 }

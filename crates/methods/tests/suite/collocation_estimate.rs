@@ -4,8 +4,8 @@
 
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Adaptive, Attempt, Curvature, Effort, InputError, Quad, Scalar, Series, State, StepFailure, System,
-    Tolerance, Vector, integrate_within,
+    Adaptive, Attempt, Curvature, Effort, InputError, Quad, Scalar, Series, State, StepFailure,
+    System, Tolerance, Vector, integrate_within,
 };
 use afterbay_methods::AdaptiveCollocation;
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, VanDerPol};
@@ -42,7 +42,12 @@ where
 {
     type Workspace = Step<V, Inner<V, S>>;
 
-    fn workspace(&self, system: &S, tolerance: &Tolerance, span: f64) -> Result<Self::Workspace, InputError> {
+    fn workspace(
+        &self,
+        system: &S,
+        tolerance: &Tolerance,
+        span: f64,
+    ) -> Result<Self::Workspace, InputError> {
         let inner = Adaptive::<V, S>::workspace(&AdaptiveCollocation, system, tolerance, span)?;
         let zeros = || V::zeros(system.dof());
         let before = State::new(zeros(), zeros())?;
@@ -75,9 +80,11 @@ where
         }
         let exact = trajectory::<_, _, 24>(self.series, before, *h, 1).unwrap().pop().unwrap();
         let share = |found: &V, exact: &V, before: &V| {
-            let largest =
-                |x: &mut dyn Iterator<Item = V::Scalar>| x.map(|x| x.abs().to_f64()).fold(0.0, f64::max);
-            let apart = largest(&mut found.as_slice().iter().zip(exact.as_slice()).map(|(&a, &b)| a - b));
+            let largest = |x: &mut dyn Iterator<Item = V::Scalar>| {
+                x.map(|x| x.abs().to_f64()).fold(0.0, f64::max)
+            };
+            let apart =
+                largest(&mut found.as_slice().iter().zip(exact.as_slice()).map(|(&a, &b)| a - b));
             let size = 1.0 + largest(&mut before.as_slice().iter().copied());
             apart / (*allowed * h.to_f64() * size)
         };

@@ -21,8 +21,9 @@ fn errors<S: Curvature<Quad>, const N: usize>(
     let mut state = start.clone();
     let grid = Grid { h: exact.t / Quad::from_f64(steps as f64), steps };
     integrate(&Collocation::new(stages), system, grid, &mut state, &mut ()).unwrap();
-    [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)]
-        .map(|(found, exact)| (0..N).fold(0.0, |most: f64, j| most.max((found[j] - exact[j]).to_f64().abs())))
+    [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)].map(|(found, exact)| {
+        (0..N).fold(0.0, |most: f64, j| most.max((found[j] - exact[j]).to_f64().abs()))
+    })
 }
 
 /// The global orders at `end` are 2s to within 0.05, at so many steps for a unit of time as [`PLAN`] says times `finer`.
@@ -42,9 +43,15 @@ fn orders<const N: usize>(
             let errors = all.map(|error| error[part]);
             let found = slope(&counts.map(|count| end / count), &errors);
             println!("s={stages} {variable} {found:.3} {errors:?}");
-            assert!((found - 2.0 * stages as f64).abs() < 0.05, "{stages} {variable}: {found} {errors:?}");
+            assert!(
+                (found - 2.0 * stages as f64).abs() < 0.05,
+                "{stages} {variable}: {found} {errors:?}"
+            );
             // Below the rounding of `f64`.
-            assert!(stages < 5 || errors[2] < f64::EPSILON / 2.0, "{stages} {variable}: {errors:?}");
+            assert!(
+                stages < 5 || errors[2] < f64::EPSILON / 2.0,
+                "{stages} {variable}: {errors:?}"
+            );
         }
     }
 }
@@ -76,8 +83,9 @@ fn of_a_ring() {
 /// H is not separable.
 #[test]
 fn of_a_double_pendulum() {
-    let pendulum =
-        DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [0.1, 0.2]).unwrap().map(Quad::from_f64);
+    let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [0.1, 0.2])
+        .unwrap()
+        .map(Quad::from_f64);
     orders(&pendulum, &pendulum.map(Series::constant), [[0.6, -0.4], [0.3, 0.5]], 0.5, 2.0);
 }
 

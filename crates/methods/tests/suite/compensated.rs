@@ -2,8 +2,8 @@
 
 use crate::rubbed;
 use afterbay_core::{
-    Corrected, Dissipation, DissipationForm, Grid, InputError, IntegrateError, Method, Quad, Quantity,
-    Scalar, Separable, State, StepFailure, System, Vector, f64x8, integrate,
+    Corrected, Dissipation, DissipationForm, Grid, InputError, IntegrateError, Method, Quad,
+    Quantity, Scalar, Separable, State, StepFailure, System, Vector, f64x8, integrate,
 };
 use afterbay_methods::{Compensated, Composition, Increment};
 use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
@@ -39,8 +39,9 @@ fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
     let n = state.q.len();
     let [mut hq, mut hp] = [0; 2].map(|_| vec![Quad::ZERO; n]);
     exact.gradient(&state.q, &state.p, &mut hq, &mut hp);
-    let products =
-        |x: &[Quad], y: &[Quad]| x.iter().zip(y).map(|(&x, &y)| (x * y).to_f64().abs()).sum::<f64>();
+    let products = |x: &[Quad], y: &[Quad]| {
+        x.iter().zip(y).map(|(&x, &y)| (x * y).to_f64().abs()).sum::<f64>()
+    };
     let w = state.w.iter().map(|w| w.to_f64().abs()).sum::<f64>();
     let all = products(&state.q, &hq) + products(&state.p, &hp) + w;
     f64::EPSILON / 2.0 * all
@@ -82,9 +83,16 @@ fn k_does_not_drift_from_a_rounding() {
     for c in [0.0, 1e-5] {
         let (system, exact) = (chain(c), chain(c).map(Quad::from));
         let [plain, _] = deviation(&pair(), &system, &exact, &sine(), grid());
-        let [most, end] =
-            deviation(&pair().compensated(chain(c).map(Corrected::from)), &system, &exact, &sine(), grid());
-        println!("c = {c}: {most:.2} roundings, {end:.1e} of K at the end; without {plain:.0} roundings");
+        let [most, end] = deviation(
+            &pair().compensated(chain(c).map(Corrected::from)),
+            &system,
+            &exact,
+            &sine(),
+            grid(),
+        );
+        println!(
+            "c = {c}: {most:.2} roundings, {end:.1e} of K at the end; without {plain:.0} roundings"
+        );
         assert!(most <= 1.0, "{c}: {most} roundings");
         assert!(plain > 20.0, "{c}: {plain} roundings");
     }
@@ -97,8 +105,13 @@ fn k_does_not_drift_on_a_limit_cycle() {
     let start = State::new([2.0], [0.0]).unwrap();
     let grid = || Grid::of(0.1, 100_000).unwrap();
     let [plain, _] = deviation(&pair(), &system, &exact, &start, grid());
-    let [most, _] =
-        deviation(&pair().compensated(system.map(Corrected::from)), &system, &exact, &start, grid());
+    let [most, _] = deviation(
+        &pair().compensated(system.map(Corrected::from)),
+        &system,
+        &exact,
+        &start,
+        grid(),
+    );
     println!("{most:.2} roundings, without {plain:.0}");
     assert!(most <= 1.0 && plain > 20.0, "{most} and {plain} roundings");
 }
@@ -120,7 +133,8 @@ fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> 
     let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
     let of = |(found, exact): (&V, &Vec<Quad>)| {
         let pairs = || found.as_slice().iter().zip(exact);
-        let off = pairs().map(|(&a, &b)| (Quad::from_f64(a) - b).to_f64().abs()).fold(0.0, f64::max);
+        let off =
+            pairs().map(|(&a, &b)| (Quad::from_f64(a) - b).to_f64().abs()).fold(0.0, f64::max);
         let size = pairs().map(|(a, _)| a.abs()).fold(f64::MIN_POSITIVE, f64::max);
         off / (f64::EPSILON / 2.0 * size)
     };
@@ -128,22 +142,31 @@ fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> 
 }
 
 /// The run in `Quad`, rounded; the one without compensation is 1e-13 of it at most and further off than that.
-fn check_against_quad<S, P, C>(system: &S, exact: &P, corrected: C, start: &State<Vec<f64>>, label: &str)
-where
+fn check_against_quad<S, P, C>(
+    system: &S,
+    exact: &P,
+    corrected: C,
+    start: &State<Vec<f64>>,
+    label: &str,
+) where
     S: Separable<f64>,
     P: Separable<Quad>,
     C: Separable<Corrected<f64>> + Copy,
 {
     let n = system.dof();
-    for composition in
-        [Composition::sweep(), Composition::pair(), Composition::suzuki4(), Composition::kahan_li8()]
-    {
+    for composition in [
+        Composition::sweep(),
+        Composition::pair(),
+        Composition::suzuki4(),
+        Composition::kahan_li8(),
+    ] {
         for order in [(0..n).collect(), system.coupling().coloured(n)] {
             let method = Increment::new(composition.clone()).in_order(order);
             let (mut plain, mut found, mut reference) = (start.clone(), start.clone(), lift(start));
             for (h, steps) in [(0.1, 100), (0.07, 50)] {
                 let exact_h = Quad::from_f64(h);
-                integrate(&method, exact, Grid { h: exact_h, steps }, &mut reference, &mut ()).unwrap();
+                integrate(&method, exact, Grid { h: exact_h, steps }, &mut reference, &mut ())
+                    .unwrap();
                 integrate(&method, system, Grid { h, steps }, &mut plain, &mut ()).unwrap();
             }
             let compensated = method.compensated(corrected);
@@ -155,7 +178,10 @@ where
             let (off, without) = (away(&found, &reference), away(&plain, &reference));
             println!("{label} {:2} sweeps: {off:.3}, without {without:.0}", composition.sweeps());
             assert!(off <= 1.001, "{label} {composition:?}: {off} roundings from Quad");
-            assert!((4.0..1e4).contains(&without), "{label} {composition:?}: {without} roundings without");
+            assert!(
+                (4.0..1e4).contains(&without),
+                "{label} {composition:?}: {without} roundings without"
+            );
         }
     }
 }
@@ -176,7 +202,11 @@ fn a_run_is_that_in_quad_rounded() {
 }
 
 fn bits<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<u64> {
-    [&state.q, &state.p, &state.w].iter().flat_map(|part| part.as_slice()).map(|x| x.to_bits()).collect()
+    [&state.q, &state.p, &state.w]
+        .iter()
+        .flat_map(|part| part.as_slice())
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 type OfChain = Compensated<FputChain<Corrected<f64>>>;
@@ -263,13 +293,19 @@ fn what_is_carried_belongs_to_one_state_only() {
     let method = of_chain();
     let (state, workspace) = travelled(&method);
     let fresh = || method.workspace(&chain(0.1)).unwrap();
-    assert_ne!(carry(&method, &state, &mut workspace.clone()), carry(&method, &state, &mut fresh()));
+    assert_ne!(
+        carry(&method, &state, &mut workspace.clone()),
+        carry(&method, &state, &mut fresh())
+    );
     for part in 0..3 {
         for j in [0, N - 1] {
             let mut other = state.clone();
             let x = &mut [&mut other.q, &mut other.p, &mut other.w][part][j];
             *x = x.next_up();
-            assert_eq!(carry(&method, &other, &mut workspace.clone()), carry(&method, &other, &mut fresh()));
+            assert_eq!(
+                carry(&method, &other, &mut workspace.clone()),
+                carry(&method, &other, &mut fresh())
+            );
         }
     }
 }
@@ -346,7 +382,8 @@ fn another_system_is_refused() {
     let try_with = |exact: FputChain<f64>| {
         let method = pair().compensated(exact.map(Corrected::from));
         let mut state = sine();
-        let outcome = integrate(&method, &chain(0.1), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+        let outcome =
+            integrate(&method, &chain(0.1), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
         assert!(outcome.is_ok() || bits(&state) == bits(&sine()));
         outcome
     };
@@ -356,15 +393,22 @@ fn another_system_is_refused() {
     assert_eq!(try_with(longer), Err(length.into()));
     for damping in [0.0, -0.1] {
         let found = try_with(chain(damping));
-        assert!(matches!(found, Err(IntegrateError::Input(InputError::Unsupported { .. }))), "{found:?}");
+        assert!(
+            matches!(found, Err(IntegrateError::Input(InputError::Unsupported { .. }))),
+            "{found:?}"
+        );
     }
     // What cannot be told beforehand is seen in the first step.
     for other in [FputChain::new(N, 1.001, 0.1).unwrap(), chain(0.1001)] {
         let Err(IntegrateError::Run(error)) = try_with(other) else { panic!("{other:?}") };
-        assert!(matches!(error.failure, StepFailure::NewtonStalled { .. }) && error.step <= 2, "{error}");
+        assert!(
+            matches!(error.failure, StepFailure::NewtonStalled { .. }) && error.step <= 2,
+            "{error}"
+        );
     }
-    let double =
-        Increment::new(Composition::pair()).in_order(vec![0; N]).compensated(chain(0.1).map(Corrected::from));
+    let double = Increment::new(Composition::pair())
+        .in_order(vec![0; N])
+        .compensated(chain(0.1).map(Corrected::from));
     assert!(Method::<[f64; N], _>::workspace(&double, &chain(0.1)).is_err());
 }
 

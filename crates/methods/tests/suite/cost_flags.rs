@@ -2,8 +2,8 @@
 
 use crate::bind::{linear, separable};
 use afterbay_core::{
-    Coupling, Curvature, Dissipation, DissipationForm, Effort, Grid, InputError, Line, Separable, State,
-    System,
+    Coupling, Curvature, Dissipation, DissipationForm, Effort, Grid, InputError, Line, Separable,
+    State, System,
 };
 use afterbay_methods::registry::{Cost, FIXED, Needs, Row, find};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -75,7 +75,12 @@ impl Separable<f64> for Counted {
 }
 
 impl Curvature<f64> for Counted {
-    fn curvature(&self, q: &[f64], p: &[f64], put: impl FnMut(afterbay_core::Block, usize, usize, f64)) {
+    fn curvature(
+        &self,
+        q: &[f64],
+        p: &[f64],
+        put: impl FnMut(afterbay_core::Block, usize, usize, f64),
+    ) {
         self.system.curvature(q, p, put);
     }
     fn is_linear(&self) -> bool {
@@ -139,7 +144,8 @@ fn chains(row: &Row, h: f64) -> [Option<Asked>; 2] {
 
 /// How far the ends of two runs over the linear chain are apart.
 fn apart(row: &Row) -> f64 {
-    let [found, exact] = [row, find("linear-exact").unwrap()].map(|row| ask(row, 3, 0.0, 0.5).unwrap().end);
+    let [found, exact] =
+        [row, find("linear-exact").unwrap()].map(|row| ask(row, 3, 0.0, 0.5).unwrap().end);
     let parts = found.q.iter().zip(&exact.q).chain(found.p.iter().zip(&exact.p));
     parts.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
@@ -163,7 +169,8 @@ fn costs(row: &Row, cost: Cost) -> bool {
             runs.len() == 2 && runs.iter().all(right)
         }
         Cost::Relaxed(evaluations) => {
-            let [once, twice] = [evaluations, 2 * evaluations - 1].map(|count| [f64::from(count); 2]);
+            let [once, twice] =
+                [evaluations, 2 * evaluations - 1].map(|count| [f64::from(count); 2]);
             let seen = |what: [f64; 2]| runs.iter().any(|run| run.asked.contains(&what));
             let right = |run: &Asked| {
                 let sum: f64 = run.asked.iter().map(|[force, _]| force).sum();

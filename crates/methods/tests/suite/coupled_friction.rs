@@ -3,8 +3,8 @@
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Dissipation, DissipationForm, Grid, InputError, Method, Passive, Scalar, Separable, State, StepFailure,
-    System, integrate,
+    Dissipation, DissipationForm, Grid, InputError, Method, Passive, Scalar, Separable, State,
+    StepFailure, System, integrate,
 };
 use afterbay_methods::{Composition, Increment, Leapfrog, Rk4};
 use allocation_counter::measure;
@@ -27,7 +27,9 @@ const PASSIVE: DissipationForm =
 
 impl Chain {
     fn new(masses: Vec<f64>, shape: &[Vec<f64>], swell: f64) -> Self {
-        let row = |a: &Vec<f64>| shape.iter().map(|b| a.iter().zip(b).map(|(a, b)| a * b).sum()).collect();
+        let row = |a: &Vec<f64>| {
+            shape.iter().map(|b| a.iter().zip(b).map(|(a, b)| a * b).sum()).collect()
+        };
         Self { masses, friction: shape.iter().map(row).collect(), swell, damping: PASSIVE }
     }
 
@@ -118,13 +120,21 @@ fn start() -> State<[f64; N]> {
 /// The slopes of the errors of q, p and w at t = 1.
 fn orders<M: Method<[f64; N], Chain>>(system: &Chain, method: &M, counts: &[u64]) -> [f64; 3] {
     let end = &trajectory::<Chain, _, 24>(system, &start(), 1.0, 1).unwrap()[1];
-    let far = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let far = |a: &[f64; N], b: &[f64; N]| {
+        a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
     let errors: Vec<[f64; 3]> = counts
         .iter()
         .map(|&count| {
             let mut state = start();
-            integrate(method, system, Grid { h: 1.0 / count as f64, steps: count }, &mut state, &mut ())
-                .unwrap();
+            integrate(
+                method,
+                system,
+                Grid { h: 1.0 / count as f64, steps: count },
+                &mut state,
+                &mut (),
+            )
+            .unwrap();
             [far(&state.q, &end.q), far(&state.p, &end.p), far(&state.w, &end.w)]
         })
         .collect();
@@ -146,7 +156,10 @@ fn compositions_keep_their_order() {
             for method in [natural.clone(), natural.in_order(vec![2, 0, 3, 1])] {
                 let found = orders(&four(swell), &method, &counts);
                 println!("{order} {swell} {found:.3?}");
-                assert!(found.iter().all(|found| (found - order).abs() < 0.1), "{method:?}: {found:?}");
+                assert!(
+                    found.iter().all(|found| (found - order).abs() < 0.1),
+                    "{method:?}: {found:?}"
+                );
             }
         }
     }
@@ -160,18 +173,26 @@ fn an_explicit_method_needs_nothing() {
 
 /// A chain of up to 10 masses whose R has any rank, in a state, a step size, and an order of the coordinates.
 fn chains() -> impl Strategy<Value = (Chain, State<Vec<f64>>, f64, Vec<usize>)> {
-    (1..=10_usize).prop_flat_map(|n| (Just(n), 1..=n, -5.0..1.0_f64)).prop_flat_map(|(n, rank, exponent)| {
-        let shape = prop::collection::vec(prop::collection::vec(-1.0..1.0, rank), n);
-        let chain = (prop::collection::vec(0.1..10.0, n), shape, prop_oneof![Just(0.0), 0.0..1.0])
-            .prop_map(|(masses, shape, swell)| Chain::new(masses, &shape, swell));
-        let part = || prop::collection::vec(-2.0..2.0, n);
-        let state = (part(), part()).prop_map(|(q, p)| State::new(q, p).unwrap());
-        let order = Just((0..n).collect::<Vec<_>>()).prop_shuffle();
-        (chain, state, Just(10.0_f64.powf(exponent)), order)
-    })
+    (1..=10_usize).prop_flat_map(|n| (Just(n), 1..=n, -5.0..1.0_f64)).prop_flat_map(
+        |(n, rank, exponent)| {
+            let shape = prop::collection::vec(prop::collection::vec(-1.0..1.0, rank), n);
+            let chain =
+                (prop::collection::vec(0.1..10.0, n), shape, prop_oneof![Just(0.0), 0.0..1.0])
+                    .prop_map(|(masses, shape, swell)| Chain::new(masses, &shape, swell));
+            let part = || prop::collection::vec(-2.0..2.0, n);
+            let state = (part(), part()).prop_map(|(q, p)| State::new(q, p).unwrap());
+            let order = Just((0..n).collect::<Vec<_>>()).prop_shuffle();
+            (chain, state, Just(10.0_f64.powf(exponent)), order)
+        },
+    )
 }
 
-fn step(method: &Increment, chain: &Chain, h: f64, state: &mut State<Vec<f64>>) -> Result<(), StepFailure> {
+fn step(
+    method: &Increment,
+    chain: &Chain,
+    h: f64,
+    state: &mut State<Vec<f64>>,
+) -> Result<(), StepFailure> {
     let mut workspace = Method::<Vec<f64>, Chain>::workspace(method, chain).unwrap();
     method.step(chain, h, state, &mut workspace).map(|_| ())
 }
@@ -252,7 +273,10 @@ fn what_is_coupled_and_not_linear_is_refused() {
         match Method::<[f64; N], Chain>::workspace(&Increment::new(composition), &chain) {
             Err(error @ InputError::Unsupported { method: "increment", .. }) => {
                 let message = error.to_string();
-                assert!(message.contains("not linear") && message.contains("gonzalez"), "{message}");
+                assert!(
+                    message.contains("not linear") && message.contains("gonzalez"),
+                    "{message}"
+                );
             }
             other => panic!("{other:?}"),
         }

@@ -7,8 +7,13 @@ use afterbay_systems::{Custom, Description, DissipationText, Duffing, FputChain,
 fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Custom<f64> {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
     let (potential, friction) = (potential.to_owned(), DissipationText::Forces(forces));
-    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
-        .unwrap()
+    Custom::new(&Description {
+        potential,
+        dissipation: friction,
+        parameters,
+        ..Description::default()
+    })
+    .unwrap()
 }
 
 /// The end of a run of 200 steps, and how far K moved.
@@ -23,8 +28,14 @@ where
     (state, drift)
 }
 
-fn same<M, B>(name: &str, method: &M, own: &Custom<f64>, built_in: &B, start: &State<Vec<f64>>, keeps: bool)
-where
+fn same<M, B>(
+    name: &str,
+    method: &M,
+    own: &Custom<f64>,
+    built_in: &B,
+    start: &State<Vec<f64>>,
+    keeps: bool,
+) where
     M: Method<Vec<f64>, Custom<f64>> + Method<Vec<f64>, B>,
     B: Curvature<f64> + Separable<f64>,
 {
@@ -34,10 +45,17 @@ where
             assert!((a - b).abs() < 1e-11, "{name}: {a} {b}");
         }
     }
-    assert!(!keeps || drift.abs() < 1e-13 * (1.0 + start.total(own).abs()), "{name}: K moves by {drift:e}");
+    assert!(
+        !keeps || drift.abs() < 1e-13 * (1.0 + start.total(own).abs()),
+        "{name}: K moves by {drift:e}"
+    );
 }
 
-fn all<B: Curvature<f64> + Separable<f64>>(own: &Custom<f64>, built_in: &B, start: &State<Vec<f64>>) {
+fn all<B: Curvature<f64> + Separable<f64>>(
+    own: &Custom<f64>,
+    built_in: &B,
+    start: &State<Vec<f64>>,
+) {
     same("leapfrog", &Leapfrog, own, built_in, start, false);
     same("rk4", &Rk4, own, built_in, start, false);
     same("increment-2", &Increment::new(Composition::pair()), own, built_in, start, true);
@@ -58,7 +76,8 @@ fn trajectories_are_those_of_the_built_in_systems() {
     all(&own, &Duffing::new(-1.0, 1.0, 0.1).unwrap(), &start);
 
     let n = 5;
-    let start = State::new(vec![0.9, -0.4, 0.3, 1.1, -0.2], vec![0.1, 0.0, -0.6, 0.2, 0.5]).unwrap();
+    let start =
+        State::new(vec![0.9, -0.4, 0.3, 1.1, -0.2], vec![0.1, 0.0, -0.6, 0.2, 0.5]).unwrap();
     let bond = |i: usize| match i {
         0 => "q1^2/2 + beta*q1^4/4".to_owned(),
         _ if i == n => format!("q{n}^2/2 + beta*q{n}^4/4"),
@@ -71,8 +90,11 @@ fn trajectories_are_those_of_the_built_in_systems() {
 
     let member = |j: usize| format!("q{j}^2/2 + kappa/2*(q{} - q{j})^2", j % n + 1);
     let potential = (1..=n).map(member).collect::<Vec<_>>().join(" + ");
-    let own =
-        custom(&potential, forces(|j| format!("-mu*(1 - q{j}^2)*p{j}")), &[("mu", 0.7), ("kappa", 0.3)]);
+    let own = custom(
+        &potential,
+        forces(|j| format!("-mu*(1 - q{j}^2)*p{j}")),
+        &[("mu", 0.7), ("kappa", 0.3)],
+    );
     all(&own, &VanDerPolRing::new(n, 0.7, 0.3).unwrap(), &start);
 }
 
@@ -82,8 +104,13 @@ fn trajectories_are_those_of_the_built_in_systems() {
 fn what_is_not_polynomial_keeps_k_too() {
     let text = |x: &str| x.to_owned();
     let description = Description {
-        potential: text("-2*g*cos(q1) - g*cos(q2) + abs(q2)^3/9 + sqrt(1 + (q2 - q1)^2) + q1^4/(1 + q2^2)"),
-        dissipation: DissipationText::Matrix(vec![vec![text("c"), text("-c")], vec![text("-c"), text("c")]]),
+        potential: text(
+            "-2*g*cos(q1) - g*cos(q2) + abs(q2)^3/9 + sqrt(1 + (q2 - q1)^2) + q1^4/(1 + q2^2)",
+        ),
+        dissipation: DissipationText::Matrix(vec![
+            vec![text("c"), text("-c")],
+            vec![text("-c"), text("c")],
+        ]),
         masses: vec![text("2"), text("1")],
         parameters: vec![(text("g"), 1.5), (text("c"), 0.1)],
     };

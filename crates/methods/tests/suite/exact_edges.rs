@@ -1,8 +1,8 @@
 //! K at any step: exact edges, edges that quadrature resolves, and what is refused by name.
 
 use afterbay_core::{
-    Dissipation, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State, StepFailure,
-    System, integrate,
+    Dissipation, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State,
+    StepFailure, System, integrate,
 };
 use afterbay_methods::{Composition, Increment, ModDg};
 use afterbay_systems::{Custom, Description, DissipationText};
@@ -47,7 +47,9 @@ impl System<f64> for Ring {
         12
     }
     fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
-        (0..12).map(|j| p[j] * p[j] / 2.0 - q[j].cos() + (q[(j + 1) % 12] - q[j]).powi(2) / 2.0).sum()
+        (0..12)
+            .map(|j| p[j] * p[j] / 2.0 - q[j].cos() + (q[(j + 1) % 12] - q[j]).powi(2) / 2.0)
+            .sum()
     }
     fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
         (0..12).for_each(|j| (hq[j], hp[j]) = (self.partial(q, j, q[j]), p[j]));
@@ -133,14 +135,16 @@ fn a_rotating_pendulum_keeps_k_at_any_step() {
 fn the_ring_of_the_readme_keeps_k_on_long_steps() {
     for h in [0.05, 0.5, 2.0] {
         let q = (0..12).map(|j| (0.3 * f64::from(j)).sin()).collect();
-        let found = drift(&Increment::new(Composition::pair()), &Ring, h, q, vec![6.0; 12]).unwrap();
+        let found =
+            drift(&Increment::new(Composition::pair()), &Ring, h, q, vec![6.0; 12]).unwrap();
         assert!(found < 1e-12, "{h}: {found:e}");
     }
 }
 
 #[test]
 fn formulas_make_the_system() {
-    let (by_force, written) = (Pendulum { g: 9.81, c: 0.1 }, FromFormulas(Written { g: 9.81, c: 0.1 }));
+    let (by_force, written) =
+        (Pendulum { g: 9.81, c: 0.1 }, FromFormulas(Written { g: 9.81, c: 0.1 }));
     for (q, p) in [(0.3, -0.7), (-2.0, 1.4), (0.0, 0.0)] {
         let [mut hq, mut hp, mut d] = [[0.0]; 3];
         written.gradient(&[q], &[p], &mut hq, &mut hp);
@@ -149,7 +153,9 @@ fn formulas_make_the_system() {
         let (found, exact) = (drag(&written), drag(&by_force));
         assert!((written.energy(&[q], &[p]) - by_force.energy(&[q], &[p])).abs() < 1e-14);
         assert!((hq[0] - 9.81 * q.sin()).abs() < 1e-14 && hp[0] == p && d[0] == found.value);
-        for (a, b) in [(found.value, exact.value), (found.by_q, exact.by_q), (found.by_p, exact.by_p)] {
+        for (a, b) in
+            [(found.value, exact.value), (found.by_q, exact.by_q), (found.by_p, exact.by_p)]
+        {
             assert!((a - b).abs() < 1e-15, "{found:?} {exact:?}");
         }
     }
@@ -196,14 +202,18 @@ impl Separable<f64> for Narrow {
 fn what_quadrature_does_not_see_is_refused() {
     let (moddg, pair) = (ModDg::newton(), Increment::new(Composition::pair()));
     let bump = Narrow { pole: false };
-    let lost = |found: Result<f64, StepFailure>| matches!(found, Err(StepFailure::BalanceLost { .. }));
+    let lost =
+        |found: Result<f64, StepFailure>| matches!(found, Err(StepFailure::BalanceLost { .. }));
     assert!(lost(drift(&moddg, &bump, 0.5, vec![0.0], vec![3.0])));
     assert!(lost(drift(&pair, &bump, 0.5, vec![0.0], vec![3.0])));
     let pole = Narrow { pole: true };
-    for found in
-        [drift(&moddg, &pole, 0.5, vec![0.0], vec![30.0]), drift(&pair, &pole, 0.5, vec![0.0], vec![30.0])]
-    {
-        let Err(StepFailure::EdgeUnresolved { dof: 0, from, to }) = found else { panic!("{found:?}") };
+    for found in [
+        drift(&moddg, &pole, 0.5, vec![0.0], vec![30.0]),
+        drift(&pair, &pole, 0.5, vec![0.0], vec![30.0]),
+    ] {
+        let Err(StepFailure::EdgeUnresolved { dof: 0, from, to }) = found else {
+            panic!("{found:?}")
+        };
         assert!(from < 1.0 && to > 1.0, "{from} {to}");
     }
 }
@@ -249,8 +259,13 @@ fn an_edge_that_is_no_mean_is_refused() {
 fn custom(potential: &str, n: usize, c: f64) -> Custom<f64> {
     let friction = DissipationText::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
-        .unwrap()
+    Custom::new(&Description {
+        potential,
+        dissipation: friction,
+        parameters,
+        ..Description::default()
+    })
+    .unwrap()
 }
 
 #[test]

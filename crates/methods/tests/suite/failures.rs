@@ -3,8 +3,8 @@
 use crate::bind::{linear, nonlinear};
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
-    Block, Curvature, Dissipation, Effort, Grid, InputError, IntegrateError, Method, OrderRaising, Quantity,
-    RunError, Separable, State, StateRef, StepFailure, System, integrate,
+    Block, Curvature, Dissipation, Effort, Grid, InputError, IntegrateError, Method, OrderRaising,
+    Quantity, RunError, Separable, State, StateRef, StepFailure, System, integrate,
 };
 use afterbay_methods::moddg::steps::{Equation, Plain};
 use afterbay_methods::registry::{FIXED, Needs, Run, find};
@@ -145,9 +145,14 @@ fn the_degree_of_freedom_is_named() {
             integrate(&Leapfrog, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()),
             Quantity::Momentum,
         ),
-        (integrate(&Rk4, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()), Quantity::Momentum),
+        (
+            integrate(&Rk4, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()),
+            Quantity::Momentum,
+        ),
     ] {
-        let IntegrateError::Run(RunError { step: 1, t: 0.0, failure }) = error.unwrap_err() else { panic!() };
+        let IntegrateError::Run(RunError { step: 1, t: 0.0, failure }) = error.unwrap_err() else {
+            panic!()
+        };
         assert!(
             matches!(failure, StepFailure::NonFinite { quantity: found, dof: 1, .. } if found == quantity)
         );
@@ -159,7 +164,9 @@ fn the_degree_of_freedom_is_named() {
 fn a_stiff_simple_iteration_does_not_contract() {
     let stiff = Duffing::new(1e3, 1.0, 0.1).unwrap();
     let found = failure(&bound("moddg-fixed-point", stiff), 1.0, &state(1.0, 0.5));
-    let StepFailure::NotContracting { dof: 0, iterations, ratio } = found else { panic!("{found}") };
+    let StepFailure::NotContracting { dof: 0, iterations, ratio } = found else {
+        panic!("{found}")
+    };
     assert!(iterations > 3 && ratio > 1.0, "{found}");
     assert_says(
         &found,
@@ -182,7 +189,8 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
 #[test]
 fn a_solution_that_does_not_last_to_the_end_of_the_step_is_none() {
     // V = -q²/2 - 5 q⁴/4 has no bottom: the solution that continues from h = 0 meets another on the way, and both are gone.
-    let found = failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
+    let found =
+        failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
     let StepFailure::SeveralSolutions { dof: 0, share } = found else { panic!("{found}") };
     assert!(share > 0.0 && share < 0.2, "{found}");
     assert_says(&found, &["degree of freedom 1", "several solutions", "smaller step"]);
@@ -236,7 +244,10 @@ fn a_closed_form_without_a_solution_is_singular() {
     assert_says(&found, &["degree of freedom 1", "0e0", "singular"]);
     // Newton's method has nothing to find either.
     let found = failure(&bound("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
-    assert!(matches!(found, StepFailure::NewtonStalled { iterations, .. } if iterations > 50), "{found}");
+    assert!(
+        matches!(found, StepFailure::NewtonStalled { iterations, .. } if iterations > 50),
+        "{found}"
+    );
     assert_says(&found, &["degree of freedom 1", "iterations", "last update"]);
 }
 
@@ -253,7 +264,10 @@ fn a_state_of_another_length_is_refused() {
         let length = InputError::Length { quantity, expected: 1, found };
         assert_eq!(outcome, Err(IntegrateError::Input(length)));
     };
-    for run in [bound("moddg", Duffing::new(1.0, 1.0, 0.1).unwrap()), closed("moddg", oscillator(1.0, 0.1))] {
+    for run in [
+        bound("moddg", Duffing::new(1.0, 1.0, 0.1).unwrap()),
+        closed("moddg", oscillator(1.0, 0.1)),
+    ] {
         for n in [0, 2] {
             let mut state = State::new(vec![1.0; n], vec![0.5; n]).unwrap();
             let before = state.clone();
@@ -285,7 +299,9 @@ impl Curvature<f64> for Nobody {
 
 #[test]
 fn no_degrees_of_freedom_are_nothing_to_do() {
-    for solver in [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense] {
+    for solver in
+        [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
+    {
         let mut state = State::new(vec![], vec![]).unwrap();
         let method = Gonzalez { solver: Some(solver) };
         let mut workspace = Method::<Vec<f64>, Nobody>::workspace(&method, &Nobody).unwrap();
@@ -297,7 +313,9 @@ fn no_degrees_of_freedom_are_nothing_to_do() {
 #[test]
 fn divergence_ends_before_the_numbers_do() {
     for (name, h) in [("leapfrog", 2.5), ("rk4", 3.5)] {
-        for run in [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))] {
+        for run in
+            [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))]
+        {
             let mut last = state(2.3, -3.1);
             let mut count = 0;
             let mut show = |n: u64, seen: StateRef<'_, f64>| {
@@ -308,12 +326,19 @@ fn divergence_ends_before_the_numbers_do() {
                 std::ops::ControlFlow::Continue(())
             };
             let mut state = state(2.3, -3.1);
-            let error = run.run(Grid::of(h, 100_000).unwrap(), &mut state, 1, &mut show).unwrap_err();
+            let error =
+                run.run(Grid::of(h, 100_000).unwrap(), &mut state, 1, &mut show).unwrap_err();
             let IntegrateError::Run(error) = error else { panic!("{error}") };
             let StepFailure::NonFinite { value, .. } = error.failure else { panic!("{error}") };
-            assert!(!value.is_finite() && error.step == count + 1 && error.t == last.t, "{name}: {error}");
+            assert!(
+                !value.is_finite() && error.step == count + 1 && error.t == last.t,
+                "{name}: {error}"
+            );
             assert_eq!(state, last, "{name}");
-            assert_says(&error, &[&format!("step {} ", count + 1), &format!("t = {}", last.t), "1 becomes "]);
+            assert_says(
+                &error,
+                &[&format!("step {} ", count + 1), &format!("t = {}", last.t), "1 becomes "],
+            );
         }
     }
 }
@@ -357,7 +382,10 @@ fn a_step_of_no_time_changes_nothing() {
 fn a_reservoir_beyond_the_numbers_is_not_finite() {
     // q and p stay finite; what is lost does not.
     let found = failure(&closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
-    assert_eq!(found, StepFailure::NonFinite { quantity: Quantity::Reservoir, dof: 0, value: f64::INFINITY });
+    assert_eq!(
+        found,
+        StepFailure::NonFinite { quantity: Quantity::Reservoir, dof: 0, value: f64::INFINITY }
+    );
     assert_says(&found, &["w1 becomes inf"]);
 }
 
@@ -365,7 +393,12 @@ fn a_reservoir_beyond_the_numbers_is_not_finite() {
 fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
     let system = oscillator(1.0, 0.1);
     let grid = || Grid::of(0.1, 3).unwrap();
-    let vec = |q: &[f64], p: &[f64], w: &[f64]| State { q: q.to_vec(), p: p.to_vec(), w: w.to_vec(), t: 0.0 };
+    let vec = |q: &[f64], p: &[f64], w: &[f64]| State {
+        q: q.to_vec(),
+        p: p.to_vec(),
+        w: w.to_vec(),
+        t: 0.0,
+    };
     for (wrong, quantity, found) in [
         (vec(&[1.0, 2.0], &[1.0, 2.0], &[0.0, 0.0]), Quantity::Coordinate, 2),
         (vec(&[1.0], &[], &[0.0]), Quantity::Momentum, 0),
@@ -377,7 +410,10 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
         assert_eq!(error, IntegrateError::Input(expected.clone()));
         assert_eq!(wrong.check(1), Err(expected));
         assert_eq!(state, wrong);
-        assert_says(&error, &[&quantity.to_string(), &format!("{found} entries"), "degrees of freedom is 1"]);
+        assert_says(
+            &error,
+            &[&quantity.to_string(), &format!("{found} entries"), "degrees of freedom is 1"],
+        );
     }
     for (wrong, quantity) in [
         (vec(&[f64::INFINITY], &[1.0], &[0.0]), Quantity::Coordinate),
@@ -391,7 +427,9 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
             integrate(&ModDg::linear(), &system, grid(), &mut wrong.clone(), &mut ()),
         ] {
             let error = error.unwrap_err();
-            let IntegrateError::Input(InputError::NotFinite { quantity: found, dof: 0, .. }) = error else {
+            let IntegrateError::Input(InputError::NotFinite { quantity: found, dof: 0, .. }) =
+                error
+            else {
                 panic!("{error}")
             };
             assert_eq!(found, quantity);
@@ -409,8 +447,8 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
 fn the_scheme_for_one_degree_of_freedom_refuses_two() {
     let start = State::new([0.5, 0.1], [0.0, 0.0]).unwrap();
     let mut state = start.clone();
-    let error =
-        integrate(&ModDg::newton(), &Pair, Grid::of(0.1, 3).unwrap(), &mut state, &mut ()).unwrap_err();
+    let error = integrate(&ModDg::newton(), &Pair, Grid::of(0.1, 3).unwrap(), &mut state, &mut ())
+        .unwrap_err();
     assert!(
         matches!(error, IntegrateError::Input(InputError::Unsupported { method: "moddg", .. })),
         "{error}"
@@ -424,9 +462,13 @@ fn time_that_stands_still_is_refused() {
     let system = oscillator(1.0, 0.1);
     for (t, h, steps) in [(1e20, 0.1, 10), (f64::NAN, 0.1, 10), (1e16, 0.5, 1)] {
         let mut late = State { t, ..state(1.0, 0.5) };
-        let error = integrate(&ModDg::linear(), &system, Grid::of(h, steps).unwrap(), &mut late, &mut ())
-            .unwrap_err();
-        assert!(matches!(error, IntegrateError::Input(InputError::TimeStalled { .. })), "{t}: {error}");
+        let error =
+            integrate(&ModDg::linear(), &system, Grid::of(h, steps).unwrap(), &mut late, &mut ())
+                .unwrap_err();
+        assert!(
+            matches!(error, IntegrateError::Input(InputError::TimeStalled { .. })),
+            "{t}: {error}"
+        );
         assert_eq!((late.q, late.p), ([1.0], [0.5]));
     }
     assert!(matches!(Grid::<f64>::of(1e307, 100), Err(InputError::End { .. })));

@@ -18,14 +18,20 @@ fn knows_nothing_of_others(dof: usize, bind: impl Fn(&Row) -> Option<Run<f64>>) 
             let _ = run.run(grid, &mut state, 1, &mut |_, _| ControlFlow::Continue(()));
             State { t: 0.0, ..state }
         };
-        let begin =
-            |a: f64| State::new(vec![a; dof], (0..dof).map(|j| 0.3 - a * j as f64).collect()).unwrap();
+        let begin = |a: f64| {
+            State::new(vec![a; dof], (0..dof).map(|j| 0.3 - a * j as f64).collect()).unwrap()
+        };
         let (here, there) = (begin(0.7), begin(-0.2));
         let after_one = go(&run, &here, 0.1, 1);
         let end = go(&run, &there, 0.05, 7);
         let fresh = |start| bind(row).map(|run| go(&run, start, 0.1, 7));
         let [from_here, from_end] = [&here, &end].map(fresh);
-        assert_eq!(Some(go(&run, &end, 0.1, 7)), from_end, "{}, from where another ended", row.name);
+        assert_eq!(
+            Some(go(&run, &end, 0.1, 7)),
+            from_end,
+            "{}, from where another ended",
+            row.name
+        );
         go(&run, &there, 1e200, 7);
         assert_eq!(Some(go(&run, &here, 0.1, 7)), from_here, "{}, after others", row.name);
         for _ in 0..2 {

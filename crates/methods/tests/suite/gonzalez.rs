@@ -4,8 +4,8 @@ use crate::slope;
 use crate::systems;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Grid, InputError, Method, Passive, Quad, Scalar, Series,
-    State, StepFailure, System, Vector, integrate,
+    Block, Coupling, Curvature, DissipationForm, Grid, InputError, Method, Passive, Quad, Scalar,
+    Series, State, StepFailure, System, Vector, integrate,
 };
 use afterbay_methods::{Gonzalez, LinearSolver};
 use nalgebra::{DVector, SVector};
@@ -34,8 +34,9 @@ where
         let mut end = state::<T, N>();
         let grid = Grid { h: T::one() / T::from_f64(count as f64), steps: count };
         integrate(&METHOD, system, grid, &mut end, &mut ()).unwrap();
-        let far =
-            |a: [T; N], b: [T; N]| a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max);
+        let far = |a: [T; N], b: [T; N]| {
+            a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
+        };
         errors[0].push(far(end.q, exact.q));
         errors[1].push(far(end.p, exact.p));
         errors[2].push(far(end.w, exact.w));
@@ -66,12 +67,18 @@ fn order_2_in_q_p_and_w() {
 ///
 /// With the equations solved but for (a, b), `ΔK = ∇̄H_q·a + ∇̄H_p·b` and the roundings of H and w. Rounding leaves in a and b
 /// that of z, of z1 and of h ∇H, which is h ∇∇H z.
-fn drift<S: Curvature<f64>>(system: &S, h: f64, state: &mut State<Vec<f64>>) -> Result<f64, StepFailure> {
+fn drift<S: Curvature<f64>>(
+    system: &S,
+    h: f64,
+    state: &mut State<Vec<f64>>,
+) -> Result<f64, StepFailure> {
     let before = state.clone();
     let mut workspace = METHOD.workspace(system).unwrap();
     METHOD.step(system, h, state, &mut workspace)?;
     let n = state.dof();
-    let mean = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| (a + b) / 2.0).collect() };
+    let mean = |a: &[f64], b: &[f64]| -> Vec<f64> {
+        a.iter().zip(b).map(|(a, b)| (a + b) / 2.0).collect()
+    };
     let (q, p) = (mean(&before.q, &state.q), mean(&before.p, &state.p));
     let (mut hq, mut hp, mut d) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     system.gradient(&q, &p, &mut hq, &mut hp);
@@ -80,7 +87,8 @@ fn drift<S: Curvature<f64>>(system: &S, h: f64, state: &mut State<Vec<f64>>) -> 
     let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     let mut bend = 0.0_f64;
     system.curvature(&q, &p, |_, _, _, value| bend = bend.max(value.abs()));
-    let z = [&before.q, &before.p, &state.q, &state.p].map(|x| size(x)).into_iter().fold(0.0, f64::max);
+    let z =
+        [&before.q, &before.p, &state.q, &state.p].map(|x| size(x)).into_iter().fold(0.0, f64::max);
     let change: f64 = before
         .q
         .iter()
@@ -88,17 +96,29 @@ fn drift<S: Curvature<f64>>(system: &S, h: f64, state: &mut State<Vec<f64>>) -> 
         .chain(before.p.iter().zip(&state.p))
         .map(|(a, b)| (b - a).powi(2))
         .sum();
-    let along: f64 =
-        (0..n).map(|j| hq[j] * (state.q[j] - before.q[j]) + hp[j] * (state.p[j] - before.p[j])).sum();
-    let lambda =
-        if change == 0.0 { 0.0 } else { (state.energy(system) - before.energy(system) - along) / change };
+    let along: f64 = (0..n)
+        .map(|j| hq[j] * (state.q[j] - before.q[j]) + hp[j] * (state.p[j] - before.p[j]))
+        .sum();
+    let lambda = if change == 0.0 {
+        0.0
+    } else {
+        (state.energy(system) - before.energy(system) - along) / change
+    };
     let gradient = total(&hq) + total(&hp) + lambda.abs() * change.sqrt() * 2.0 * n as f64;
-    let held = before.energy(system).abs() + state.energy(system).abs() + total(&before.w) + total(&state.w);
+    let held = before.energy(system).abs()
+        + state.energy(system).abs()
+        + total(&before.w)
+        + total(&state.w);
     let scale = held + (1.0 + h * bend) * z * (gradient + total(&d));
     Ok((state.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale))
 }
 
-fn checked<S: Curvature<f64>>(system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> Result<(), TestCaseError> {
+fn checked<S: Curvature<f64>>(
+    system: &S,
+    h: f64,
+    q: Vec<f64>,
+    p: Vec<f64>,
+) -> Result<(), TestCaseError> {
     let mut state = State::new(q, p).unwrap();
     for _ in 0..3 {
         let before = state.clone();
@@ -108,7 +128,8 @@ fn checked<S: Curvature<f64>>(system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> R
                 prop_assert_eq!(&before, &state, "{}", failure);
                 // A short step may not fail; of a longer one it has to be the length.
                 let shorter = |h: f64| drift(system, h, &mut before.clone()).is_ok();
-                let excused = h > 0.1 && (1..=6).any(|halvings| shorter(h / f64::from(1 << halvings)));
+                let excused =
+                    h > 0.1 && (1..=6).any(|halvings| shorter(h / f64::from(1 << halvings)));
                 prop_assert!(excused, "h = {}: {}", h, failure);
             }
         }
@@ -210,7 +231,8 @@ fn numbers<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<f64> {
 
 #[test]
 fn every_linear_solver_leads_to_the_same_state() {
-    let refused = |error: &InputError| matches!(error, InputError::Unsupported { method: "gonzalez", .. });
+    let refused =
+        |error: &InputError| matches!(error, InputError::Unsupported { method: "gonzalez", .. });
     let check = |system: &dyn Fn(Gonzalez) -> Result<Vec<f64>, InputError>, chain: bool| {
         let chosen = system(METHOD).unwrap();
         for solver in SOLVERS {
@@ -220,7 +242,9 @@ fn every_linear_solver_leads_to_the_same_state() {
                         assert!((a - b).abs() < 2e-14 * (1.0 + a.abs()), "{solver:?}: {a} {b}");
                     }
                 }
-                Err(error) => assert!(!chain && solver == LinearSolver::Chain && refused(&error), "{error}"),
+                Err(error) => {
+                    assert!(!chain && solver == LinearSolver::Chain && refused(&error), "{error}");
+                }
             }
         }
     };
@@ -268,7 +292,12 @@ fn without_dissipation_h_is_kept_and_nothing_is_held() {
 #[test]
 fn the_equations_as_they_are_written_are_solved() {
     let (c, h) = (0.3, 0.05);
-    let system = Springs { masses: vec![2.0, 2.0], springs: vec![(0, 1, 0.0)], c, coupling: Coupling::Chain };
+    let system = Springs {
+        masses: vec![2.0, 2.0],
+        springs: vec![(0, 1, 0.0)],
+        c,
+        coupling: Coupling::Chain,
+    };
     let energy = |q: &[f64; 2], p: &[f64; 2]| System::<f64>::energy(&system, q, p);
     let mut state = State::new([0.9, -0.4], [0.3, 1.2]).unwrap();
     let mut workspace = METHOD.workspace(&system).unwrap();
@@ -295,7 +324,8 @@ fn the_equations_as_they_are_written_are_solved() {
             }
         }
         METHOD.step(&system, h, &mut state, &mut workspace).unwrap();
-        let pairs = state.q.iter().zip(&q1).chain(state.p.iter().zip(&p1)).chain(state.w.iter().zip(&w1));
+        let pairs =
+            state.q.iter().zip(&q1).chain(state.p.iter().zip(&p1)).chain(state.w.iter().zip(&w1));
         for (found, expected) in pairs {
             assert!((found - expected).abs() < 3e-15, "{found} {expected}");
         }
@@ -329,8 +359,13 @@ fn a_decay_to_rest_is_followed_to_the_end() {
         for exponent in 1..140 {
             let size = 10_f64.powi(-exponent);
             let state = carry(METHOD, &system, 3, [size, -size], [0.0, size / 3.0]);
-            let midpoint =
-                carry(METHOD, &Twisted { c: 0.8, offset: 0.0 }, 3, [size, -size], [0.0, size / 3.0]);
+            let midpoint = carry(
+                METHOD,
+                &Twisted { c: 0.8, offset: 0.0 },
+                3,
+                [size, -size],
+                [0.0, size / 3.0],
+            );
             for (a, b) in numbers(&state)[..4].iter().zip(&numbers(&midpoint)[..4]) {
                 let noise = 1e-14 * size + 20.0 * 1e-16 * offset.abs() / size;
                 assert!((a - b).abs() < noise.min(1e-3 * size), "{offset} {size:e}: {a:e} {b:e}");

@@ -8,7 +8,13 @@ use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPolRing};
 use slope::slope;
 
 /// q, p and w after `steps` steps to `end`.
-fn carry<T: Scalar, S: Curvature<T>>(system: &S, q: &[T], p: &[T], end: f64, steps: u64) -> [Vec<T>; 3] {
+fn carry<T: Scalar, S: Curvature<T>>(
+    system: &S,
+    q: &[T],
+    p: &[T],
+    end: f64,
+    steps: u64,
+) -> [Vec<T>; 3] {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
     let grid = Grid { h: T::from_f64(end) / T::from_f64(steps as f64), steps };
     integrate(&Gonzalez::default(), system, grid, &mut state, &mut ()).unwrap();
@@ -28,7 +34,8 @@ fn orders<T: Scalar, const N: usize>(
 ) {
     let q: [T; N] = std::array::from_fn(|j| T::from_f64((0.4 + 1.7 * j as f64).sin()));
     let p: [T; N] = std::array::from_fn(|j| T::from_f64((2.1 + 1.7 * j as f64).sin()));
-    let exact = trajectory::<_, _, 24>(series, &State::new(q, p).unwrap(), T::one(), 1).unwrap()[1].clone();
+    let exact =
+        trajectory::<_, _, 24>(series, &State::new(q, p).unwrap(), T::one(), 1).unwrap()[1].clone();
     let ends = counts.iter().map(|&count| carry(system, &q, &p, 1.0, count));
     let errors: Vec<[f64; 3]> =
         ends.map(|[q, p, w]| [far(&q, &exact.q), far(&p, &exact.p), far(&w, &exact.w)]).collect();
@@ -71,7 +78,8 @@ fn check<S: Curvature<f64>>(name: &str, times: [&str; 2], h: f64, system: &S) {
     for t in times {
         let end: f64 = t.parse().unwrap();
         let steps = (end / h).round() as u64;
-        let mut table = [1, 2, 4, 8].map(|finer| carry(system, &q, &p, end, steps * finer).concat());
+        let mut table =
+            [1, 2, 4, 8].map(|finer| carry(system, &q, &p, end, steps * finer).concat());
         for level in 1..4 {
             let share = 1.0 / (4.0_f64.powi(level as i32) - 1.0);
             for row in (level..4).rev() {

@@ -4,8 +4,8 @@ use crate::bind::separable;
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Coupling, Grid, InputError, Method, Passive, Quad, Scalar, Separable, Series, State, System, Vector,
-    integrate,
+    Coupling, Grid, InputError, Method, Passive, Quad, Scalar, Separable, Series, State, System,
+    Vector, integrate,
 };
 use afterbay_methods::registry::{FIXED, Row};
 use afterbay_methods::{Composition, Increment, ModDg};
@@ -67,7 +67,9 @@ where
         })
         .collect();
     let steps: Vec<f64> = counts.iter().map(|&count| END / count as f64).collect();
-    [0, 1, 2].map(|variable| slope(&steps, &errors.iter().map(|error| error[variable]).collect::<Vec<_>>()))
+    [0, 1, 2].map(|variable| {
+        slope(&steps, &errors.iter().map(|error| error[variable]).collect::<Vec<_>>())
+    })
 }
 
 /// On chain and ring, in the natural order and coloured.
@@ -106,7 +108,9 @@ fn compositions_have_their_order_in_q_p_and_w() {
 
 #[test]
 fn compositions_have_their_order_in_31_digits() {
-    check_orders::<Quad>(|order, _| if order < 8.0 { vec![150, 220, 300] } else { vec![60, 80, 100] });
+    check_orders::<Quad>(
+        |order, _| if order < 8.0 { vec![150, 220, 300] } else { vec![60, 80, 100] },
+    );
 }
 
 /// Steps of increments that violate passivity, on a chain of masses at several steps.
@@ -150,7 +154,8 @@ fn storage_changes_no_bit() {
         let from: State<[f64; N]> = start();
         let mut state = State::new(vector(from.q), vector(from.p)).unwrap();
         let method = Increment::new(Composition::kahan_li8());
-        integrate(&method, &chain::<f64>(), Grid::of(0.1, 50).unwrap(), &mut state, &mut ()).unwrap();
+        integrate(&method, &chain::<f64>(), Grid::of(0.1, 50).unwrap(), &mut state, &mut ())
+            .unwrap();
         [state.q, state.p, state.w]
             .iter()
             .flat_map(|part| part.as_slice().iter().map(|x| x.to_bits()))
@@ -166,7 +171,8 @@ fn storage_changes_no_bit() {
 fn with_one_degree_of_freedom_a_sweep_is_the_modified_discrete_gradient() {
     let system = Duffing::new(-1.0, 1.0, 0.2).unwrap();
     let grid = Grid::of(0.05, 400).unwrap();
-    let (mut one, mut other) = (State::new([1.5], [0.5]).unwrap(), State::new([1.5], [0.5]).unwrap());
+    let (mut one, mut other) =
+        (State::new([1.5], [0.5]).unwrap(), State::new([1.5], [0.5]).unwrap());
     integrate(&ModDg::newton(), &system, grid, &mut one, &mut ()).unwrap();
     integrate(&Increment::new(Composition::sweep()), &system, grid, &mut other, &mut ()).unwrap();
     assert_eq!(one, other);
@@ -200,10 +206,13 @@ fn end_states_are_those_of_another_library() {
             let mut state = State::new(q.clone(), p.clone()).unwrap();
             let grid = Grid::new(0.02, t.parse().unwrap()).unwrap();
             let before = state.total(system);
-            integrate(&Increment::new(Composition::kahan_li8()), system, grid, &mut state, &mut ()).unwrap();
+            integrate(&Increment::new(Composition::kahan_li8()), system, grid, &mut state, &mut ())
+                .unwrap();
             let found = state.q.iter().chain(&state.p).chain(&state.w);
-            let off =
-                found.zip(q1.iter().chain(&p1).chain(&w1)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = found
+                .zip(q1.iter().chain(&p1).chain(&w1))
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             assert!(off < 1e-9, "{name} at t = {t}: {off:e}");
             assert!((state.total(system) - before).abs() < 1e-12);
         }

@@ -5,7 +5,8 @@ use crate::slope;
 use crate::systems;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Grid, InputError, Method, PhasePlane, Quad, Scalar, Series, State, StepFailure, System, Vector, integrate,
+    Grid, InputError, Method, PhasePlane, Quad, Scalar, Series, State, StepFailure, System, Vector,
+    integrate,
 };
 use afterbay_methods::{Composition, GeneralIncrement, Increment};
 use afterbay_systems::DampedDoublePendulum;
@@ -22,14 +23,20 @@ fn pendulum<T: Scalar>(c: [f64; 2]) -> DampedDoublePendulum<T> {
 }
 
 /// The slopes of the errors of q, p and w at t = 1.
-fn orders<T, S>(system: &S, from: &State<[T; 2]>, method: &GeneralIncrement, counts: &[u64]) -> [f64; 3]
+fn orders<T, S>(
+    system: &S,
+    from: &State<[T; 2]>,
+    method: &GeneralIncrement,
+    counts: &[u64],
+) -> [f64; 3]
 where
     T: Scalar,
     S: PhasePlane<T> + SeriesToo<T>,
 {
     let end = &trajectory::<_, _, 24>(&system.series(), from, T::one(), 1).unwrap()[1];
-    let far =
-        |a: [T; 2], b: [T; 2]| a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max);
+    let far = |a: [T; 2], b: [T; 2]| {
+        a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
+    };
     let mut errors = [(); 3].map(|()| Vec::new());
     for &count in counts {
         let mut state = from.clone();
@@ -73,7 +80,10 @@ fn check_orders<T: Scalar>(compositions: &[(Composition, f64, [u64; 3])]) {
                 orders::<T, _>(&Curved([0.3, 0.2]), &curve, &method, counts),
             ];
             println!("{order} {found:.3?}");
-            assert!(found.iter().flatten().all(|found| (found - order).abs() < 0.1), "{method:?}: {found:?}");
+            assert!(
+                found.iter().flatten().all(|found| (found - order).abs() < 0.1),
+                "{method:?}: {found:?}"
+            );
         }
     }
 }
@@ -151,7 +161,8 @@ fn drift<S: PhasePlane<f64>>(
         + (p[0] + p[1]) * hp
         + 2.0 * h.abs() * hq * hp
         + before.w.iter().chain(&after.w).map(|w| w.abs()).sum::<f64>();
-    (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
+    (after.total(system) - before.total(system)).abs()
+        / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
 }
 
 /// For the pendulum with friction up to 1: T ≤ |p1|² + |p2|², since M⁻¹ ≤ 2/(3 - √5) < 3 at unit masses and lengths.
@@ -175,7 +186,8 @@ fn checked<S: PhasePlane<f64>>(
     sizes: impl Fn([f64; 2], [f64; 2]) -> [f64; 3],
 ) -> Result<(), TestCaseError> {
     // An even sweep is forward, an odd one its adjoint; a sweep of nothing changes nothing.
-    let sweeps = [(vec![1.0], 1.0), (vec![0.0, 1.0], 1.0), (vec![1.0], -0.6), (vec![0.0, 1.0], -0.6)];
+    let sweeps =
+        [(vec![1.0], 1.0), (vec![0.0, 1.0], 1.0), (vec![1.0], -0.6), (vec![0.0, 1.0], -0.6)];
     let mut state = start.clone();
     for (sweep, share) in sweeps {
         let before = state.clone();
@@ -288,7 +300,8 @@ fn the_pendulum_ends_where_another_library_has_it() {
     const REFERENCES: &str = include_str!("../../../systems/tests/data/many_degrees.csv");
     let rows = |t: &str| -> [[f64; 2]; 3] {
         let lines = REFERENCES.lines().map(|line| line.split(',').collect::<Vec<_>>());
-        let rows: Vec<_> = lines.filter(|row| row[0] == "damped-double-pendulum" && row[1] == t).collect();
+        let rows: Vec<_> =
+            lines.filter(|row| row[0] == "damped-double-pendulum" && row[1] == t).collect();
         [3, 5, 7].map(|column| [0, 1].map(|j| rows[j][column].parse().unwrap()))
     };
     let system = pendulum::<f64>([0.1, 0.2]);
@@ -297,8 +310,14 @@ fn the_pendulum_ends_where_another_library_has_it() {
         let mut state = State::new(q, p).unwrap();
         let before = state.total(&system);
         let grid = Grid::new(0.01, t.parse().unwrap()).unwrap();
-        integrate(&GeneralIncrement::new(Composition::kahan_li8()), &system, grid, &mut state, &mut ())
-            .unwrap();
+        integrate(
+            &GeneralIncrement::new(Composition::kahan_li8()),
+            &system,
+            grid,
+            &mut state,
+            &mut (),
+        )
+        .unwrap();
         let off = [state.q, state.p, state.w]
             .iter()
             .zip(rows(t))
@@ -340,7 +359,8 @@ fn storage_changes_no_bit() {
         p.as_mut_slice().copy_from_slice(&from_p);
         let mut state = State::new(q, p).unwrap();
         let method = GeneralIncrement::new(Composition::kahan_li8());
-        integrate(&method, &Springs::ring(5, 0.2), Grid::of(0.1, 20).unwrap(), &mut state, &mut ()).unwrap();
+        integrate(&method, &Springs::ring(5, 0.2), Grid::of(0.1, 20).unwrap(), &mut state, &mut ())
+            .unwrap();
         [state.q, state.p, state.w]
             .iter()
             .flat_map(|part| part.as_slice().iter().map(|x| x.to_bits()))
@@ -355,8 +375,8 @@ fn failures_have_names_and_leave_the_state_alone() {
     let fails = |a: f64, h: f64| {
         let start = state([0.5, 2.0], [0.1, 1.0]);
         let mut state = start.clone();
-        let failure =
-            step(&GeneralIncrement::new(Composition::pair()), &Endless(a), h, &mut state).unwrap_err();
+        let failure = step(&GeneralIncrement::new(Composition::pair()), &Endless(a), h, &mut state)
+            .unwrap_err();
         assert_eq!(state, start);
         failure
     };
@@ -371,7 +391,8 @@ fn failures_have_names_and_leave_the_state_alone() {
 
 #[test]
 fn a_step_allocates_nothing() {
-    let (system, method) = (pendulum::<f64>([0.1, 0.2]), GeneralIncrement::new(Composition::kahan_li8()));
+    let (system, method) =
+        (pendulum::<f64>([0.1, 0.2]), GeneralIncrement::new(Composition::kahan_li8()));
     for h in [0.05, 3.0] {
         let mut state = State::new(vec![1.2, -0.7], vec![0.0, 0.0]).unwrap();
         let mut workspace = Method::<Vec<f64>, _>::workspace(&method, &system).unwrap();
@@ -409,7 +430,13 @@ impl System<f64> for Far {
 }
 
 impl PhasePlane<f64> for Far {
-    fn slopes(&self, _q: &[f64], _p: &[f64], j: usize, [q, p]: [f64; 2]) -> afterbay_core::Slopes<f64> {
+    fn slopes(
+        &self,
+        _q: &[f64],
+        _p: &[f64],
+        j: usize,
+        [q, p]: [f64; 2],
+    ) -> afterbay_core::Slopes<f64> {
         let far = f64::from(u8::from(j == 1));
         afterbay_core::Slopes {
             hq: far * 8.0 * q.powi(3),

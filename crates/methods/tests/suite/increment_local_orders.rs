@@ -3,7 +3,9 @@
 use crate::bind::separable;
 use crate::slope;
 use afterbay_core::taylor::Expansion;
-use afterbay_core::{Block, Curvature, Dissipation, Quad, Scalar, Separable, Series, State, System};
+use afterbay_core::{
+    Block, Curvature, Dissipation, Quad, Scalar, Separable, Series, State, System,
+};
 use afterbay_methods::registry::{FIXED, Row};
 use afterbay_systems::{FputChain, VanDerPolRing};
 use slope::slope;

@@ -21,7 +21,10 @@ impl Net {
         Self {
             masses: names.iter().map(|&i| self.masses[i]).collect(),
             wells: names.iter().map(|&i| self.wells[i]).collect(),
-            springs: names.iter().map(|&i| names.iter().map(|&j| self.springs[i][j]).collect()).collect(),
+            springs: names
+                .iter()
+                .map(|&i| names.iter().map(|&j| self.springs[i][j]).collect())
+                .collect(),
             friction: names.iter().map(|&i| self.friction[i]).collect(),
         }
     }
@@ -34,7 +37,8 @@ impl Net {
             .map(|j| {
                 let kinetic = (before.p[j].powi(2) + after.p[j].powi(2)) / self.masses[j];
                 let [a, b] = self.wells[j].map(f64::abs);
-                let springs: f64 = (0..n).map(|i| self.springs[i][j].abs() * (q(i) + q(j)).powi(2)).sum();
+                let springs: f64 =
+                    (0..n).map(|i| self.springs[i][j].abs() * (q(i) + q(j)).powi(2)).sum();
                 let work = (after.w[j] - before.w[j]).abs();
                 kinetic
                     + a * q(j).powi(2)
@@ -57,7 +61,8 @@ impl System<f64> for Net {
         (0..n)
             .map(|j| {
                 let [a, b] = self.wells[j];
-                let springs: f64 = (0..j).map(|i| self.springs[i][j] * (q[i] - q[j]).powi(2) / 2.0).sum();
+                let springs: f64 =
+                    (0..j).map(|i| self.springs[i][j] * (q[i] - q[j]).powi(2) / 2.0).sum();
                 p[j] * p[j] / (2.0 * self.masses[j])
                     + a * q[j].powi(2) / 2.0
                     + b * q[j].powi(4) / 4.0
@@ -89,13 +94,15 @@ impl Separable<f64> for Net {
         self.masses[j]
     }
     fn partial(&self, q: &[f64], j: usize, at: f64) -> f64 {
-        let springs: f64 = (0..q.len()).filter(|&i| i != j).map(|i| self.springs[i][j] * (at - q[i])).sum();
+        let springs: f64 =
+            (0..q.len()).filter(|&i| i != j).map(|i| self.springs[i][j] * (at - q[i])).sum();
         self.wells[j][0] * at + self.wells[j][1] * at.powi(3) + springs
     }
     fn divided_difference(&self, q: &[f64], j: usize, to: f64) -> Line<f64> {
         let ([a, b], from) = (self.wells[j], q[j]);
         let others = || (0..q.len()).filter(|&i| i != j);
-        let springs: f64 = others().map(|i| self.springs[i][j] * ((from - q[i]) + (to - q[i])) / 2.0).sum();
+        let springs: f64 =
+            others().map(|i| self.springs[i][j] * ((from - q[i]) + (to - q[i])) / 2.0).sum();
         let stiffness: f64 = others().map(|i| self.springs[i][j] / 2.0).sum();
         let sum = from + to;
         let value = sum * (a / 2.0 + b / 4.0 * (from * from + to * to)) + springs;
@@ -146,7 +153,9 @@ impl Separable<f64> for Frictionless {
 }
 
 /// A net of up to 40 masses in a state, a step size, and an order of the coordinates.
-fn nets(friction: std::ops::Range<f64>) -> impl Strategy<Value = (Net, State<Vec<f64>>, f64, Vec<usize>)> {
+fn nets(
+    friction: std::ops::Range<f64>,
+) -> impl Strategy<Value = (Net, State<Vec<f64>>, f64, Vec<usize>)> {
     (1..=40_usize, -6.0..1.0_f64).prop_flat_map(move |(n, exponent)| {
         let net = (
             prop::collection::vec(0.1..10.0, n),
@@ -156,17 +165,19 @@ fn nets(friction: std::ops::Range<f64>) -> impl Strategy<Value = (Net, State<Vec
         );
         let state = (prop::collection::vec(-2.0..2.0, n), prop::collection::vec(-2.0..2.0, n));
         let order = Just((0..n).collect::<Vec<_>>()).prop_shuffle();
-        (net, state, order).prop_map(move |((masses, wells, mut springs, friction), (q, p), order)| {
-            for i in 0..n {
-                let (above, below) = springs.split_at_mut(i);
-                below[0][i] = 0.0;
-                for (j, row) in above.iter_mut().enumerate() {
-                    row[i] = below[0][j];
+        (net, state, order).prop_map(
+            move |((masses, wells, mut springs, friction), (q, p), order)| {
+                for i in 0..n {
+                    let (above, below) = springs.split_at_mut(i);
+                    below[0][i] = 0.0;
+                    for (j, row) in above.iter_mut().enumerate() {
+                        row[i] = below[0][j];
+                    }
                 }
-            }
-            let net = Net { masses, wells, springs, friction };
-            (net, State::new(q, p).unwrap(), 10.0_f64.powf(exponent), order)
-        })
+                let net = Net { masses, wells, springs, friction };
+                (net, State::new(q, p).unwrap(), 10.0_f64.powf(exponent), order)
+            },
+        )
     })
 }
 
@@ -193,7 +204,11 @@ fn step_by_sweeps(
         let roundings = 16.0 + net.masses.len() as f64;
         let drift = (state.total(net) - before.total(net)).abs();
         let bound = roundings * f64::EPSILON / 2.0 * net.magnitude(&before, state);
-        prop_assert!(drift <= bound, "sweep {i}: K moves by {drift:e}, {:.1} of the bound", drift / bound);
+        prop_assert!(
+            drift <= bound,
+            "sweep {i}: K moves by {drift:e}, {:.1} of the bound",
+            drift / bound
+        );
     }
     Ok(None)
 }

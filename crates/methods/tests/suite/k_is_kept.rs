@@ -21,7 +21,9 @@ fn passive() -> impl Strategy<Value = Model> {
 /// Those of them with a single well.
 fn passive_well() -> impl Strategy<Value = Model> {
     passive().prop_map(|model| match model {
-        Model::Duffing { alpha, beta, c } => Model::Duffing { alpha: alpha.abs(), beta: beta.abs(), c },
+        Model::Duffing { alpha, beta, c } => {
+            Model::Duffing { alpha: alpha.abs(), beta: beta.abs(), c }
+        }
         other => other,
     })
 }
@@ -61,7 +63,8 @@ fn config(cases: u32) -> ProptestConfig {
 /// Every method that claims K, on one case.
 fn check_k<T: Widen>(case: &Case) -> Result<(), TestCaseError> {
     for row in FIXED.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
-        let roundings = if row.name == "moddg-fixed-point" { ROUNDINGS_FIXED_POINT } else { ROUNDINGS };
+        let roundings =
+            if row.name == "moddg-fixed-point" { ROUNDINGS_FIXED_POINT } else { ROUNDINGS };
         for Bound { run, closed } in case.model.bind::<T>(row) {
             let label = format!("{} ({})", row.name, if closed { "closed form" } else { "solved" });
             match case.keeps_k(&|h, state| run.step(h, state), roundings) {
@@ -150,7 +153,13 @@ fn simple_iteration_stops_at_rounding() {
         // |∂F/∂v| = 3.6: it diverges, with updates below what q could lose.
         Case { model: diverging, q: -1.7744761493622853e-10, p: 0.0, w: 0.0, h: 1.0 },
         // |∂F/∂v| = 0.99: it contracts so slowly that rounding ends the shrinking early.
-        Case { model: slow, q: -9.114644483772375, p: 5.939745794139252, w: 0.0, h: 0.00327396364764561 },
+        Case {
+            model: slow,
+            q: -9.114644483772375,
+            p: 5.939745794139252,
+            w: 0.0,
+            h: 0.00327396364764561,
+        },
     ] {
         check_k::<f64>(&case).unwrap();
     }
@@ -167,7 +176,13 @@ fn k_is_kept_beside_a_pole_where_the_step_is_endless() {
             -2.534299325477662e-11,
             4.1847530990544675,
         ),
-        (535.5431212492113, 4.694728826007533, -9.296407983726308, -9.824778120715335e-12, 6.722624928783395),
+        (
+            535.5431212492113,
+            4.694728826007533,
+            -9.296407983726308,
+            -9.824778120715335e-12,
+            6.722624928783395,
+        ),
     ] {
         check_k::<f64>(&Case { model: Model::DampedOscillator { k, b }, q, p, w: 0.0, h }).unwrap();
     }
@@ -194,8 +209,9 @@ impl<T: Scalar> System<T> for Exponential {
     fn energy(&self, q: &[T], p: &[T]) -> T {
         // Near 0 the terms of eᵠ - 1 - q cancel, and K is compared with V where edges are not exact.
         let q = q[0];
-        let series =
-            (2..=14).rev().fold(T::zero(), |sum, k| (sum * q + T::one()) / T::from_f64(f64::from(k)));
+        let series = (2..=14)
+            .rev()
+            .fold(T::zero(), |sum, k| (sum * q + T::one()) / T::from_f64(f64::from(k)));
         let small = q.abs().lt(T::from_f64(1e-2));
         (p[0] * p[0]).half() + T::select(small, q * q * series, q.exp_m1() - q)
     }

@@ -8,8 +8,13 @@ use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 
 /// An ordinary start of an ordinary damped system.
-const ORDINARY: Case =
-    Case { model: Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.3 }, q: 1.3, p: -0.7, w: 0.0, h: 0.1 };
+const ORDINARY: Case = Case {
+    model: Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.3 },
+    q: 1.3,
+    p: -0.7,
+    w: 0.0,
+    h: 0.1,
+};
 
 fn solved<T: Number>(case: &Case, name: &str) -> Run<T> {
     case.model.bind(find(name).unwrap()).pop().unwrap().run
@@ -57,7 +62,8 @@ fn a_step_left_unsolved_is_caught() {
 fn a_failed_step_that_changes_the_state_is_caught() {
     let broken = |_, state: &mut State<[f64; 1]>| {
         state.w[0] += 1e-15;
-        Err(RunError { step: 1, t: 0.0, failure: StepFailure::Singular { dof: 0, slope: 0.0 } }.into())
+        Err(RunError { step: 1, t: 0.0, failure: StepFailure::Singular { dof: 0, slope: 0.0 } }
+            .into())
     };
     assert!(ORDINARY.keeps_k(&broken, ROUNDINGS).unwrap_err().contains("changed"));
 }
@@ -69,7 +75,11 @@ fn what_does_not_claim_k_does_not_keep_it() {
         for case in [ORDINARY, oscillator] {
             for Bound { run, closed } in case.model.bind::<f64>(row) {
                 let wrong = case.keeps_k(&|h, state| run.step(h, state), 1e6 * ROUNDINGS);
-                assert!(wrong.is_err_and(|wrong| wrong.contains("K moved by")), "{} ({closed})", row.name);
+                assert!(
+                    wrong.is_err_and(|wrong| wrong.contains("K moved by")),
+                    "{} ({closed})",
+                    row.name
+                );
             }
         }
     }
@@ -78,7 +88,8 @@ fn what_does_not_claim_k_does_not_keep_it() {
 #[test]
 fn a_shared_step_is_not_passive_beside_its_pole() {
     // δ₃(q) falls without bound as b q/p grows, and a negative δ drains the reservoir.
-    let case = Case { model: Model::DampedOscillator { k: 1.0, b: 0.5 }, q: 2.0, p: 1e-3, w: 0.0, h: 0.3 };
+    let case =
+        Case { model: Model::DampedOscillator { k: 1.0, b: 0.5 }, q: 2.0, p: 1e-3, w: 0.0, h: 0.3 };
     for Bound { run, .. } in case.model.bind::<f64>(find("moddg-q3-shared").unwrap()) {
         assert!(case.only_fills(&|h, state| run.step(h, state)).is_err());
     }
@@ -87,7 +98,8 @@ fn a_shared_step_is_not_passive_beside_its_pole() {
 #[test]
 fn positive_weights_fill_the_reservoir_while_the_energy_rises() {
     // rk4 adds h Σ b_i D_i ∂H/∂p_i with b_i > 0: w rises although the step is beyond the limit of stability.
-    let case = Case { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, w: 0.0, h: 3.5 };
+    let case =
+        Case { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, w: 0.0, h: 3.5 };
     let energy_rises = |name: &str| {
         let run = solved::<f64>(&case, name);
         assert_eq!(case.only_fills(&|h, state| run.step(h, state)), Ok(None));
@@ -102,7 +114,8 @@ fn positive_weights_fill_the_reservoir_while_the_energy_rises() {
 #[test]
 fn the_property_is_mostly_about_steps_that_are_taken() {
     let mut runner = TestRunner::deterministic();
-    let cases: Vec<Case> = (0..400).map(|_| case(model()).new_tree(&mut runner).unwrap().current()).collect();
+    let cases: Vec<Case> =
+        (0..400).map(|_| case(model()).new_tree(&mut runner).unwrap().current()).collect();
     for row in FIXED.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
         let (mut all, mut taken) = (0, 0);
         for case in &cases {

@@ -3,8 +3,8 @@
 
 use crate::bind::{curved, separable};
 use afterbay_core::{
-    Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable,
-    State, StateRef, StepFailure, System, Tolerance, integrate,
+    Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar,
+    Separable, State, StateRef, StepFailure, System, Tolerance, integrate,
 };
 use afterbay_methods::registry::{ADAPTIVE, FIXED, Number, Row, Run, Setting};
 use afterbay_methods::{Composition, Increment, Rk4};
@@ -43,8 +43,13 @@ fn custom(potential: &str, friction: &str, n: usize, c: f64) -> Custom<f64> {
     let force = |j: usize| friction.replace('p', &format!("p{j}"));
     let friction = DissipationText::Forces((1..=n).map(force).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description { potential, dissipation: friction, parameters, ..Description::default() })
-        .unwrap()
+    Custom::new(&Description {
+        potential,
+        dissipation: friction,
+        parameters,
+        ..Description::default()
+    })
+    .unwrap()
 }
 
 fn bind<T: Number>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
@@ -66,7 +71,12 @@ fn size<T: Scalar>(system: &Custom<T>, state: &State<Vec<T>>) -> f64 {
 }
 
 /// The largest size of K between the pairs of sweeps of a composition, some of which run backwards.
-fn largest_within<T: Scalar>(system: &Custom<T>, of: &Composition, h: T, start: &State<Vec<T>>) -> f64 {
+fn largest_within<T: Scalar>(
+    system: &Custom<T>,
+    of: &Composition,
+    h: T,
+    start: &State<Vec<T>>,
+) -> f64 {
     let pair = Increment::new(Composition::pair());
     let (mut state, mut workspace) = (start.clone(), pair.workspace(system).unwrap());
     let fractions: Vec<T> = of.fractions().collect();
@@ -97,7 +107,8 @@ impl Count {
     ) {
         for pair in states.windows(2) {
             let drift = (pair[1].total(system) - pair[0].total(system)).to_f64().abs();
-            let share = drift / (size(system, &pair[0]) + size(system, &pair[1]) + within(&pair[0]));
+            let share =
+                drift / (size(system, &pair[0]) + size(system, &pair[1]) + within(&pair[0]));
             self.taken += 1;
             self.worst = self.worst.max(if share.is_nan() { f64::INFINITY } else { share });
         }
@@ -106,7 +117,9 @@ impl Count {
     /// A failure must have a name that fits a smooth system.
     fn fail(&mut self, error: &IntegrateError, label: &str) {
         self.failed += 1;
-        let IntegrateError::Run(RunError { failure, .. }) = error else { panic!("{label}: {error}") };
+        let IntegrateError::Run(RunError { failure, .. }) = error else {
+            panic!("{label}: {error}")
+        };
         let misplaced = matches!(
             failure,
             StepFailure::AcrossSingularity { .. }
@@ -161,9 +174,9 @@ struct Case {
 fn case(terms: &'static [&'static str]) -> impl Strategy<Value = Case> {
     let picks = prop::collection::vec((0..terms.len(), 0.1..2.0_f64), 1..4);
     let numbers = (-6.0..2.0_f64, 0.0..1.0_f64, any::<bool>(), 0..FRICTIONS.len());
-    let scale =
-        prop_oneof![3 => Just(1.0), 1 => Just(0.0), 1 => (-300.0..0.0_f64).prop_map(|x| 10f64.powf(x))];
-    let momenta = (prop::array::uniform2(-4.0..4.0_f64), scale).prop_map(|(p, scale)| p.map(|p| p * scale));
+    let scale = prop_oneof![3 => Just(1.0), 1 => Just(0.0), 1 => (-300.0..0.0_f64).prop_map(|x| 10f64.powf(x))];
+    let momenta =
+        (prop::array::uniform2(-4.0..4.0_f64), scale).prop_map(|(p, scale)| p.map(|p| p * scale));
     let places = (prop::array::uniform2(-2.0..2.0_f64), momenta);
     (picks, numbers, places).prop_map(move |(picks, (exponent, c, alone, friction), (q, p))| {
         let n = if alone { 1 } else { 2 };
@@ -248,19 +261,33 @@ fn every_adaptive_method_keeps_k_on_random_expressions() {
                 let bound = curved(row, system.clone()).unwrap();
                 let (mut states, mut state) = (Vec::new(), start.clone());
                 let mut show = |_: u64, at: StateRef<'_, f64>| {
-                    states.push(State { q: at.q.to_vec(), p: at.p.to_vec(), w: at.w.to_vec(), t: at.t });
-                    if states.len() < MOST { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+                    states.push(State {
+                        q: at.q.to_vec(),
+                        p: at.p.to_vec(),
+                        w: at.w.to_vec(),
+                        t: at.t,
+                    });
+                    if states.len() < MOST {
+                        ControlFlow::Continue(())
+                    } else {
+                        ControlFlow::Break(())
+                    }
                 };
                 // A tolerance from 1e-1 to 1e-12 by the step of the case.
                 let relative = case.h.powi(2).clamp(1e-12, 0.1);
                 let tolerance = Tolerance::all(relative);
                 let mut counts = counts.borrow_mut();
                 let count = counts.entry(row.name).or_default();
-                if let Err(error) = bound.run(Setting::Tolerance(tolerance, 3.0), &mut state, 1, &mut show) {
+                if let Err(error) =
+                    bound.run(Setting::Tolerance(tolerance, 3.0), &mut state, 1, &mut show)
+                {
                     count.fail(&error, &format!("{} on {case:?}", row.name));
                 }
                 if states.len() == MOST {
-                    println!("{} goes on after {MOST} steps at t = {} of {case:?}", row.name, state.t);
+                    println!(
+                        "{} goes on after {MOST} steps at t = {} of {case:?}",
+                        row.name, state.t
+                    );
                 }
                 count.look(&system, &states, |_| 0.0);
             }
@@ -298,7 +325,8 @@ where
     for row in FIXED {
         let Some(run) = bind(row) else { continue };
         for h in [0.01, 0.3, 1.0, 4.0] {
-            let (q, p) = if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
+            let (q, p) =
+                if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
             let mut state = State::new(q, p).unwrap();
             let mut beyond = false;
             let mut show = |_: u64, at: StateRef<'_, f64>| {
@@ -342,7 +370,8 @@ fn formulas_do_not_cross(n: usize, system: &FromFormulas<Repelling>) -> u32 {
     for h in [0.01, 0.1, 0.3, 1.0, 4.0] {
         for four in [false, true] {
             let composition = if four { Composition::suzuki4() } else { Composition::pair() };
-            let (q, p) = if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
+            let (q, p) =
+                if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
             let mut state = State::new(q, p).unwrap();
             let mut beyond = false;
             let mut look = |_: u64, at: &State<Vec<f64>>| {
@@ -355,10 +384,17 @@ fn formulas_do_not_cross(n: usize, system: &FromFormulas<Repelling>) -> u32 {
                 let outcome = if rk4 {
                     integrate(&Rk4, system, grid, &mut state, &mut look)
                 } else {
-                    integrate(&Increment::new(composition.clone()), system, grid, &mut state, &mut look)
+                    integrate(
+                        &Increment::new(composition.clone()),
+                        system,
+                        grid,
+                        &mut state,
+                        &mut look,
+                    )
                 };
                 if let Err(IntegrateError::Run(error)) = outcome {
-                    refused += u32::from(matches!(error.failure, StepFailure::AcrossSingularity { .. }));
+                    refused +=
+                        u32::from(matches!(error.failure, StepFailure::AcrossSingularity { .. }));
                 }
             }
             assert!(!beyond, "h = {h}, {n}");
@@ -386,8 +422,11 @@ impl Formulas for Touching {
 #[test]
 fn a_root_at_zero_is_no_singularity() {
     let system = FromFormulas(Touching);
-    let crossed = |from: [f64; 2], to: [f64; 2]| System::<f64>::is_singular_between(&system, &from, &to);
-    for (from, to) in [([-1.0, 0.0], [1.0, 0.0]), ([-3.0, 1.0], [7.0, -2.0]), ([1.0, 1.0], [-1.0, -1.0])] {
+    let crossed =
+        |from: [f64; 2], to: [f64; 2]| System::<f64>::is_singular_between(&system, &from, &to);
+    for (from, to) in
+        [([-1.0, 0.0], [1.0, 0.0]), ([-3.0, 1.0], [7.0, -2.0]), ([1.0, 1.0], [-1.0, -1.0])]
+    {
         assert!(!crossed(from, to) && !crossed(to, from), "{from:?} {to:?}");
     }
     assert!(!Separable::<f64>::is_singular_along(&system, &[-1.0, 0.0], 0, 2.0));

@@ -3,8 +3,8 @@
 use crate::bind::linear;
 use crate::many;
 use afterbay_core::{
-    Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar, Series,
-    State, StateRef, StepFailure, System,
+    Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar,
+    Series, State, StateRef, StepFailure, System,
 };
 use afterbay_methods::LinearExact;
 use afterbay_methods::registry::{FIXED, Run};
@@ -29,7 +29,9 @@ impl<T: Scalar> System<T> for Web {
     }
     fn energy(&self, q: &[T], p: &[T]) -> T {
         let x = T::from_f64;
-        let own = |j: usize| (p[j] * p[j] + x(1.0 + j as f64 / 4.0) * q[j] * q[j]).half() + x(self.f) * q[j];
+        let own = |j: usize| {
+            (p[j] * p[j] + x(1.0 + j as f64 / 4.0) * q[j] * q[j]).half() + x(self.f) * q[j]
+        };
         let bodies = (0..self.n).fold(T::zero(), |sum, j| sum + own(j));
         (1..self.n).fold(bodies, |sum, j| {
             let r = q[j] - q[j - 1];
@@ -93,14 +95,21 @@ fn from(n: usize) -> [Vec<f64>; 2] {
 }
 
 /// One step to h against the Taylor series, and steps of h/8.
-fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(name: &str, system: &S, series: &R, h: f64) {
+fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(
+    name: &str,
+    system: &S,
+    series: &R,
+    h: f64,
+) {
     let [q, p] = from(system.dof());
     let exact = reference(series, [&q, &p], T::from_f64(h), 1).pop().unwrap();
     let mut workspace = LinearExact.workspace(system).unwrap();
     for (parts, allowed) in [(1, 40.0), (8, 80.0)] {
         let mut state = start::<T>([&q, &p]);
         for _ in 0..parts {
-            LinearExact.step(system, T::from_f64(h / f64::from(parts)), &mut state, &mut workspace).unwrap();
+            LinearExact
+                .step(system, T::from_f64(h / f64::from(parts)), &mut state, &mut workspace)
+                .unwrap();
         }
         let found = errors(&state, &exact);
         println!("{name} h = {h}, {parts} steps: {found:?}");
@@ -151,16 +160,22 @@ fn what_is_too_large_for_tables_is_exact_too() {
 #[test]
 fn a_hundred_times_units_in_one_step() {
     let system = DampedOscillator::new(1.0, 0.1).unwrap();
-    let (mut state, mut exact) = (State::new([2.3], [-3.1]).unwrap(), State::new([2.3], [-3.1]).unwrap());
-    LinearExact.step(&system, 100.0, &mut state, &mut LinearExact.workspace(&system).unwrap()).unwrap();
+    let (mut state, mut exact) =
+        (State::new([2.3], [-3.1]).unwrap(), State::new([2.3], [-3.1]).unwrap());
+    LinearExact
+        .step(&system, 100.0, &mut state, &mut LinearExact.workspace(&system).unwrap())
+        .unwrap();
     system.flow(100.0, &mut exact);
     for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
         assert!((a[0] - b[0]).abs() < 1e-13, "{a:?} {b:?}");
     }
     // Fast and slow, in units far apart.
     let system = DampedOscillator::new(1e6, 2e5).unwrap();
-    let (mut state, mut exact) = (State::new([1.0], [1.0]).unwrap(), State::new([1.0], [1.0]).unwrap());
-    LinearExact.step(&system, 0.1, &mut state, &mut LinearExact.workspace(&system).unwrap()).unwrap();
+    let (mut state, mut exact) =
+        (State::new([1.0], [1.0]).unwrap(), State::new([1.0], [1.0]).unwrap());
+    LinearExact
+        .step(&system, 0.1, &mut state, &mut LinearExact.workspace(&system).unwrap())
+        .unwrap();
     system.flow(0.1, &mut exact);
     println!("{state:?} {exact:?}");
     for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
@@ -180,7 +195,9 @@ fn checked<S: Curvature<f64>>(
     let mut workspace = LinearExact.workspace(system).unwrap();
     let scale = |state: &State<Vec<f64>>| {
         let squares = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-        rate * rate * squares(&state.q) + squares(&state.p) + state.w.iter().map(|w| w.abs()).sum::<f64>()
+        rate * rate * squares(&state.q)
+            + squares(&state.p)
+            + state.w.iter().map(|w| w.abs()).sum::<f64>()
     };
     for _ in 0..5 {
         let before = state.clone();
@@ -231,7 +248,8 @@ fn runs_of_a_bound_method_do_not_feel_each_other() {
             let mut look = |_: u64, _: StateRef<'_, f64>| {
                 if within {
                     let mut other = State::new([0.2], [-0.5]).unwrap();
-                    run.run(grid, &mut other, u64::MAX, &mut |_, _| ControlFlow::Continue(())).unwrap();
+                    run.run(grid, &mut other, u64::MAX, &mut |_, _| ControlFlow::Continue(()))
+                        .unwrap();
                 }
                 ControlFlow::Continue(())
             };
@@ -240,7 +258,8 @@ fn runs_of_a_bound_method_do_not_feel_each_other() {
             state
         };
         let bound = bind();
-        for (h, within) in [(0.1, false), (0.1, false), (0.3, false), (0.3, true), (0.1, true), (0.1, false)]
+        for (h, within) in
+            [(0.1, false), (0.1, false), (0.3, false), (0.3, true), (0.1, true), (0.1, false)]
         {
             assert_eq!(end(&bound, h, within), end(&bind(), h, false), "{} {h}", row.name);
         }
@@ -262,15 +281,17 @@ fn steps_that_are_too_long_fail_by_name() {
     let [q, p] = from(20);
     let mut state = start::<f64>([&q, &p]);
     let before = state.clone();
-    let failure =
-        LinearExact.step(&chain, 1e5, &mut state, &mut LinearExact.workspace(&chain).unwrap()).unwrap_err();
+    let failure = LinearExact
+        .step(&chain, 1e5, &mut state, &mut LinearExact.workspace(&chain).unwrap())
+        .unwrap_err();
     assert!(matches!(failure, StepFailure::TooLong { .. }), "{failure}");
     assert_eq!(state, before);
     // What grows beyond the numbers.
     let active = DampedOscillator::new(1.0, -1.0).unwrap();
     let mut state = State::new([1.0], [0.5]).unwrap();
-    let failure =
-        LinearExact.step(&active, 1e4, &mut state, &mut LinearExact.workspace(&active).unwrap()).unwrap_err();
+    let failure = LinearExact
+        .step(&active, 1e4, &mut state, &mut LinearExact.workspace(&active).unwrap())
+        .unwrap_err();
     assert!(matches!(failure, StepFailure::NonFinite { .. }), "{failure}");
     assert_eq!((state.q, state.p, state.w), ([1.0], [0.5], [0.0]));
 }

@@ -2,8 +2,8 @@
 
 use crate::bind::{linear, nonlinear, separable, uniform};
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, IntegrateError, Line, Passive,
-    Separable, State, System,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, IntegrateError, Line,
+    Passive, Separable, State, System,
 };
 use afterbay_methods::registry::{Row, Run};
 use afterbay_systems::{DampedOscillator, FputChain};
@@ -26,7 +26,9 @@ fn network(stiff: bool) -> Network {
     Network {
         mass: (0..5).map(|j| size(x(j, 1.7), 1.0)).collect(),
         spring: (0..6).map(|j| size(x(j, 2.3), 4.0)).collect(),
-        friction: (0..5).map(|j| if stiff && j == 2 { 0.0 } else { size(x(j, 3.1), 3.0) }).collect(),
+        friction: (0..5)
+            .map(|j| if stiff && j == 2 { 0.0 } else { size(x(j, 3.1), 3.0) })
+            .collect(),
     }
 }
 
@@ -112,7 +114,8 @@ pub(crate) struct Scene {
 impl Scene {
     fn new(name: impl Into<String>, system: &impl Curvature<f64>, binds: Vec<Bind>) -> Self {
         let n = system.dof();
-        let (mut hessian, mut friction) = (DMatrix::<f64>::zeros(2 * n, 2 * n), DMatrix::<f64>::zeros(n, n));
+        let (mut hessian, mut friction) =
+            (DMatrix::<f64>::zeros(2 * n, 2 * n), DMatrix::<f64>::zeros(n, n));
         let origin = vec![0.0; n];
         system.curvature(&origin, &origin, |block, i, j, x| match block {
             Block::Hqq => hessian[(i, j)] += x,
@@ -145,7 +148,12 @@ impl Scene {
     }
 
     /// One step of the state with these coordinates.
-    fn step(&self, run: &Run<f64>, h: f64, x: &DVector<f64>) -> Result<DVector<f64>, IntegrateError> {
+    fn step(
+        &self,
+        run: &Run<f64>,
+        h: f64,
+        x: &DVector<f64>,
+    ) -> Result<DVector<f64>, IntegrateError> {
         let z = self.root.solve_upper_triangular(x).expect("H is positive definite");
         let n = z.len() / 2;
         let mut state = State::new(z.as_slice()[..n].to_vec(), z.as_slice()[n..].to_vec()).unwrap();
@@ -173,8 +181,8 @@ impl Scene {
         let (basis, images) = (self.basis(), self.images(run, h)?);
         let size = basis.nrows();
         let mix = DVector::from_fn(size, |i, _| (1.3 * i as f64 + 0.4).cos());
-        let linear =
-            (self.step(run, h, &(&basis * &mix))? - &images * &mix).norm() <= 1e-9 * (1.0 + images.norm());
+        let linear = (self.step(run, h, &(&basis * &mix))? - &images * &mix).norm()
+            <= 1e-9 * (1.0 + images.norm());
         if linear {
             // The basis is symmetric and its own inverse.
             let matrix = &images * &basis;
@@ -222,7 +230,8 @@ fn masses(stiff: bool) -> Scene {
 /// Undamped, under- and overdamped, stiff, coupled.
 pub(crate) fn scenes() -> Vec<Scene> {
     let equal = FputChain::new(8, 0.0, 0.3).unwrap();
-    let equal = Scene::new("8 equal masses", &equal, vec![Box::new(move |row| uniform(row, equal))]);
+    let equal =
+        Scene::new("8 equal masses", &equal, vec![Box::new(move |row| uniform(row, equal))]);
     let oscillators = [(1.0, 0.0), (1.0, 0.1), (1.0, 200.0), (1e4, 1.0), (1e4, 300.0), (0.01, 3.0)];
     oscillators
         .map(|(k, b)| oscillator(k, b))

@@ -4,7 +4,8 @@ use crate::many;
 use crate::many::orders as orders_of;
 use crate::systems;
 use afterbay_core::{
-    Coupling, Curvature, DissipationForm, Method, Passive, Quad, Scalar, Series, State, StepFailure, System,
+    Coupling, Curvature, DissipationForm, Method, Passive, Quad, Scalar, Series, State,
+    StepFailure, System,
 };
 use afterbay_methods::{Gonzalez, LocallyExact};
 use afterbay_systems::{
@@ -42,7 +43,14 @@ fn orders<T: Scalar>(counts: [u64; 4], tolerance: f64) {
     check_orders("pendulum", &LocallyExact, pendulums, TWO, (2.0, counts), order);
     // Friction that couples velocities, H not separable.
     let twisted = Twisted { c: 0.25, offset: 0.0 };
-    check_orders::<T, _, _, _>("twisted", &LocallyExact, (&twisted, &twisted), TWO, (2.0, counts), order);
+    check_orders::<T, _, _, _>(
+        "twisted",
+        &LocallyExact,
+        (&twisted, &twisted),
+        TWO,
+        (2.0, counts),
+        order,
+    );
     let four: [&[f64]; 2] = [&[0.5, -0.3, 0.8, 0.1], &[0.2, 0.7, -0.4, 0.9]];
     for springs in [Springs::dense(4, 0.2), Springs::ring(4, 0.2)] {
         check_orders::<T, _, _, _>(
@@ -76,7 +84,10 @@ fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(system: &S, serie
     for exact in &exact[1..] {
         let effort = LocallyExact.step(system, T::from_f64(h), &mut state, &mut workspace).unwrap();
         let found = errors(&state, exact);
-        assert!(found.iter().all(|&error| error < 400.0 * (1.0 + h) * T::EPSILON), "{h} {n}: {found:?}");
+        assert!(
+            found.iter().all(|&error| error < 400.0 * (1.0 + h) * T::EPSILON),
+            "{h} {n}: {found:?}"
+        );
         assert_eq!(effort.iterations, 1);
     }
 }
@@ -100,7 +111,12 @@ fn exact_on_linear_systems() {
 }
 
 /// |ΔK| in roundings of what K is made of, along the way.
-fn drift<S: Curvature<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+fn drift<S: Curvature<f64>>(
+    system: &S,
+    h: f64,
+    before: &State<Vec<f64>>,
+    after: &State<Vec<f64>>,
+) -> f64 {
     let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut scale = 0.0;
@@ -115,10 +131,16 @@ fn drift<S: Curvature<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, after:
         let slopes = total(&hq) + total(&hp) + total(&d);
         scale += state.energy(system).abs() + total(&state.w) + (1.0 + h * bend) * z * slopes;
     }
-    (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
+    (after.total(system) - before.total(system)).abs()
+        / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
 }
 
-fn checked<S: Curvature<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
+fn checked<S: Curvature<f64>>(
+    system: &S,
+    h: f64,
+    q: &[f64],
+    p: &[f64],
+) -> Result<(), TestCaseError> {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
     let mut workspace = LocallyExact.workspace(system).unwrap();
     for _ in 0..3 {
@@ -128,7 +150,9 @@ fn checked<S: Curvature<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Resul
             // A short step may not fail; of a longer one it has to be the length.
             let shorter = |h: f64| {
                 let mut state = before.clone();
-                LocallyExact.step(system, h, &mut state, &mut LocallyExact.workspace(system).unwrap()).is_ok()
+                LocallyExact
+                    .step(system, h, &mut state, &mut LocallyExact.workspace(system).unwrap())
+                    .is_ok()
             };
             let excused = h > 0.1 && (1..=4).any(|halvings| shorter(h / f64::from(1 << halvings)));
             prop_assert!(excused, "h = {}: {}", h, failure);
@@ -140,8 +164,15 @@ fn checked<S: Curvature<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Resul
         prop_assert!(!violated, "a reservoir gives back: {:?} {:?}", before.w, state.w);
         if h < 0.1 {
             let mut back = state.clone();
-            LocallyExact.step(system, -h, &mut back, &mut LocallyExact.workspace(system).unwrap()).unwrap();
-            let size = before.q.iter().chain(&before.p).chain(&state.w).fold(1.0, |a: f64, b| a.max(b.abs()));
+            LocallyExact
+                .step(system, -h, &mut back, &mut LocallyExact.workspace(system).unwrap())
+                .unwrap();
+            let size = before
+                .q
+                .iter()
+                .chain(&before.p)
+                .chain(&state.w)
+                .fold(1.0, |a: f64, b| a.max(b.abs()));
             let off = errors(&back, &before);
             prop_assert!(
                 off.iter().all(|&off| off < 400.0 * f64::EPSILON * size),
@@ -203,7 +234,12 @@ impl System<f64> for Wind {
 }
 
 impl Curvature<f64> for Wind {
-    fn curvature(&self, q: &[f64], p: &[f64], mut put: impl FnMut(afterbay_core::Block, usize, usize, f64)) {
+    fn curvature(
+        &self,
+        q: &[f64],
+        p: &[f64],
+        mut put: impl FnMut(afterbay_core::Block, usize, usize, f64),
+    ) {
         use afterbay_core::Block;
         put(Block::Hqq, 0, 0, 1.0 + 3.0 * q[0] * q[0]);
         put(Block::Hpp, 0, 0, 1.0);
@@ -218,7 +254,9 @@ fn weak_nonlinearity_costs_little() {
         let system = FputChain::new(3, beta, 0.25).unwrap();
         let exact = reference(&system.map(Series::constant), THREE, 0.25, 1).pop().unwrap();
         let (mut ours, mut theirs) = (start::<f64>(THREE), start::<f64>(THREE));
-        LocallyExact.step(&system, 0.25, &mut ours, &mut LocallyExact.workspace(&system).unwrap()).unwrap();
+        LocallyExact
+            .step(&system, 0.25, &mut ours, &mut LocallyExact.workspace(&system).unwrap())
+            .unwrap();
         let method = Gonzalez::default();
         method.step(&system, 0.25, &mut theirs, &mut method.workspace(&system).unwrap()).unwrap();
         [errors(&ours, &exact), errors(&theirs, &exact)]
@@ -233,8 +271,9 @@ fn failures_have_names_and_leave_the_state() {
     let mut state = State::new([2.0], [1.0]).unwrap();
     let before = state.clone();
     let steep = Duffing::new(-1.0, -5.0, 0.1).unwrap();
-    let failure =
-        LocallyExact.step(&steep, 5.0, &mut state, &mut LocallyExact.workspace(&steep).unwrap()).unwrap_err();
+    let failure = LocallyExact
+        .step(&steep, 5.0, &mut state, &mut LocallyExact.workspace(&steep).unwrap())
+        .unwrap_err();
     println!("{failure}");
     assert!(
         matches!(failure, StepFailure::NotContracting { dof: 0, .. } | StepFailure::TooLong { .. }),
@@ -242,8 +281,9 @@ fn failures_have_names_and_leave_the_state() {
     );
     assert_eq!(state, before);
     let stiff = DampedOscillator::new(1.0, 1e4).unwrap();
-    let failure =
-        LocallyExact.step(&stiff, 1.0, &mut state, &mut LocallyExact.workspace(&stiff).unwrap()).unwrap_err();
+    let failure = LocallyExact
+        .step(&stiff, 1.0, &mut state, &mut LocallyExact.workspace(&stiff).unwrap())
+        .unwrap_err();
     assert!(matches!(failure, StepFailure::TooLong { .. }), "{failure}");
     assert_eq!(state, before);
 }

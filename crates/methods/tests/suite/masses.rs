@@ -2,8 +2,8 @@
 
 use crate::bind::{linear, nonlinear, separable};
 use afterbay_core::{
-    Block, Correction, Curvature, Dissipation, Grid, InputError, IntegrateError, Linear, Method, Misprinted,
-    OrderRaising, Separable, State, System, integrate,
+    Block, Correction, Curvature, Dissipation, Grid, InputError, IntegrateError, Linear, Method,
+    Misprinted, OrderRaising, Separable, State, System, integrate,
 };
 use afterbay_methods::moddg::ClosedForm;
 use afterbay_methods::moddg::steps::Plain;
@@ -87,7 +87,10 @@ fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64)
     let Err(error) = found else { panic!("{} takes m = {mass}", row.name) };
     let InputError::Mass { dof, value } = error else { panic!("{}: {error}", row.name) };
     assert_eq!((dof, value.to_bits()), (at, mass.to_bits()), "{}", row.name);
-    assert!(error.to_string().starts_with(&format!("m{} = {mass:?} must be positive", at + 1)), "{error}");
+    assert!(
+        error.to_string().starts_with(&format!("m{} = {mass:?} must be positive", at + 1)),
+        "{error}"
+    );
 }
 
 /// Asks for no mass: it takes ∂H/∂p as it is.
@@ -129,7 +132,8 @@ fn a_run_that_needs_a_mass_does_not_start_without_one() {
     fn run(method: &impl Method<[f64; 1], Weights<1>>, mass: f64) -> Result<(), IntegrateError> {
         let start = State::new([1.0], [0.5]).unwrap();
         let mut state = start.clone();
-        let outcome = integrate(method, &Weights([mass]), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+        let outcome =
+            integrate(method, &Weights([mass]), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
         assert!(outcome.is_ok() || state == start);
         outcome.map(drop)
     }

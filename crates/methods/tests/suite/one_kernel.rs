@@ -4,8 +4,8 @@ use crate::bind::nonlinear;
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Curvature, Dissipation, Grid, Linear, Method, OrderRaising, Scalar, Separable, State, System, Vector,
-    integrate,
+    Curvature, Dissipation, Grid, Linear, Method, OrderRaising, Scalar, Separable, State, System,
+    Vector, integrate,
 };
 use afterbay_methods::registry::FIXED;
 use afterbay_methods::{Leapfrog, ModDg, Rk4};
@@ -31,13 +31,19 @@ where
 fn assert_one_kernel<S, M>(method: &M, system: &S)
 where
     S: System<f64>,
-    M: Method<[f64; 1], S> + Method<SVector<f64, 1>, S> + Method<Vec<f64>, S> + Method<DVector<f64>, S>,
+    M: Method<[f64; 1], S>
+        + Method<SVector<f64, 1>, S>
+        + Method<Vec<f64>, S>
+        + Method<DVector<f64>, S>,
 {
     let (q, p) = (2.3, -3.1);
     let array = carry(method, system, [q], [p]);
     assert_eq!(array, carry(method, system, SVector::<f64, 1>::new(q), SVector::<f64, 1>::new(p)));
     assert_eq!(array, carry(method, system, vec![q], vec![p]));
-    assert_eq!(array, carry(method, system, DVector::from_element(1, q), DVector::from_element(1, p)));
+    assert_eq!(
+        array,
+        carry(method, system, DVector::from_element(1, q), DVector::from_element(1, p))
+    );
 }
 
 fn assert_one_kernel_for_all_solved<S: Separable<f64>>(system: &S) {
@@ -112,7 +118,8 @@ where
     integrate(method, unaware, grid(), &mut b, &mut ()).unwrap();
     assert!(a.w[0].to_bits() == 0 && b.w[0] == 0.0, "{a:?} {b:?}");
     let off = (a.q[0] - b.q[0]).abs().max((a.p[0] - b.p[0]).abs());
-    off / (f64::EPSILON * [q, p, a.q[0], a.p[0]].into_iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())))
+    off / (f64::EPSILON
+        * [q, p, a.q[0], a.p[0]].into_iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())))
 }
 
 proptest! {
@@ -222,15 +229,25 @@ fn global_orders<M: Method<[f64; 2], Coupled>>(method: &M) -> Vec<f64> {
             let mut look = |n: u64, state: &State<[f64; 2]>| {
                 let exact = &exact[n as usize];
                 let pairs = [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)];
-                let off = pairs.into_iter().flat_map(|(a, b)| [(a[0] - b[0]).abs(), (a[1] - b[1]).abs()]);
+                let off =
+                    pairs.into_iter().flat_map(|(a, b)| [(a[0] - b[0]).abs(), (a[1] - b[1]).abs()]);
                 worst.iter_mut().zip(off).for_each(|(worst, off)| *worst = worst.max(off));
                 std::ops::ControlFlow::Continue(())
             };
-            integrate(method, &Coupled, Grid::of(h, count as u64).unwrap(), &mut start(), &mut look).unwrap();
+            integrate(
+                method,
+                &Coupled,
+                Grid::of(h, count as u64).unwrap(),
+                &mut start(),
+                &mut look,
+            )
+            .unwrap();
             worst
         })
         .collect();
-    (0..6).map(|i| slope(&steps, &errors.iter().map(|error| error[i]).collect::<Vec<_>>())).collect()
+    (0..6)
+        .map(|i| slope(&steps, &errors.iter().map(|error| error[i]).collect::<Vec<_>>()))
+        .collect()
 }
 
 #[test]

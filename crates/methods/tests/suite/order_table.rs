@@ -109,7 +109,8 @@ impl Problem {
         let (mut line, mut wrong) = (format!("{:24} {:10}", row.name, self.name), Vec::new());
         for (part, (variable, order)) in ["q", "p", "w"].into_iter().zip(orders(row)).enumerate() {
             let errors = runs.map(|(errors, _)| errors[part]);
-            let (least, most) = errors.iter().fold((f64::MAX, 0.0_f64), |(a, b), &e| (a.min(e), b.max(e)));
+            let (least, most) =
+                errors.iter().fold((f64::MAX, 0.0_f64), |(a, b), &e| (a.min(e), b.max(e)));
             if exact {
                 line += &format!(" {:>14}", "exact");
                 if most > KEPT {
@@ -188,9 +189,14 @@ fn all() -> [Problem; 6] {
         Problem::new("duffing", duffing, &duffing.map(lift), up, (0.375, 1), move |row| {
             nonlinear(row, duffing).unwrap()
         }),
-        Problem::new("vanderpol", van_der_pol, &van_der_pol.map(lift), up, (0.375, 1), move |row| {
-            nonlinear(row, van_der_pol).unwrap()
-        }),
+        Problem::new(
+            "vanderpol",
+            van_der_pol,
+            &van_der_pol.map(lift),
+            up,
+            (0.375, 1),
+            move |row| nonlinear(row, van_der_pol).unwrap(),
+        ),
         Problem::new("oscillator", oscillator, &oscillator.map(lift), up, (0.375, 1), move |row| {
             linear(row, oscillator).unwrap()
         }),

@@ -4,8 +4,8 @@ use crate::bind::{linear, nonlinear};
 use crate::slope;
 use afterbay_core::taylor::{Expansion, trajectory};
 use afterbay_core::{
-    Curvature, Grid, InputError, Linear, Misprinted, OrderRaising, Quad, Scalar, Series, State, StateRef,
-    System,
+    Curvature, Grid, InputError, Linear, Misprinted, OrderRaising, Quad, Scalar, Series, State,
+    StateRef, System,
 };
 use afterbay_methods::registry::{FIXED, Needs, Number, Row, Run, find};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol};
@@ -70,13 +70,19 @@ where
 
 /// The slope of each variable's errors.
 fn slopes(steps: &[f64], errors: &[[f64; 3]]) -> [f64; 3] {
-    [0, 1, 2].map(|variable| slope(steps, &errors.iter().map(|error| error[variable]).collect::<Vec<_>>()))
+    [0, 1, 2].map(|variable| {
+        slope(steps, &errors.iter().map(|error| error[variable]).collect::<Vec<_>>())
+    })
 }
 
 fn assert_orders(row: &Row, found: [f64; 3]) {
     println!("{:26} {found:.3?}", row.name);
     for (found, order) in found.into_iter().zip(row.local_order) {
-        assert!((found - f64::from(order)).abs() < TOLERANCE, "{}: {found:.3}, not {order}", row.name);
+        assert!(
+            (found - f64::from(order)).abs() < TOLERANCE,
+            "{}: {found:.3}, not {order}",
+            row.name
+        );
     }
 }
 
@@ -87,12 +93,18 @@ fn rows() -> impl Iterator<Item = &'static Row> {
 }
 
 /// Checks the local orders of every method that binds, at each point in 31 digits, and says how many did.
-fn check_fine<S: System<Series<Quad, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<Quad>) -> usize {
+fn check_fine<S: System<Series<Quad, 24>>>(
+    system: &S,
+    bind: impl Fn(&Row) -> Bound<Quad>,
+) -> usize {
     let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
     bound
         .map(|(row, run)| {
             for point in POINTS {
-                assert_orders(row, slopes(&FINE_STEPS, &local_errors(system, &run, &FINE_STEPS, point)));
+                assert_orders(
+                    row,
+                    slopes(&FINE_STEPS, &local_errors(system, &run, &FINE_STEPS, point)),
+                );
             }
         })
         .count()
@@ -174,7 +186,8 @@ where
         .iter()
         .zip(steps)
         .map(|(&count, h)| {
-            let exact = trajectory::<_, _, 24>(system, &start(POINTS[0]), T::from_f64(h), count as usize);
+            let exact =
+                trajectory::<_, _, 24>(system, &start(POINTS[0]), T::from_f64(h), count as usize);
             let exact = exact.unwrap();
             let mut worst = [0.0_f64; 3];
             let mut show = |n: u64, state: StateRef<'_, T>| {
@@ -182,8 +195,13 @@ where
                 worst.iter_mut().zip(now).for_each(|(worst, now)| *worst = worst.max(now));
                 ControlFlow::Continue(())
             };
-            run.run(Grid::of(h, u64::from(count as u32)).unwrap(), &mut start(POINTS[0]), 1, &mut show)
-                .unwrap();
+            run.run(
+                Grid::of(h, u64::from(count as u32)).unwrap(),
+                &mut start(POINTS[0]),
+                1,
+                &mut show,
+            )
+            .unwrap();
             worst
         })
         .collect();
@@ -227,7 +245,10 @@ fn points_are_away_from_the_poles() {
 fn printed_variants_are_refused_where_the_paper_prints_nothing() {
     fn refused<S: OrderRaising<f64> + Curvature<f64> + 'static>(row: &Row, system: S) {
         let Err(error) = nonlinear::<f64, S>(row, system) else { panic!("{} applies", row.name) };
-        assert!(matches!(error, InputError::Unsupported { method, .. } if method == row.name), "{error}");
+        assert!(
+            matches!(error, InputError::Unsupported { method, .. } if method == row.name),
+            "{error}"
+        );
     }
     fn taken<S: Misprinted<f64> + Linear<f64> + Curvature<f64> + 'static>(row: &Row, system: S) {
         assert!(linear::<f64, S>(row, system).is_ok());

@@ -2,7 +2,8 @@
 
 use super::systems::{Springs, Twisted};
 use afterbay_core::{
-    Dissipation, DissipationForm, Passive, PhasePlane, PlaneDissipation, Scalar, Separable, Slopes, System,
+    Dissipation, DissipationForm, Passive, PhasePlane, PlaneDissipation, Scalar, Separable, Slopes,
+    System,
 };
 
 /// A system known by its slopes alone, with its own edges put aside.
@@ -53,7 +54,13 @@ fn twisted_slopes<T: Scalar>(q: &[T], p: &[T], j: usize, [q_j, p_j]: [T; 2]) -> 
     } else {
         let (x, y) = (q[0], q_j);
         let r = x * x + y * y + one;
-        Slopes { hq: x * x + r * y, hp: p_j + twist * x, hqq: r + (y + y) * y, hqp: T::zero(), hpp: one }
+        Slopes {
+            hq: x * x + r * y,
+            hp: p_j + twist * x,
+            hqq: r + (y + y) * y,
+            hqp: T::zero(),
+            hpp: one,
+        }
     }
 }
 
@@ -61,7 +68,14 @@ impl<T: Scalar> PhasePlane<T> for Curved {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         twisted_slopes(q, p, j, at)
     }
-    fn plane_dissipation(&self, _q: &[T], _p: &[T], j: usize, [q, _]: [T; 2], v: T) -> PlaneDissipation<T> {
+    fn plane_dissipation(
+        &self,
+        _q: &[T],
+        _p: &[T],
+        j: usize,
+        [q, _]: [T; 2],
+        v: T,
+    ) -> PlaneDissipation<T> {
         let c = T::from_f64(self.0[j]);
         let by_v = c * (q * q + T::one());
         PlaneDissipation { value: by_v * v, by_q: (c + c) * q * v, by_p: T::zero(), by_v }
@@ -72,7 +86,14 @@ impl<T: Scalar> PhasePlane<T> for Twisted {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         twisted_slopes(q, p, j, at)
     }
-    fn plane_dissipation(&self, _q: &[T], _p: &[T], _j: usize, _at: [T; 2], _v: T) -> PlaneDissipation<T> {
+    fn plane_dissipation(
+        &self,
+        _q: &[T],
+        _p: &[T],
+        _j: usize,
+        _at: [T; 2],
+        _v: T,
+    ) -> PlaneDissipation<T> {
         PlaneDissipation { value: T::zero(), by_q: T::zero(), by_p: T::zero(), by_v: T::zero() }
     }
 }
@@ -99,7 +120,14 @@ impl<T: Scalar, S: PhasePlane<T>> PhasePlane<T> for BySlopes<S> {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         self.0.slopes(q, p, j, at)
     }
-    fn plane_dissipation(&self, q: &[T], p: &[T], j: usize, at: [T; 2], v: T) -> PlaneDissipation<T> {
+    fn plane_dissipation(
+        &self,
+        q: &[T],
+        p: &[T],
+        j: usize,
+        at: [T; 2],
+        v: T,
+    ) -> PlaneDissipation<T> {
         self.0.plane_dissipation(q, p, j, at, v)
     }
 }
@@ -127,7 +155,13 @@ impl PhasePlane<f64> for Springs {
             sum + if a == j { of(b) } else { 0.0 } + if b == j { of(a) } else { 0.0 }
         });
         let mass = self.masses[j];
-        Slopes { hq: self.partial(q, j, q_j), hp: p_j / mass, hqq: stiffness, hqp: 0.0, hpp: 1.0 / mass }
+        Slopes {
+            hq: self.partial(q, j, q_j),
+            hp: p_j / mass,
+            hqq: stiffness,
+            hqp: 0.0,
+            hpp: 1.0 / mass,
+        }
     }
     fn plane_dissipation(
         &self,
@@ -166,7 +200,8 @@ impl System<f64> for Endless {
 
 impl PhasePlane<f64> for Endless {
     fn slopes(&self, _q: &[f64], _p: &[f64], j: usize, [q, p]: [f64; 2]) -> Slopes<f64> {
-        let (hq, hqq) = if j == 0 { (q, 1.0) } else { (-self.0 * q.powi(3), -3.0 * self.0 * q * q) };
+        let (hq, hqq) =
+            if j == 0 { (q, 1.0) } else { (-self.0 * q.powi(3), -3.0 * self.0 * q * q) };
         Slopes { hq, hp: p, hqq, hqp: 0.0, hpp: 1.0 }
     }
     fn plane_dissipation(

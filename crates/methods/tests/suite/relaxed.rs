@@ -3,7 +3,8 @@
 use crate::many;
 use crate::many::orders as orders_of;
 use afterbay_core::{
-    DissipationForm, Grid, Method, Passive, Quad, Scalar, Series, State, StepFailure, System, integrate,
+    DissipationForm, Grid, Method, Passive, Quad, Scalar, Series, State, StepFailure, System,
+    integrate,
 };
 use afterbay_methods::{Relaxed, Rk4};
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPolRing};
@@ -24,7 +25,8 @@ fn ring<T: Scalar>() -> VanDerPolRing<T> {
 
 fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
     let x = T::from_f64;
-    DampedDoublePendulum::new([x(1.0), x(0.75)], [x(1.0), x(0.5)], x(3.0), [x(0.125), x(0.25)]).unwrap()
+    DampedDoublePendulum::new([x(1.0), x(0.75)], [x(1.0), x(0.5)], x(3.0), [x(0.125), x(0.25)])
+        .unwrap()
 }
 
 /// By numbers of steps.
@@ -71,14 +73,16 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
         let n = state.dof();
         let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
         system.gradient(&state.q, &state.p, &mut hq, &mut hp);
-        let terms = |z: &[f64], slope: &[f64]| z.iter().zip(slope).map(|(a, b)| (a * b).abs()).sum::<f64>();
+        let terms =
+            |z: &[f64], slope: &[f64]| z.iter().zip(slope).map(|(a, b)| (a * b).abs()).sum::<f64>();
         state.energy(system).abs()
             + terms(&state.q, &hq)
             + terms(&state.p, &hp)
             + state.w.iter().map(|w| w.abs()).sum::<f64>()
     };
     let size = scale(before) + scale(after);
-    (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
+    (after.total(system) - before.total(system)).abs()
+        / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
 }
 
 /// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show where they are off by a hundredth,
@@ -87,7 +91,9 @@ fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool 
     let step = |h: f64, count: u32| {
         let mut state = before.clone();
         let mut workspace = Method::<Vec<f64>, S>::workspace(&Rk4, system).unwrap();
-        (0..count).try_for_each(|_| Rk4.step(system, h, &mut state, &mut workspace).map(drop)).map(|()| state)
+        (0..count)
+            .try_for_each(|_| Rk4.step(system, h, &mut state, &mut workspace).map(drop))
+            .map(|()| state)
     };
     let (Ok(one), Ok(two)) = (step(h, 1), step(h / 2.0, 2)) else { return true };
     let (n, lost) = (before.dof(), (one.total(system) - before.total(system)).abs());
@@ -120,7 +126,8 @@ fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess:
         return true;
     }
     let off = |gamma: f64| {
-        let along = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| gamma.mul_add(b - a, *a)).collect();
+        let along =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| gamma.mul_add(b - a, *a)).collect();
         let [q, p, w] = [(&before.q, &after.q), (&before.p, &after.p), (&before.w, &after.w)]
             .map(|(a, b): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> { along(a, b) });
         State { q, p, w, t: 0.0 }.total(system) - after.total(system) + excess
@@ -130,7 +137,9 @@ fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess:
     let [below, above] = [off(0.99), off(1.01)].map(|x| x - excess);
     let (slope, bend) = ((above - below) / 0.02, (above + below) / 2e-4);
     let moved = [0.5, 1.5].map(|gamma| (off(gamma) - excess).abs());
-    if slope * slope < 100.0 * (bend * excess).abs() || moved[0].max(moved[1]) < 100.0 * excess.abs() {
+    if slope * slope < 100.0 * (bend * excess).abs()
+        || moved[0].max(moved[1]) < 100.0 * excess.abs()
+    {
         return true;
     }
     let side = off(0.5);
@@ -150,7 +159,13 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
                     prop_assert!(state.check(q.len()).is_ok());
                     // The target is that of the first step: twenty steps keep K as well as one.
                     let off = drift(system, &first, &state);
-                    prop_assert!(off <= 16.0, "{:?}: K is off by {} roundings after {}", method, off, n);
+                    prop_assert!(
+                        off <= 16.0,
+                        "{:?}: K is off by {} roundings after {}",
+                        method,
+                        off,
+                        n
+                    );
                     let violated = system.dissipation_form().passive.violated(&before.w, &state.w);
                     prop_assert!(!(passive && violated), "{:?} {:?}", before.w, state.w);
                 }
@@ -162,7 +177,9 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
                             // What K is off by may be roundings of its terms, of which γ makes no less.
                             let w: f64 = before.w.iter().map(|w| w.abs()).sum();
                             let size = before.energy(system).abs() + w;
-                            excess.abs() <= 2e-14 * size || no_root(system, h, &before, excess) || shorter
+                            excess.abs() <= 2e-14 * size
+                                || no_root(system, h, &before, excess)
+                                || shorter
                         }
                         StepFailure::NonFinite { .. } => beyond(system, h, &before),
                         _ => false,
@@ -196,14 +213,24 @@ proptest! {
 #[test]
 fn a_short_step_without_a_root() {
     let system =
-        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [0.855_653_685_212_379_1, 0.25]).unwrap();
-    let z =
-        [1.274_137_907_960_212_9, 0.128_012_654_228_454_12, 1.720_979_757_704_655, 1.728_457_055_200_074_6];
+        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [0.855_653_685_212_379_1, 0.25])
+            .unwrap();
+    let z = [
+        1.274_137_907_960_212_9,
+        0.128_012_654_228_454_12,
+        1.720_979_757_704_655,
+        1.728_457_055_200_074_6,
+    ];
     checked(&system, 0.007_609_133_956_834_795, &z[..2], &z[2..]).unwrap();
     let system =
-        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [1.301_537_323_429_073_7, 0.25]).unwrap();
-    let z =
-        [0.713_529_853_804_126_1, -1.248_118_471_407_786, -1.262_484_081_435_130_8, -1.224_529_197_962_097];
+        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [1.301_537_323_429_073_7, 0.25])
+            .unwrap();
+    let z = [
+        0.713_529_853_804_126_1,
+        -1.248_118_471_407_786,
+        -1.262_484_081_435_130_8,
+        -1.224_529_197_962_097,
+    ];
     checked(&system, 0.008_356_270_392_745_141, &z[..2], &z[2..]).unwrap();
 }
 
@@ -242,7 +269,10 @@ fn beyond_stability_there_is_no_root() {
         let before = state.clone();
         let failure = steps(method, &system, h, &mut state, 1).unwrap_err();
         let StepFailure::NoRelaxationRoot { excess } = failure else { panic!("{failure}") };
-        assert!(excess.abs() > 0.1 && failure.to_string().contains("another step size"), "{failure}");
+        assert!(
+            excess.abs() > 0.1 && failure.to_string().contains("another step size"),
+            "{failure}"
+        );
         assert_eq!(state, before);
     }
 }
@@ -311,6 +341,9 @@ fn storage_does_not_matter_and_steps_allocate_nothing() {
             }
         });
         assert_eq!(allocated.count_total, 0);
-        assert_eq!((stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()), (heap.q, heap.p, heap.w));
+        assert_eq!(
+            (stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()),
+            (heap.q, heap.p, heap.w)
+        );
     }
 }

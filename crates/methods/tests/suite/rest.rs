@@ -12,8 +12,12 @@ const STEPS: [f64; 3] = [0.025, 0.125, 0.2];
 /// A Morse potential with its lowest point at q1 = 2, coupled to a spring of length 3.
 fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
     let friction = DissipationText::Forces(friction.iter().map(ToString::to_string).collect());
-    Custom::new(&Description { potential: potential.into(), dissipation: friction, ..Description::default() })
-        .unwrap()
+    Custom::new(&Description {
+        potential: potential.into(),
+        dissipation: friction,
+        ..Description::default()
+    })
+    .unwrap()
 }
 
 /// Every method that applies and has no pole at rest goes on until the end, at the point of rest, with K kept where it says so.
@@ -43,8 +47,9 @@ fn comes_to_rest<S>(
         let Some(run) = bind(row) else { continue };
         for h in STEPS {
             let mut state = start.clone();
-            let done = run
-                .run(Grid::new(h, END).unwrap(), &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
+            let done = run.run(Grid::new(h, END).unwrap(), &mut state, u64::MAX, &mut |_, _| {
+                ControlFlow::Continue(())
+            });
             match done {
                 Ok(_) => judge(row.name, h, row.keeps_k, &state),
                 Err(error) => panic!("{}, h = {h}: {error}", row.name),
@@ -57,21 +62,28 @@ fn comes_to_rest<S>(
     {
         let mut state = start.clone();
         let within = curved(row, system.clone()).unwrap();
-        let done =
-            within.run(Setting::Tolerance(Tolerance::all(tolerance), END), &mut state, 1, &mut |_, _| {
-                ControlFlow::Continue(())
-            });
+        let done = within.run(
+            Setting::Tolerance(Tolerance::all(tolerance), END),
+            &mut state,
+            1,
+            &mut |_, _| ControlFlow::Continue(()),
+        );
         match done {
             Ok(_) => judge(row.name, tolerance, true, &state),
             Err(error) => panic!("{}, {tolerance}: {error}", row.name),
         }
         let times: Vec<f64> = (0..400).map(|i| 0.5 * f64::from(i)).collect();
         let (mut state, mut off) = (start.clone(), 0.0_f64);
-        let seen = within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |_, state| {
-            off = off.max((state.total(system) - total).abs());
-            ControlFlow::Continue(())
-        });
-        assert!(seen.is_ok() && off < 1e-11, "{}, {tolerance}: K is off by {off:e}, {seen:?}", row.name);
+        let seen =
+            within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |_, state| {
+                off = off.max((state.total(system) - total).abs());
+                ControlFlow::Continue(())
+            });
+        assert!(
+            seen.is_ok() && off < 1e-11,
+            "{}, {tolerance}: K is off by {off:e}, {seen:?}",
+            row.name
+        );
     }
 }
 

@@ -3,7 +3,8 @@
 use crate::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Dissipation, DissipationForm, Grid, Method, Passive, Scalar, Separable, State, System, integrate,
+    Dissipation, DissipationForm, Grid, Method, Passive, Scalar, Separable, State, System,
+    integrate,
 };
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
@@ -97,24 +98,36 @@ proptest! {
 /// Errors of q, p and w at t = 1 with a skew part, against series.
 #[test]
 fn a_skew_part_costs_no_order() {
-    let gyre = Gyre { shape: [[0.4, -0.3, 0.1], [0.2, 0.5, -0.4], [-0.3, 0.1, 0.4]], skew: [2.0, -1.5, 3.0] };
+    let gyre = Gyre {
+        shape: [[0.4, -0.3, 0.1], [0.2, 0.5, -0.4], [-0.3, 0.1, 0.4]],
+        skew: [2.0, -1.5, 3.0],
+    };
     let start = || State::new([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]).unwrap();
     let end = &trajectory::<Gyre, _, 24>(&gyre, &start(), 1.0, 1).unwrap()[1];
-    for (composition, order, counts) in
-        [(Composition::pair(), 2.0, [400, 800, 1600]), (Composition::suzuki4(), 4.0, [80, 120, 160])]
-    {
+    for (composition, order, counts) in [
+        (Composition::pair(), 2.0, [400, 800, 1600]),
+        (Composition::suzuki4(), 4.0, [80, 120, 160]),
+    ] {
         let method = Increment::new(composition);
         let run = |&count: &u64| {
             let mut state = start();
-            integrate(&method, &gyre, Grid { h: 1.0 / count as f64, steps: count }, &mut state, &mut ())
-                .unwrap();
-            let far =
-                |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            integrate(
+                &method,
+                &gyre,
+                Grid { h: 1.0 / count as f64, steps: count },
+                &mut state,
+                &mut (),
+            )
+            .unwrap();
+            let far = |a: &[f64; 3], b: &[f64; 3]| {
+                a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
             [far(&state.q, &end.q), far(&state.p, &end.p), far(&state.w, &end.w)]
         };
         let errors: Vec<[f64; 3]> = counts.iter().map(run).collect();
         let steps = counts.map(|count| 1.0 / count as f64);
-        let found = [0, 1, 2].map(|part| slope(&steps, &errors.iter().map(|e| e[part]).collect::<Vec<_>>()));
+        let found = [0, 1, 2]
+            .map(|part| slope(&steps, &errors.iter().map(|e| e[part]).collect::<Vec<_>>()));
         println!("{order} {found:.3?}");
         assert!(found.iter().all(|found| (found - order).abs() < 0.1), "{found:?}");
     }

@@ -42,7 +42,12 @@ fn worst(row: &Row, scenes: &[Scene]) -> (f64, String, usize) {
         for run in scene.bind(row) {
             for h in steps() {
                 let Some(found) = judge(scene.factor(&run, h)) else {
-                    assert!(h * scene.rate > 1000.0, "{} on {} refuses h = {h}", row.name, scene.name);
+                    assert!(
+                        h * scene.rate > 1000.0,
+                        "{} on {} refuses h = {h}",
+                        row.name,
+                        scene.name
+                    );
                     continue;
                 };
                 judged += 1;

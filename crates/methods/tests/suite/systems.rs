@@ -65,7 +65,8 @@ impl<T: Scalar> Curvature<T> for Twisted {
         put(Block::Hpp, 0, 0, mass);
         put(Block::Hpp, 1, 1, T::one());
         let c = T::from_f64(self.c);
-        for (i, [own, other]) in [[T::one(), T::one().half()], [T::one().half(), T::one()]].iter().enumerate()
+        for (i, [own, other]) in
+            [[T::one(), T::one().half()], [T::one().half(), T::one()]].iter().enumerate()
         {
             put(Block::Dq, i, 0, c * (*own * mixed + *other * twist));
             put(Block::Dp, i, 0, c * *own * mass);
@@ -95,8 +96,14 @@ impl Springs {
     }
     pub(crate) fn dense(n: usize, c: f64) -> Self {
         let pairs = (0..n).flat_map(|j| (0..j).map(move |i| (i, j)));
-        let stiffness = |(i, j): (usize, usize)| (i, j, 0.02 * (1.0 + ((7 * i + 3 * j) as f64).sin()));
-        Self { masses: masses(n), springs: pairs.map(stiffness).collect(), c, coupling: Coupling::Dense }
+        let stiffness =
+            |(i, j): (usize, usize)| (i, j, 0.02 * (1.0 + ((7 * i + 3 * j) as f64).sin()));
+        Self {
+            masses: masses(n),
+            springs: pairs.map(stiffness).collect(),
+            c,
+            coupling: Coupling::Dense,
+        }
     }
 }
 

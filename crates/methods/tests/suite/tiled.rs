@@ -1,8 +1,8 @@
 //! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the bit.
 
 use afterbay_core::{
-    Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError, Method,
-    RunError, Scalar, Separable, State, StepFailure, System, Uniform, f64x8, integrate,
+    Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError,
+    Method, RunError, Scalar, Separable, State, StepFailure, System, Uniform, f64x8, integrate,
 };
 use afterbay_methods::{Composition, Increment, Tiled};
 use afterbay_systems::{FputChain, VanDerPolRing};
@@ -10,8 +10,9 @@ use proptest::prelude::*;
 use std::ops::ControlFlow;
 
 fn start(n: usize, seed: f64) -> State<Vec<f64>> {
-    let at =
-        |phase: f64| (0..n).map(|j| (phase + 1.7 * j as f64).sin() * (1.0 + 0.1 * (j % 7) as f64)).collect();
+    let at = |phase: f64| {
+        (0..n).map(|j| (phase + 1.7 * j as f64).sin() * (1.0 + 0.1 * (j % 7) as f64)).collect()
+    };
     State::new(at(seed), at(seed + 2.1)).unwrap()
 }
 
@@ -22,7 +23,8 @@ fn one_at_a_time<S: Separable<f64>>(
     grid: Grid<f64>,
     mut state: State<Vec<f64>>,
 ) -> State<Vec<f64>> {
-    let method = Increment::new(composition.clone()).in_order(system.coupling().coloured(system.dof()));
+    let method =
+        Increment::new(composition.clone()).in_order(system.coupling().coloured(system.dof()));
     integrate(&method, system, grid, &mut state, &mut ()).unwrap();
     state
 }
@@ -83,7 +85,11 @@ fn the_number_of_threads_changes_nothing() {
             let chain = FputChain::new(n, 1.0, 0.1).unwrap();
             let expected = one_at_a_time(&chain, composition, grid, start(n, 0.3));
             for threads in [1, 2, 5] {
-                assert_eq!(side_by_side(&chain, composition, threads, grid, start(n, 0.3)), expected, "{n}");
+                assert_eq!(
+                    side_by_side(&chain, composition, threads, grid, start(n, 0.3)),
+                    expected,
+                    "{n}"
+                );
             }
         }
         let ring = VanDerPolRing::new(4098, 0.5, 0.3).unwrap();
@@ -103,8 +109,8 @@ fn a_step_that_fails_has_a_name_and_changes_nothing() {
         let mut state = before.clone();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let method = Tiled::new(Composition::pair()).on_threads(threads);
-        let error =
-            pool.install(|| integrate(&method, &chain, Grid::of(3.0, 1).unwrap(), &mut state, &mut ()));
+        let error = pool
+            .install(|| integrate(&method, &chain, Grid::of(3.0, 1).unwrap(), &mut state, &mut ()));
         assert_eq!(state, before);
         error.unwrap_err().to_string()
     });
@@ -160,9 +166,14 @@ fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
     for composition in &compositions() {
         let (all, failure) = step_by_step(system, composition, grid, start(n, 0.3));
         assert_eq!(failure, None);
-        assert_eq!(all[all.len() - 1], one_at_a_time(system, composition, grid, start(n, 0.3)), "{n}");
+        assert_eq!(
+            all[all.len() - 1],
+            one_at_a_time(system, composition, grid, start(n, 0.3)),
+            "{n}"
+        );
         for (threads, stride) in [(1, 1), (1, 3), (2, 5), (1, 8), (1, 11), (2, u64::MAX)] {
-            let (some, outcome, last) = seen(system, composition, (threads, stride), grid, start(n, 0.3));
+            let (some, outcome, last) =
+                seen(system, composition, (threads, stride), grid, start(n, 0.3));
             assert!(outcome.is_ok() && last == all[all.len() - 1], "{n} {threads} {stride}");
             assert!(
                 all.iter()
@@ -226,7 +237,10 @@ fn two_colours_are_for_chains_and_even_rings() {
         &mut start(7, 0.3),
         &mut (),
     );
-    assert!(matches!(refused, Err(IntegrateError::Input(InputError::Unsupported { .. }))), "{refused:?}");
+    assert!(
+        matches!(refused, Err(IntegrateError::Input(InputError::Unsupported { .. }))),
+        "{refused:?}"
+    );
 }
 
 /// Alike or not: springs to the walls, H = Σ p_j²/(2 m_j) + q_j²/2, no friction.
@@ -291,7 +305,8 @@ fn members_of_other_masses_are_refused() {
 fn no_members_are_nothing_to_do() {
     let mut state = State::new(vec![], vec![]).unwrap();
     let grid = Grid::of(0.1, 3).unwrap();
-    integrate(&Tiled::new(Composition::pair()), &Masses::<f64>(vec![]), grid, &mut state, &mut ()).unwrap();
+    integrate(&Tiled::new(Composition::pair()), &Masses::<f64>(vec![]), grid, &mut state, &mut ())
+        .unwrap();
     assert_eq!(state.dof(), 0);
 }
 

@@ -4,8 +4,8 @@
 use super::{Family, SystemRow};
 use crate::Custom;
 use afterbay_core::{
-    Abilities, Corrected, InputError, Interval, Lanewise, Quad, Scalar, Separable, Series, System, f64x4,
-    f64x8,
+    Abilities, Corrected, InputError, Interval, Lanewise, Quad, Scalar, Separable, Series, System,
+    f64x4, f64x8,
 };
 use std::sync::Arc;
 
@@ -35,7 +35,10 @@ pub(super) struct Forms {
     ranges: Make<Ranges, dyn System<Ranges>>,
 }
 
-fn asked<F: Family, T: Scalar>(n: usize, parameters: &[T]) -> Result<Arc<dyn Abilities<T>>, InputError> {
+fn asked<F: Family, T: Scalar>(
+    n: usize,
+    parameters: &[T],
+) -> Result<Arc<dyn Abilities<T>>, InputError> {
     Ok(Arc::new(F::make(n, parameters)?))
 }
 
@@ -46,7 +49,10 @@ fn separable<F: Family, T: Scalar>(
     Ok(Arc::new(F::make(n, parameters)?).separable())
 }
 
-fn field<F: Family, T: Scalar>(n: usize, parameters: &[T]) -> Result<Arc<dyn System<T>>, InputError> {
+fn field<F: Family, T: Scalar>(
+    n: usize,
+    parameters: &[T],
+) -> Result<Arc<dyn System<T>>, InputError> {
     Ok(Arc::new(F::make(n, parameters)?))
 }
 
@@ -76,15 +82,22 @@ pub trait Number: Scalar {
     ///
     /// # Errors
     /// Those of [`Family::make`].
-    fn system(row: &SystemRow, n: usize, parameters: &[Self])
-    -> Result<Arc<dyn Abilities<Self>>, InputError>;
+    fn system(
+        row: &SystemRow,
+        n: usize,
+        parameters: &[Self],
+    ) -> Result<Arc<dyn Abilities<Self>>, InputError>;
 
     /// A system of expressions.
     fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>>;
 }
 
 impl Number for f64 {
-    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+    fn system(
+        row: &SystemRow,
+        n: usize,
+        x: &[Self],
+    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.f64)(n, x)
     }
     fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
@@ -93,7 +106,11 @@ impl Number for f64 {
 }
 
 impl Number for Quad {
-    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+    fn system(
+        row: &SystemRow,
+        n: usize,
+        x: &[Self],
+    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.quad)(n, x)
     }
     fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
@@ -102,7 +119,11 @@ impl Number for Quad {
 }
 
 impl Number for f64x4 {
-    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+    fn system(
+        row: &SystemRow,
+        n: usize,
+        x: &[Self],
+    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.four)(n, x)
     }
     fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
@@ -111,7 +132,11 @@ impl Number for f64x4 {
 }
 
 impl Number for f64x8 {
-    fn system(row: &SystemRow, n: usize, x: &[Self]) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+    fn system(
+        row: &SystemRow,
+        n: usize,
+        x: &[Self],
+    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.eight)(n, x)
     }
     fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
@@ -189,7 +214,11 @@ fn expanded<T: Scalar>(system: &Custom<f64>) -> Field<T> {
 }
 
 impl Expandable for f64 {
-    fn series(row: &SystemRow, n: usize, x: &[Series<Self, TERMS>]) -> Result<Field<Self>, InputError> {
+    fn series(
+        row: &SystemRow,
+        n: usize,
+        x: &[Series<Self, TERMS>],
+    ) -> Result<Field<Self>, InputError> {
         (row.forms.series)(n, x)
     }
     fn custom_series(system: &Custom<f64>) -> Field<Self> {
@@ -198,7 +227,11 @@ impl Expandable for f64 {
 }
 
 impl Expandable for Quad {
-    fn series(row: &SystemRow, n: usize, x: &[Series<Self, TERMS>]) -> Result<Field<Self>, InputError> {
+    fn series(
+        row: &SystemRow,
+        n: usize,
+        x: &[Series<Self, TERMS>],
+    ) -> Result<Field<Self>, InputError> {
         (row.forms.series_quad)(n, x)
     }
     fn custom_series(system: &Custom<f64>) -> Field<Self> {
@@ -210,8 +243,13 @@ impl Expandable for Quad {
 ///
 /// # Errors
 /// Those of [`Family::make`].
-pub fn ranges(row: &SystemRow, n: usize, parameters: &[f64]) -> Result<Arc<dyn System<Ranges>>, InputError> {
-    let parameters: Vec<_> = parameters.iter().map(|&x| Series::constant(Interval::from_f64(x))).collect();
+pub fn ranges(
+    row: &SystemRow,
+    n: usize,
+    parameters: &[f64],
+) -> Result<Arc<dyn System<Ranges>>, InputError> {
+    let parameters: Vec<_> =
+        parameters.iter().map(|&x| Series::constant(Interval::from_f64(x))).collect();
     (row.forms.ranges)(n, &parameters)
 }
 

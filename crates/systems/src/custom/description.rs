@@ -57,18 +57,30 @@ impl Description {
 
     pub(super) fn read(&self) -> Result<Reading, CustomError> {
         let names = self.names()?;
-        let mut reader =
-            Reader { graph: Graph::default(), used: vec![false; names.len()], names, places: Vec::new() };
+        let mut reader = Reader {
+            graph: Graph::default(),
+            used: vec![false; names.len()],
+            names,
+            places: Vec::new(),
+        };
         let declared = self.dof();
         if let Some(count) = declared.filter(|&n| n > MOST_DEGREES) {
-            return Err(CustomError::TooLarge { what: "degrees of freedom", count, limit: MOST_DEGREES });
+            return Err(CustomError::TooLarge {
+                what: "degrees of freedom",
+                count,
+                limit: MOST_DEGREES,
+            });
         }
         let no_momenta = Err("a potential is made of coordinates and parameters");
         let (potential, largest) =
             reader.read(Place::Potential, &self.potential, declared, Ok(()), no_momenta)?;
         let dof = declared.unwrap_or(largest);
         let count = |list, found| {
-            if found == dof { Ok(()) } else { Err(CustomError::Count { list, expected: dof, found }) }
+            if found == dof {
+                Ok(())
+            } else {
+                Err(CustomError::Count { list, expected: dof, found })
+            }
         };
         if dof == 0 {
             return Err(CustomError::Empty);
@@ -89,17 +101,20 @@ impl Description {
             DissipationText::Forces(texts) => {
                 count("dissipation", texts.len())?;
                 for (j, text) in texts.iter().enumerate() {
-                    let force = reader.read(Place::Dissipation(j), text, Some(dof), Ok(()), Ok(()))?.0;
+                    let force =
+                        reader.read(Place::Dissipation(j), text, Some(dof), Ok(()), Ok(()))?.0;
                     forces.push(force);
-                    dissipations.push(reader.graph.substitute(force, Kinds::MOMENTA, |graph, input| {
-                        match input {
+                    dissipations.push(reader.graph.substitute(
+                        force,
+                        Kinds::MOMENTA,
+                        |graph, input| match input {
                             Input::Momentum(k) => {
                                 let v = graph.input(Input::Velocity(k));
                                 graph.product(masses[k as usize], v)
                             }
                             _ => graph.input(input),
-                        }
-                    }));
+                        },
+                    ));
                 }
             }
             DissipationText::Matrix(rows) => {
@@ -108,21 +123,24 @@ impl Description {
                     count("row of the friction matrix", row.len())?;
                     let mut dissipation = reader.graph.number(0.0);
                     for (k, text) in row.iter().enumerate() {
-                        let r = reader.read(Place::Friction(i, k), text, Some(dof), Ok(()), Ok(()))?.0;
+                        let r =
+                            reader.read(Place::Friction(i, k), text, Some(dof), Ok(()), Ok(()))?.0;
                         let v = reader.graph.input(Input::Velocity(k as u32));
                         let part = reader.graph.product(r, v);
                         dissipation = reader.graph.sum(dissipation, part);
                     }
                     dissipations.push(dissipation);
-                    forces.push(reader.graph.substitute(dissipation, Kinds::VELOCITIES, |graph, input| {
-                        match input {
+                    forces.push(reader.graph.substitute(
+                        dissipation,
+                        Kinds::VELOCITIES,
+                        |graph, input| match input {
                             Input::Velocity(k) => {
                                 let p = graph.input(Input::Momentum(k));
                                 graph.quotient(p, masses[k as usize])
                             }
                             _ => graph.input(input),
-                        }
-                    }));
+                        },
+                    ));
                 }
             }
         }
@@ -174,8 +192,10 @@ impl Reader {
         momenta: Result<(), &'static str>,
     ) -> Result<(Node, usize), CustomError> {
         let names = Names { parameters: &self.names, dof, coordinates, momenta };
-        let parsed = parse(&mut self.graph, &names, text)
-            .map_err(|ParseError { span, problem }| CustomError::Expression { place, span, problem })?;
+        let parsed =
+            parse(&mut self.graph, &names, text).map_err(|ParseError { span, problem }| {
+                CustomError::Expression { place, span, problem }
+            })?;
         self.used.iter_mut().zip(&parsed.used).for_each(|(used, &also)| *used |= also);
         self.places.extend(parsed.places.into_iter().map(|(node, span)| (place, node, span)));
         Ok((parsed.node, parsed.dof))

@@ -4,7 +4,8 @@ use super::Custom;
 use super::shape::{DissipationKernel, DividedDifference, Part, Potential};
 use afterbay_core::singularity::{between, enclosed};
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, DissipationForm, Interval, Line, Scalar, Separable, System,
+    Block, Coupling, Curvature, Dissipation, DissipationForm, Interval, Line, Scalar, Separable,
+    System,
 };
 use afterbay_expression::{Input, Point};
 
@@ -59,8 +60,10 @@ impl<T: Scalar> System<T> for Custom<T> {
                 potential
             }
         };
-        let twice =
-            p.iter().zip(&self.inverse_masses).fold(T::zero(), |sum, (&p, &m)| (p * p).mul_add(m, sum));
+        let twice = p
+            .iter()
+            .zip(&self.inverse_masses)
+            .fold(T::zero(), |sum, (&p, &m)| (p * p).mul_add(m, sum));
         twice.half() + potential
     }
 
@@ -172,7 +175,9 @@ impl<T: Scalar> Separable<T> for Custom<T> {
         match &self.shape.potential {
             Potential::Ridges { along, .. } => along.mean(&self.frames, q, j, to),
             Potential::Programs { edges, .. } => match &edges[j] {
-                DividedDifference::Polynomial(polynomial) => polynomial.mean(&self.frames, q, j, to),
+                DividedDifference::Polynomial(polynomial) => {
+                    polynomial.mean(&self.frames, q, j, to)
+                }
                 DividedDifference::Program(part) => {
                     let [value, slope] = self.run(part, q, &[], to);
                     Line { value, slope }

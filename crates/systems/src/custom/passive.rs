@@ -36,7 +36,11 @@ fn signs<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> impl Iterator<Ite
 
 /// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ:
 /// no entry of Δ may be negative, and below an entry of 0 the column must be 0.
-fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl Fn(&Node) -> T) -> bool {
+fn semidefinite<T: Scalar>(
+    n: usize,
+    entries: &[(usize, usize, Node)],
+    at: impl Fn(&Node) -> T,
+) -> bool {
     // Rows of the upper triangle, by columns.
     let mut rows: Vec<BTreeMap<usize, T>> = vec![BTreeMap::new(); n];
     for (i, k, node) in entries {
@@ -56,7 +60,8 @@ fn semidefinite<T: Scalar>(n: usize, entries: &[(usize, usize, Node)], at: impl 
     }
     let size = |x: T| x.abs();
     let larger = |a: T, b: T| T::select(a.lt(b), b, a);
-    let diagonal = |rows: &[BTreeMap<usize, T>], i: usize| rows[i].get(&i).copied().unwrap_or(T::zero());
+    let diagonal =
+        |rows: &[BTreeMap<usize, T>], i: usize| rows[i].get(&i).copied().unwrap_or(T::zero());
     let largest = (0..n).fold(T::zero(), |most, i| larger(most, size(diagonal(&rows, i))));
     let rounding = largest * T::from_f64(T::EPSILON * 8.0 * (1.0 + n as f64));
     for i in 0..n {

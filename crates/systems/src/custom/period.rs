@@ -73,7 +73,8 @@ impl Custom<f64> {
     pub fn periods(&self) -> Vec<Option<f64>> {
         let (graph, roots) = (&self.shape.graph, &self.shape.fields);
         let nodes = graph.all(roots);
-        let circular = |node: &Node| matches!(graph.term(*node), Term::Of(Function::Sin | Function::Cos, _));
+        let circular =
+            |node: &Node| matches!(graph.term(*node), Term::Of(Function::Sin | Function::Cos, _));
         if !nodes.iter().any(circular) {
             return vec![None; self.shape.dof];
         }
@@ -110,7 +111,9 @@ impl Custom<f64> {
                     (_, Dependence::Affine(_)) => Dependence::Other,
                     (_, course) => course,
                 },
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => Dependence::Constant,
+                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {
+                    Dependence::Constant
+                }
                 // V and D_j contain no divided differences.
                 term @ (Term::Divided(..) | Term::DividedDerivative(..)) => {
                     let still = term.operands().all(|x| at(x) == Dependence::Constant);

@@ -44,8 +44,13 @@ impl Links {
         }
         let mut first = 0;
         while first + WIDTH <= along.len() {
-            let block =
-                Block::new(graph, numbers, first, std::array::from_fn(|i| links.of(first + i)), wanted);
+            let block = Block::new(
+                graph,
+                numbers,
+                first,
+                std::array::from_fn(|i| links.of(first + i)),
+                wanted,
+            );
             first += if block.is_some() { WIDTH } else { 1 };
             links.blocks.extend(block);
         }
@@ -129,7 +134,9 @@ impl Links {
     fn runs(&self) -> impl Iterator<Item = (Range<usize>, Option<&Block>)> {
         let starts = std::iter::once(0).chain(self.blocks.iter().map(|block| block.first + WIDTH));
         let ends = self.blocks.iter().map(|block| (block.first, Some(block)));
-        starts.zip(ends.chain([(self.ends.len(), None)])).map(|(start, (end, block))| (start..end, block))
+        starts
+            .zip(ends.chain([(self.ends.len(), None)]))
+            .map(|(start, (end, block))| (start..end, block))
     }
 
     /// The derivative of the sum by q_j, at q with q_j moved to `at`.
@@ -138,14 +145,17 @@ impl Links {
         let mut sum = T::zero();
         for link in self.of(j) {
             let (a, slope) = match numbers[link.numbers.clone()] {
-                [a, b, c, _, w1, w2] => (a, (w2 + w2).mul_add(a.mul_add(at, link.rest(b, c, q)), w1)),
+                [a, b, c, _, w1, w2] => {
+                    (a, (w2 + w2).mul_add(a.mul_add(at, link.rest(b, c, q)), w1))
+                }
                 [a, b, c, d, _, w1, w2] => {
                     let form = a.mul_add(at, link.rest(b, c, q));
                     (a, (form + form) * (w2 + w2).mul_add(form.mul_add(form, d), w1))
                 }
-                [a, b, c, _, w1, w2, w3, w4] => {
-                    (a, cubic(cubic_derivative([w1, w2, w3, w4]), a.mul_add(at, link.rest(b, c, q))))
-                }
+                [a, b, c, _, w1, w2, w3, w4] => (
+                    a,
+                    cubic(cubic_derivative([w1, w2, w3, w4]), a.mul_add(at, link.rest(b, c, q))),
+                ),
                 ref numbers => {
                     let (a, rest, coefficients) = link.parts(numbers, q);
                     (a, horner(coefficients, a.mul_add(at, rest)).slope)
@@ -173,7 +183,13 @@ impl Links {
                     let (r, s) = (a.mul_add(q[j], rest), a.mul_add(to, rest));
                     let mean = w2.mul_add(r.mul_add(r, d) + s.mul_add(s, d), w1);
                     let sum = r + s;
-                    (a, Line { value: sum * mean, slope: (sum * (w2 * s)).mul_add(T::from_f64(2.0), mean) })
+                    (
+                        a,
+                        Line {
+                            value: sum * mean,
+                            slope: (sum * (w2 * s)).mul_add(T::from_f64(2.0), mean),
+                        },
+                    )
                 }
                 [a, b, c, _, w1, w2, w3, w4] => {
                     let rest = link.rest(b, c, q);
@@ -187,7 +203,14 @@ impl Links {
                 }
                 ref numbers => {
                     let (a, rest, coefficients) = link.parts(numbers, q);
-                    (a, divided_difference(coefficients, a.mul_add(q[j], rest), a.mul_add(to, rest)))
+                    (
+                        a,
+                        divided_difference(
+                            coefficients,
+                            a.mul_add(q[j], rest),
+                            a.mul_add(to, rest),
+                        ),
+                    )
                 }
             };
             sum.value = a.mul_add(mean.value, sum.value);

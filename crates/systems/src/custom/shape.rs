@@ -7,7 +7,9 @@ use super::polynomial::Polynomial;
 use super::ridges::{Links, Wanted};
 use super::structure::{Structure, linear};
 use afterbay_core::Block;
-use afterbay_expression::{BLOCK, Graph, Input, Kinds, Node, Program, REGISTERS, Ridge, TooManyRegisters};
+use afterbay_expression::{
+    BLOCK, Graph, Input, Kinds, Node, Program, REGISTERS, Ridge, TooManyRegisters,
+};
 use std::ops::Range;
 
 /// The largest number of nodes of the graph, of instructions of all programs, and of second
@@ -89,7 +91,8 @@ pub(super) struct Shape {
 
 impl Shape {
     pub(super) fn new(reading: Reading) -> Result<Self, CustomError> {
-        let Reading { graph, parameters, potential, masses, forces, dissipations, places } = reading;
+        let Reading { graph, parameters, potential, masses, forces, dissipations, places } =
+            reading;
         let dof = masses.len();
         let mut builder = Builder { graph, frames: Vec::new(), instructions: 0 };
         let coordinate = |j: usize| Input::Coordinate(j as u32);
@@ -133,8 +136,14 @@ impl Shape {
 
         let kinks = builder.graph.kinks(&[&slopes[..], &forces].concat());
         let second_nodes = second.iter().map(|x| x.1);
-        let structure =
-            Structure::new(&builder.graph, potential, &slopes, &forces, second_nodes, kinks.is_empty());
+        let structure = Structure::new(
+            &builder.graph,
+            potential,
+            &slopes,
+            &forces,
+            second_nodes,
+            kinks.is_empty(),
+        );
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let dissipation_kernel =
             builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
@@ -258,13 +267,18 @@ impl Builder {
 
     /// γ_j, if each is a sum of ridge polynomials of q_j and another coordinate.
     fn rates(&mut self, local_dissipations: &[[Node; 3]]) -> Result<Option<Links>, CustomError> {
-        let rates = local_dissipations.iter().map(|x| self.graph.ridges(x[2])).collect::<Option<Vec<_>>>();
+        let rates =
+            local_dissipations.iter().map(|x| self.graph.ridges(x[2])).collect::<Option<Vec<_>>>();
         let Some(rates) = rates else { return Ok(None) };
         let along: Vec<Vec<&Ridge>> = rates.iter().map(|ridges| ridges.iter().collect()).collect();
         self.links(&along, Wanted::Values)
     }
 
-    fn links(&mut self, along: &[Vec<&Ridge>], wanted: Wanted) -> Result<Option<Links>, CustomError> {
+    fn links(
+        &mut self,
+        along: &[Vec<&Ridge>],
+        wanted: Wanted,
+    ) -> Result<Option<Links>, CustomError> {
         let before = self.frames.len();
         let links = Links::new(&mut self.graph, &mut self.frames, along, wanted);
         if links.is_none() {
@@ -283,7 +297,9 @@ impl Builder {
     ) -> Result<DissipationKernel, CustomError> {
         let constant = local_dissipations.iter().all(|x| self.graph.closed(x[2]));
         if structure.linear_dissipation && !structure.coupled_dissipation && constant {
-            return Ok(DissipationKernel::Constant(local_dissipations.iter().map(|x| x[2]).collect()));
+            return Ok(DissipationKernel::Constant(
+                local_dissipations.iter().map(|x| x[2]).collect(),
+            ));
         }
         if structure.linear_dissipation
             && !structure.coupled_dissipation
@@ -308,7 +324,9 @@ impl Builder {
             let row = self.graph.gradient(dissipation, Kinds::VELOCITIES, &by);
             for (input, node) in by.into_iter().zip(row) {
                 match input {
-                    Input::Velocity(k) if self.graph.closed(node) => matrix.push((i, k as usize, node)),
+                    Input::Velocity(k) if self.graph.closed(node) => {
+                        matrix.push((i, k as usize, node));
+                    }
                     _ => return None,
                 }
             }

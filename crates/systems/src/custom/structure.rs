@@ -50,7 +50,8 @@ impl Structure {
             }
         }
         let fits = |coupling: &Coupling| pairs.iter().all(|&(i, j)| coupling.joins(n, i, j));
-        let coupling = [Coupling::Chain, Coupling::Ring].into_iter().find(fits).unwrap_or(Coupling::Dense);
+        let coupling =
+            [Coupling::Chain, Coupling::Ring].into_iter().find(fits).unwrap_or(Coupling::Dense);
         Self {
             degree,
             degrees: slopes.iter().enumerate().map(along).collect(),

@@ -114,7 +114,14 @@ impl<T: Scalar> PhasePlane<T> for DampedDoublePendulum<T> {
     }
 
     #[inline(always)]
-    fn plane_dissipation(&self, _q: &[T], _p: &[T], j: usize, _at: [T; 2], v: T) -> PlaneDissipation<T> {
+    fn plane_dissipation(
+        &self,
+        _q: &[T],
+        _p: &[T],
+        j: usize,
+        _at: [T; 2],
+        v: T,
+    ) -> PlaneDissipation<T> {
         let c = self.c[j];
         PlaneDissipation { value: c * v, by_q: T::zero(), by_p: T::zero(), by_v: c }
     }

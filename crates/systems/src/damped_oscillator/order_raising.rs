@@ -72,7 +72,8 @@ impl<T: Scalar> Misprinted<T> for DampedOscillator<T> {
 
     fn printed_delta_p(&self, q: T, p: T) -> Correction<T> {
         let right = self.delta_p(q, p);
-        let extra = T::from_f64(20.0) * self.b * self.k * p / (T::from_f64(12.0) * self.force(q, p));
+        let extra =
+            T::from_f64(20.0) * self.b * self.k * p / (T::from_f64(12.0) * self.force(q, p));
         Correction { third: right.third + extra, ..right }
     }
 }
@@ -94,7 +95,8 @@ mod tests {
             - 2.0 * b * p * p
             - q * p;
         let linear = b.powi(4) * p + b.powi(3) * q - 3.0 * b * b * p - 2.0 * b * q + p;
-        let fourth = squares / (24.0 * (b * b * p * p + 2.0 * b * q * p + q * q)) + linear / (24.0 * force);
+        let fourth =
+            squares / (24.0 * (b * b * p * p + 2.0 * b * q * p + q * q)) + linear / (24.0 * force);
         [third, fourth]
     }
 
@@ -143,7 +145,8 @@ mod tests {
     #[test]
     fn a_pole_is_not_finite() {
         let system = DampedOscillator::new(2.0, 0.5).unwrap();
-        for delta in [system.delta_q(1.0, 0.0), system.delta_p(0.25, -1.0), system.printed_delta_q(1.0, 0.0)]
+        for delta in
+            [system.delta_q(1.0, 0.0), system.delta_p(0.25, -1.0), system.printed_delta_q(1.0, 0.0)]
         {
             assert!(!delta.third.is_finite() && !delta.fourth.is_finite(), "{delta:?}");
         }
@@ -158,7 +161,9 @@ mod tests {
         let (printed_q, printed_p) = (system.printed_delta_q(q, p), system.printed_delta_p(q, p));
         let fourth = force * (-b * b * p - b * q + p) / (24.0 * p * p);
         let third = (-b.powi(3) * p - b * b * q + 22.0 * b * p + q) / (12.0 * force);
-        assert!((printed_q.fourth - fourth).abs() < 1e-16 && (printed_p.third - third).abs() < 1e-15);
+        assert!(
+            (printed_q.fourth - fourth).abs() < 1e-16 && (printed_p.third - third).abs() < 1e-15
+        );
         assert_eq!((printed_q.third, printed_p.fourth), (right_q.third, right_p.fourth));
         assert!((printed_q.fourth - right_q.fourth).abs() > 1e-2, "{printed_q:?} {right_q:?}");
         assert!((printed_p.third - right_p.third).abs() > 1e-1, "{printed_p:?} {right_p:?}");

@@ -12,9 +12,15 @@ pub(super) fn order_raised(r: &Readings) -> Said {
     let same = [median, maximum].map(|(three, four)| alike(three, four));
     let keep = [three, four].iter().all(|name| r.number(name, "drift") <= KEPT);
     let says = match same {
-        [true, true] => "the local errors of q stay of one magnitude, in the median and at their largest",
-        [true, false] => "the local errors of q stay of one magnitude in the median, not at their largest",
-        [false, true] => "the local errors of q stay of one magnitude at their largest, not in the median",
+        [true, true] => {
+            "the local errors of q stay of one magnitude, in the median and at their largest"
+        }
+        [true, false] => {
+            "the local errors of q stay of one magnitude in the median, not at their largest"
+        }
+        [false, true] => {
+            "the local errors of q stay of one magnitude at their largest, not in the median"
+        }
         [false, false] => "the local errors of q do not stay of one magnitude",
     };
     let statement = format!(
@@ -122,8 +128,8 @@ pub(super) fn energy_ratio(r: &Readings) -> Said {
     } else {
         "those that keep K and those that do not cannot be compared"
     };
-    let all = all
-        .iter()
-        .map(|(name, worst)| format!("{name} {} (K off by {})", sci(*worst), sci(r.number(name, "drift"))));
+    let all = all.iter().map(|(name, worst)| {
+        format!("{name} {} (K off by {})", sci(*worst), sci(r.number(name, "drift")))
+    });
     (Verdict::Note, format!("{says}. max |d_R|: {}.", list(all)))
 }

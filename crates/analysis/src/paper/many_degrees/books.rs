@@ -23,7 +23,9 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data("fput-chain/energy", &energy::columns(n), &rows)?;
     sheet.runs.extend(
-        books.iter().map(|books| books.ending.record("energy", problem.model.name(), books.method, STEP)),
+        books
+            .iter()
+            .map(|books| books.ending.record("energy", problem.model.name(), books.method, STEP)),
     );
     let readings = Readings::default().and("chain", "N", n).and("chain", "h", STEP);
     let readings = books.iter().fold(readings, |r, books| {
@@ -32,7 +34,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         r.and(books.method, "drift", done)
     });
     sheet.find("K with a reservoir for each degree of freedom", readings, k_is_kept);
-    let w_error = |books: &energy::Books| books.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
+    let w_error =
+        |books: &energy::Books| books.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
     let cells = |books: &energy::Books| {
         vec![
             books.method.into(),
@@ -60,7 +63,9 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         Axis::log("|K - K₀|"),
         books
             .iter()
-            .map(|books| line(books.method, books.rows.iter().map(|row| (row.t, row.drift.abs())).collect()))
+            .map(|books| {
+                line(books.method, books.rows.iter().map(|row| (row.t, row.drift.abs())).collect())
+            })
             .collect(),
     );
     show(sheet, &reservoirs, &drift);
@@ -81,7 +86,8 @@ fn k_is_kept(r: &Readings) -> Said {
     let all = r.numbers("drift").into_iter();
     let all = all.map(|(name, drift)| format!("{name} {} ({})", kept(drift), sci(drift)));
     let (n, h) = (r.number("chain", "N"), r.number("chain", "h"));
-    let statement = format!("on the chain of {n} at h = {h} {says}. max |K - K₀|/H₀: {}.", list(all));
+    let statement =
+        format!("on the chain of {n} at h = {h} {says}. max |K - K₀|/H₀: {}.", list(all));
     (verdict(lost.is_empty()), statement)
 }
 

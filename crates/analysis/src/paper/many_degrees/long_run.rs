@@ -160,7 +160,8 @@ fn in_a_long_run(r: &Readings) -> Said {
     let of = r.numbers("rms");
     let (contrast, claimed): (Vec<_>, Vec<_>) =
         of.into_iter().partition(|(label, _)| label.starts_with("rk4"));
-    let lost = claimed.iter().filter(|(label, rms)| !(*rms <= KEPT && r.word(label, "run") == COMPLETED));
+    let lost =
+        claimed.iter().filter(|(label, rms)| !(*rms <= KEPT && r.word(label, "run") == COMPLETED));
     let lost: Vec<_> = lost.map(|(label, _)| label.to_string()).collect();
     let say = |(label, rms): (&str, f64)| {
         format!(
@@ -177,7 +178,10 @@ fn in_a_long_run(r: &Readings) -> Said {
         format!("K is lost by {}", list(lost.iter().cloned()))
     };
     let all: Vec<_> = claimed.into_iter().chain(contrast).map(say).collect();
-    let statement =
-        format!("after {} steps {says}. rms of (K - K₀)/K₀: {}.", r.number("run", "steps"), all.join("; "));
+    let statement = format!(
+        "after {} steps {says}. rms of (K - K₀)/K₀: {}.",
+        r.number("run", "steps"),
+        all.join("; ")
+    );
     (verdict(lost.is_empty()), statement)
 }

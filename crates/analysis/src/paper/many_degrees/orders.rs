@@ -63,7 +63,10 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
             cells
         };
         let header = ["method", "order", "found in q", "p", "w"];
-        sheet.fold(&format!("{name}: orders"), vec![table(&header, names.iter().map(cells).collect())]);
+        sheet.fold(
+            &format!("{name}: orders"),
+            vec![table(&header, names.iter().map(cells).collect())],
+        );
         let chart = |variable: &str| LineChart {
             title: format!("{name}: global error of {variable}"),
             x: Axis::log("step h"),
@@ -72,7 +75,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
             guides: Vec::new(),
         };
         for variable in ["q", "w"] {
-            let caption = format!("Global error of {variable}, the largest over the degrees of freedom.");
+            let caption =
+                format!("Global error of {variable}, the largest over the degrees of freedom.");
             let file = format!("{name}-global-error-{variable}");
             figures.push(sheet.figure(&file, chart(variable).svg(), caption, &data));
         }
@@ -87,7 +91,11 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     Ok(())
 }
 
-fn of<'a>(rows: &'a [GlobalRow], method: &str, variable: &str) -> impl Iterator<Item = &'a GlobalRow> {
+fn of<'a>(
+    rows: &'a [GlobalRow],
+    method: &str,
+    variable: &str,
+) -> impl Iterator<Item = &'a GlobalRow> {
     rows.iter().filter(move |row| row.method == method && row.variable == variable)
 }
 
@@ -97,8 +105,8 @@ fn points(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<(f64, f64)> {
 
 /// The orders between the steps whose errors are above rounding, coarse to fine.
 fn orders(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<f64> {
-    let above =
-        of(rows, method, variable).filter(|row| row.error.is_some_and(|error| error > ABOVE_ROUNDING));
+    let above = of(rows, method, variable)
+        .filter(|row| row.error.is_some_and(|error| error > ABOVE_ROUNDING));
     above.filter_map(|row| row.order).collect()
 }
 
@@ -121,8 +129,9 @@ fn judge(sheet: &mut Sheet, name: &str, rows: &[GlobalRow]) {
     names.dedup();
     let readings = names.into_iter().fold(Readings::default(), |r, method| {
         let found = VARIABLES.map(|variable| order(rows, method, variable));
-        let of =
-            |better: fn(f64, f64) -> f64| found.into_iter().reduce(|a, b| Some(better(a?, b?))).flatten();
+        let of = |better: fn(f64, f64) -> f64| {
+            found.into_iter().reduce(|a, b| Some(better(a?, b?))).flatten()
+        };
         r.and(method, "claimed", registry::find(method).map(|row| f64::from(row.order())))
             .and(method, "least", of(f64::min))
             .and(method, "largest", of(f64::max))
@@ -140,7 +149,8 @@ fn as_claimed(r: &Readings) -> Said {
         near(r.number(name, "least"), claimed) && near(r.number(name, "largest"), claimed)
     };
     let say = |name: &str| {
-        let [claimed, least, largest] = ["claimed", "least", "largest"].map(|what| r.number(name, what));
+        let [claimed, least, largest] =
+            ["claimed", "least", "largest"].map(|what| r.number(name, what));
         format!("{name} {} to {} for {claimed}", fixed(least, 2), fixed(largest, 2))
     };
     let names = r.of_all("claimed");
@@ -149,7 +159,9 @@ fn as_claimed(r: &Readings) -> Said {
     let holds = bad.is_empty() && !good.is_empty();
     let says = match (good.is_empty(), bad.is_empty()) {
         (true, true) => "no order is settled".to_owned(),
-        (false, true) => format!("each has its order in q, p and w: {}", list(good.into_iter().map(say))),
+        (false, true) => {
+            format!("each has its order in q, p and w: {}", list(good.into_iter().map(say)))
+        }
         (_, false) => format!(
             "{} has another order than its own; as they should be: {}",
             list(bad.into_iter().map(say)),

@@ -9,7 +9,8 @@ use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::size::SizeRow;
 use crate::study::{cost, size};
 
-pub(super) const COMPARED: [&str; 5] = ["increment-2", "increment-4", "gonzalez", "leapfrog", "rk4"];
+pub(super) const COMPARED: [&str; 5] =
+    ["increment-2", "increment-4", "gonzalez", "leapfrog", "rk4"];
 pub(super) const TIMED: [&str; 4] = ["increment-2", "gonzalez", "leapfrog", "rk4"];
 const STEP: f64 = 0.05;
 const END: f64 = 2.0;
@@ -27,8 +28,10 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     errors(sheet, &found);
 
     let counts = extent.pick(&[100, 300, 1000, 3000, 10_000, 30_000, 100_000][..], &[100, 1000]);
-    let timed: Vec<_> =
-        counts.iter().map(|&n| (chain(n, END), (TIMED_STEPS.0 / n).max(TIMED_STEPS.1) as u64)).collect();
+    let timed: Vec<_> = counts
+        .iter()
+        .map(|&n| (chain(n, END), (TIMED_STEPS.0 / n).max(TIMED_STEPS.1) as u64))
+        .collect();
     progress.begin("cost against N", timed.len() * TIMED.len());
     let found = cost::run(&timed, &paper.methods(&TIMED)?, STEP, progress)?;
     sheet.data("fput-chain/cost", &found)?;
@@ -66,7 +69,8 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
         let done = of.iter().filter(|row| row.error_qp.is_some());
         readings.add(of[0].method, "drift", done.map(relative).reduce(f64::max));
         let failed = of.iter().filter(|row| row.error_qp.is_none());
-        let failed: Vec<_> = failed.map(|row| format!("at N = {} ({})", row.n, row.outcome)).collect();
+        let failed: Vec<_> =
+            failed.map(|row| format!("at N = {} ({})", row.n, row.outcome)).collect();
         readings.add(of[0].method, "failed", failed.join(", "));
     }
     sheet.find("K against N", readings, k_against_n);
@@ -84,7 +88,8 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
         curves,
         guides: Vec::new(),
     };
-    let drift = chart("The chain: K against N", "max |K - K₀| / H₀", curves(&|row| Some(relative(row))));
+    let drift =
+        chart("The chain: K against N", "max |K - K₀| / H₀", curves(&|row| Some(relative(row))));
     let error = chart(
         "The chain: error against N",
         &format!("largest error of q and p at t = {END}"),

@@ -91,10 +91,13 @@ pub(super) fn fourth_order(r: &Readings) -> Said {
 /// What a δ of its own in each of the first two equations gains and loses.
 pub(super) fn raised_each(r: &Readings) -> Said {
     let orders = r.numbers("median");
-    let (fourth, less): (Vec<_>, Vec<_>) = orders.iter().partition(|(_, median)| agree(*median, 4.0));
-    let name = |all: Vec<&(&str, f64)>| list(all.into_iter().map(|(variable, _)| variable.to_string()));
+    let (fourth, less): (Vec<_>, Vec<_>) =
+        orders.iter().partition(|(_, median)| agree(*median, 4.0));
+    let name =
+        |all: Vec<&(&str, f64)>| list(all.into_iter().map(|(variable, _)| variable.to_string()));
     let drift = r.number(RAISED_EACH, "drift");
-    let medians = list(orders.iter().map(|(variable, median)| format!("{variable} {}", order(*median))));
+    let medians =
+        list(orders.iter().map(|(variable, median)| format!("{variable} {}", order(*median))));
     let statement = format!(
         "{RAISED_EACH} reaches order 4 in {}, not in {} (medians: {medians}), and {} (off by {} of it).",
         name(fourth.iter().collect()),

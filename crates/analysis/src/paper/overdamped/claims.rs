@@ -20,8 +20,11 @@ pub(super) fn balance_and_decay(r: &Readings) -> Said {
         (false, true) => "the decay is right though the balance is not exact",
         (false, false) => "neither is the balance exact nor the decay right",
     };
-    let w =
-        if falls == 0.0 { "w rises at every step".to_owned() } else { format!("w falls at {falls} steps") };
+    let w = if falls == 0.0 {
+        "w rises at every step".to_owned()
+    } else {
+        format!("w falls at {falls} steps")
+    };
     let statement = format!(
         "{says}. In the second step the energy ratio is exactly {} and modDG gives {}; modDG {} (off by {} of it), and {w}. \
          Its run: {run}.",
@@ -53,8 +56,9 @@ pub(super) fn energies(r: &Readings) -> Said {
 
 /// Methods that decay rightly at both frictions, and what becomes of those that do so at one.
 pub(super) fn trusted(r: &Readings) -> Said {
-    let right =
-        |word: &str| [Decay::Right, Decay::RightWithoutK].iter().any(|decay| decay.to_string() == word);
+    let right = |word: &str| {
+        [Decay::Right, Decay::RightWithoutK].iter().any(|decay| decay.to_string() == word)
+    };
     let all = r.of_all("b = 200");
     let at = |name: &str| ["b = 200", "b = 5000"].map(|b| right(r.word(name, b)));
     let both: Vec<_> = all.iter().filter(|name| at(name) == [true, true]).collect();

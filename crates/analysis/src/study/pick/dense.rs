@@ -52,7 +52,9 @@ impl Dense {
             let spacing = problem.end / count as f64;
             let exact = match (problem.solution(spacing, count, progress), before.take()) {
                 (Ok(exact), _) => exact,
-                (Err(error), None) | (Err(error @ IntegrateError::Interrupted), _) => return Err(error),
+                (Err(error), None) | (Err(error @ IntegrateError::Interrupted), _) => {
+                    return Err(error);
+                }
                 // What was found with fewer states is good enough where more cannot be had.
                 (Err(_), Some(before)) => return Ok(before),
             };
@@ -112,7 +114,8 @@ impl Dense {
         z.fill(0.0);
         for (k, slope_of_basis) in [-11.0 / 6.0, -0.5, 0.5, 11.0 / 6.0].into_iter().enumerate() {
             let x = k as f64;
-            let basis: f64 = (0..4).filter(|&m| m != k).map(|m| (s - m as f64) / (x - m as f64)).product();
+            let basis: f64 =
+                (0..4).filter(|&m| m != k).map(|m| (s - m as f64) / (x - m as f64)).product();
             let square = basis * basis;
             let of_value = (1.0 - 2.0 * (s - x) * slope_of_basis) * square;
             let of_slope = (s - x) * square * self.spacing * stride as f64;

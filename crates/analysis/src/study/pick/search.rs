@@ -75,7 +75,11 @@ impl<'a> Search<'a> {
     }
 
     /// A run of a fixed step, and why none with more steps is worth it.
-    fn at(&mut self, row: &'static Row, steps: u64) -> Result<(Trial, Option<&'static str>), IntegrateError> {
+    fn at(
+        &mut self,
+        row: &'static Row,
+        steps: u64,
+    ) -> Result<(Trial, Option<&'static str>), IntegrateError> {
         let clock = Instant::now();
         let trial = self.run(Choice::Steps(row, steps))?;
         let took = clock.elapsed();
@@ -109,7 +113,8 @@ impl<'a> Search<'a> {
     /// The loosest tolerance within the bound, with all tolerances beside it.
     pub(super) fn tolerance(mut self, row: &'static Row) -> Result<Found, IntegrateError> {
         let bound = self.wanted().error;
-        let (mut tolerance, mut good, mut nearest) = (bound.clamp(TIGHTEST, LOOSEST), None, None::<Trial>);
+        let (mut tolerance, mut good, mut nearest) =
+            (bound.clamp(TIGHTEST, LOOSEST), None, None::<Trial>);
         for _ in 0..TRIES {
             let trial = self.run(Choice::Tolerance(row, tolerance))?;
             if self.bench.progress.stopped() {
@@ -139,8 +144,10 @@ impl<'a> Search<'a> {
                 self.confirmed(Choice::Tolerance(row, tolerance), lacks)?
             }
             (None, Some(run)) => {
-                let why =
-                    format!("with tolerances down to {tolerance:.1e} its error is {:.1e}", run.decisive);
+                let why = format!(
+                    "with tolerances down to {tolerance:.1e} its error is {:.1e}",
+                    run.decisive
+                );
                 Some((
                     Candidate { run, why_not: Some(why), checked: None },
                     Choice::Tolerance(row, tolerance),
@@ -179,8 +186,12 @@ impl<'a> Search<'a> {
             let best = now.min(before);
             idle = if now > bound && now > 0.5 * before && now < 1e-3 { idle + 1 } else { 0 };
             let why = match enough {
-                _ if idle == IDLE => Some(format!("its error stays at {best:.1e} however small the step")),
-                Some(enough) => Some(format!("at {steps} steps its error is still {best:.1e}: {enough}")),
+                _ if idle == IDLE => {
+                    Some(format!("its error stays at {best:.1e} however small the step"))
+                }
+                Some(enough) => {
+                    Some(format!("at {steps} steps its error is still {best:.1e}: {enough}"))
+                }
                 None => None,
             };
             if nearest.is_none() || now < before {
@@ -224,8 +235,9 @@ impl<'a> Search<'a> {
         lacks: Option<&'static str>,
     ) -> Result<Option<(Candidate, Choice)>, IntegrateError> {
         let first = self.run(from)?;
-        let refused =
-            |run: Trial, why: String| Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)));
+        let refused = |run: Trial, why: String| {
+            Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)))
+        };
         if let Some(lacks) = lacks {
             return refused(first, lacks.into());
         }

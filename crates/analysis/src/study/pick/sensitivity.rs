@@ -36,7 +36,9 @@ impl fmt::Display for TooSensitive {
                 "a change of the state grows by {growth:.0e} on the way, a rounding to {error:.0e}; up \
                  to t = {until:.3} it stays below the wanted error"
             ),
-            Self::Reference { doubt } => write!(f, "the reference itself is known to {doubt:.0e} only"),
+            Self::Reference { doubt } => {
+                write!(f, "the reference itself is known to {doubt:.0e} only")
+            }
         }
     }
 }
@@ -102,7 +104,8 @@ pub(super) fn judge(
 /// The largest difference of an entry of two states, and the largest entry of q and p.
 fn compared(one: StateRef<'_, Quad>, other: StateRef<'_, Quad>) -> (f64, f64) {
     let pairs = [(one.q, other.q), (one.p, other.p), (one.w, other.w)];
-    let apart = pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b)).map(|(&a, &b)| (a - b).abs().to_f64());
+    let apart =
+        pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b)).map(|(&a, &b)| (a - b).abs().to_f64());
     let large = one.q.iter().chain(one.p).map(|x| x.abs().to_f64());
     (apart.fold(0.0, f64::max), large.fold(0.0, f64::max))
 }

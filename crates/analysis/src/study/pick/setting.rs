@@ -59,9 +59,8 @@ impl Choice {
     pub(super) fn finer(self) -> Option<Self> {
         match self {
             Self::Steps(row, steps) => Some(Self::Steps(row, 2 * steps)),
-            Self::Tolerance(row, tolerance) => {
-                (tolerance > TIGHTEST).then(|| Self::Tolerance(row, (0.25 * tolerance).max(TIGHTEST)))
-            }
+            Self::Tolerance(row, tolerance) => (tolerance > TIGHTEST)
+                .then(|| Self::Tolerance(row, (0.25 * tolerance).max(TIGHTEST))),
         }
     }
 
@@ -79,7 +78,11 @@ impl Choice {
     }
 
     /// The time of a run that no one looks at, the fastest of several.
-    pub(super) fn time(self, problem: &Problem, progress: &dyn Progress) -> Result<Duration, IntegrateError> {
+    pub(super) fn time(
+        self,
+        problem: &Problem,
+        progress: &dyn Progress,
+    ) -> Result<Duration, IntegrateError> {
         work_precision::time(problem, self.row(), self.setting(problem.end)?, progress)
     }
 
@@ -107,8 +110,9 @@ mod tests {
     #[test]
     fn neighbours_are_within_five_per_cent_or_next() {
         let row = find("rk4").expect("a method");
-        let of =
-            |steps| Choice::Steps(row, steps).neighbours().into_iter().map(Choice::key).collect::<Vec<_>>();
+        let of = |steps| {
+            Choice::Steps(row, steps).neighbours().into_iter().map(Choice::key).collect::<Vec<_>>()
+        };
         assert_eq!(of(1), [2]);
         assert_eq!(of(7), [6, 8]);
         assert_eq!(of(1000), [952, 962, 971, 980, 990, 999, 1001, 1010, 1020, 1031, 1042, 1053]);

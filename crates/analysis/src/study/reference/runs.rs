@@ -94,7 +94,8 @@ fn halved(
     progress: &dyn Progress,
 ) -> Result<(Solution<f64>, bool), IntegrateError> {
     let row = registry::find("increment-8");
-    let row = row.ok_or(InputError::Unsupported { method: "increment-8", why: "it is not registered" })?;
+    let row =
+        row.ok_or(InputError::Unsupported { method: "increment-8", why: "it is not registered" })?;
     let (method, dof) = (problem.model.bind(row)?, problem.model.dof());
     let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
         let mut solution = Solution::with_room(dof, count + 1);

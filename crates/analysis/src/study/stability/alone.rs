@@ -60,19 +60,20 @@ impl<T: Side> Vehicle<'_, T> {
         let mut at = from;
         while at < to && !progress.stopped() {
             let (next, every) = stretch(looks, watched, at, to);
-            let outcome = self.run.run(Grid::<T>::of(h, next - at)?, state, every, &mut |since, state| {
-                let look = if since > 0 { looks.after(at + since) } else { None };
-                if since > 0 && (watched || look.is_some()) {
-                    seen.watch(state.w);
-                }
-                if let Some(look) = look {
-                    seen.look(state, look, self.scales, self.system, &mut room);
-                    if progress.stopped() {
-                        return ControlFlow::Break(());
+            let outcome =
+                self.run.run(Grid::<T>::of(h, next - at)?, state, every, &mut |since, state| {
+                    let look = if since > 0 { looks.after(at + since) } else { None };
+                    if since > 0 && (watched || look.is_some()) {
+                        seen.watch(state.w);
                     }
-                }
-                ControlFlow::Continue(())
-            });
+                    if let Some(look) = look {
+                        seen.look(state, look, self.scales, self.system, &mut room);
+                        if progress.stopped() {
+                            return ControlFlow::Break(());
+                        }
+                    }
+                    ControlFlow::Continue(())
+                });
             match outcome {
                 Ok(_) => at = next,
                 Err(IntegrateError::Input(error)) => return Err(error),

@@ -30,7 +30,8 @@ pub struct AtlasRow {
 
 /// A row for each method and parameter, in the order of the map.
 pub fn atlas(rows: &[StabilityRow]) -> Vec<AtlasRow> {
-    let same = |a: &StabilityRow, b: &StabilityRow| a.method == b.method && a.parameter == b.parameter;
+    let same =
+        |a: &StabilityRow, b: &StabilityRow| a.method == b.method && a.parameter == b.parameter;
     rows.chunk_by(same)
         .map(|cells| {
             let first = &cells[0];
@@ -94,7 +95,10 @@ mod tests {
         let found = atlas(&rows);
         assert_eq!(found.len(), 1);
         let row = &found[0];
-        assert_eq!((row.h, row.verdict, row.from, row.to), (Some(1.0), Some(Wrong), Some(1.0), Some(3.0)));
+        assert_eq!(
+            (row.h, row.verdict, row.from, row.to),
+            (Some(1.0), Some(Wrong), Some(1.0), Some(3.0))
+        );
         assert_eq!((row.middle, row.middle_h, row.middle_verdict), (3.0, Some(1.0), Some(Wrong)));
         let good = atlas(&[cell(1.0, 0.5, Right)]);
         assert_eq!((good[0].h, good[0].middle_h), (None, None));

@@ -69,7 +69,8 @@ mod tests {
         for half in 0..2 {
             for i in 0..100 {
                 let z = amplitude * (0.5 * f64::from(i) + phase).sin();
-                let weight = ((f64::from(i) + 0.5) * std::f64::consts::PI / 100.0).sin().powi(2) / 50.0;
+                let weight =
+                    ((f64::from(i) + 0.5) * std::f64::consts::PI / 100.0).sin().powi(2) / 50.0;
                 halves.add(half, weight, &[z], &[0.0]);
             }
         }

@@ -14,7 +14,9 @@ pub(super) struct Image<T> {
 
 impl Image<f64> {
     pub(super) fn new(periods: &[Option<f64>]) -> Self {
-        Self { turns: periods.iter().map(|period| period.map(|p| std::f64::consts::TAU / p)).collect() }
+        Self {
+            turns: periods.iter().map(|period| period.map(|p| std::f64::consts::TAU / p)).collect(),
+        }
     }
 
     /// Images side by side; none where they have not the same coordinates on circles.
@@ -38,7 +40,8 @@ impl Image<f64> {
             let numbers = if turn.is_some() { 2 } else { 1 };
             std::iter::repeat_n((0, j), numbers)
         });
-        let rest = [1, 2].into_iter().flat_map(|kind| (0..self.turns.len()).map(move |j| (kind, j)));
+        let rest =
+            [1, 2].into_iter().flat_map(|kind| (0..self.turns.len()).map(move |j| (kind, j)));
         places.chain(rest).collect()
     }
 }

@@ -64,13 +64,15 @@ pub(super) fn together(
         let Lanes { run, system } = &bound.lanes;
         let vehicle = Vehicle { run, system: &**system, scales: &bound.scales };
         let Some(broken) = vehicle.carry(course, &mut all, at, count)? else { break };
-        burst = if broken.good < at.saturating_add(4 * burst) { (4 * burst).min(LONGEST) } else { 1 };
+        burst =
+            if broken.good < at.saturating_add(4 * burst) { (4 * burst).min(LONGEST) } else { 1 };
         at = broken.good;
         let mut to = count.min(at + burst);
         let mut stays = true;
         for (i, ending) in endings.iter_mut().enumerate().filter(|(_, ending)| ending.is_none()) {
             let Some(lane) = seats.iter().position(|&seat| seat == i) else { continue };
-            let mut one = Traveller { state: state_of(&all.state, lane), seen: all.seen.lane(lane) };
+            let mut one =
+                Traveller { state: state_of(&all.state, lane), seen: all.seen.lane(lane) };
             match cells[i].vehicle().carry(course, &mut one, at, to)? {
                 None => {
                     for lane in (0..WIDTH).filter(|&lane| seats[lane] == i) {
@@ -89,7 +91,8 @@ pub(super) fn together(
             if living.len() < FEWEST {
                 for i in living {
                     let Some(lane) = seats.iter().position(|&seat| seat == i) else { continue };
-                    let mut one = Traveller { state: state_of(&all.state, lane), seen: all.seen.lane(lane) };
+                    let mut one =
+                        Traveller { state: state_of(&all.state, lane), seen: all.seen.lane(lane) };
                     let broken = cells[i].vehicle().carry(course, &mut one, to, count)?;
                     endings[i] = Some(one.ended(count, broken));
                 }
@@ -97,7 +100,9 @@ pub(super) fn together(
             } else {
                 let from = seats;
                 for lane in (0..WIDTH).filter(|&lane| endings[from[lane]].is_some()) {
-                    let Some(other) = from.iter().position(|&seat| seat == living[0]) else { continue };
+                    let Some(other) = from.iter().position(|&seat| seat == living[0]) else {
+                        continue;
+                    };
                     seats[lane] = living[0];
                     let state = state_of(&all.state, other);
                     put_state(&mut all.state, lane, &state);

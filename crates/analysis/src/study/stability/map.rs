@@ -234,7 +234,9 @@ impl Map<'_> {
                     break;
                 }
                 let first = (i * values + range.start) * steps + j;
-                done.extend(rows.into_iter().enumerate().map(|(lane, row)| (first + lane * steps, row)));
+                done.extend(
+                    rows.into_iter().enumerate().map(|(lane, row)| (first + lane * steps, row)),
+                );
                 progress.advance();
             }
             Ok(done)

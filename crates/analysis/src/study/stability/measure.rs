@@ -69,7 +69,8 @@ impl Looks {
         let (early, before) = (total - late, (total - 1) % stride);
         let weights = [early, late].map(|n| {
             let angle = std::f64::consts::PI / n as f64;
-            let weights: Vec<f64> = (0..n).map(|i| ((i as f64 + 0.5) * angle).sin().powi(2)).collect();
+            let weights: Vec<f64> =
+                (0..n).map(|i| ((i as f64 + 0.5) * angle).sin().powi(2)).collect();
             let sum: f64 = weights.iter().sum();
             weights.into_iter().map(move |weight| weight / sum)
         });
@@ -176,9 +177,11 @@ impl<T: Side> Seen<T> {
         let Room { hq, hp, z } = room;
         let Scales { track, centre, .. } = scales;
         system.gradient(state.q, state.p, hq, hp);
-        let twice = state.p.iter().zip(hp.iter()).fold(T::zero(), |sum, (&p, &hp)| p.mul_add(hp, sum));
+        let twice =
+            state.p.iter().zip(hp.iter()).fold(T::zero(), |sum, (&p, &hp)| p.mul_add(hp, sum));
         track.image.of(state, z);
-        let away = z.iter().zip(centre).fold(T::zero(), |away, (&x, &c)| (x - c).mul_add(x - c, away));
+        let away =
+            z.iter().zip(centre).fold(T::zero(), |away, (&x, &c)| (x - c).mul_add(x - c, away));
         let kinetic = twice.half().abs();
         let size = (kinetic * scales.by_kinetic) + away * scales.by_reach;
         let weight = T::from_f64(look.weight);
@@ -189,12 +192,15 @@ impl<T: Side> Seen<T> {
         self.halves.add(look.half, weight, z, &track.origin);
         if let Some(off) = look.station.and_then(|station| track.off(station, z)) {
             let energy = system.energy(state.q, state.p);
-            let (sum, sizes) = state
-                .w
-                .iter()
-                .fold((energy, energy.abs() + kinetic), |(sum, sizes), &w| (sum + w, sizes + w.abs()));
+            let (sum, sizes) =
+                state.w.iter().fold((energy, energy.abs() + kinetic), |(sum, sizes), &w| {
+                    (sum + w, sizes + w.abs())
+                });
             let found = [off, (sum - track.total).abs(), sizes];
-            self.stations.iter_mut().zip(found).for_each(|(most, found)| *most = larger(*most, found));
+            self.stations
+                .iter_mut()
+                .zip(found)
+                .for_each(|(most, found)| *most = larger(*most, found));
         }
     }
 
@@ -269,7 +275,10 @@ mod tests {
         for count in [1, 2, 3, 50, 2047, 2048, 2049, 10_000, 1_000_001] {
             let looks = Looks::new(count);
             let all: Vec<_> = looks.all().collect();
-            assert!(all.len() as u64 <= MOST_LOOKS && (count < 2000 || all.len() > 1000), "{count}");
+            assert!(
+                all.len() as u64 <= MOST_LOOKS && (count < 2000 || all.len() > 1000),
+                "{count}"
+            );
             assert!(looks.first <= looks.every, "{count}");
             assert_eq!(all.last().map(|look| look.0), Some(count));
             for half in [0, 1] {
@@ -280,7 +289,9 @@ mod tests {
             }
             let stations: Vec<_> = all.iter().filter_map(|look| look.1.station).collect();
             assert!(stations.iter().copied().eq(0..stations.len()), "{count}");
-            assert!(stations.len() as u64 <= MOST_STATIONS && stations.len() as u64 >= count.min(32));
+            assert!(
+                stations.len() as u64 <= MOST_STATIONS && stations.len() as u64 >= count.min(32)
+            );
             assert!(all.last().is_some_and(|look| look.1.station.is_some()), "{count}");
             for (step, look) in all {
                 assert_eq!(looks.after(step), Some(look));
@@ -304,7 +315,9 @@ mod tests {
         seen.watch(&[1.0, 3.0 - f64::EPSILON]);
         assert!(!seen.robbed(Passive::Each));
         seen.watch(&[0.5, 4.0]);
-        assert!(seen.robbed(Passive::Each) && !seen.robbed(Passive::InSum) && !seen.robbed(Passive::No));
+        assert!(
+            seen.robbed(Passive::Each) && !seen.robbed(Passive::InSum) && !seen.robbed(Passive::No)
+        );
         seen.watch(&[0.4, 4.0]);
         assert!(seen.robbed(Passive::InSum));
     }

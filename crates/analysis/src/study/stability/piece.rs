@@ -61,7 +61,8 @@ pub(super) fn cells(
     exact: &[&Reference],
     (way, progress): (Way, &dyn Progress),
 ) -> Result<Vec<StabilityRow>, MapError> {
-    let runs = places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;
+    let runs =
+        places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;
     let owed = |place: &Place| place.system.dissipation_form().passive;
     let watched = !row.passive && places.iter().any(|place| owed(place) != Passive::No);
     let course = Course { h, looks, watched, progress };

@@ -54,7 +54,8 @@ impl Reference {
     /// Are size and mean the same, within shares of what a verdict allows?
     pub(super) fn agrees(&self, size: f64, mean: &[f64], [tolerance, share]: [f64; 2]) -> bool {
         let Scales { by_reach, centre, .. } = &self.scales;
-        let square = |parts: &mut dyn Iterator<Item = f64>| parts.map(|x| x * x).sum::<f64>() * by_reach;
+        let square =
+            |parts: &mut dyn Iterator<Item = f64>| parts.map(|x| x * x).sum::<f64>() * by_reach;
         // Rounding does not let rest be more quiet than this.
         let rounding = (1024.0 * f64::EPSILON).powi(2) * square(&mut centre.iter().copied());
         let [found, exact] = [size, self.size].map(|size| size.max(rounding).max(1e-300).ln());
@@ -131,7 +132,8 @@ impl<T: Side> Exact<'_, T> {
         let Some(end) = self.batch.events.last().map(|event| event.t) else {
             return Ok(Some(vec![vec![]; T::LANES]));
         };
-        let mut count = ((end / COARSEST) as u64).clamp(LEAST_STEPS, MOST_STEPS / 2).next_power_of_two();
+        let mut count =
+            ((end / COARSEST) as u64).clamp(LEAST_STEPS, MOST_STEPS / 2).next_power_of_two();
         let mut before: Option<Vec<Vec<Reference>>> = None;
         loop {
             let last = count >= MOST_STEPS;

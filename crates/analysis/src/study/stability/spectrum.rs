@@ -14,7 +14,11 @@ const SWEEPS: usize = 100;
 ///
 /// # Errors
 /// Those of the input.
-pub(super) fn spectral_radius(method: &Run<f64>, dof: usize, h: f64) -> Result<Option<f64>, InputError> {
+pub(super) fn spectral_radius(
+    method: &Run<f64>,
+    dof: usize,
+    h: f64,
+) -> Result<Option<f64>, InputError> {
     let size = 2 * dof;
     let image = |z: &[f64]| -> Result<Option<Vec<f64>>, InputError> {
         let mut state = State::new(z[..dof].to_vec(), z[dof..].to_vec())?;

@@ -32,8 +32,9 @@ pub(super) fn sizes(image: &Image<f64>, low: &[f64], high: &[f64]) -> Vec<f64> {
         2 => low[i].abs().max(high[i].abs()),
         _ => 0.5 * (high[i] - low[i]),
     };
-    let most =
-        |with: &dyn Fn(usize) -> bool| (0..kinds.len()).filter(|&i| with(i)).map(own).fold(0.0, f64::max);
+    let most = |with: &dyn Fn(usize) -> bool| {
+        (0..kinds.len()).filter(|&i| with(i)).map(own).fold(0.0, f64::max)
+    };
     let of_kind = [0, 1, 2].map(|kind| most(&|i| kinds[i].0 == kind));
     let size = |i: usize| {
         // The two numbers of a point on a circle stand side by side.
@@ -53,7 +54,8 @@ impl Track<f64> {
         allowed: &[f64],
         stations: Vec<f64>,
     ) -> Self {
-        let by_allowed = allowed.iter().map(|&allowed| if allowed > 0.0 { allowed.recip() } else { 0.0 });
+        let by_allowed =
+            allowed.iter().map(|&allowed| if allowed > 0.0 { allowed.recip() } else { 0.0 });
         Self { image, origin, total, by_allowed: by_allowed.collect(), stations }
     }
 

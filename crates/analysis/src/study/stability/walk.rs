@@ -71,7 +71,12 @@ pub(super) struct Sums<T> {
 }
 
 impl<'a, T: Side> Walk<'a, T> {
-    pub(super) fn new(system: &'a dyn System<T>, image: Image<T>, dof: usize, steps: usize) -> Self {
+    pub(super) fn new(
+        system: &'a dyn System<T>,
+        image: Image<T>,
+        dof: usize,
+        steps: usize,
+    ) -> Self {
         let zeros = || vec![T::zero(); dof];
         let three = || [zeros(), zeros(), zeros()];
         let node = || Node { point: three(), slopes: three(), asked: false };
@@ -129,9 +134,11 @@ impl<'a, T: Side> Walk<'a, T> {
         now.ask(*system, &mut room[1]);
         for (part, between) in between.iter_mut().enumerate() {
             for (j, between) in between.iter_mut().enumerate() {
-                let points = of_points[0] * before.point[part][j] + of_points[1] * now.point[part][j];
-                *between =
-                    points + of_slopes[0] * before.slopes[part][j] + of_slopes[1] * now.slopes[part][j];
+                let points =
+                    of_points[0] * before.point[part][j] + of_points[1] * now.point[part][j];
+                *between = points
+                    + of_slopes[0] * before.slopes[part][j]
+                    + of_slopes[1] * now.slopes[part][j];
             }
         }
         let [q, p, w] = &self.between;
@@ -211,13 +218,16 @@ impl<T: Side> Sums<T> {
         let [by_kinetic, by_reach] =
             self.largest.map(|x| x.lane(k)).map(|x| if x > 0.0 { x.recip() } else { 0.0 });
         let centre = lane_of(&self.mean, k);
-        let origin = self.origin.as_ref().map_or_else(|| centre.clone(), |origin| lane_of(origin, k));
+        let origin =
+            self.origin.as_ref().map_or_else(|| centre.clone(), |origin| lane_of(origin, k));
         let shift: f64 = centre.iter().zip(&origin).map(|(c, o)| (c - o) * (c - o)).sum();
         let away = (self.away.lane(k) - shift).max(0.0);
         let size = self.kinetic.lane(k) * by_kinetic + away * by_reach;
         let [low, high] = self.range.each_ref().map(|range| lane_of(range, k));
-        let allowed: Vec<f64> = sizes(image, &low, &high).into_iter().map(|size| SHARE * size).collect();
-        let track = Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
+        let allowed: Vec<f64> =
+            sizes(image, &low, &high).into_iter().map(|size| SHARE * size).collect();
+        let track =
+            Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
         let scales = Scales { by_kinetic, by_reach, centre, track };
         let halves = self.halves.lane(k);
         Reference { standing: Standing::Unsettled, followed: false, scales, size, halves }

@@ -34,7 +34,9 @@ pub(super) fn texts() -> impl Iterator<Item = Bad> {
         (format!("x = \"{}", "a".repeat(100_000)), "", "", "toml.io"),
         (format!("x = [{}", "1,".repeat(100_000)), "", "", "toml.io"),
     ];
-    let others: Vec<_> =
-        others.into_iter().map(|(text, at, says, help)| Bad { text, at: at.into(), says, help }).collect();
+    let others: Vec<_> = others
+        .into_iter()
+        .map(|(text, at, says, help)| Bad { text, at: at.into(), says, help })
+        .collect();
     nested.into_iter().chain(others)
 }

@@ -84,7 +84,9 @@ mod tests {
             assert!((at(b).value - exact(b)).abs() < 2e-16, "{b}");
         }
         // Long edges too have the slope of their mean.
-        for (b, bound) in [(0.7, 1e-6), (0.7 + 1e-12, 1e-6), (0.7 - 1e-5, 1e-9), (0.9, 1e-9), (2.7, 1e-9)] {
+        for (b, bound) in
+            [(0.7, 1e-6), (0.7 + 1e-12, 1e-6), (0.7 - 1e-5, 1e-9), (0.9, 1e-9), (2.7, 1e-9)]
+        {
             let slope = (exact(b + 1e-5) - exact(b - 1e-5)) / 2e-5;
             assert!((at(b).slope - slope).abs() < bound, "{b}: {} {slope}", at(b).slope);
         }
@@ -131,9 +133,13 @@ mod tests {
     fn roundings_of_the_function_are_no_features() {
         let rough = |x: f64| x.exp() - 1.0;
         for b in [1e-2, 1e-3, -4e-10, 1e-12, 1e-15] {
-            let exact = b / 2.0 * (1.0 + b / 3.0 * (1.0 + b / 4.0 * (1.0 + b / 5.0 * (1.0 + b / 6.0))));
+            let exact =
+                b / 2.0 * (1.0 + b / 3.0 * (1.0 + b / 4.0 * (1.0 + b / 5.0 * (1.0 + b / 6.0))));
             let found = by_quadrature(0.0, b, rough).value;
-            assert!((found - exact).abs() < 3e-16 + 1e-10 * exact.abs(), "{b:e}: {found:e} {exact:e}");
+            assert!(
+                (found - exact).abs() < 3e-16 + 1e-10 * exact.abs(),
+                "{b:e}: {found:e} {exact:e}"
+            );
         }
     }
 

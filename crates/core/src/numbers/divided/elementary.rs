@@ -121,7 +121,10 @@ fn either<T: Scalar>(
         return far();
     }
     let (near, far) = (near(), far());
-    Line { value: T::select(mask, near.value, far.value), slope: T::select(mask, near.slope, far.slope) }
+    Line {
+        value: T::select(mask, near.value, far.value),
+        slope: T::select(mask, near.slope, far.slope),
+    }
 }
 
 /// sinh x and cosh x, by e^|x| - 1.
@@ -170,7 +173,8 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
     };
     let far = || {
         let ratio = T::select(a.lt(b), b / a, a / b);
-        let rise = T::select(ratio.is_finite(), ratio.ln() / width.abs(), (b.ln() - a.ln()) / width);
+        let rise =
+            T::select(ratio.is_finite(), ratio.ln() / width.abs(), (b.ln() - a.ln()) / width);
         let value = T::select(least.lt(T::zero()), T::from_f64(f64::NAN), rise);
         Line { value, slope: (one / b - value) / width }
     };

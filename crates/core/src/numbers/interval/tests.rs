@@ -101,7 +101,9 @@ fn comparisons_may_be_undecided() {
 
 #[test]
 fn series_of_intervals_enclose_the_coefficients_along_an_edge() {
-    let at = |x: Interval| Series::<Interval, 4>([x, Interval::one(), Interval::zero(), Interval::zero()]);
+    let at = |x: Interval| {
+        Series::<Interval, 4>([x, Interval::one(), Interval::zero(), Interval::zero()])
+    };
     let series = |x| {
         let x = at(x);
         (x * x + Series::one()).recip()

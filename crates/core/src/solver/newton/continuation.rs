@@ -33,7 +33,11 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
     let (zero, one) = (T::zero(), T::one());
     let Outcome { x, stalled, mut evaluations, .. } = direct;
     if !force.is_finite().or(stalled.not()).all() {
-        return Err(StepFailure::NonFinite { quantity: Quantity::Force, dof, value: force.to_f64() });
+        return Err(StepFailure::NonFinite {
+            quantity: Quantity::Force,
+            dof,
+            value: force.to_f64(),
+        });
     }
     let (mut x, mut s) = (T::select(stalled, start, x), T::select(stalled, zero, one));
     let mut stride = T::from_f64(FIRST_STEP);
@@ -50,7 +54,9 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
         stride *= T::select(stalled, T::from_f64(SHORTER), T::from_f64(LONGER));
         if stalled.any() {
             cold_path();
-            if stalled.and(stride.lt(T::from_f64(SHORTEST_STEP))).any() || evaluations > MOST_EVALUATIONS {
+            if stalled.and(stride.lt(T::from_f64(SHORTEST_STEP))).any()
+                || evaluations > MOST_EVALUATIONS
+            {
                 // Just before a fold there is a second solution, just after a fork there are two
                 // more.
                 for share in [s, next, one] {
@@ -68,7 +74,13 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
 
 /// Solves `x = start - F(s, x)` from the solution `x` at a smaller s. Lanes that wait keep their x.
 #[inline(always)]
-fn iterate<T: Scalar>(s: T, x: T, start: T, waiting: T::Mask, equation: &mut impl Equation<T>) -> Outcome<T> {
+fn iterate<T: Scalar>(
+    s: T,
+    x: T,
+    start: T,
+    waiting: T::Mask,
+    equation: &mut impl Equation<T>,
+) -> Outcome<T> {
     let first = equation.at(s, x);
     if !can_be_improved(first.slope).and(waiting.not()).any() {
         return iterate_to_rounding::<_, _, false>(

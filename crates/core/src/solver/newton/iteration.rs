@@ -162,7 +162,8 @@ impl<T: Scalar> Iteration<T> {
         }
         let residual = if DIRECT && evaluations == 1 { -f.value } else { start - self.x - f.value };
         let update = residual * self.inverse;
-        self.correction = Correction { previous: self.correction.update, update, rest: before, missing };
+        self.correction =
+            Correction { previous: self.correction.update, update, rest: before, missing };
         self.seen = [self.seen[1], Point { x: self.x, slope: one + f.slope, residual }];
         let mut end = residual.mul_add(self.inverse, self.x);
         if evaluations > EVALUATIONS_BEFORE_BRACKET {
@@ -195,8 +196,8 @@ impl<T: Scalar> Iteration<T> {
         let open = self.done.or(self.stalled).not();
         let Correction { previous, update, .. } = self.correction;
         let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
-        let scale =
-            T::from_f64(T::EPSILON) * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
+        let scale = T::from_f64(T::EPSILON)
+            * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
         // Converged if the next correction is below rounding. A bisection does not predict it.
         let corrected = self.halved[0].or(self.halved[1]).not();
         let lost = open.and(corrected).and(self.correction.lost_near_rest(scale));

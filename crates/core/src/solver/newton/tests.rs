@@ -52,8 +52,8 @@ fn random(seed: &mut u64, low: f64, high: f64) -> f64 {
 fn two_evaluations_give_what_more_care_gives() {
     let (mut seed, mut taken, mut felt) = (1_u64, 0, 0);
     for _ in 0..20_000 {
-        let [a, b, end, start] =
-            [(-2e-3, 2e-3), (-1e-8, 1e-8), (-9.0, 0.5), (-4.0, 4.0)].map(|(l, h)| random(&mut seed, l, h));
+        let [a, b, end, start] = [(-2e-3, 2e-3), (-1e-8, 1e-8), (-9.0, 0.5), (-4.0, 4.0)]
+            .map(|(l, h)| random(&mut seed, l, h));
         let x = 10_f64.powf(end);
         let force = start - x - a * x - b * x * x * x;
         let mut nonlinear = cubic(a, b);
@@ -72,7 +72,11 @@ fn two_evaluations_give_what_more_care_gives() {
             &mut equation,
         );
         assert!(!careful.stalled);
-        assert_eq!((quick.x.to_bits(), 2), (careful.x.to_bits(), careful.evaluations), "{a} {b} {x} {start}");
+        assert_eq!(
+            (quick.x.to_bits(), 2),
+            (careful.x.to_bits(), careful.evaluations),
+            "{a} {b} {x} {start}"
+        );
         taken += 1;
         felt += u32::from((quick.x - middle).abs() > 0.01 * quick.x.abs());
     }
@@ -194,7 +198,10 @@ fn what_has_decayed_below_the_normal_numbers_is_solved() {
             }
         });
         let exact = (p - 0.025 * q) / (1.0 + 0.025 * 2.025);
-        assert!((root.unwrap().x - exact).abs() <= 1e-15 * exact.abs() + 1e-322, "{q:e} {p:e} {root:?}");
+        assert!(
+            (root.unwrap().x - exact).abs() <= 1e-15 * exact.abs() + 1e-322,
+            "{q:e} {p:e} {root:?}"
+        );
     }
 }
 

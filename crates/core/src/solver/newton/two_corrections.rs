@@ -76,7 +76,8 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     let residual = start - middle - second.value;
     let (update, end) = (residual * inverse, residual.mul_add(inverse, middle));
     // A lower bound of the rounding error, by fewer operations than in `iterate_to_rounding`.
-    let scale = T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
+    let scale =
+        T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
     let correction = Correction { previous, update, rest, missing };
     let lost = correction.lost(scale);
     let improvable = can_be_improved(first.slope).and(can_be_improved(missing));

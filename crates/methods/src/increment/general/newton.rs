@@ -88,13 +88,14 @@ fn iterate<T: Scalar>(
         let grows = previous.le(size);
         if grows.any() {
             cold_path();
-            let blur = [a.abs() * reach[0] + b.abs() * reach[1], c.abs() * reach[0] + d.abs() * reach[1]];
+            let blur =
+                [a.abs() * reach[0] + b.abs() * reach[1], c.abs() * reach[0] + d.abs() * reach[1]];
             let spread = [
                 ((one + d).abs() * blur[0] + b.abs() * blur[1]) * inverse,
                 (c.abs() * blur[0] + (one + a).abs() * blur[1]) * inverse,
             ];
-            let small =
-                share([scale[0] + spread[0], scale[1] + spread[1]]).le(T::from_f64(ROUNDINGS * T::EPSILON));
+            let small = share([scale[0] + spread[0], scale[1] + spread[1]])
+                .le(T::from_f64(ROUNDINGS * T::EPSILON));
             grown = T::select(small.and(grows), grown + one, grown);
         }
         if lost.or(one.lt(grown)).all() {
@@ -115,7 +116,11 @@ fn follow<T: Scalar>(
 ) -> Result<Root<T>, StepFailure> {
     let [f, g] = equations(T::one(), [T::zero(); 2]).residual;
     if !(f + g).is_finite().all() {
-        return Err(StepFailure::NonFinite { quantity: Quantity::Force, dof, value: (f + g).to_f64() });
+        return Err(StepFailure::NonFinite {
+            quantity: Quantity::Force,
+            dof,
+            value: (f + g).to_f64(),
+        });
     }
     let (mut x, mut s, mut stride) = ([T::zero(); 2], 0.0_f64, 0.25_f64);
     while s < 1.0 {
@@ -131,7 +136,11 @@ fn follow<T: Scalar>(
                 stride *= 0.25;
                 if stride < SHORTEST || evaluations > MOST {
                     let update = stalled.update;
-                    return Err(StepFailure::NewtonStalled { dof, iterations: evaluations, update });
+                    return Err(StepFailure::NewtonStalled {
+                        dof,
+                        iterations: evaluations,
+                        update,
+                    });
                 }
             }
         }
@@ -157,7 +166,8 @@ mod tests {
             let Root { x: [x, y], evaluations } =
                 solve(0, [0.0; 2], [1.0; 2], cubic(b, c)).unwrap_or_else(|e| panic!("{e}"));
             let [f, g] = cubic(b, c)(1.0, [x, y]).residual;
-            let (terms, others) = (x.abs() + b * y.abs() + 1.0, y.abs() + c * x.abs().powi(3) + 1.0);
+            let (terms, others) =
+                (x.abs() + b * y.abs() + 1.0, y.abs() + c * x.abs().powi(3) + 1.0);
             assert!(f.abs() <= 4e-16 * terms && g.abs() <= 1e-15 * others, "{b} {c}: {f:e} {g:e}");
             assert!(b > 0.1 || evaluations <= 4, "{evaluations}");
         }

@@ -44,8 +44,9 @@ impl<T: Scalar> Plane<T> {
         S: PhasePlane<T> + ?Sized,
     {
         let Self { dof: j, from: [q0, p0], h, first, dissipative, reach } = self;
-        let resistance =
-            |h: T, [x, y]: [T; 2]| system.plane_dissipation(q, p, j, [q0 + x.half(), p0 + y.half()], x / h);
+        let resistance = |h: T, [x, y]: [T; 2]| {
+            system.plane_dissipation(q, p, j, [q0 + x.half(), p0 + y.half()], x / h)
+        };
         let root = solve(j, [q0, p0], reach, |share, [x, y]| {
             let (h, q1, p1) = (share * h, q0 + x, p0 + y);
             let ((a, a_p), (b, b_q)) = match first {

@@ -5,7 +5,13 @@ use crate::slope::slope;
 use afterbay_core::{Grid, Method, Scalar, Series, State, System, integrate};
 
 /// The largest errors of q, p and w over all points of a grid, against the Taylor series of the same system (`series`).
-fn global_errors<T, S, R, M>(method: &M, system: &S, series: &R, from: [&[f64]; 2], grid: Grid<T>) -> [f64; 3]
+fn global_errors<T, S, R, M>(
+    method: &M,
+    system: &S,
+    series: &R,
+    from: [&[f64]; 2],
+    grid: Grid<T>,
+) -> [f64; 3]
 where
     T: Scalar,
     S: System<T>,
@@ -45,6 +51,9 @@ pub(crate) fn check_orders<T, S, R, M>(
     for (part, variable) in ["q", "p", "w"].into_iter().enumerate() {
         let found = slope(&steps, &all.map(|error| error[part]));
         println!("{name} {variable} {found:.3} {:?}", all.map(|error| error[part]));
-        assert!((found - order).abs() < tolerance, "{name} {variable}: {found:.3} of {order}, {all:?}");
+        assert!(
+            (found - order).abs() < tolerance,
+            "{name} {variable}: {found:.3} of {order}, {all:?}"
+        );
     }
 }

@@ -42,7 +42,8 @@ impl Block {
                 of_link.push(row.get(k)?.column(graph, numbers, wanted)?);
             }
             columns.extend((0..COLUMNS).flat_map(|i| of_link.iter().map(move |column| column[i])));
-            let any: [usize; WIDTH] = std::array::from_fn(|i| rows[i][k].other.unwrap_or(first + i));
+            let any: [usize; WIDTH] =
+                std::array::from_fn(|i| rows[i][k].other.unwrap_or(first + i));
             let row = any.is_sorted_by(|a, b| a + 1 == *b);
             others.push(if row { Others::Row(any[0]) } else { Others::Any(any) });
         }

@@ -26,7 +26,12 @@ pub(super) struct Link {
 }
 
 impl Link {
-    pub(super) fn new(graph: &mut Graph, numbers: &mut Vec<Node>, ridge: &Ridge, j: usize) -> Option<Self> {
+    pub(super) fn new(
+        graph: &mut Graph,
+        numbers: &mut Vec<Node>,
+        ridge: &Ridge,
+        j: usize,
+    ) -> Option<Self> {
         let (start, zero) = (numbers.len(), graph.number(0.0));
         let (mut own, mut other) = (zero, None);
         let form = ridge.base.form;
@@ -124,7 +129,10 @@ pub(super) fn divided_difference<T: Scalar>(coefficients: &[T], r: T, s: T) -> L
     let mut line = Line { value: quotient, slope: quotient };
     for &c in coefficients.iter().skip(1).rev() {
         quotient = quotient.mul_add(r, c);
-        line = Line { value: line.value.mul_add(s, quotient), slope: line.slope.mul_add(s, line.value) };
+        line = Line {
+            value: line.value.mul_add(s, quotient),
+            slope: line.slope.mul_add(s, line.value),
+        };
     }
     line
 }

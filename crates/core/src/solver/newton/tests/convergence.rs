@@ -110,10 +110,14 @@ fn check(name: &str, force: Force, steps: [f64; 2], sizes: [f64; 2]) {
         let alone = cases.map(|case| {
             let Case { h, q, p, beside, .. } = case;
             let found = case.solve();
-            let x = found.unwrap_or_else(|e| panic!("{name}: h = {h:e}, {q:e} {p:e} {beside:?}: {e}"));
+            let x =
+                found.unwrap_or_else(|e| panic!("{name}: h = {h:e}, {q:e} {p:e} {beside:?}: {e}"));
             let (exact, bound) = (case.halved(), case.bound(x));
             let off = (x - exact).abs();
-            assert!(off <= bound, "{name}: h = {h:e}, {q:e} {p:e}: {x:e} is off by {off:e}, {bound:e}");
+            assert!(
+                off <= bound,
+                "{name}: h = {h:e}, {q:e} {p:e}: {x:e} is off by {off:e}, {bound:e}"
+            );
             x
         });
         let start = f64x8::new(cases.map(|case| case.p));
