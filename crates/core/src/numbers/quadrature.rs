@@ -6,8 +6,9 @@ use super::scalar::{Mask, Scalar};
 /// point and the share of the edge before it, which is the derivative of the point by `b`.
 ///
 /// An edge is resolved if the last two Legendre coefficients of the first function, one even and
-/// one odd, are below the square root of a rounding relative to its mean size, because they
-/// decrease at least as fast as the square root of the error. Other edges are bisected. The means
+/// one odd, are below [`LARGEST_TAIL`] times the square root of a rounding relative to its mean
+/// size, because they decrease at least as fast as the square root of the error. Other edges are
+/// bisected. The means
 /// are NaN if bisection does not resolve the function, as at a pole. Features between the nodes are
 /// missed.
 #[inline]
@@ -19,6 +20,10 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
     in_parts([a, b], &part, &f).unwrap_or([T::from_f64(f64::NAN); K])
 }
 
+/// The largest tail of a resolved function, in square roots of a rounding. With 1 the error of a
+/// component whose share of the function is A is up to 1/A roundings; with a hundredth a component of
+/// A = 1e-4 has an error of one rounding.
+const LARGEST_TAIL: f64 = 0.01;
 /// The largest number of successive bisections: 2⁻⁵⁰ of an edge is near its rounding in `f64`.
 const MOST_HALVINGS: usize = 50;
 /// The largest number of bisections in all: enough for a few hundred periods of an angle.
@@ -29,6 +34,9 @@ const NOISE_SHARE: f64 = 1e-3;
 /// The number of bisections after which a tail that does not decrease is taken for rounding at any
 /// size.
 const HALVINGS_BEFORE_NOISE: i32 = 12;
+/// The number of bisections in a row after which a small tail that does not decrease is taken for
+/// rounding. The tail of a long part may stay as it is once or twice by coincidence.
+const FLAT_HALVINGS: u32 = 4;
 
 /// The quadrature over part of an edge.
 struct Panel<T, const K: usize> {
@@ -45,7 +53,8 @@ impl<T: Scalar, const K: usize> Panel<T, K> {
     #[inline(always)]
     fn is_resolved(&self) -> bool {
         let unit = T::from_f64(T::EPSILON);
-        self.tail.le(unit.sqrt().mul_add(self.size, T::from_f64(64.0) * unit * self.noise)).all()
+        let tail = T::from_f64(LARGEST_TAIL) * unit.sqrt();
+        self.tail.le(tail.mul_add(self.size, T::from_f64(64.0) * unit * self.noise)).all()
     }
 }
 
@@ -88,6 +97,8 @@ struct Open<T> {
     from: f64,
     /// The number of bisections that led to it.
     depth: i32,
+    /// How many of the last of these left the tail about as large as it was.
+    flat: u32,
     /// Its last two Legendre coefficients.
     tail: T,
 }
@@ -96,8 +107,8 @@ struct Open<T> {
 /// the undivided edge.
 ///
 /// If both halves of a part have tails about as large as its own, the tails are taken for rounding
-/// errors and the halves are accepted: at once if the tails are small beside the function, else
-/// after [`HALVINGS_BEFORE_NOISE`] bisections. Functions that oscillate that fast within a part are
+/// errors and the halves are accepted: after [`FLAT_HALVINGS`] such bisections in a row if the tails
+/// are small beside the function, else after [`HALVINGS_BEFORE_NOISE`] bisections. Functions that oscillate that fast within a part are
 /// taken for noise as well; the balance of K reveals them.
 #[cold]
 #[inline(never)]
@@ -107,13 +118,13 @@ fn in_parts<T: Scalar, const K: usize>(
     f: &impl Fn(T, T) -> [T; K],
 ) -> Option<[T; K]> {
     // Depth first, so that there are no more open parts than bisections of one part.
-    let first = Open { from: 0.0, depth: 0, tail: whole.tail };
+    let first = Open { from: 0.0, depth: 0, flat: 0, tail: whole.tail };
     let mut open = [first; MOST_HALVINGS + 2];
     let (mut count, mut sums) = (1_usize, [T::zero(); K]);
     for _ in 0..MOST_PARTS {
         let Some(last) = count.checked_sub(1) else { return Some(sums) };
         count = last;
-        let Open { from, depth, tail } = open[last];
+        let Open { from, depth, flat, tail } = open[last];
         if depth as usize == MOST_HALVINGS {
             return None;
         }
@@ -125,19 +136,20 @@ fn in_parts<T: Scalar, const K: usize>(
             let rest = half.tail * T::from_f64(share);
             half.is_resolved() || rest.le(T::from_f64(16.0 * T::EPSILON) * whole.size).all()
         });
-        let noisy = halves.iter().all(|(_, half)| {
-            let faint = half.tail.le(T::from_f64(NOISE_SHARE) * half.size).all()
-                || depth + 1 >= HALVINGS_BEFORE_NOISE;
-            let stays =
-                tail.le(T::from_f64(4.0) * half.tail).and(half.tail.le(T::from_f64(1.5) * tail));
-            faint && stays.all()
+        let stays = halves.iter().all(|(_, half)| {
+            let (four, limit) = (T::from_f64(4.0) * half.tail, T::from_f64(1.5) * tail);
+            tail.le(four).and(half.tail.le(limit)).all()
         });
+        let flat = if stays { flat + 1 } else { 0 };
+        let faint = |half: &Panel<T, K>| half.tail.le(T::from_f64(NOISE_SHARE) * half.size).all();
+        let noisy = stays && depth + 1 >= HALVINGS_BEFORE_NOISE
+            || flat >= FLAT_HALVINGS && halves.iter().all(|(_, half)| faint(half));
         for ((from, half), done) in halves.into_iter().zip(done).rev() {
             if done || noisy {
                 let weight = T::from_f64(share);
                 sums = std::array::from_fn(|k| weight.mul_add(half.means[k], sums[k]));
             } else {
-                open[count] = Open { from, depth: depth + 1, tail: half.tail };
+                open[count] = Open { from, depth: depth + 1, flat, tail: half.tail };
                 count += 1;
             }
         }

@@ -67,9 +67,10 @@ where
     if observer.observe(0, state).is_break() {
         return Ok(effort);
     }
+    if system.may_be_singular() && !method.refuses_singularities() {
+        return integrate_examined(method, system, grid, state, workspace, observer);
+    }
     let mut done = 0;
-    let guarded = system.may_be_singular() && !method.refuses_singularities();
-    let mut guard = guarded.then(|| state.clone());
     let mut before = state.clone();
     // The work of a step, once steps leave the state unchanged.
     let mut idle = None;
@@ -83,17 +84,7 @@ where
             let taken = match idle {
                 // All further steps leave the state unchanged, too.
                 Some(each) => Ok(Effort::times(each, count)),
-                None => match &mut guard {
-                    Some(before) => guarded_steps(
-                        method,
-                        system,
-                        grid.h,
-                        count,
-                        [before, &mut current],
-                        workspace,
-                    ),
-                    None => method.steps(system, grid.h, count, &mut current, workspace),
-                },
+                None => method.steps(system, grid.h, count, &mut current, workspace),
             };
             match taken {
                 Ok(spent) => {
@@ -126,30 +117,45 @@ where
     Ok(effort)
 }
 
-/// Takes `count` steps one at a time and refuses the first that crosses a singularity of H, as
-/// [`Method::steps`] does what fails.
+/// The time loop for a system that may be singular: it refuses the first step that crosses a
+/// singularity of H.
 #[inline(never)]
-fn guarded_steps<V, S, M>(
+fn integrate_examined<V, S, M, O>(
     method: &M,
     system: &S,
-    h: V::Scalar,
-    count: u64,
-    [before, state]: [&mut State<V>; 2],
+    grid: Grid<V::Scalar>,
+    state: &mut State<V>,
     workspace: &mut M::Workspace,
-) -> Result<Effort, (u64, StepFailure)>
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
 where
     V: Vector,
     S: System<V::Scalar> + ?Sized,
     M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
 {
-    let mut effort = Effort::default();
-    for done in 0..count {
+    let (mut effort, mut before) = (Effort::default(), state.clone());
+    let start = state.t;
+    for step in 1..=grid.steps {
         before.copy(state);
-        effort +=
-            method.steps(system, h, 1, state, workspace).map_err(|(_, failure)| (done, failure))?;
-        if let Err(failure) = check_between(system, before.q.as_slice(), state.q.as_slice()) {
-            state.copy(before);
-            return Err((done, failure));
+        let taken =
+            method.steps(system, grid.h, 1, state, workspace).map_err(|(_, failure)| failure);
+        let examined = taken.and_then(|spent| {
+            check_between(system, before.q.as_slice(), state.q.as_slice()).map(|()| spent)
+        });
+        match examined {
+            Ok(spent) => effort += spent,
+            Err(failure) => {
+                state.copy(&before);
+                return Err(RunError { step, t: before.t.to_f64(), failure }.into());
+            }
+        }
+        state.t = V::Scalar::from_f64(step as f64).mul_add(grid.h, start);
+        if observer.observe(step, state).is_break() {
+            break;
+        }
+        if step % STEPS_BETWEEN_CHECKS == 0 {
+            state.settle();
         }
     }
     Ok(effort)
