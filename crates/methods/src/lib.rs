@@ -41,7 +41,7 @@ pub use rk4::Rk4;
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
-/// The guide's too.
+/// The guide's code runs with the doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/guide.md")]
 struct Guide;

@@ -8,7 +8,7 @@ use afterbay_methods::{Composition, Increment, ModDg};
 use afterbay_systems::{Custom, Description, DissipationText};
 use proptest::prelude::*;
 
-/// The pendulum of the README (g = 1) and of the guide (g = 9.81), known by its force alone.
+/// A pendulum given by its force alone; that of the guide at g = 9.81.
 struct Pendulum {
     g: f64,
     c: f64,
@@ -39,7 +39,7 @@ impl Separable<f64> for Pendulum {
     }
 }
 
-/// The ring of the README.
+/// The ring of pendulums of the README, given by its forces alone.
 struct Ring;
 
 impl System<f64> for Ring {
@@ -68,7 +68,7 @@ impl Separable<f64> for Ring {
     }
 }
 
-/// A pendulum from its formulas.
+/// The pendulum from its formulas, as in the README at g = 1.
 struct Written {
     g: f64,
     c: f64,
