@@ -26,13 +26,13 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
                 Verdict::Fails => "does not hold",
                 Verdict::Note => "note",
             };
-            let rows = findings.iter().map(|finding| {
-                vec![
-                    word(finding.verdict).into(),
-                    format!("{}: {}", finding.topic, finding.statement),
-                ]
-            });
-            table::print(&["verdict", "on what, and what was found"], rows)?;
+            let rows = findings
+                .iter()
+                .map(|finding| vec![word(finding.verdict).into(), finding.topic.clone()]);
+            table::print(&["verdict", "finding"], rows)?;
+            table::line(
+                "The report has the sentences and figures of each finding; so has --format json.",
+            )?;
             table::line(&format!("Report: {}", out.join("report.html").display()))?;
         }
     }

@@ -26,7 +26,8 @@ pub enum Style {
     LineMarkers,
 }
 
-/// One curve of a [`LineChart`]. Colour, dash and marker follow from its place in the list.
+/// One curve of a [`LineChart`]. Colour, dash and marker follow from its label: those of a method,
+/// with whose name the label begins, are the same in every chart.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// The name in the legend.
@@ -91,19 +92,20 @@ impl LineChart {
             draw_guide(&mut frame, *from, *to);
         }
         let most = POINTS.0.min(POINTS.1 / self.curves.len().max(1));
-        for (nth, (curve, points)) in self.curves.iter().zip(&placed).enumerate() {
+        let looks = Look::of_labels(self.curves.iter().map(|curve| curve.label.as_str()));
+        for ((curve, points), &look) in self.curves.iter().zip(&placed).zip(&looks) {
             let pixels: Vec<_> = thin(points, most).into_iter().map(|p| frame.pixel(p)).collect();
-            draw_curve(&mut frame, Look::nth(nth), curve.style, &pixels);
+            draw_curve(&mut frame, look, curve.style, &pixels);
         }
-        for (nth, bounds) in bounds.iter().enumerate().filter(|(_, bounds)| !bounds.is_empty()) {
+        for (bounds, look) in bounds.iter().zip(&looks).filter(|(bounds, _)| !bounds.is_empty()) {
             let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
-            frame.add(Look::nth(nth).upper_bounds(&pixels, 4.0));
+            frame.add(look.upper_bounds(&pixels, 4.0));
         }
         // Guide labels last, with a white rim, so that no curve runs through them.
         for (slope, from, to) in &guides {
             label_guide(&mut frame, *slope, *from, *to);
         }
-        legend.draw(&mut frame, &self.curves);
+        legend.draw(&mut frame, &self.curves, &looks);
         let mut notes = Vec::new();
         if missing > 0 {
             let all: usize = self.curves.iter().map(|c| c.points.len()).sum();
@@ -224,7 +226,7 @@ impl Legend {
         Self { below, columns, overhang: (column + 60.0 - CANVAS.0).max(0.0), ..none }
     }
 
-    fn draw(&self, frame: &mut Frame, curves: &[Curve]) {
+    fn draw(&self, frame: &mut Frame, curves: &[Curve], looks: &[Look]) {
         let (left, top, ..) = frame.plot();
         let origin = match (self.right > 0.0, self.below > 0.0) {
             (true, _) => (CANVAS.0 - self.right, top + 0.5 * ROW),
@@ -232,10 +234,9 @@ impl Legend {
             _ => return,
         };
         let rows = curves.len().div_ceil(self.columns);
-        for (nth, curve) in curves.iter().enumerate() {
+        for (nth, (curve, look)) in curves.iter().zip(looks).enumerate() {
             let x = origin.0 + (nth / rows) as f64 * self.column;
             let y = origin.1 + (nth % rows) as f64 * ROW;
-            let look = Look::nth(nth);
             frame.add(look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9));
             if curve.style != Style::Line {
                 frame.add(look.markers(&[(x + 0.5 * (SAMPLE - 8.0), y)], 4.0));

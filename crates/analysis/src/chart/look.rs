@@ -1,5 +1,6 @@
 //! Colours, dashes and markers: after Okabe and Ito, told apart without colour as well.
 
+use afterbay_methods::registry::METHODS;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive};
 
@@ -21,15 +22,63 @@ pub(super) const CATEGORIES: [&str; 10] = [
 /// The grey of guides, notes and cells without a value.
 pub(super) const GREY: &str = "#6b6b6b";
 
-/// How the curve at one place in the list looks.
-#[derive(Clone, Copy)]
+/// Methods that often share a chart, in the order of the looks: the first seven differ in colour.
+/// All other methods follow in the order of their table.
+const OFTEN_TOGETHER: [&str; 17] = [
+    "moddg",
+    "leapfrog",
+    "rk4",
+    "increment-2",
+    "gonzalez",
+    "adaptive-dop853",
+    "collocation-4",
+    "increment-4",
+    "relaxed-rk4",
+    "linear-exact",
+    "moddg-fixed-point",
+    "locally-exact",
+    "adaptive-collocation",
+    "increment-6",
+    "increment-1",
+    "relaxed-dop853",
+    "increment-8",
+];
+
+/// The place of a method among the looks; none where the label does not begin with a method's name.
+fn place_of_method(label: &str) -> Option<usize> {
+    let name = label.split([',', ' ']).next()?;
+    let often = OFTEN_TOGETHER.iter().position(|often| *often == name);
+    let others = METHODS.iter().filter(|row| !OFTEN_TOGETHER.contains(&row.name));
+    often.or_else(|| {
+        Some(OFTEN_TOGETHER.len() + others.map(|row| row.name).position(|other| other == name)?)
+    })
+}
+
+/// The colour, dash and marker of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Look {
     nth: usize,
 }
 
 impl Look {
-    pub(super) fn nth(nth: usize) -> Self {
-        Self { nth }
+    /// The looks of the curves of one chart by their labels. A method has the same look in every
+    /// chart; a second curve of it has its colour, and another dash and marker. Other curves take
+    /// the first looks that are free.
+    pub(super) fn of_labels<'a>(labels: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
+        let places: Vec<_> = labels.into_iter().map(place_of_method).collect();
+        let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
+        let mut seen = Vec::new();
+        let look = |place: Option<usize>| {
+            let (mut nth, stride) = place.map_or((0, 1), |place| (place, CURVES.len()));
+            let own = place.is_some_and(|place| !seen.contains(&place));
+            seen.extend(place);
+            while !own && taken.contains(&nth) {
+                nth += stride;
+            }
+            taken.push(nth);
+            Self { nth }
+        };
+        places.into_iter().map(look).collect()
     }
 
     fn colour(self) -> Color {
