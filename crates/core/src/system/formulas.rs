@@ -1,15 +1,19 @@
 //! Systems defined by formulas that are written once for every scalar.
 
+use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
+use super::hessian::Curvature;
 use super::separable::Separable;
 use crate::numbers::singularity::{Sight, between, diverges, enclosed, is_singular};
 use crate::numbers::{Interval, Line, Scalar, Slope, divided};
+use crate::quantity::Block;
+use std::sync::Arc;
 
 /// H = Σ p_j²/(2 m_j) + V(q) and D_j(q, v) with v_j = p_j/m_j, written once for every scalar.
 ///
-/// [`FromFormulas`] makes a system of them: gradients, divided differences and the derivatives of D
-/// come from the formulas by slope arithmetic ([`Slope`]).
+/// [`FromFormulas`] makes a system of them: gradients, divided differences, second derivatives and
+/// the derivatives of D come from the formulas by slope arithmetic ([`Slope`]).
 pub trait Formulas: Send + Sync {
     /// N, the number of degrees of freedom.
     fn dof(&self) -> usize;
@@ -196,5 +200,64 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
             self.dissipation_between([q, p], j, [Slope::between(at, at), Slope::constant(v)]);
         let by_v = self.dissipation_between([q, p], j, [Slope::constant(at), Slope::between(v, v)]);
         Dissipation { value: by_q.end, by_q: by_q.slope, by_p: by_v.slope / m }
+    }
+}
+
+/// All second derivatives come from the formulas by slope arithmetic in slopes: N (N + 1)/2
+/// evaluations of V, and N or N² of each D_j.
+impl<T: Scalar, F: Formulas> Curvature<T> for FromFormulas<F> {
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let n = q.len();
+        let form = self.0.dissipation_form();
+        for i in 0..n {
+            for j in 0..=i {
+                let second = along(
+                    n,
+                    |k| q[k],
+                    j,
+                    Slope::between(q[j], q[j]),
+                    |q| self.potential(q, i, Slope::between(q[i], q[i])).slope.slope,
+                );
+                put(Block::Hqq, i, j, second);
+                if j < i {
+                    put(Block::Hqq, j, i, second);
+                }
+            }
+            let m = T::from_f64(self.0.mass(i));
+            put(Block::Hpp, i, i, m.recip());
+            if form.zero {
+                continue;
+            }
+            let v = |k: usize| p[k] / T::from_f64(self.0.mass(k));
+            let still = |x: T| Slope::between(x, x);
+            for j in 0..n {
+                let by_q = along(
+                    n,
+                    |k| q[k],
+                    j,
+                    still(q[j]),
+                    |q| with_entries(n, |k| Slope::constant(v(k)), |v| self.0.dissipation(q, v, i)),
+                );
+                put(Block::Dq, i, j, by_q.slope);
+                if i == j || form.coupled {
+                    let by_v = with_entries(
+                        n,
+                        |k| Slope::constant(q[k]),
+                        |q| along(n, v, j, still(v(j)), |v| self.0.dissipation(q, v, i)),
+                    );
+                    put(Block::Dp, i, j, by_v.slope / T::from_f64(self.0.mass(j)));
+                }
+            }
+        }
+    }
+}
+
+impl<T: Scalar, F: Formulas + 'static> Abilities<T> for FromFormulas<F> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        Some(self)
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        Some(self)
     }
 }

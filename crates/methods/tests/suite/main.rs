@@ -18,6 +18,7 @@ mod coupled_friction;
 mod custom;
 mod exact_edges;
 mod failures;
+mod formulas;
 mod fresh;
 mod gonzalez;
 mod gonzalez_memory;
