@@ -96,7 +96,7 @@ pub enum Needs {
     Linear,
     /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
     Separable,
-    /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and p_j ([`PhasePlane`]), D_j free
+    /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and p_j (`PhasePlane`), D_j free
     /// of the other velocities.
     SeparableOrPlanes,
     /// H = p²/(2m) + V(q), one degree of freedom.

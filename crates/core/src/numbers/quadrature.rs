@@ -6,11 +6,10 @@ use super::scalar::{Mask, Scalar};
 /// point and the share of the edge before it, which is the derivative of the point by `b`.
 ///
 /// An edge is resolved if the last two Legendre coefficients of the first function, one even and
-/// one odd, are below [`LARGEST_TAIL`] times the square root of a rounding relative to its mean
-/// size, because they decrease at least as fast as the square root of the error. Other edges are
-/// bisected. The means
-/// are NaN if bisection does not resolve the function, as at a pole. Features between the nodes are
-/// missed.
+/// one odd, are below a hundredth of the square root of a rounding relative to its mean size,
+/// because they decrease at least as fast as the square root of the error. Other edges are bisected.
+/// The means are NaN if bisection does not resolve the function, as at a pole. Features between the
+/// nodes are missed.
 #[inline]
 pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -> [T; K] {
     let part = panel([a, b], [T::zero(), T::one()], &f);
