@@ -207,6 +207,35 @@ fn checked<S: PhasePlane<f64>>(
     Ok(())
 }
 
+/// Long edges on which a bisection leaves the tail of the quadrature as it was, once, by
+/// coincidence: K would move by up to 12 roundings if that were taken for noise.
+#[test]
+fn a_tail_that_stays_once_is_not_taken_for_noise() {
+    for (exponent, c, q, p) in [
+        (
+            0.9080899293176734,
+            [0.6911849030115295, 0.8677431497391442],
+            [-2.0439688873343536, 1.8646774175002339],
+            [-1.0722538536017365, -0.2860306182443118],
+        ),
+        (
+            0.6732832572789627,
+            [0.0; 2],
+            [-1.9280548849028833, 0.9011071125735185],
+            [1.318445893379253, -2.1607340095748917],
+        ),
+        (
+            0.8438695026767383,
+            [-0.456301660097413, -0.298085766659344],
+            [-0.5611051976183734, -0.09668491270681569],
+            [-2.1543785206313384, 1.1857164733115009],
+        ),
+    ] {
+        let h = 10.0_f64.powf(exponent);
+        checked(&BySlopes(pendulum(c)), h, &state(q, p), pendulum_sizes).unwrap();
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
 

@@ -238,6 +238,48 @@ fn every_method_keeps_k_on_random_expressions() {
     judge(&counts, 3e-13, 0.2);
 }
 
+/// Long steps from states at which the iterations of collocation and of the locally exact gradient
+/// end in noise, and K is off by up to 3e-5 where it is not restored after them.
+#[test]
+fn k_is_restored_where_an_iteration_ends_in_noise() {
+    let single = ["c*p", "c*(q1^2 - 1)*p", "c*p/(1 + q1^2)"];
+    let cases = [
+        (
+            "(q1^2 + q2^2)/20 + 0.6440777910781262*log(1 + q1^2 + q2^2)",
+            (single[0], 0.6230313143165592, 96.82282304020872),
+            [[-0.34439085987617335, 0.770485763931005], [0.0, 0.0]],
+        ),
+        (
+            "q1^2/20 + q2^2/20 + 1.9523637772166338*q1^2*q2^2/4 \
+             + 0.49074484699495613*tanh(2*q1)*q2 + 1.0049497982029931*cosh(q1/3)",
+            (single[1], 0.3446289155464942, 8.04360639266281),
+            [[1.1274649791074731, -1.1603805631440662], [-3.876992891731298, -3.9065540385198387]],
+        ),
+        (
+            "q1^2/20 + q2^2/20 + 0.5688960859291068*cos(q1 - q2) \
+             + 1.7623546652903146*(q1^2 - 1)^2",
+            (single[2], 0.5518382841904155, 46.96809870260747),
+            [[1.773036027080595, -0.6679242793020593], [-3.145698852935732, -0.005282753435936656]],
+        ),
+    ];
+    let mut counts = BTreeMap::<_, Count>::new();
+    for (potential, (friction, c, h), [q, p]) in cases {
+        let system = custom(potential, friction, 2, c);
+        let start = State::new(q.to_vec(), p.to_vec()).unwrap();
+        for row in FIXED.iter().filter(|row| row.keeps_k) {
+            let Some(bound) = bind(row, &system) else { continue };
+            let label = format!("{} on {potential}", row.name);
+            run(counts.entry(row.name).or_default(), row, &bound, &system, h, &start, &label);
+        }
+    }
+    for name in ["locally-exact", "collocation-2", "collocation-8"] {
+        assert!(counts[name].taken > 0, "{name}: {:?}", counts[name]);
+    }
+    for (name, count) in &counts {
+        assert!(count.worst <= 3e-13, "{name}: {count:?}");
+    }
+}
+
 #[test]
 fn every_method_keeps_k_on_random_expressions_in_31_digits() {
     judge(&count::<Quad>(12, &TERMS, false), 1e-26, 0.2);
