@@ -27,7 +27,7 @@ pub struct Workspace<V: Vector> {
     /// H(z1)
     pub(super) energy: V::Scalar,
     /// ∇H at z1
-    ends: [V; 2],
+    pub(super) ends: [V; 2],
     /// A Δz to come back to
     pub(super) kept: [V; 2],
     /// The residual of each equation, then the correction to it

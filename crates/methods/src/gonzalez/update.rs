@@ -1,10 +1,15 @@
 //! A correction taken: how large it is, and what there is to say if it leads nowhere.
 
 use super::equation::{Correction, Workspace};
+use crate::adaptive::Projection;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// K is near what it was if it is off by less than this share of H, of what it is made of and of Δw.
 const NEAR: f64 = 1e-3;
+/// K is restored where it is off by more than so many roundings of these,
+const ROUNDINGS: f64 = 16.0;
+/// by a move of z no longer than this share of its largest entry.
+const FURTHEST: f64 = 1e-8;
 
 /// The size of a correction beside what it corrects, and beside what rounding of q makes of p and of p makes of q too.
 pub(super) struct Update {
@@ -68,22 +73,65 @@ impl<V: Vector> Workspace<V> {
         let (start, end) =
             (state.energy(system), system.energy(self.q.as_slice(), self.p.as_slice()));
         let off = (end - start + spent[0]).abs();
+        self.energy = end;
         // H may be a small sum of large terms.
-        let terms = |slope: &V, z: &V| {
-            let terms = slope.as_slice().iter().zip(z.as_slice());
-            terms.fold(zero, |sum, (&slope, &z)| sum + (slope * z).abs())
-        };
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
-        let most = V::Scalar::from_f64(NEAR) * (start.abs() + end.abs() + spent[1] + made_of);
-        // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h of the gain.
+        let size = start.abs() + end.abs() + spent[1] + made_of;
+        let rounding = V::Scalar::from_f64(ROUNDINGS * V::Scalar::EPSILON) * size;
+        if off.le(rounding).all() {
+            return true;
+        }
+        self.restore(system, h, state, [start, spent[0], spent[1]])
+    }
+
+    /// Moves z1 along ∇H until K is what it was to roundings of its ends. If that is not possible,
+    /// tells whether K is anywhere near, as beside a point of rest, where roundings decide.
+    #[cold]
+    fn restore<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        [start, gained, spent]: [V::Scalar; 3],
+    ) -> bool
+    where
+        S: System<V::Scalar> + ?Sized,
+    {
         let largest =
             |z: &V| z.as_slice().iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        let [hq, hp] = &mut self.ends;
+        let slopes = |q: &V, p: &V, hq: &mut V, hp: &mut V| {
+            system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+            terms(hq, q) + terms(hp, p)
+        };
+        let before = slopes(&state.q, &state.p, hq, hp);
+        let made_of = before + slopes(&self.q, &self.p, hq, hp);
+        let size = start.abs() + self.energy.abs() + spent + made_of;
+        let off = (self.energy - start + gained).abs();
+        // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h of
+        // the gain.
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
-        self.energy = end;
-        let lost = (most + square + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
+        let most = V::Scalar::from_f64(NEAR) * size + square;
+        let lost = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
         // Far out H may be infinite where z is not. A state that is not finite is reported with the step.
-        !lost.or(V::Scalar::from_f64(f64::MAX).lt(off)).any()
+        if lost.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
+            return false;
+        }
+        let projection = Projection {
+            slope: [hq.as_slice(), hp.as_slice()],
+            target: start - gained,
+            size: (start.abs() + spent).to_f64(),
+            scales: [1.0; 2],
+            allowed: FURTHEST * largest(&self.q).max(largest(&self.p)),
+        };
+        let energy = self.energy;
+        let end = [self.q.as_mut_slice(), self.p.as_mut_slice()];
+        if projection.apply(system, end, &mut self.energy).is_err() {
+            self.energy = energy;
+            self.place(state);
+        }
+        true
     }
 
     /// The degree of freedom with the largest correction, and that correction.
@@ -124,6 +172,12 @@ impl<V: Vector> Workspace<V> {
         self.dq.as_mut_slice().copy_from_slice(self.kept[0].as_slice());
         self.dp.as_mut_slice().copy_from_slice(self.kept[1].as_slice());
     }
+}
+
+/// Σ |∂H/∂z_j z_j|
+fn terms<V: Vector>(slope: &V, z: &V) -> V::Scalar {
+    let terms = slope.as_slice().iter().zip(z.as_slice());
+    terms.fold(V::Scalar::zero(), |sum, (&slope, &z)| sum + (slope * z).abs())
 }
 
 /// Adds `correction` to the increment, then makes start + increment/2 and start + increment.

@@ -262,9 +262,26 @@ fn k_is_restored_where_an_iteration_ends_in_noise() {
             [[1.773036027080595, -0.6679242793020593], [-3.145698852935732, -0.005282753435936656]],
         ),
     ];
+    // Gonzalez's iteration ended far out, with K off by 3e-2, and in noise.
+    let alone = [
+        (
+            "q1^2/20 + 1.5532092687794503*cosh(q1/3) + 0.24172160231194115*(q1^2 - 1)^2 \
+             + 1.0951229325669256*log(1 + q1^2 + 0.3^2)",
+            (single[2], 0.9145732629310028, 3.2749175160014246),
+            [[0.7915316516396479], [3.239357537162242]],
+        ),
+        (
+            "q1^2/20 + 1.5952042927262702*sin(exp(sin(0.3))) + 1.326044609396746*exp(-q1^2) \
+             + 1.9056798740555103*cos(q1 - 0.3)",
+            (single[0], 0.4965081987037053, 42.96267150312021),
+            [[0.13055553616719284], [-3.3954247348442387e-99]],
+        ),
+    ];
+    let together = cases.iter().map(|(v, d, state)| (*v, *d, state.each_ref().map(|x| &x[..])));
+    let alone = alone.iter().map(|(v, d, state)| (*v, *d, state.each_ref().map(|x| &x[..])));
     let mut counts = BTreeMap::<_, Count>::new();
-    for (potential, (friction, c, h), [q, p]) in cases {
-        let system = custom(potential, friction, 2, c);
+    for (potential, (friction, c, h), [q, p]) in together.chain(alone) {
+        let system = custom(potential, friction, q.len(), c);
         let start = State::new(q.to_vec(), p.to_vec()).unwrap();
         for row in FIXED.iter().filter(|row| row.keeps_k) {
             let Some(bound) = bind(row, &system) else { continue };
