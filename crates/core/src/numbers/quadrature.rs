@@ -33,9 +33,11 @@ const NOISE_SHARE: f64 = 1e-3;
 /// The number of bisections after which a tail that does not decrease is taken for rounding at any
 /// size.
 const HALVINGS_BEFORE_NOISE: i32 = 12;
-/// The number of bisections in a row after which a small tail that does not decrease is taken for
-/// rounding. The tail of a long part may stay as it is once or twice by coincidence.
-const FLAT_HALVINGS: u32 = 4;
+/// The number of bisections over which the tail of rounding errors does not decrease. That of a
+/// function may stay as it is once by coincidence, on a long part.
+const GENERATIONS: usize = 4;
+/// The decrease over these that random errors may show; that of a function is 2⁻⁷ at each bisection.
+const DECREASE_BY_CHANCE: f64 = 1.0 / 16.0;
 
 /// The quadrature over part of an edge.
 struct Panel<T, const K: usize> {
@@ -96,18 +98,17 @@ struct Open<T> {
     from: f64,
     /// The number of bisections that led to it.
     depth: i32,
-    /// How many of the last of these left the tail about as large as it was.
-    flat: u32,
-    /// Its last two Legendre coefficients.
-    tail: T,
+    /// Its last two Legendre coefficients, and those of the parts it was bisected from, the last one
+    /// first.
+    tails: [T; GENERATIONS],
 }
 
 /// The means by bisection of the edge; none if that takes too many parts. `whole` is the panel of
 /// the undivided edge.
 ///
 /// If both halves of a part have tails about as large as its own, the tails are taken for rounding
-/// errors and the halves are accepted: after [`FLAT_HALVINGS`] such bisections in a row if the tails
-/// are small beside the function, else after [`HALVINGS_BEFORE_NOISE`] bisections. Functions that oscillate that fast within a part are
+/// errors and the halves are accepted after [`HALVINGS_BEFORE_NOISE`] bisections. A half with a tail
+/// that is small beside the function is accepted where it has not decreased for [`GENERATIONS`]. Functions that oscillate that fast within a part are
 /// taken for noise as well; the balance of K reveals them.
 #[cold]
 #[inline(never)]
@@ -117,13 +118,14 @@ fn in_parts<T: Scalar, const K: usize>(
     f: &impl Fn(T, T) -> [T; K],
 ) -> Option<[T; K]> {
     // Depth first, so that there are no more open parts than bisections of one part.
-    let first = Open { from: 0.0, depth: 0, flat: 0, tail: whole.tail };
+    let first = Open { from: 0.0, depth: 0, tails: [whole.tail; GENERATIONS] };
     let mut open = [first; MOST_HALVINGS + 2];
     let (mut count, mut sums) = (1_usize, [T::zero(); K]);
     for _ in 0..MOST_PARTS {
         let Some(last) = count.checked_sub(1) else { return Some(sums) };
         count = last;
-        let Open { from, depth, flat, tail } = open[last];
+        let Open { from, depth, tails } = open[last];
+        let (tail, oldest) = (tails[0], tails[GENERATIONS - 1]);
         if depth as usize == MOST_HALVINGS {
             return None;
         }
@@ -139,16 +141,19 @@ fn in_parts<T: Scalar, const K: usize>(
             let (four, limit) = (T::from_f64(4.0) * half.tail, T::from_f64(1.5) * tail);
             tail.le(four).and(half.tail.le(limit)).all()
         });
-        let flat = if stays { flat + 1 } else { 0 };
-        let faint = |half: &Panel<T, K>| half.tail.le(T::from_f64(NOISE_SHARE) * half.size).all();
-        let noisy = stays && depth + 1 >= HALVINGS_BEFORE_NOISE
-            || flat >= FLAT_HALVINGS && halves.iter().all(|(_, half)| faint(half));
+        let noisy = stays && depth + 1 >= HALVINGS_BEFORE_NOISE;
+        let is_noise = |half: &Panel<T, K>| {
+            let small = half.tail.le(T::from_f64(NOISE_SHARE) * half.size);
+            let level = T::from_f64(DECREASE_BY_CHANCE) * oldest;
+            depth as usize + 1 >= GENERATIONS && small.and(level.le(half.tail)).all()
+        };
         for ((from, half), done) in halves.into_iter().zip(done).rev() {
-            if done || noisy {
+            if done || noisy || is_noise(&half) {
                 let weight = T::from_f64(share);
                 sums = std::array::from_fn(|k| weight.mul_add(half.means[k], sums[k]));
             } else {
-                open[count] = Open { from, depth: depth + 1, flat, tail: half.tail };
+                let [a, b, c, _] = tails;
+                open[count] = Open { from, depth: depth + 1, tails: [half.tail, a, b, c] };
                 count += 1;
             }
         }
