@@ -23,6 +23,8 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
 /// component whose share of the function is A is up to 1/A roundings; with a hundredth a component of
 /// A = 1e-4 has an error of one rounding.
 const LARGEST_TAIL: f64 = 0.01;
+/// The tail of a function that underflows: below it, values have fewer digits than their type.
+const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// The largest number of successive bisections: 2⁻⁵⁰ of an edge is near its rounding in `f64`.
 const MOST_HALVINGS: usize = 50;
 /// The largest number of bisections in all: enough for a few hundred periods of an angle.
@@ -55,7 +57,8 @@ impl<T: Scalar, const K: usize> Panel<T, K> {
     fn is_resolved(&self) -> bool {
         let unit = T::from_f64(T::EPSILON);
         let tail = T::from_f64(LARGEST_TAIL) * unit.sqrt();
-        self.tail.le(tail.mul_add(self.size, T::from_f64(64.0) * unit * self.noise)).all()
+        let rounding = T::from_f64(64.0) * unit * self.noise + T::from_f64(UNDERFLOW);
+        self.tail.le(tail.mul_add(self.size, rounding)).all()
     }
 }
 
@@ -108,8 +111,9 @@ struct Open<T> {
 ///
 /// If both halves of a part have tails about as large as its own, the tails are taken for rounding
 /// errors and the halves are accepted after [`HALVINGS_BEFORE_NOISE`] bisections. A half with a tail
-/// that is small beside the function is accepted where it has not decreased for [`GENERATIONS`]. Functions that oscillate that fast within a part are
-/// taken for noise as well; the balance of K reveals them.
+/// that is small beside the function is accepted where it has not decreased for [`GENERATIONS`].
+/// Functions that oscillate that fast within a part are taken for noise as well; the balance of K
+/// reveals them.
 #[cold]
 #[inline(never)]
 fn in_parts<T: Scalar, const K: usize>(
