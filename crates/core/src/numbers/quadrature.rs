@@ -125,6 +125,9 @@ fn in_parts<T: Scalar, const K: usize>(
     let first = Open { from: 0.0, depth: 0, tails: [whole.tail; GENERATIONS] };
     let mut open = [first; MOST_HALVINGS + 2];
     let (mut count, mut sums) = (1_usize, [T::zero(); K]);
+    // The largest share of a part in the mean size, so far. Parts beside which it is large are
+    // resolved sooner: flanks of a narrow peak need not be resolved each to its own rounding.
+    let mut largest = whole.size;
     for _ in 0..MOST_PARTS {
         let Some(last) = count.checked_sub(1) else { return Some(sums) };
         count = last;
@@ -136,10 +139,14 @@ fn in_parts<T: Scalar, const K: usize>(
         let share = 0.5_f64.powi(depth + 1);
         let halves = [from, from + share]
             .map(|from| (from, panel(edge, [from, from + share].map(T::from_f64), f)));
+        for (_, half) in &halves {
+            let size = half.size * T::from_f64(share);
+            largest = T::select(largest.lt(size), size, largest);
+        }
         let done = halves.each_ref().map(|(_, half)| {
-            // The error of a part that contains a jump of the function.
+            // The error of a part, at most: it is about that large at a jump of the function.
             let rest = half.tail * T::from_f64(share);
-            half.is_resolved() || rest.le(T::from_f64(16.0 * T::EPSILON) * whole.size).all()
+            half.is_resolved() || rest.le(T::from_f64(16.0 * T::EPSILON) * largest).all()
         });
         let stays = halves.iter().all(|(_, half)| {
             let (four, limit) = (T::from_f64(4.0) * half.tail, T::from_f64(1.5) * tail);

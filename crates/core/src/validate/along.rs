@@ -126,7 +126,9 @@ impl Edge {
     /// rounding.
     fn resolve(&self, index: usize, rounding: f64) -> Option<(f64, f64)> {
         let steepest = self.steepest[index];
-        let slack = rounding * (self.size[index] + (self.width.abs() + self.argument) * steepest);
+        let sizes = self.size[index] + (self.width.abs() + self.argument) * steepest;
+        // Subnormal numbers have an absolute rounding.
+        let slack = rounding * sizes + f64::MIN_POSITIVE;
         let off = self.width * (self.whole[index] - self.halves[index]);
         let finite = self.increment[index].is_finite() && slack.is_finite();
         (finite && off.abs() <= slack).then_some((steepest, slack))

@@ -121,7 +121,7 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
         InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
     })?;
     for Resolved { width, steepest } in edges {
-        let slack = rounding * steepest * (1.0 + from.abs() / width.abs());
+        let slack = rounding * steepest * (1.0 + from.abs() / width.abs()) + f64::MIN_POSITIVE;
         for to in (1..=20).map(|k| from + width * 0.25_f64.powi(k)).chain([from]) {
             let given = s.divided_difference(q, dof, to).value;
             let found = by_quadrature(from, to, |at| s.partial(q, dof, at)).value;
