@@ -11,6 +11,7 @@ use crate::{Model, Solution};
 use afterbay_core::taylor::{Enclosed, Pace, follow};
 use afterbay_core::{Flow, InputError, IntegrateError, Scalar, State, Vector};
 use afterbay_systems::catalog::{Expandable, TERMS};
+use rayon::prelude::*;
 
 /// The runs are compared at this many times at least: at one of them they may meet by chance.
 const COMPARED: usize = 256;
@@ -53,8 +54,7 @@ fn by_flow<T: Scalar>(
 ) -> Result<Solution<T>, IntegrateError> {
     let dof = flow.dof();
     start.check(dof)?;
-    let mut solution = Solution::with_room(dof, count + 1);
-    for i in 0..=count {
+    let at = |i: usize| {
         if progress.stopped() {
             return Err(IntegrateError::Interrupted);
         }
@@ -65,8 +65,16 @@ fn by_flow<T: Scalar>(
         let third = t * T::from_f64(1.0 / 3.0);
         flow.carry(third, &mut twice);
         flow.carry(t - third, &mut twice);
+        let doubt = twice_apart(&state, &twice);
+        Ok((state, doubt))
+    };
+    // Collected before the first failure is looked for, so that it is the earliest one.
+    let states: Vec<_> = (0..=count).into_par_iter().map(at).collect();
+    let mut solution = Solution::with_room(dof, count + 1);
+    for found in states {
+        let (state, doubt) = found?;
         solution.push(state.state_ref());
-        solution.doubt_last(twice_apart(&state, &twice));
+        solution.doubt_last(doubt);
     }
     Ok(solution)
 }

@@ -76,11 +76,8 @@ fn sum(a: f64, b: f64) -> (f64, f64) {
 /// a b and the sign of its rounding error; NaN where that is not known, near underflow.
 fn product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
-    if a == 0.0 || b == 0.0 {
-        return (0.0, 0.0);
-    }
-    let error = if product.abs() < 1e-280 { f64::NAN } else { a.mul_add(b, -product) };
-    (product, error)
+    let known = (product.abs() >= 1e-280) | (a == 0.0) | (b == 0.0);
+    (product, if known { a.mul_add(b, -product) } else { f64::NAN })
 }
 
 /// a / b and the sign of its rounding error; NaN where that is not known, near underflow.
@@ -218,15 +215,24 @@ impl Mul for Interval {
         if !(self.is_bounded() && other.is_bounded()) {
             return Self::WHOLE;
         }
-        let corners = [
-            product(self.low, other.low),
-            product(self.low, other.high),
-            product(self.high, other.low),
-            product(self.high, other.high),
-        ];
-        let low = corners.iter().fold(f64::INFINITY, |low, &x| low.min(below(x)));
-        let high = corners.iter().fold(f64::NEG_INFINITY, |high, &x| high.max(above(x)));
-        Self::bounded(low, high)
+        // The signs tell at which ends the product is least and largest.
+        if self.low >= 0.0 {
+            let least = if other.low >= 0.0 { self.low } else { self.high };
+            let most = if other.high >= 0.0 { self.high } else { self.low };
+            return Self::bounded(
+                below(product(least, other.low)),
+                above(product(most, other.high)),
+            );
+        }
+        if self.high <= 0.0 {
+            return -(-self * other);
+        }
+        if other.low >= 0.0 || other.high <= 0.0 {
+            return other * self;
+        }
+        let least = [product(self.low, other.high), product(self.high, other.low)].map(below);
+        let most = [product(self.low, other.low), product(self.high, other.high)].map(above);
+        Self::bounded(least[0].min(least[1]), most[0].max(most[1]))
     }
 }
 
