@@ -6,6 +6,7 @@
 pub mod chart;
 pub mod claim;
 pub mod experiment;
+mod findings;
 pub mod measured;
 mod model;
 pub mod paper;

@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::exit_code;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 /// H is the energy, w_j what friction has taken from each degree of freedom, and K = H + Σ w_j stays what it was: exactly with some
 /// methods, roughly with others.
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true, after_help = AFTER, after_long_help = AFTER)]
+#[command(version, arg_required_else_help = true, after_help = after_help())]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -23,23 +24,20 @@ pub(crate) struct Arguments {
     pub(crate) format: Format,
 }
 
-/// Where to begin, and how it ends.
-const AFTER: &str = "\
+/// The end of the help text.
+fn after_help() -> String {
+    format!("{FIRST_STEPS}\n\n{}", exit_code::HELP)
+}
+
+/// Where to begin.
+const FIRST_STEPS: &str = "\
 First steps:
   afterbay list systems                              what can be integrated
   afterbay list methods                              and by what
   afterbay check scenes/pendulum.toml                is the scene right, and what would it do?
   afterbay run scenes/pendulum.toml                  trajectories, in out/pendulum
   afterbay study scenes/pendulum.toml --out out/p    orders, energy books, cost, .. as the scene declares
-  afterbay pick scenes/pendulum.toml --error 1e-6    the cheapest method and step for that error
-
-Exit codes:
-  0    all completed
-  2    the command line makes no sense
-  3    the scene is not valid
-  4    some runs failed, or nothing was found that does it (results are written)
-  5    results could not be written
-  130  interrupted by Ctrl-C (what was done is written)";
+  afterbay pick scenes/pendulum.toml --error 1e-6    the cheapest method and step for that error";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

@@ -3,7 +3,7 @@
 use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
 use crate::failure::Failure;
-use crate::{interrupt, scene, table};
+use crate::{exit_code, scene, table};
 use afterbay_analysis::experiment::Results;
 use afterbay_analysis::record::{self, Manifest, RunOutcome};
 use afterbay_analysis::report::Verdict;
@@ -13,9 +13,6 @@ use afterbay_analysis::{Finding, ReportError, experiment};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// Some runs failed; the results are written.
-pub(crate) const FAILED: u8 = 4;
 
 /// What to do with a scene.
 #[derive(Clone, Copy)]
@@ -57,8 +54,7 @@ pub(crate) fn run(
         Format::Table => print(&findings, runs, &out)?,
     }
     let failed = runs.iter().any(|run| run.outcome != COMPLETED);
-    let completed = if failed { ExitCode::from(FAILED) } else { ExitCode::SUCCESS };
-    Ok(interrupt::exit_code().unwrap_or(completed))
+    Ok(exit_code::of_results(failed))
 }
 
 /// Makes the folder for the results of a scene, before anything is computed. One that holds those of

@@ -1,19 +1,12 @@
-//! A command that did not do what it was asked for, and the exit code that says so to scripts.
+//! The failures of a command: a message for people and an exit code for scripts.
 
-use crate::experiment::FAILED;
+use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
 use afterbay_analysis::ReportError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-
-/// The study could not be run as asked for.
-const USAGE: u8 = 2;
-/// The scene is not valid.
-const SCENE: u8 = 3;
-/// Results could not be written.
-const STORAGE: u8 = 5;
 
 /// What went wrong, and the exit code.
 pub(crate) struct Failure {

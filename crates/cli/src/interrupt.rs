@@ -2,7 +2,6 @@
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -26,19 +25,15 @@ pub(crate) fn listen() {
 
 /// True from the first signal on.
 pub(crate) fn stopped() -> bool {
-    let stopped = signal() != 0;
+    let stopped = signal().is_some();
     if stopped && !TOLD.swap(true, Ordering::Relaxed) {
         eprintln!("Stopping; interrupt once more to stop at once.");
     }
     stopped
 }
 
-/// The exit code of an interrupted command: 130 after Ctrl-C, 143 after SIGTERM.
-pub(crate) fn exit_code() -> Option<ExitCode> {
-    let code = u8::try_from(signal()).ok().filter(|&signal| signal != 0)?;
-    Some(ExitCode::from(128 + code))
-}
-
-fn signal() -> usize {
-    RECEIVED.get().map_or(0, |received| received.load(Ordering::Relaxed))
+/// The number of the first signal received, if any.
+pub(crate) fn signal() -> Option<u8> {
+    let received = RECEIVED.get()?.load(Ordering::Relaxed);
+    u8::try_from(received).ok().filter(|&signal| signal != 0)
 }

@@ -3,6 +3,7 @@
 mod arguments;
 mod bars;
 mod check;
+mod exit_code;
 mod experiment;
 mod failure;
 mod interrupt;
@@ -45,7 +46,7 @@ fn main() -> ExitCode {
         Ok(code) => code,
         Err(failure) => {
             eprintln!("{:?}", miette::Report::new(*failure.diagnostic));
-            interrupt::exit_code().unwrap_or_else(|| ExitCode::from(failure.code))
+            exit_code::of_failure(failure.code)
         }
     }
 }

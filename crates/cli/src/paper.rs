@@ -3,7 +3,7 @@
 use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
-use crate::{interrupt, table};
+use crate::{exit_code, table};
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::record;
 use afterbay_analysis::report::Verdict;
@@ -36,7 +36,7 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
             table::line(&format!("Report: {}", out.join("report.html").display()))?;
         }
     }
-    if let Some(code) = interrupt::exit_code() {
+    if let Some(code) = exit_code::interrupted() {
         if format == Format::Table {
             table::line("Interrupted: the report says which parts were not finished.")?;
         }

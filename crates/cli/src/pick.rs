@@ -2,9 +2,9 @@
 
 use crate::arguments::{Format, PickArguments};
 use crate::bars::Bars;
-use crate::experiment::{FAILED, folder};
+use crate::experiment::folder;
 use crate::failure::Failure;
-use crate::{interrupt, scene, table};
+use crate::{exit_code, scene, table};
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
 use afterbay_analysis::{Measured, ReportError, experiment};
 use std::process::ExitCode;
@@ -35,9 +35,7 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     if let (Some(out), Format::Table) = (&arguments.out, format) {
         table::line(&format!("Report: {}", out.join("report.html").display()))?;
     }
-    let failed = found.qualified.is_empty();
-    let completed = if failed { ExitCode::from(FAILED) } else { ExitCode::SUCCESS };
-    Ok(interrupt::exit_code().unwrap_or(completed))
+    Ok(exit_code::of_results(found.qualified.is_empty()))
 }
 
 fn print(found: &Pick, end: f64) -> Result<(), Failure> {

@@ -2,7 +2,7 @@
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
-use crate::paper::many_degrees::long_run::{cells, chart_of, growth, readings};
+use crate::findings::long_run::{cells, chart_of, growth, readings};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{LongRunPlan, Scene};

@@ -3,7 +3,7 @@
 use super::names;
 use crate::Measured;
 use crate::chart::{Axis, LineChart, Style};
-use crate::paper::work::{HEADER, cells, cheapest};
+use crate::findings::work::{HEADER, cells, cheapest};
 use crate::progress::Progress;
 use crate::report::Block;
 use crate::scene::{Scene, WorkPrecisionPlan};

@@ -1,7 +1,7 @@
 //! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is ours.
 
 mod books;
-pub(crate) mod long_run;
+mod long_run;
 mod orders;
 mod size;
 mod work;

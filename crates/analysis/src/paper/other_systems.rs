@@ -1,10 +1,10 @@
 //! What the paper announces but does not show: the same study for Duffing, Van der Pol and modified Van der Pol.
 
-use super::rule::{KEPT, kept};
 use super::{BASE_STEP, FIGURE_STEP, Paper, Part, STEPS};
 use crate::Model;
 use crate::chart::Axis;
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
+use crate::findings::{KEPT, kept};
 use crate::report::Block;
 use crate::sheet::{ReportError, Sheet, decimal, line, over_time, scientific};
 use crate::study::local_order::{LocalOrder, Statistic, rows};

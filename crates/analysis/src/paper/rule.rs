@@ -2,7 +2,7 @@
 
 use super::{BASE_STEP, FIGURE_STEP};
 use crate::claim::fixed;
-pub(crate) use crate::study::decay::KEPT;
+use crate::findings::KEPT;
 
 /// An order agrees with a printed one within this.
 pub(super) const AGREEMENT: f64 = 0.05;
@@ -17,16 +17,6 @@ pub(super) fn agree(order: f64, printed: f64) -> bool {
 /// Are two sizes of one magnitude?
 pub(super) fn alike(a: f64, b: f64) -> bool {
     (b..=MAGNITUDE * b).contains(&a) || (a..=MAGNITUDE * a).contains(&b)
-}
-
-/// Is K kept, where it moves by so much beside the energy at the start? Not where that is not known.
-pub(crate) fn keeps(drift: f64) -> bool {
-    drift <= KEPT
-}
-
-/// The same in words.
-pub(crate) fn kept(drift: f64) -> &'static str {
-    if keeps(drift) { "keeps K" } else { "does not keep K" }
 }
 
 /// An order in a sentence.

@@ -1,15 +1,12 @@
 //! What accuracy costs, a chart per system.
 
 use super::other_systems::problems;
-use super::rule::{KEPT, kept};
 use super::{Paper, Part, oscillator};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, list, sci};
-use crate::report::{Block, Verdict};
-use crate::sheet::{ReportError, Sheet, marked, measured, scientific};
-use crate::study::Problem;
+use crate::findings::work::{HEADER, cells, cheapest};
+use crate::report::Block;
+use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::work_precision::{self, WorkRow};
-use afterbay_core::InputError;
 use afterbay_methods::registry::ADAPTIVE;
 
 pub(super) const PART: Part =
@@ -17,19 +14,6 @@ pub(super) const PART: Part =
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
-
-/// The columns of a table of runs, see [`cells`].
-pub(crate) const HEADER: [&str; 9] = [
-    "method",
-    "h or tolerance",
-    "outcome",
-    "error of (q, p)",
-    "error of w",
-    "max |K - K₀|",
-    "steps with Δw < 0",
-    "seconds",
-    "evaluations",
-];
 
 /// What a run costs: a name and the figure.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
@@ -106,107 +90,4 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         );
     }
     Ok(sheet)
-}
-
-/// The largest error of q, p and w that is asked for.
-const WANTED: f64 = 1e-4;
-
-/// The cheapest way to an error of [`WANTED`], with and without K, and which methods keep K at all.
-pub(crate) fn cheapest(
-    sheet: &mut Sheet,
-    name: &str,
-    problem: &Problem,
-    rows: &[WorkRow],
-) -> Result<(), InputError> {
-    let size = size(problem)?;
-    let (mut cheapest, mut worst) =
-        (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
-    for of in rows.chunk_by(|a, b| a.method == b.method) {
-        let good = of.iter().filter(|row| {
-            row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED)
-        });
-        let timed = good.filter(|row| row.seconds.is_some());
-        let best = timed
-            .min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)));
-        if let Some(row) = best {
-            cheapest.add(row.method, "setting", row.setting());
-            cheapest.add(row.method, "seconds", row.seconds);
-            cheapest.add(row.method, "drift", row.k_drift / size);
-        }
-        let done = of.iter().filter(|row| row.error_qp.is_some());
-        let drift = done.map(|row| row.k_drift / size).reduce(f64::max);
-        worst.add(of[0].method, "drift", drift);
-    }
-    sheet.find(&format!("{name}, cost of an error of {WANTED:e}"), cheapest, the_cheapest);
-    sheet.find(&format!("{name}, K in these runs"), worst, who_keeps_k);
-    Ok(())
-}
-
-/// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be 0 there.
-fn size(problem: &Problem) -> Result<f64, InputError> {
-    let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
-    let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
-    system.gradient(&start.q, &start.p, &mut hq, &mut hp);
-    let kinetic: f64 = start.p.iter().zip(&hp).map(|(p, v)| 0.5 * (p * v).abs()).sum();
-    Ok(system.energy(&start.q, &start.p).abs() + kinetic)
-}
-
-/// The cheapest run within the error asked for, and the cheapest of those that keep K, as measured.
-fn the_cheapest(r: &Readings) -> Said {
-    let all = r.numbers("seconds");
-    let best = |keeps: bool| {
-        let able = all.iter().filter(|(name, _)| !keeps || r.number(name, "drift") <= KEPT);
-        let timed = able.filter(|(_, seconds)| !seconds.is_nan());
-        timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| *name)
-    };
-    let say = |name: Option<&str>| match name {
-        Some(name) => format!(
-            "{name} at {} ({} s, K off by {} of it)",
-            r.word(name, "setting"),
-            sci(r.number(name, "seconds")),
-            sci(r.number(name, "drift"))
-        ),
-        None => "none of these".into(),
-    };
-    let statement = format!(
-        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within it.",
-        r.number("q, p and w", "wanted"),
-        say(best(false)),
-        say(best(true)),
-        all.len(),
-    );
-    (Verdict::Note, statement)
-}
-
-/// Which methods keep K in all their runs that reached the end.
-fn who_keeps_k(r: &Readings) -> Said {
-    let all = r.numbers("drift");
-    let part = |word: &str| {
-        let of = all.iter().filter(|(_, drift)| !drift.is_nan() && kept(*drift) == word);
-        list(of.map(|(name, drift)| format!("{name} ({})", sci(*drift))))
-    };
-    let none = all.iter().filter(|(_, drift)| drift.is_nan());
-    let statement = format!(
-        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached the end: {}. In \
-         parentheses max |K - K₀| beside K at the start.",
-        part("keeps K"),
-        part("does not keep K"),
-        list(none.map(|(name, _)| name.to_string())),
-    );
-    (Verdict::Note, statement)
-}
-
-/// The cells of a run.
-pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
-    vec![
-        row.method.into(),
-        row.tolerance.map_or(row.h.to_string(), |tolerance| format!("tolerance {tolerance:e}")),
-        row.failure.clone().unwrap_or_else(|| row.outcome.into()),
-        measured(row.qp()),
-        measured(row.w()),
-        scientific(Some(row.k_drift)),
-        row.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
-        scientific(row.seconds),
-        row.evaluations.map_or(String::new(), |count| count.to_string()),
-    ]
 }

@@ -1,7 +1,8 @@
 //! What the errors and energies over time say of figures 4.1 to 4.4.
 
 use crate::claim::{Readings, Said, list, sci, verdict};
-use crate::paper::rule::{KEPT, MAGNITUDE, alike, keeps, kept};
+use crate::findings::{KEPT, keeps, kept};
+use crate::paper::rule::{MAGNITUDE, alike};
 use crate::report::Verdict;
 
 /// "errors remain of constant magnitude" from δ₃ to δ₄.

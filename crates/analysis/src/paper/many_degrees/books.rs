@@ -4,7 +4,7 @@ use super::orders::{ANY, end, masses};
 use super::{chain, pendulum};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, sci, verdict};
-use crate::paper::rule::{keeps, kept};
+use crate::findings::{keeps, kept};
 use crate::paper::{Paper, oscillator};
 use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use crate::study::{Problem, energy, trajectory};

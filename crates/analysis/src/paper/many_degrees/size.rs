@@ -3,8 +3,8 @@
 use super::{chain, wave};
 use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::{Readings, Said, list, sci, verdict};
+use crate::findings::{KEPT, kept};
 use crate::paper::Paper;
-use crate::paper::rule::{KEPT, kept};
 use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::size::SizeRow;
 use crate::study::{cost, size};

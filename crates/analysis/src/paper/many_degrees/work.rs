@@ -3,7 +3,7 @@
 use super::orders::{ANY, SEPARABLE};
 use super::{chain, pendulum};
 use crate::chart::{Axis, LineChart};
-use crate::paper::work::{HEADER, cells, cheapest};
+use crate::findings::work::{HEADER, cells, cheapest};
 use crate::paper::{Extent, Paper};
 use crate::sheet::{ReportError, Sheet, marked, scientific, table};
 use crate::study::Problem;

@@ -2,7 +2,8 @@
 
 use super::RAISED_EACH;
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
-use crate::paper::rule::{AGREEMENT, KEPT, agree, kept, order};
+use crate::findings::{KEPT, kept};
+use crate::paper::rule::{AGREEMENT, agree, order};
 use crate::report::Verdict;
 
 /// A printed order holds where the scheme keeps K and shows it from the maximum and from the median.

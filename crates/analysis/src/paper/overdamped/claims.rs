@@ -1,7 +1,7 @@
 //! What the decays of the overdamped oscillator say.
 
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
-use crate::paper::rule::{KEPT, kept};
+use crate::findings::{KEPT, kept};
 use crate::report::Verdict;
 use crate::study::decay::{Decay, TOLERANCE};
 use crate::study::outcome::COMPLETED;

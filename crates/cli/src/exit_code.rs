@@ -1,0 +1,41 @@
+//! The exit codes of the command.
+
+use crate::interrupt;
+use std::process::ExitCode;
+
+/// The arguments are wrong, or the threads could not be started. `clap` uses the same code.
+pub(crate) const USAGE: u8 = 2;
+/// The scene is not valid.
+pub(crate) const SCENE: u8 = 3;
+/// A run failed, or no method was found. All results are written.
+pub(crate) const FAILED: u8 = 4;
+/// The results could not be written.
+pub(crate) const STORAGE: u8 = 5;
+/// Added to the number of the signal that ended the command: 130 after Ctrl-C, 143 after SIGTERM.
+const SIGNAL: u8 = 128;
+
+/// The codes, for the end of the help text.
+pub(crate) const HELP: &str = "\
+Exit codes:
+  0    all runs completed
+  2    wrong usage
+  3    the scene is not valid
+  4    some runs failed, or no method was found (the results are written)
+  5    the results could not be written
+  130  interrupted by Ctrl-C (all finished work is written)
+  143  terminated by SIGTERM (all finished work is written)";
+
+/// The code of a command that has written its results.
+pub(crate) fn of_results(failed: bool) -> ExitCode {
+    interrupted().unwrap_or(ExitCode::from(if failed { FAILED } else { 0 }))
+}
+
+/// The code of a command that has none. A signal takes precedence over the failure it caused.
+pub(crate) fn of_failure(code: u8) -> ExitCode {
+    interrupted().unwrap_or(ExitCode::from(code))
+}
+
+/// The code of a command that received a signal.
+pub(crate) fn interrupted() -> Option<ExitCode> {
+    interrupt::signal().map(|signal| ExitCode::from(SIGNAL + signal))
+}
