@@ -7,8 +7,8 @@ mod forms;
 pub use forms::{Compensable, Expandable, Number, Ranges, TERMS, custom_ranges, ranges};
 
 use crate::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
-    VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, MorseChain,
+    VanDerPol, VanDerPolRing,
 };
 use afterbay_core::{Abilities, InputError, Scalar};
 use forms::Forms;
@@ -113,12 +113,13 @@ impl SystemRow {
 }
 
 /// Every system there is, but [`Custom`](crate::Custom).
-pub static SYSTEMS: [&SystemRow; 7] = [
+pub static SYSTEMS: [&SystemRow; 8] = [
     &DAMPED_OSCILLATOR,
     &DUFFING,
     &VAN_DER_POL,
     &MODIFIED_VAN_DER_POL,
     &FPUT_CHAIN,
+    &MORSE_CHAIN,
     &VAN_DER_POL_RING,
     &DAMPED_DOUBLE_PENDULUM,
 ];
@@ -133,6 +134,8 @@ pub static VAN_DER_POL: SystemRow = SystemRow::of::<VanDerPol<f64>>();
 pub static MODIFIED_VAN_DER_POL: SystemRow = SystemRow::of::<ModifiedVanDerPol<f64>>();
 /// The damped FPUT-β chain.
 pub static FPUT_CHAIN: SystemRow = SystemRow::of::<FputChain<f64>>();
+/// The damped Morse chain.
+pub static MORSE_CHAIN: SystemRow = SystemRow::of::<MorseChain<f64>>();
 /// The ring of Van der Pol oscillators.
 pub static VAN_DER_POL_RING: SystemRow = SystemRow::of::<VanDerPolRing<f64>>();
 /// The damped double pendulum.

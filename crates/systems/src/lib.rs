@@ -19,13 +19,14 @@ mod damped_oscillator;
 mod duffing;
 mod fput_chain;
 mod modified_van_der_pol;
+mod morse_chain;
 mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
 
 pub use catalog::{
     DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL,
-    SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
+    MORSE_CHAIN, SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
 pub use custom::{Custom, CustomError, Description, DissipationText, Place, Problem, Structure};
 pub use damped_double_pendulum::DampedDoublePendulum;
@@ -33,6 +34,7 @@ pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;
 pub use fput_chain::FputChain;
 pub use modified_van_der_pol::ModifiedVanDerPol;
+pub use morse_chain::MorseChain;
 pub use van_der_pol::VanDerPol;
 pub use van_der_pol_ring::VanDerPolRing;
 

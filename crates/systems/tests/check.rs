@@ -5,8 +5,8 @@
 
 use afterbay_core::{Curvature, InputError, Separable, Uniform, validate};
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
-    VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, MorseChain,
+    VanDerPol, VanDerPolRing,
 };
 use proptest::prelude::*;
 
@@ -81,6 +81,15 @@ proptest! {
         uniform(VanDerPolRing::new(n, x, y), &q, &p)?;
         curvature(FputChain::new(n, x, y), &q, &p)?;
         curvature(VanDerPolRing::new(n, x, y), &q, &p)?;
+    }
+
+    #[test]
+    fn morse_chain(
+        n in 1..12_usize, epsilon in number(6.0), a in 0.1..3.0_f64, c in number(6.0),
+        q in prop::collection::vec(-2.0..2.0_f64, 12), p in numbers(12, 9.0),
+    ) {
+        separable(MorseChain::new(n, epsilon, a, c), &q[..n], &p[..n])?;
+        curvature(MorseChain::new(n, epsilon, a, c), &q, &p)?;
     }
 
     #[test]

@@ -5,8 +5,8 @@
 
 use afterbay_core::{Block, Coupling, Curvature, Quad, Scalar, Separable, System};
 use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
-    VanDerPolRing,
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, MorseChain,
+    VanDerPol, VanDerPolRing,
 };
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -188,6 +188,20 @@ proptest! {
         let ends = [to, q[0] + (to - q[0]) * 10f64.powi(-digits), q[0], -q[0], q[n / 2]];
         check_separable!(FputChain::new(n, x, y), q, p, ends, [x, y]);
         check_separable!(VanDerPolRing::new(n, x, y), q, p, ends, [x, y]);
+    }
+
+    #[test]
+    fn morse_chain(
+        n in 1..21_usize, epsilon in -2.0..2.0_f64, a in 0.1..1.5_f64, c in -2.0..2.0_f64, q in numbers(2.0),
+        p in numbers(3.0),
+    ) {
+        prop_assume!(epsilon.abs() > 1e-3);
+        let system = MorseChain::new(n, epsilon, a, c).unwrap();
+        let (q, p) = (&q[..n], &p[..n]);
+        // Compressed by 4, a bond has e^{8a} in its force, with the rounding of its exponent.
+        let growth = (1.0 + 8.0 * a) * (8.0 * a).exp();
+        let size = 8.0 * epsilon.abs() * (1.0 + a).powi(2) * growth + 3.0 * (1.0 + c.abs());
+        derivatives_are_right(&system, &system.map(Dual64::from_f64), q, p, size);
     }
 
     #[test]
