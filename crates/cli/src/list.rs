@@ -73,6 +73,8 @@ struct System {
     name: &'static str,
     equations: &'static str,
     parameters: Vec<&'static str>,
+    /// The units of the parameters, for a unit mass.
+    units: Vec<&'static str>,
     ranges: &'static str,
     solution: &'static str,
 }
@@ -80,8 +82,9 @@ struct System {
 impl From<&SystemRow> for System {
     fn from(row: &SystemRow) -> Self {
         let parameters = row.parameters.iter().map(|parameter| parameter.name).collect();
+        let units = row.parameters.iter().map(|parameter| parameter.unit).collect();
         let SystemRow { name, equations, ranges, solution, .. } = *row;
-        Self { name, equations, parameters, ranges, solution }
+        Self { name, equations, parameters, units, ranges, solution }
     }
 }
 

@@ -221,7 +221,7 @@ impl Family for FputChain<f64> {
         "V = Σ (r_i²/2 + β r_i⁴/4), r_i = q_{i+1} - q_i, fixed ends, D_j = c p_j";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::new("n", "1"),
-        Parameter::new("beta", "1/(length² time²)"),
+        Parameter::new("beta", "1/length²"),
         Parameter::new("c", "1/time"),
     ];
     const RANGES: &'static str = "n ≥ 1";

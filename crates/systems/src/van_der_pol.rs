@@ -140,7 +140,7 @@ impl Family for VanDerPol<f64> {
 
     const NAME: &'static str = "van-der-pol";
     const EQUATIONS: &'static str = "V = q²/2, D = -μ (1 - q²) p";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::new("mu", "1/time")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::new("mu", "1")];
     const RANGES: &'static str = "any (mu > 0: limit cycle)";
     const SOLUTION: &'static str = BY_SERIES;
     const DOF: Option<usize> = Some(1);

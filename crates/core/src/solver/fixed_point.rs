@@ -85,7 +85,7 @@ impl Solver for FixedPoint {
 }
 
 impl FixedPoint {
-    /// TwoCorrections the rounding error of F that is measured between the last two points, in the
+    /// Twice the rounding error of F that is measured between the last two points, in the
     /// lanes in which the bound does not suffice.
     #[cold]
     fn rounding<T: Scalar>(
