@@ -1,9 +1,9 @@
 //! A statement put to the test: the numbers it rests on, and the rule and the wordings that make a
 //! verdict and a sentence of them.
 //!
-//! The rule is a function pointer, which sees the readings and nothing else: a sentence cannot state
-//! what its numbers do not say. `tests/claims.rs` alters the readings of every finding and sees the
-//! verdict and the sentence change.
+//! The rule is a function pointer, which sees the readings and nothing else: a sentence cannot
+//! state what its numbers do not say. `tests/claims.rs` alters the readings of every finding and
+//! sees the verdict and the sentence change.
 
 use crate::report::Verdict;
 use serde::Serialize;

@@ -1,4 +1,5 @@
-//! What a scene asks for: trajectories and studies, as tables, figures and a report with a sentence on each.
+//! What a scene asks for: trajectories and studies, as tables, figures and a report with a sentence
+//! on each.
 
 mod energy;
 mod global_orders;
@@ -28,7 +29,8 @@ pub type Results = (Output, Vec<Finding>);
 /// The trajectories a scene asks for.
 ///
 /// # Errors
-/// [`ReportError`] where nothing can be run. A run that fails is in its table, up to the last good state.
+/// [`ReportError`] where nothing can be run. A run that fails is in its table, up to the last good
+/// state.
 pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
     let mut sheets = vec![about(scene)?];
     if let Some(plan) = &scene.run {
@@ -43,7 +45,8 @@ type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 
 /// The studies a scene declares.
 ///
 /// # Errors
-/// [`ReportError`] where nothing can be run. A run that fails is in its table, and a study without a reference in the report.
+/// [`ReportError`] where nothing can be run. A run that fails is in its table, and a study without
+/// a reference in the report.
 pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
     let studies = &scene.studies;
     let mut parts: Vec<Part<'_>> = Vec::new();
@@ -72,7 +75,8 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
         }
         match part() {
             Ok(sheet) => sheets.push(sheet),
-            // Without a reference there is nothing to compare to; the other studies may need none, or a shorter one.
+            // Without a reference there is nothing to compare to; the other studies may need none,
+            // or a shorter one.
             Err(ReportError::Study(error)) if is_of_reference(&error) => {
                 sheets.push(without_reference(scene, name, &error));
             }

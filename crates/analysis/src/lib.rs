@@ -1,7 +1,9 @@
-//! What the methods are worth: orders, energy books, work against precision, stability, as tables, charts and a report.
+//! What the methods are worth: orders, energy books, work against precision, stability, as tables,
+//! charts and a report.
 //!
-//! A [`Model`] is a system with its parameters, a [`study`] runs methods on it and gives the rows of one table, the
-//! [`paper`] puts studies together into the paper's experiment, and [`record`] writes it all down.
+//! A [`Model`] is a system with its parameters, a [`study`] runs methods on it and gives the rows
+//! of one table, the [`paper`] puts studies together into the paper's experiment, and [`record`]
+//! writes it all down.
 
 pub mod chart;
 pub mod claim;

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use std::fmt;
 
-/// How far a state of a reference may be from the exact one: bounds of the largest error of an entry
-/// of q and p, and of w.
+/// How far a state of a reference may be from the exact one: bounds of the largest error of an
+/// entry of q and p, and of w.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Doubt {
     /// Of q and p.

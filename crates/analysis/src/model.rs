@@ -49,8 +49,8 @@ pub struct Lanes {
 }
 
 impl Model {
-    /// A system of the catalogue, with its parameters in their order. That they are as many as there should
-    /// be and in their ranges is seen by [`Model::system`].
+    /// A system of the catalogue, with its parameters in their order. That they are as many as
+    /// there should be and in their ranges is seen by [`Model::system`].
     pub fn of(row: &'static SystemRow, parameters: &[f64]) -> Self {
         Self::Listed(row, parameters.to_vec())
     }
@@ -103,7 +103,8 @@ impl Model {
     /// The same model with another value of a parameter.
     ///
     /// # Errors
-    /// [`ModelError::NoParameter`], [`ModelError::Whole`] for n, and what the value makes of a custom system.
+    /// [`ModelError::NoParameter`], [`ModelError::Whole`] for n, and what the value makes of a
+    /// custom system.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ModelError> {
         let (row, values) = match self {
             Self::Custom(custom) => return Ok(Self::Custom(custom.with(name, value)?)),
@@ -161,8 +162,8 @@ impl Model {
         registry::compensated(row, self.system()?, exact)
     }
 
-    /// Eight runs side by side, the parameter `name` of each its own; none where the system or the method has
-    /// no such form.
+    /// Eight runs side by side, the parameter `name` of each its own; none where the system or the
+    /// method has no such form.
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.

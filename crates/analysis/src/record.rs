@@ -17,7 +17,8 @@ pub struct Artifact {
 }
 
 impl Artifact {
-    /// A table. Floats print as the shortest text that reads back the same; what is not there is empty.
+    /// A table. Floats print as the shortest text that reads back the same; what is not there is
+    /// empty.
     ///
     /// # Errors
     /// [`StorageError::Table`] if a row cannot be written as one.
@@ -25,11 +26,12 @@ impl Artifact {
         Self::written(name, rows, csv::Writer::from_writer(Vec::new()))
     }
 
-    /// A table whose number of columns depends on the number of degrees of freedom: rows with vectors in them, under a
-    /// header that names each entry.
+    /// A table whose number of columns depends on the number of degrees of freedom: rows with
+    /// vectors in them, under a header that names each entry.
     ///
     /// # Errors
-    /// [`StorageError::Table`] if a row cannot be written as one, or has another length than the header.
+    /// [`StorageError::Table`] if a row cannot be written as one, or has another length than the
+    /// header.
     pub fn wide_table<R: Serialize>(
         name: impl Into<String>,
         header: &[String],
@@ -144,7 +146,8 @@ pub struct Output {
     pub manifest: Manifest,
 }
 
-/// Makes the folder of the results, and sees that they can be written there: before anything is computed.
+/// Makes the folder of the results, and sees that they can be written there: before anything is
+/// computed.
 ///
 /// # Errors
 /// [`StorageError::File`] with the folder or file that cannot be written.
@@ -170,7 +173,8 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
 }
 
 impl Output {
-    /// Writes it all below `folder`. Each file gets its name only when it is whole, the report last.
+    /// Writes it all below `folder`. Each file gets its name only when it is whole, the report
+    /// last.
     ///
     /// # Errors
     /// [`StorageError`] with the file it happened to.

@@ -1,4 +1,5 @@
-//! A report as one HTML file: text, verdicts, tables and figures, with nothing fetched from anywhere.
+//! A report as one HTML file: text, verdicts, tables and figures, with nothing fetched from
+//! anywhere.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
@@ -202,7 +203,8 @@ impl Figure {
     }
 }
 
-/// The chart with a prefix before each of its ids and each reference to one, as all figures share one page.
+/// The chart with a prefix before each of its ids and each reference to one, as all figures share
+/// one page.
 fn with_own_ids(svg: &str, figure: usize) -> String {
     let mut svg = svg.to_string();
     for mark in [" id=\"", "url(#", "href=\"#"] {

@@ -1,7 +1,7 @@
 //! Scenes: a system, where it starts, when it ends and what to do with it, read from a text.
 //!
-//! [`Document`] is what stands in the file, [`Scene`] what it means: checked, with names resolved. What is wrong with a text is
-//! said with its place in it.
+//! [`Document`] is what stands in the file, [`Scene`] what it means: checked, with names resolved.
+//! What is wrong with a text is said with its place in it.
 
 mod depth;
 mod document;

@@ -1,8 +1,8 @@
 //! Solutions by Taylor series, each followed twice.
 //!
 //! The defect of every stride is enclosed, so that no feature is missed. A second run takes other
-//! strides and is moved at each by as much as one of the first may err; how far the two come apart is
-//! what errors and roundings grow to, in chaos as well, and with a margin it is the doubt.
+//! strides and is moved at each by as much as one of the first may err; how far the two come apart
+//! is what errors and roundings grow to, in chaos as well, and with a margin it is the doubt.
 
 use crate::measured::Doubt;
 use crate::progress::Progress;
@@ -23,11 +23,13 @@ pub(crate) fn most_strides<T: Scalar>(dof: usize) -> usize {
 }
 
 impl Model {
-    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt: by the exact flow, or by series.
+    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt: by the exact
+    /// flow, or by series.
     ///
     /// # Errors
-    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`]
-    /// where the solution leaves the numbers, [`IntegrateError::Interrupted`].
+    /// [`InputError::Length`] where `start` is no state of this system,
+    /// [`InputError::SolutionEnds`] where the solution leaves the numbers,
+    /// [`IntegrateError::Interrupted`].
     pub fn solution<T: Expandable>(
         &self,
         start: &State<Vec<T>>,
@@ -43,8 +45,8 @@ impl Model {
     }
 }
 
-/// The solution by the exact flow. A second state takes two flows of a third and the rest: how far that is off is
-/// what roundings make of it.
+/// The solution by the exact flow. A second state takes two flows of a third and the rest: how far
+/// that is off is what roundings make of it.
 fn by_flow<T: Scalar>(
     flow: &dyn Flow<T>,
     start: &State<Vec<T>>,

@@ -71,8 +71,8 @@ impl Sheet {
         self.findings.push(finding);
     }
 
-    /// Says of some errors that are not resolved what the reference is known to: in the report and in
-    /// the summary.
+    /// Says of some errors that are not resolved what the reference is known to: in the report and
+    /// in the summary.
     pub(crate) fn doubt(&mut self, topic: &str, errors: impl Iterator<Item = Measured>) {
         let (mut all, mut open, mut doubt) = (0_u64, 0_u64, 0.0_f64);
         for error in errors {
@@ -120,7 +120,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Stores a chart as `figures/NAME.svg`, to be shown with a caption; its numbers are in `data/DATA.csv`.
+    /// Stores a chart as `figures/NAME.svg`, to be shown with a caption; its numbers are in
+    /// `data/DATA.csv`.
     pub(crate) fn figure(
         &mut self,
         name: &str,

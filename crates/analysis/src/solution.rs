@@ -106,15 +106,16 @@ impl<T: Scalar> Solution<T> {
 }
 
 impl Solution<f64> {
-    /// The largest difference to another solution at the same times, and the largest number in this one.
+    /// The largest difference to another solution at the same times, and the largest number in this
+    /// one.
     pub fn distance(&self, other: &Self) -> (f64, f64) {
         let largest = self.numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
         (distance(&self.numbers, &other.numbers), largest)
     }
 }
 
-/// The doubt of the first of two states computed for the same time: twice their distance, as the errors
-/// of both may be alike in part.
+/// The doubt of the first of two states computed for the same time: twice their distance, as the
+/// errors of both may be alike in part.
 pub(crate) fn twice_apart<V: Vector>(a: &State<V>, b: &State<V>) -> Doubt {
     let [q, p, w] = [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)]
         .map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));

@@ -1,7 +1,8 @@
-//! The studies: each runs methods on a problem and gives the rows of one table, for any number of degrees of freedom.
+//! The studies: each runs methods on a problem and gives the rows of one table, for any number of
+//! degrees of freedom.
 //!
-//! Errors are computed in parallel over (method, step) and collected by index, so that a table is the same to the bit
-//! for any number of threads. Times are taken one run after the other.
+//! Errors are computed in parallel over (method, step) and collected by index, so that a table is
+//! the same to the bit for any number of threads. Times are taken one run after the other.
 
 pub mod cost;
 pub mod decay;
@@ -25,8 +26,8 @@ use crate::{Model, Solution};
 use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef};
 use serde::Serialize;
 
-/// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom the error of each is
-/// the largest of its N.
+/// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom
+/// the error of each is the largest of its N.
 pub const VARIABLES: [&str; 3] = ["q", "p", "w"];
 
 /// A system, where it starts and when it ends.
@@ -55,13 +56,13 @@ impl Problem {
         Ok(state)
     }
 
-    /// A reference at the times `i h`, i = 0..=count, with its doubt at each: by Taylor series in 106
-    /// bits, rounded; in 53 bits with more than [`LARGEST_BY_SERIES`] degrees of freedom; and by the two
-    /// runs that agree best where series end at a kink or take too many strides.
+    /// A reference at the times `i h`, i = 0..=count, with its doubt at each: by Taylor series in
+    /// 106 bits, rounded; in 53 bits with more than [`LARGEST_BY_SERIES`] degrees of freedom; and
+    /// by the two runs that agree best where series end at a kink or take too many strides.
     ///
     /// # Errors
-    /// Those of the input, and of a solution that leaves the numbers. [`IntegrateError::Interrupted`]
-    /// where `progress` says so on the way.
+    /// Those of the input, and of a solution that leaves the numbers.
+    /// [`IntegrateError::Interrupted`] where `progress` says so on the way.
     pub fn solution(
         &self,
         h: f64,

@@ -224,7 +224,8 @@ fn findings_that_do_not_follow_from_their_numbers_are_caught() {
         [rests_on_its_readings(&finding, &others), can_be_lost(&finding, &others)]
             .map(|of| of.is_err())
     };
-    // One that is as it should be, one that ignores a number, one whose verdict is a constant, one whose words are.
+    // One that is as it should be, one that ignores a number, one whose verdict is a constant, one
+    // whose words are.
     assert_eq!(caught(right), [false, false]);
     assert_eq!(caught(ignores_the_drift), [true, false]);
     assert_eq!(caught(always_holds), [false, true]);

@@ -1,4 +1,5 @@
-//! The orders of local errors against an independent quad-precision computation of the same experiment.
+//! The orders of local errors against an independent quad-precision computation of the same
+//! experiment.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
@@ -66,8 +67,8 @@ fn the_maximum_depends_on_the_horizon() {
 
 #[test]
 fn every_method_has_the_median_order_of_its_row() {
-    // Increments are tested where there are several coordinates to tell their orders apart, orders beyond 4 where steps are
-    // longer. What is exact on a linear system has none.
+    // Increments are tested where there are several coordinates to tell their orders apart, orders
+    // beyond 4 where steps are longer. What is exact on a linear system has none.
     let measured = |row: &&Row| {
         !row.name.starts_with("increment") && row.order() <= 4 && row.name != "locally-exact"
     };

@@ -1,4 +1,5 @@
-//! The studies with more than one degree of freedom: tables, references, what is owed and what is refused.
+//! The studies with more than one degree of freedom: tables, references, what is owed and what is
+//! refused.
 
 #![cfg(test)]
 
@@ -119,8 +120,8 @@ fn what_is_owed_in_each_is_counted_in_each() {
     for name in ["increment-1", "increment-2", "gonzalez", "leapfrog", "rk4"] {
         assert_eq!(count(&passive, name, 0.1), Some(0), "{name}");
     }
-    // Parts of this one run backwards: with strong friction and long steps it takes energy back. Steps are counted, of
-    // which there are two, however many masses a step takes it from.
+    // Parts of this one run backwards: with strong friction and long steps it takes energy back.
+    // Steps are counted, of which there are two, however many masses a step takes it from.
     assert!(
         count(&chain(4, 10.0, 2.0), "increment-6", 1.0)
             .is_some_and(|count| (1..=2).contains(&count))
@@ -173,7 +174,8 @@ fn a_drift_of_k_is_told_from_its_roundings() {
         .chain([Setup { compensated: true, ..plain("increment-2", 0.2) }])
         .collect();
     let found = long_run::run(&starts, &runs, 30_000, &Silent).unwrap();
-    // Energy that rk4 loses is lost at a rate: its deviation grows like t, and all starts deviate to one side.
+    // Energy that rk4 loses is lost at a rate: its deviation grows like t, and all starts deviate
+    // to one side.
     let [drift, roundings, none] = &found[..] else { panic!("{found:?}") };
     let (of_drift, of_roundings) = (drift.growth().unwrap(), roundings.growth().unwrap());
     assert!((of_drift.slope - 1.0).abs() < 0.05, "{of_drift:?}");

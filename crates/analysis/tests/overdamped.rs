@@ -1,4 +1,5 @@
-//! The overdamped case with every method: each has its line, and what is made of it follows from its numbers.
+//! The overdamped case with every method: each has its line, and what is made of it follows from
+//! its numbers.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent};
@@ -101,7 +102,8 @@ fn completed() -> Ending {
 
 #[test]
 fn numbers_decide() {
-    // The energy at the start is 2, so K is kept within 2e-12; the exact loss of the second step is 0.01.
+    // The energy at the start is 2, so K is kept within 2e-12; the exact loss of the second step is
+    // 0.01.
     let exact = 0.99;
     let judge = |energies, drift| Decay::judge(&books(energies, drift, completed()), exact);
     let after = |loss: f64| [2.0, 1.5, 1.5 * (1.0 - loss)];

@@ -1,4 +1,5 @@
-//! Maps of stability: verdicts that can be known beforehand, and lanes and threads that change none of them.
+//! Maps of stability: verdicts that can be known beforehand, and lanes and threads that change none
+//! of them.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::{Progress, Silent};
@@ -244,7 +245,8 @@ fn limit_cycles_are_told_from_each_other() {
     assert_eq!(first(Verdict::Right), coarse.len(), "{coarse:?}");
 }
 
-/// x/h + h/8 x (x + 2)², of which x = q1 - q0 is the root p0 of modDG's step from (1, p0) in the double well V = q⁴/4 - q²/2.
+/// x/h + h/8 x (x + 2)², of which x = q1 - q0 is the root p0 of modDG's step from (1, p0) in the
+/// double well V = q⁴/4 - q²/2.
 fn step_equation(h: f64, x: f64) -> f64 {
     x / h + h / 8.0 * x * (x + 2.0).powi(2)
 }
@@ -261,7 +263,8 @@ fn several_solutions_are_those_of_the_cubic() {
     // Three real roots: p lies between the values where the cubic turns.
     let [high, low] = turns(h).expect("it turns").map(|x| step_equation(h, x));
     assert!(low < p && p < high, "{low} {high}");
-    // The root that continues from h = 0 is right of both turns, up to the h at which the right one rises to p.
+    // The root that continues from h = 0 is right of both turns, up to the h at which the right one
+    // rises to p.
     let end = (0..4000)
         .map(|i| 2.5 + 2e-4 * f64::from(i))
         .find(|&h| turns(h).is_some_and(|[_, x]| step_equation(h, x) > p));

@@ -1,4 +1,5 @@
-//! The studies keep their contract: columns, independence of the number of threads, verdicts that are right.
+//! The studies keep their contract: columns, independence of the number of threads, verdicts that
+//! are right.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent, oscillator};
@@ -187,7 +188,8 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
             .find(|row| row.method == method && row.value == b && row.h == h)
             .expect("a cell")
     };
-    // Undamped: leap-frog is stable up to h = 2, RK4 up to 2√2, the discrete gradient always; radius 1 to rounding.
+    // Undamped: leap-frog is stable up to h = 2, RK4 up to 2√2, the discrete gradient always;
+    // radius 1 to rounding.
     let radius = |method, b, h| cell(method, b, h).spectral_radius.expect("a linear step");
     assert!((radius("leapfrog", 0.0, 1.9) - 1.0).abs() < 1e-12);
     assert!(radius("leapfrog", 0.0, 2.1) > 1.5);
@@ -262,7 +264,8 @@ fn custom(potential: &str, dissipation: &str) -> Model {
 /// B(2/3, 1/2)
 const BETA: f64 = 2.587_109_559_229_791;
 
-/// The periods from (1, 0): 4 for V = 2 |q|, which does not look like it, and 4 ∫_0^1 dq/√(2 - 2 q^1.5) for V = |q|^1.5.
+/// The periods from (1, 0): 4 for V = 2 |q|, which does not look like it, and 4 ∫_0^1 dq/√(2 - 2
+/// q^1.5) for V = |q|^1.5.
 #[test]
 fn a_reference_without_series_says_what_it_is_worth() {
     for (potential, period) in

@@ -4,17 +4,19 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Integrates mechanical systems with friction, keeps the energy books to the last bit, and measures what each method is worth.
+/// Integrates mechanical systems with friction, keeps the energy books to the last bit, and
+/// measures what each method is worth.
 ///
-/// H is the energy, w_j what friction has taken from each degree of freedom, and K = H + Σ w_j stays what it was: exactly with some
-/// methods, roughly with others.
+/// H is the energy, w_j what friction has taken from each degree of freedom, and K = H + Σ w_j
+/// stays what it was: exactly with some methods, roughly with others.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true, after_help = AFTER, after_long_help = AFTER)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
 
-    /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for any number.
+    /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for
+    /// any number.
     #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 
@@ -43,7 +45,8 @@ Exit codes:
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run the paper's experiment again and say what holds: orders, errata, energy books, cost, stability.
+    /// Run the paper's experiment again and say what holds: orders, errata, energy books, cost,
+    /// stability.
     Paper {
         /// Folder for report.html, figures/, data/ and run.json.
         #[arg(long, value_name = "DIR", default_value = "out/paper")]
@@ -54,13 +57,14 @@ pub(crate) enum Command {
     },
     /// Run the methods of a scene's `[run]` table and write the trajectories down.
     ///
-    /// Leaves report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and run.json in a folder. A run that
-    /// fails is in the table up to its last good state.
+    /// Leaves report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and
+    /// run.json in a folder. A run that fails is in the table up to its last good state.
     Run(SceneArguments),
     /// Run the studies a scene declares: orders, energy books, cost, stability, long runs.
     ///
-    /// A scene declares a study by a table: [study.local-order], [study.global-order], [study.energy], [study.work-precision],
-    /// [study.stability], [study.long-run]. Each leaves its table in data/ and its charts in report.html and figures/.
+    /// A scene declares a study by a table: [study.local-order], [study.global-order],
+    /// [study.energy], [study.work-precision], [study.stability], [study.long-run]. Each leaves its
+    /// table in data/ and its charts in report.html and figures/.
     Study(SceneArguments),
     /// Find the cheapest method and step that meets an error all along the scene.
     ///
@@ -78,8 +82,8 @@ pub(crate) enum Command {
     },
     /// Print the JSON schema of scenes, for editors.
     ///
-    /// Editors that know TOML complete and check scenes with it: `afterbay schema > scene.json`, and
-    /// `#:schema scene.json` as the first line of a scene.
+    /// Editors that know TOML complete and check scenes with it: `afterbay schema > scene.json`,
+    /// and `#:schema scene.json` as the first line of a scene.
     Schema,
     /// Print completions for a shell.
     ///
@@ -100,7 +104,8 @@ pub(crate) enum Command {
 pub(crate) struct SceneArguments {
     /// The scene, a TOML file. `afterbay schema` describes it; the folder scenes/ has ready ones.
     pub(crate) scene: PathBuf,
-    /// Folder for report.html, figures/, data/ and run.json [default: out/ and the name of the scene].
+    /// Folder for report.html, figures/, data/ and run.json [default: out/ and the name of the
+    /// scene].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Write there even if the results of another scene are lost.

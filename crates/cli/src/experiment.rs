@@ -61,8 +61,8 @@ pub(crate) fn run(
     Ok(interrupt::exit_code().unwrap_or(completed))
 }
 
-/// Makes the folder for the results of a scene, before anything is computed. One that holds those of
-/// another scene is refused unless `force`.
+/// Makes the folder for the results of a scene, before anything is computed. One that holds those
+/// of another scene is refused unless `force`.
 pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failure> {
     if !force {
         let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;

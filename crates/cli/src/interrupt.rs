@@ -1,4 +1,5 @@
-//! Ctrl-C and SIGTERM: the computation ends early and what is done is written. A second signal ends the command at once.
+//! Ctrl-C and SIGTERM: the computation ends early and what is done is written. A second signal ends
+//! the command at once.
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;

@@ -42,6 +42,7 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
         }
         return Ok(code);
     }
-    // A run that fails in here is what the study set out to show: it is in its table, and no failure of the command.
+    // A run that fails in here is what the study set out to show: it is in its table, and no
+    // failure of the command.
     Ok(ExitCode::SUCCESS)
 }

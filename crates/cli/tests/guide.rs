@@ -1,4 +1,5 @@
-//! The guide and the README do what they say: their scenes are checked, their commands run, and the output they show appears.
+//! The guide and the README do what they say: their scenes are checked, their commands run, and the
+//! output they show appears.
 
 use afterbay_analysis::study::outcome::{COMPLETED, INTERRUPTED};
 use afterbay_analysis::study::stability::Verdict;
@@ -112,7 +113,8 @@ fn picks(folder: &Path, command: &str, printed: &[String]) {
     }
 }
 
-/// Runs the commands of a block. The lines under a command must be among what it prints, in their order.
+/// Runs the commands of a block. The lines under a command must be among what it prints, in their
+/// order.
 fn follow(folder: &Path, block: &Block) {
     let (mut printed, mut code) = (Vec::<String>::new().into_iter(), 0);
     for line in &block.lines {

@@ -13,8 +13,8 @@ use crate::{
 use afterbay_core::{Abilities, InputError, Scalar};
 use forms::Forms;
 
-/// A system in every scalar, with what is to be known of it beforehand. It is implemented for the system
-/// in `f64`.
+/// A system in every scalar, with what is to be known of it beforehand. It is implemented for the
+/// system in `f64`.
 pub trait Family: 'static {
     /// The system in a scalar.
     type Of<T: Scalar>: Abilities<T>;
@@ -23,7 +23,8 @@ pub trait Family: 'static {
     const NAME: &'static str;
     /// Its equations.
     const EQUATIONS: &'static str;
-    /// Its parameters. The first is `n`, the number of degrees of freedom, where [`Family::DOF`] is none.
+    /// Its parameters. The first is `n`, the number of degrees of freedom, where [`Family::DOF`] is
+    /// none.
     const PARAMETERS: &'static [Parameter];
     /// What they may be, in words.
     const RANGES: &'static str;
@@ -37,7 +38,8 @@ pub trait Family: 'static {
     /// The system with `n` degrees of freedom and the other parameters in their order.
     ///
     /// # Errors
-    /// [`InputError::Parameter`] for one out of range, [`InputError::Length`] for another number of them.
+    /// [`InputError::Parameter`] for one out of range, [`InputError::Length`] for another number of
+    /// them.
     fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<Self::Of<T>, InputError>;
 }
 

@@ -33,8 +33,8 @@ impl Axis {
         Self { label: label.into(), scale: Scale::Log }
     }
 
-    /// The coordinate of `value` along this axis (its decimal logarithm on a logarithmic axis), or `None`
-    /// when the axis has no place for it.
+    /// The coordinate of `value` along this axis (its decimal logarithm on a logarithmic axis), or
+    /// `None` when the axis has no place for it.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let at = match self.scale {
             Scale::Linear => value,

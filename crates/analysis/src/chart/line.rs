@@ -42,10 +42,10 @@ pub struct Curve {
 
 /// Curves over two axes, each linear or logarithmic.
 ///
-/// A point that has no place on an axis (not finite, or not above zero on a logarithmic axis) is left out: the
-/// line joins its neighbours, and a note below the chart says how many points are missing. A curve of more
-/// than 1500 points is thinned to that many, keeping the lowest and the highest point of each stretch.
-/// A curve that is alone has no legend.
+/// A point that has no place on an axis (not finite, or not above zero on a logarithmic axis) is
+/// left out: the line joins its neighbours, and a note below the chart says how many points are
+/// missing. A curve of more than 1500 points is thinned to that many, keeping the lowest and the
+/// highest point of each stretch. A curve that is alone has no legend.
 #[derive(Debug, Clone)]
 pub struct LineChart {
     /// A short title above the plot.
@@ -56,8 +56,8 @@ pub struct LineChart {
     pub y: Axis,
     /// The curves, drawn in this order.
     pub curves: Vec<Curve>,
-    /// Slopes of guide lines, drawn when both axes are logarithmic: each just below the lowest of the
-    /// curves whose own slope at the coarse end is nearest.
+    /// Slopes of guide lines, drawn when both axes are logarithmic: each just below the lowest of
+    /// the curves whose own slope at the coarse end is nearest.
     pub guides: Vec<f64>,
 }
 
@@ -138,7 +138,8 @@ impl LineChart {
                 placed.iter().filter_map(|points| coarse_half(points, slope)).collect();
             let off = |(a, b): &(Point, Point)| ((b.1 - a.1) / (b.0 - a.0) - slope).abs();
             let nearest = ends.iter().map(off).min_by(f64::total_cmp)?;
-            // Of the curves about as steep as that, the lowest, so that the guide lies in the clear.
+            // Of the curves about as steep as that, the lowest, so that the guide lies in the
+            // clear.
             let alike = ends.iter().filter(|ends| off(ends) <= nearest + 0.2).map(|ends| ends.0);
             let height = |p: &Point| p.1 - slope * p.0;
             let coarse = alike.min_by(|a, b| height(a).total_cmp(&height(b)))?;
@@ -158,8 +159,8 @@ impl LineChart {
 
 type Point = (f64, f64);
 
-/// The end of a curve where errors that fall with `slope` are largest, and the point half way along: what lies
-/// beyond may be a floor of round-off.
+/// The end of a curve where errors that fall with `slope` are largest, and the point half way
+/// along: what lies beyond may be a floor of round-off.
 fn coarse_half(points: &[Point], slope: f64) -> Option<(Point, Point)> {
     let mut points = points.to_vec();
     points.sort_by(|a, b| if slope > 0.0 { b.0.total_cmp(&a.0) } else { a.0.total_cmp(&b.0) });

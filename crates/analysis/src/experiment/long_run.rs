@@ -11,8 +11,8 @@ use crate::study::Problem;
 use crate::study::long_run::{self, Setup};
 use crate::study::outcome::COMPLETED;
 
-/// Starts beside the one of the scene, each with its amplitudes a little larger: one path of a random walk says little of its
-/// exponent.
+/// Starts beside the one of the scene, each with its amplitudes a little larger: one path of a
+/// random walk says little of its exponent.
 const STARTS: i32 = 8;
 
 pub(super) fn sheet(

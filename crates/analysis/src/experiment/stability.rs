@@ -1,4 +1,5 @@
-//! Where methods fail: a map of verdicts for each method, and at the end an atlas of what breaks first.
+//! Where methods fail: a map of verdicts for each method, and at the end an atlas of what breaks
+//! first.
 
 use super::names;
 use crate::chart::{Axis, Cells, HeatMap};

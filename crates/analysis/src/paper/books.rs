@@ -1,4 +1,5 @@
-//! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global orders behind them.
+//! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global
+//! orders behind them.
 
 mod claims;
 

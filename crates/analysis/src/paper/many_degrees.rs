@@ -1,4 +1,5 @@
-//! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is ours.
+//! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is
+//! ours.
 
 mod books;
 pub(crate) mod long_run;
@@ -58,8 +59,8 @@ pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
     problems
 }
 
-/// The chain of n masses that starts from rest as a sine, q_j = (n+1)/π sin(π j/(n+1)): the strain at the walls is 1, and
-/// the energy of a degree of freedom the same for every n.
+/// The chain of n masses that starts from rest as a sine, q_j = (n+1)/π sin(π j/(n+1)): the strain
+/// at the walls is 1, and the energy of a degree of freedom the same for every n.
 fn chain(n: usize, end: f64) -> Problem {
     let length = (n + 1) as f64;
     let q = (1..=n).map(|j| length / PI * (PI * j as f64 / length).sin()).collect();

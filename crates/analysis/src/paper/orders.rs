@@ -185,7 +185,8 @@ fn find<'a>(
     })
 }
 
-/// The printed orders of q, p and w beside those of the scheme with one δ, and beside whatever variant fits them.
+/// The printed orders of q, p and w beside those of the scheme with one δ, and beside whatever
+/// variant fits them.
 fn compare(
     sheet: &mut Sheet,
     found: &Found,

@@ -1,4 +1,5 @@
-//! What the paper announces but does not show: the same study for Duffing, Van der Pol and modified Van der Pol.
+//! What the paper announces but does not show: the same study for Duffing, Van der Pol and modified
+//! Van der Pol.
 
 use super::rule::{KEPT, kept};
 use super::{BASE_STEP, FIGURE_STEP, Paper, Part, STEPS};
@@ -11,7 +12,8 @@ use crate::study::local_order::{LocalOrder, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
 use afterbay_systems::{DUFFING, MODIFIED_VAN_DER_POL, VAN_DER_POL};
 
-/// The problems by the names of their folders. Only the names of the systems are the paper's: it does not define them.
+/// The problems by the names of their folders. Only the names of the systems are the paper's: it
+/// does not define them.
 pub(super) fn problems() -> [(&'static str, Problem); 4] {
     [
         (
@@ -62,7 +64,8 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// A median order is 2 within this: on nonlinear systems the next term of the error bends the line more.
+/// A median order is 2 within this: on nonlinear systems the next term of the error bends the line
+/// more.
 const AGREEMENT: f64 = 0.1;
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {

@@ -1,4 +1,5 @@
-//! An exact balance, a wrong decay: the overdamped oscillator at a step the explicit methods cannot take.
+//! An exact balance, a wrong decay: the overdamped oscillator at a step the explicit methods cannot
+//! take.
 
 mod claims;
 
@@ -106,7 +107,8 @@ fn energies(
         .map(|(label, books)| (label.as_str(), *books))
         .chain([("rk4, h = 0.1", &books[2])])
     {
-        // Every state shown stands at a whole multiple of the step: ten states of the solution further on.
+        // Every state shown stands at a whole multiple of the step: ten states of the solution
+        // further on.
         let off = books
             .rows
             .iter()

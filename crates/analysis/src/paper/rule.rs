@@ -19,7 +19,8 @@ pub(super) fn alike(a: f64, b: f64) -> bool {
     (b..=MAGNITUDE * b).contains(&a) || (a..=MAGNITUDE * a).contains(&b)
 }
 
-/// Is K kept, where it moves by so much beside the energy at the start? Not where that is not known.
+/// Is K kept, where it moves by so much beside the energy at the start? Not where that is not
+/// known.
 pub(crate) fn keeps(drift: f64) -> bool {
     drift <= KEPT
 }

@@ -142,7 +142,8 @@ pub(crate) fn cheapest(
     Ok(())
 }
 
-/// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be 0 there.
+/// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be
+/// 0 there.
 fn size(problem: &Problem) -> Result<f64, InputError> {
     let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
     let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);

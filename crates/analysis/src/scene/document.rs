@@ -1,4 +1,5 @@
-//! A scene as it is written: the tables and keys of its file, with what stands there and nothing more.
+//! A scene as it is written: the tables and keys of its file, with what stands there and nothing
+//! more.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -37,8 +38,8 @@ pub struct SystemTable {
     /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dissipation: Option<Vec<Expression>>,
-    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R is constant and positive
-    /// semidefinite the system is passive.
+    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R
+    /// is constant and positive semidefinite the system is passive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Vec<Vec<Expression>>>,
     /// Custom: the masses, all 1 if not given.
@@ -114,10 +115,12 @@ pub struct TimeTable {
 pub struct RunTable {
     /// Names of methods, see `afterbay list methods`.
     pub methods: Vec<String>,
-    /// Every so many steps a state is kept. If not given, as many as keep no more than 10,000 states.
+    /// Every so many steps a state is kept. If not given, as many as keep no more than 10,000
+    /// states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
-    /// A tolerance, relative and absolute, of q, p and w: adaptive collocation is run with it too, and shown at the same times.
+    /// A tolerance, relative and absolute, of q, p and w: adaptive collocation is run with it too,
+    /// and shown at the same times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }
@@ -194,7 +197,8 @@ pub struct WorkPrecisionTable {
     pub methods: Option<Vec<String>>,
     /// The steps, each of which divides the end of time.
     pub steps: Spread,
-    /// Tolerances, relative and absolute, of q, p and w: the methods that choose their steps are run with each of them too.
+    /// Tolerances, relative and absolute, of q, p and w: the methods that choose their steps are
+    /// run with each of them too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tolerances: Vec<f64>,
 }
@@ -244,7 +248,8 @@ pub struct LongRunTable {
     pub step: Option<f64>,
     /// The number of steps.
     pub count: u64,
-    /// Beside the methods themselves, those among them that can be run with roundings that do not add up.
+    /// Beside the methods themselves, those among them that can be run with roundings that do not
+    /// add up.
     #[serde(default)]
     pub compensated: bool,
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-/// Where a part of a text stands between the quotation marks it is written in, in bytes of what is written. None where
-/// nothing is quoted.
+/// Where a part of a text stands between the quotation marks it is written in, in bytes of what is
+/// written. None where nothing is quoted.
 pub(super) fn part_of(written: &str, part: &Range<usize>) -> Option<Range<usize>> {
     let mark = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|mark| written.starts_with(mark))?;
     let inner = written.get(mark.len()..)?.strip_suffix(mark)?;

@@ -1,4 +1,5 @@
-//! What a scene asks for, checked: methods that exist and apply, steps that lead to the end, nothing larger than the budget.
+//! What a scene asks for, checked: methods that exist and apply, steps that lead to the end,
+//! nothing larger than the budget.
 
 use super::document::{Document, Spacing, Spread};
 use super::problem::{SceneError, SceneProblem};

@@ -46,7 +46,8 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// Where the entry of a path such as `study.stability.methods.2` stands; of what leads there, as far as it exists.
+    /// Where the entry of a path such as `study.stability.methods.2` stands; of what leads there,
+    /// as far as it exists.
     pub(super) fn span(&self, path: &str) -> Range<usize> {
         let (key, value) = self.walk(path);
         key.start..value.end.max(key.end)
@@ -61,7 +62,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Where the key and the value stand. A table counts as its header alone, an entry of a list has no key.
+    /// Where the key and the value stand. A table counts as its header alone, an entry of a list
+    /// has no key.
     fn walk(&self, path: &str) -> (Range<usize>, Range<usize>) {
         let (mut table, mut list) = (Some(self.root.get_ref()), None);
         let mut spans = (0..0, 0..0);

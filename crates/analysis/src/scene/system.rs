@@ -10,7 +10,8 @@ use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place,
 
 /// The name of a system that is made of expressions.
 const CUSTOM: &str = "custom";
-/// The most parameters of such a system: each name in an expression is looked for among all of them.
+/// The most parameters of such a system: each name in an expression is looked for among all of
+/// them.
 const MOST_PARAMETERS: usize = 1000;
 
 /// The system a table describes.

@@ -1,5 +1,5 @@
-//! What a method makes of a decay faster than its step: the ratio R of the energies after the second step and before, beside the
-//! exact one, and whether K tells anything of it.
+//! What a method makes of a decay faster than its step: the ratio R of the energies after the
+//! second step and before, beside the exact one, and whether K tells anything of it.
 
 use super::energy::Books;
 use crate::progress::Progress;
@@ -29,7 +29,8 @@ pub(crate) const TOLERANCE: f64 = 0.1;
 pub(crate) const KEPT: f64 = 1e-12;
 
 impl Decay {
-    /// Judges the books of a run of at least two steps, every step recorded, where the exact ratio of the second is `exact`.
+    /// Judges the books of a run of at least two steps, every step recorded, where the exact ratio
+    /// of the second is `exact`.
     pub fn judge(books: &Books, exact: f64) -> Self {
         let start = books.rows.first().map_or(0.0, |row| row.energy);
         let grown = |energy: f64| energy.is_nan() || energy > start * (1.0 + KEPT);

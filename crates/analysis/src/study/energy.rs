@@ -67,8 +67,8 @@ pub struct Books {
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
     pub drift: f64,
-    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed, over steps and degrees of freedom; none where the system is active and owes
-    /// nothing.
+    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed, over steps and degrees of freedom; none where the
+    /// system is active and owes nothing.
     pub violations: Option<u64>,
     /// How the run ended.
     pub ending: Ending,

@@ -19,7 +19,8 @@ pub struct GlobalRow {
     pub variable: &'static str,
     /// The step.
     pub h: f64,
-    /// max |x - x(t)| over the run and over the degrees of freedom; none if it did not reach its end.
+    /// max |x - x(t)| over the run and over the degrees of freedom; none if it did not reach its
+    /// end.
     pub error: Option<f64>,
     /// log(error/error before) / log(h/h before), against the step before it; none where one of the
     /// two errors is not resolved.
@@ -112,8 +113,8 @@ fn solution(
     problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
-/// The power of two that h is of the finest step, to the bit: every so many of its times are those of h, and a solution
-/// serves both.
+/// The power of two that h is of the finest step, to the bit: every so many of its times are those
+/// of h, and a solution serves both.
 fn doublings(finest: f64, h: f64) -> Option<usize> {
     let ratio = h / finest;
     let whole = ratio.fract() == 0.0 && ratio * finest == h && ratio < 1e9;

@@ -1,8 +1,8 @@
 //! Local errors on a base grid, and the empirical order they show (paper, section 2).
 //!
 //! From every point `t_i = i h0` of the exact solution one step of size h is taken, and
-//! `T_i = [x(t_i + h) - x_1]/h`, the exact increment less the numerical one. The order is the slope of
-//! log statistic(T) against log h, the statistic taken over the grid.
+//! `T_i = [x(t_i + h) - x_1]/h`, the exact increment less the numerical one. The order is the slope
+//! of log statistic(T) against log h, the statistic taken over the grid.
 //!
 //! Only steps whose statistic is at least ten times that of the roundings in T are used: the step
 //! in `f64` less the same step in [`Quad`] from the same state, and the rounding of the two states
@@ -162,7 +162,8 @@ impl LocalOrder {
     /// Summaries of the local errors of each method at each step, computed in `T`.
     ///
     /// # Errors
-    /// Those of the input, and of a solution that leaves the numbers. A method that does not apply is an error too.
+    /// Those of the input, and of a solution that leaves the numbers. A method that does not apply
+    /// is an error too.
     pub fn run<T: Working>(
         &self,
         problem: &Problem,
@@ -218,7 +219,8 @@ impl LocalOrder {
         let method = problem.model.bind_in::<T>(row)?;
         let multiple = self.multiple(h)?;
         let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
-        // h as the exact solution counts it, so that both steps are the same to the last bit of `T`.
+        // h as the exact solution counts it, so that both steps are the same to the last bit of
+        // `T`.
         let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
         let mut state = problem.start()?;
         let mut errors = |i: usize| {
@@ -335,7 +337,8 @@ pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> 
     fit(&seen.map(point).collect::<Vec<_>>())
 }
 
-/// The rows of the table, methods in the order they were run. `printed` knows what the paper prints.
+/// The rows of the table, methods in the order they were run. `printed` knows what the paper
+/// prints.
 pub fn rows(
     errors: &[LocalErrors],
     printed: impl Fn(&str, &str, Statistic) -> Option<f64>,

@@ -1,8 +1,9 @@
 //! How the roundings of very many steps add up in K.
 //!
-//! A method that keeps K moves it by one rounding a step. Where these are independent, |K - K0| grows like √t; where they
-//! lean to one side, like t. One path of a random walk says little about its exponent, so the same is run from several
-//! starts, and rms and mean go over the samples of a window and over the starts.
+//! A method that keeps K moves it by one rounding a step. Where these are independent, |K - K0|
+//! grows like √t; where they lean to one side, like t. One path of a random walk says little about
+//! its exponent, so the same is run from several starts, and rms and mean go over the samples of a
+//! window and over the starts.
 
 use super::Problem;
 use super::outcome::{COMPLETED, Ending};
@@ -42,7 +43,8 @@ pub struct Setup {
     pub row: &'static Row,
     /// The step.
     pub h: f64,
-    /// Are the roundings kept from adding up ([`Model::bind_compensated`](crate::Model::bind_compensated))?
+    /// Are the roundings kept from adding up
+    /// ([`Model::bind_compensated`](crate::Model::bind_compensated))?
     pub compensated: bool,
 }
 

@@ -13,8 +13,8 @@ use crate::series;
 use afterbay_core::{InputError, IntegrateError, Quad};
 use afterbay_systems::catalog::Expandable;
 
-/// With no more degrees of freedom than this a reference comes from Taylor series in 106 bits, whose cost
-/// grows with N; with more, from series in `f64`.
+/// With no more degrees of freedom than this a reference comes from Taylor series in 106 bits,
+/// whose cost grows with N; with more, from series in `f64`.
 pub const LARGEST_BY_SERIES: usize = 16;
 
 /// Series that may take no more strides than this are not begun.
@@ -51,8 +51,8 @@ fn by_series<T: Expandable>(
     problem.model.solution(&problem.start()?, T::from_f64(h), count, progress)
 }
 
-/// What series found, unless another way may do better: where they take too many strides, and where they
-/// end at a kink.
+/// What series found, unless another way may do better: where they take too many strides, and where
+/// they end at a kink.
 fn last_word<T>(
     problem: &Problem,
     found: Result<Solution<T>, IntegrateError>,

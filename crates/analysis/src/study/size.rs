@@ -20,7 +20,8 @@ pub struct SizeRow {
     pub outcome: &'static str,
     /// H at t = 0.
     pub initial_energy: f64,
-    /// The largest error of q and p over the degrees of freedom at the end; none if the run did not reach it.
+    /// The largest error of q and p over the degrees of freedom at the end; none if the run did not
+    /// reach it.
     pub error_qp: Option<f64>,
     /// The largest error of w.
     pub error_w: Option<f64>,

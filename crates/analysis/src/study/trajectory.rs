@@ -48,7 +48,8 @@ pub struct Trajectory {
     pub ending: Ending,
 }
 
-/// No run goes on for more steps of one degree of freedom than this without being asked whether it may.
+/// No run goes on for more steps of one degree of freedom than this without being asked whether it
+/// may.
 const ASKED: u64 = 4096;
 
 /// Runs each method with steps of size h and keeps every `every`-th state.
@@ -112,7 +113,8 @@ pub fn run(
         .collect()
 }
 
-/// The same by adaptive collocation: its states at the times of every `every`-th step of size h, K exact there too.
+/// The same by adaptive collocation: its states at the times of every `every`-th step of size h, K
+/// exact there too.
 ///
 /// # Errors
 /// Those of the input.

@@ -16,8 +16,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A row of `work_precision.csv`. The three figures of a run stand side by side: the error of (q, p), the error of w,
-/// and the drift of K, which says nothing of the other two.
+/// A row of `work_precision.csv`. The three figures of a run stand side by side: the error of (q,
+/// p), the error of w, and the drift of K, which says nothing of the other two.
 #[derive(Clone, Debug, Serialize)]
 pub struct WorkRow {
     /// Name of the method.
@@ -49,7 +49,8 @@ pub struct WorkRow {
     pub doubt_qp: f64,
     /// The doubt of w of the reference.
     pub doubt_w: f64,
-    /// The relative and absolute tolerance of q, p and w, where the steps follow from it; the step is then the mean one.
+    /// The relative and absolute tolerance of q, p and w, where the steps follow from it; the step
+    /// is then the mean one.
     pub tolerance: Option<f64>,
 }
 
@@ -79,7 +80,8 @@ impl WorkRow {
     }
 }
 
-/// Runs each method at each step, and those that choose their steps at each tolerance: errors in parallel, then times one after the other.
+/// Runs each method at each step, and those that choose their steps at each tolerance: errors in
+/// parallel, then times one after the other.
 ///
 /// # Errors
 /// Those of the input. A run that fails keeps its row.
@@ -188,7 +190,8 @@ pub(super) fn errors(
     Ok(watch.row((row.name, h, tolerance), (ending, effort), &state, exact))
 }
 
-/// How a run of so many steps ended, its step, the mean one where steps follow from a tolerance, and the tolerance.
+/// How a run of so many steps ended, its step, the mean one where steps follow from a tolerance,
+/// and the tolerance.
 ///
 /// # Errors
 /// Those of the input of a run by tolerance.
@@ -211,7 +214,8 @@ pub(super) fn ended(
     }
 }
 
-/// Runs are repeated until they took this long together, and the fastest counts: what disturbs a run only slows it.
+/// Runs are repeated until they took this long together, and the fastest counts: what disturbs a
+/// run only slows it.
 const LONG_ENOUGH: Duration = Duration::from_millis(3);
 /// ... and at least this often.
 const REPEATS: u32 = 3;

@@ -1,4 +1,5 @@
-//! Scenes from the command line: refused, ready to run, the same for any number of threads, stopped on the way.
+//! Scenes from the command line: refused, ready to run, the same for any number of threads, stopped
+//! on the way.
 
 #[path = "../../../analysis/tests/scenes/bad/mod.rs"]
 mod bad;

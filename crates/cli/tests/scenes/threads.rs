@@ -4,7 +4,8 @@ use super::{afterbay, done, folder};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Every file of the tables and figures, and the record, what depends on the clock and on the threads left out.
+/// Every file of the tables and figures, and the record, what depends on the clock and on the
+/// threads left out.
 fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, String> {
     let out = tempfile::tempdir().expect("a folder");
     let mut run = afterbay(&[command, "--threads", threads, "--out"]);

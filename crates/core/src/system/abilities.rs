@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 /// A system whose type is forgotten and that is asked what it can do.
 ///
-/// Each ability is a trait of its own, and a system offers those it implements: `Some(self)`. A method
-/// takes the shortest way they allow and refuses a system that lacks what it needs.
+/// Each ability is a trait of its own, and a system offers those it implements: `Some(self)`. A
+/// method takes the shortest way they allow and refuses a system that lacks what it needs.
 ///
 /// ```
 /// # use afterbay_core::*;

@@ -1,5 +1,5 @@
-//! The scalars systems are made in. What is made is compiled here, once a scalar, and not in the crates
-//! that ask for it.
+//! The scalars systems are made in. What is made is compiled here, once a scalar, and not in the
+//! crates that ask for it.
 
 use super::{Family, SystemRow};
 use crate::Custom;
@@ -144,7 +144,8 @@ impl Number for f64x8 {
     }
 }
 
-/// A scalar increments are compensated in: separable systems are made in [`Corrected`] numbers of it.
+/// A scalar increments are compensated in: separable systems are made in [`Corrected`] numbers of
+/// it.
 pub trait Compensable: Number + Lanewise {
     /// The system of a row; none where it is not separable.
     ///

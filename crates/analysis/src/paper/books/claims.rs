@@ -37,7 +37,8 @@ pub(super) fn order_raised(r: &Readings) -> Said {
     (verdict(same == [true, true] && keep), statement)
 }
 
-/// "For q our scheme and SV are both committing errors of order magnitude 10⁻⁷", of T as section 2 defines it.
+/// "For q our scheme and SV are both committing errors of order magnitude 10⁻⁷", of T as section 2
+/// defines it.
 pub(super) fn errors_of_one_magnitude(r: &Readings) -> Said {
     const PRINTED: f64 = 1e-7;
     let of = |name: &str| ["median", "maximum"].map(|what| r.number(name, what));
@@ -99,7 +100,8 @@ pub(super) fn head_to_head(r: &Readings) -> Said {
     (verdict(level), statement)
 }
 
-/// "modDG retains this same behavior even when we substitute simpler expression for the δ function."
+/// "modDG retains this same behavior even when we substitute simpler expression for the δ
+/// function."
 pub(super) fn simpler_delta(r: &Readings) -> Said {
     let all = r.numbers("drift");
     let lost: Vec<_> = all.iter().filter(|(_, drift)| !keeps(*drift)).collect();

@@ -28,8 +28,8 @@ const RUNS: [(&str, f64, bool); 7] = [
 /// An exponent agrees with another within this, however narrow its interval.
 const AGREEMENT: f64 = 0.05;
 
-/// A chain of 8 without friction, from rest as a sine of the amplitude 1 or a little more: the roundings of no two starts
-/// are the same.
+/// A chain of 8 without friction, from rest as a sine of the amplitude 1 or a little more: the
+/// roundings of no two starts are the same.
 pub(super) fn starts(extent: Extent) -> Vec<Problem> {
     let n = 8;
     let start = |i: u32| {

@@ -115,7 +115,8 @@ fn order(rows: &[GlobalRow], method: &str, variable: &str) -> Option<f64> {
     orders(rows, method, variable).last().copied()
 }
 
-/// How far the last two are apart, at most over the variables: a high order can come down to rounding before it shows.
+/// How far the last two are apart, at most over the variables: a high order can come down to
+/// rounding before it shows.
 fn unsettled(rows: &[GlobalRow], method: &str) -> Option<f64> {
     let apart = VARIABLES.iter().map(|variable| match orders(rows, method, variable)[..] {
         [.., a, b] => Some((a - b).abs()),

@@ -5,7 +5,8 @@ use crate::claim::{Readings, Said, fixed, list, sci, verdict};
 use crate::paper::rule::{AGREEMENT, KEPT, agree, kept, order};
 use crate::report::Verdict;
 
-/// A printed order holds where the scheme keeps K and shows it from the maximum and from the median.
+/// A printed order holds where the scheme keeps K and shows it from the maximum and from the
+/// median.
 pub(super) fn the_scheme(r: &Readings) -> Said {
     let (Some(&(variable, printed)), Some(&(name, maximum))) =
         (r.numbers("printed").first(), r.numbers("maximum").first())

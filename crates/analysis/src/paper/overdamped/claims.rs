@@ -36,7 +36,8 @@ pub(super) fn balance_and_decay(r: &Readings) -> Said {
     (verdict(balanced && right), statement)
 }
 
-/// An energy lies on the exact one where it is off by no more than this share of the energy at the start.
+/// An energy lies on the exact one where it is off by no more than this share of the energy at the
+/// start.
 const ON_IT: f64 = 0.01;
 
 /// Which energies lie on the exact one.

@@ -1,5 +1,5 @@
-//! References from runs: increment-8 at steps halved again and again, and methods of two other families
-//! at tight tolerances. The two that agree best are the reference and its check.
+//! References from runs: increment-8 at steps halved again and again, and methods of two other
+//! families at tight tolerances. The two that agree best are the reference and its check.
 
 use super::super::Problem;
 use crate::Solution;
@@ -11,8 +11,8 @@ use std::ops::ControlFlow;
 
 /// Runs that differ by no more than this, beside the largest number in them, agree.
 const AGREEMENT: f64 = 1e-12;
-/// Below this share of the largest number differences that no longer fall are those of roundings. Above
-/// it errors may not have begun to fall as they will, and the search goes on.
+/// Below this share of the largest number differences that no longer fall are those of roundings.
+/// Above it errors may not have begun to fall as they will, and the search goes on.
 const ROUNDINGS: f64 = 1e-9;
 /// So many differences, one after the other, that do not fall are the last.
 const IDLE: u32 = 2;
@@ -83,10 +83,10 @@ fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solutio
     checked
 }
 
-/// A run of increment-8 with a step halved until it no longer matters, and whether it came to that. The
-/// doubt is the difference of the last two runs: halving the step of a method of order 8 makes the error
-/// 256 times smaller. Where a kink comes first errors do not fall evenly, and the larger of the last two
-/// differences counts.
+/// A run of increment-8 with a step halved until it no longer matters, and whether it came to that.
+/// The doubt is the difference of the last two runs: halving the step of a method of order 8 makes
+/// the error 256 times smaller. Where a kink comes first errors do not fall evenly, and the larger
+/// of the last two differences counts.
 fn halved(
     problem: &Problem,
     h: f64,

@@ -87,7 +87,8 @@ impl<T: Side> Vehicle<'_, T> {
     }
 }
 
-/// Up to where steps can be taken without a change in what is shown, and every how many of them one is.
+/// Up to where steps can be taken without a change in what is shown, and every how many of them one
+/// is.
 fn stretch(looks: &Looks, watched: bool, at: u64, to: u64) -> (u64, u64) {
     let Looks { first, every, .. } = *looks;
     if watched {

@@ -4,8 +4,9 @@ use super::piece::StabilityRow;
 use super::verdict::Verdict;
 use serde::Serialize;
 
-/// The first verdict of a method that is not [`Verdict::Right`] as h grows: over all values of the parameter, and at the one in their middle.
-/// Cells without a reference ([`Verdict::Unjudged`]) count as neither.
+/// The first verdict of a method that is not [`Verdict::Right`] as h grows: over all values of the
+/// parameter, and at the one in their middle. Cells without a reference ([`Verdict::Unjudged`])
+/// count as neither.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AtlasRow {
     /// Name of the method.

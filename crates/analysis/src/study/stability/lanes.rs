@@ -1,10 +1,11 @@
 //! Eight cells side by side, with the endings they have one at a time.
 //!
-//! A step that fails in one lane fails in all and changes none. It is then taken one at a time, which tells who fails: that cell has
-//! ended as it would have alone, and a living one takes its lane. Where such
-//! steps follow each other more and more of them are taken one at a time, up to a thousand, before lanes are tried again.
-//! Endings are the same to the bit but for exp and sin, whose last digits differ in lanes, and for numbers below 1e-290, which come to rest
-//! a few steps earlier or later.
+//! A step that fails in one lane fails in all and changes none. It is then taken one at a time,
+//! which tells who fails: that cell has ended as it would have alone, and a living one takes its
+//! lane. Where such steps follow each other more and more of them are taken one at a time, up to a
+//! thousand, before lanes are tried again. Endings are the same to the bit but for exp and sin,
+//! whose last digits differ in lanes, and for numbers below 1e-290, which come to rest a few steps
+//! earlier or later.
 
 use super::alone::{Course, Ending, Traveller, Vehicle, alone};
 use super::measure::{Scales, Seen};

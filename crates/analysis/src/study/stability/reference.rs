@@ -1,8 +1,10 @@
-//! What the exact solution does: RK4 over the whole time, its steps halved until nothing that is compared changes.
+//! What the exact solution does: RK4 over the whole time, its steps halved until nothing that is
+//! compared changes.
 //!
-//! One solution serves all methods and all steps h whose runs are about as long at a value of the parameter, and nothing of it is kept: it is looked at for all of them
-//! on its way, between two of its own steps by cubics through values and slopes. Eight values run side by side where the system allows it; where one of them leaves the numbers, each
-//! runs alone.
+//! One solution serves all methods and all steps h whose runs are about as long at a value of the
+//! parameter, and nothing of it is kept: it is looked at for all of them on its way, between two of
+//! its own steps by cubics through values and slopes. Eight values run side by side where the
+//! system allows it; where one of them leaves the numbers, each runs alone.
 
 use super::halves::Halves;
 use super::image::Image;
@@ -83,7 +85,8 @@ pub(super) struct Event {
     pub(super) look: Look,
 }
 
-/// Steps of the map whose runs end at about the same time: longer ones would ask for longer steps of RK4.
+/// Steps of the map whose runs end at about the same time: longer ones would ask for longer steps
+/// of RK4.
 pub(super) struct Batch {
     /// Which of the map's.
     pub(super) steps: Vec<usize>,

@@ -4,13 +4,14 @@ use afterbay_core::{InputError, IntegrateError, State};
 use afterbay_methods::registry::Run;
 use nalgebra::{DMatrix, Schur};
 
-/// How far the image of a sum may be from the sum of the images, as a share of the largest number in them.
+/// How far the image of a sum may be from the sum of the images, as a share of the largest number
+/// in them.
 const LINEAR: f64 = 1e-9;
 /// Sweeps of the eigenvalue iteration for each row.
 const SWEEPS: usize = 100;
 
-/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on unit vectors; none where the step fails on
-/// one of them or is not linear.
+/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on unit
+/// vectors; none where the step fails on one of them or is not linear.
 ///
 /// # Errors
 /// Those of the input.

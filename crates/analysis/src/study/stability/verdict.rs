@@ -34,7 +34,8 @@ pub enum Verdict {
     NotFinite,
     /// The solver of the step found no solution.
     NoConvergence,
-    /// The equation of the step has several solutions, and the one that continues from h = 0 ends on the way.
+    /// The equation of the step has several solutions, and the one that continues from h = 0 ends
+    /// on the way.
     SeveralSolutions,
     /// δ met its pole, or the step equation was singular.
     Pole,
@@ -114,9 +115,10 @@ impl Verdict {
     }
 }
 
-/// The size of the motion A is right if |ln(A/A_exact)| ≤ TOLERANCE (1 + |ln A_exact|), in units of the largest of the exact solution: 10 % of the decay
-/// in logarithm, and 10 % of the size where there is none. What has decayed below 1e-300, or below the rounding of the
-/// place where it rests, counts as that.
+/// The size of the motion A is right if |ln(A/A_exact)| ≤ TOLERANCE (1 + |ln A_exact|), in units of
+/// the largest of the exact solution: 10 % of the decay in logarithm, and 10 % of the size where
+/// there is none. What has decayed below 1e-300, or below the rounding of the place where it rests,
+/// counts as that.
 pub const TOLERANCE: f64 = 0.1;
 
 /// Each number is right within this share of its own size: half of what q_j or p_j sweeps along
@@ -126,7 +128,8 @@ pub const TOLERANCE: f64 = 0.1;
 /// motion is right if its mean is within this share of the largest |q| of the exact solution.
 pub const SHARE: f64 = 0.1;
 
-/// A motion of more than so many times the largest energy of the exact solution (more exactly, A beyond it) is growing.
+/// A motion of more than so many times the largest energy of the exact solution (more exactly, A
+/// beyond it) is growing.
 pub const GROWTH: f64 = 1e3;
 
 /// What the verdicts mean, in words, once A, c and Q are known.
