@@ -126,7 +126,9 @@ impl Block {
                     Verdict::Fails => ("fails", "does not hold"),
                     Verdict::Note => ("note", "note"),
                 };
-                html! { p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } } }
+                html! {
+                    p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } }
+                }
             }
             Block::Table(table) => table.html(),
             Block::Figure(figure) => figure.html(figures),
@@ -150,10 +152,20 @@ impl Table {
         html! {
             div.scroll tabindex="0" {
                 table {
-                    thead { tr { @for (n, name) in self.header.iter().enumerate() { th class=[class(n)] { (name) } } } }
+                    thead {
+                        tr {
+                            @for (n, name) in self.header.iter().enumerate() {
+                                th class=[class(n)] { (name) }
+                            }
+                        }
+                    }
                     tbody {
                         @for row in &self.rows {
-                            tr { @for (n, cell) in row.iter().enumerate() { td class=[class(n)] { (cell) } } }
+                            tr {
+                                @for (n, cell) in row.iter().enumerate() {
+                                    td class=[class(n)] { (cell) }
+                                }
+                            }
                         }
                     }
                 }
@@ -195,7 +207,8 @@ impl Figure {
                 figcaption {
                     b { "Figure " (figures) ". " } (self.caption) " "
                     span.files {
-                        "Chart: " a href=(self.file) { (self.file) } ", data: " a href=(self.data) { (self.data) }
+                        "Chart: " a href=(self.file) { (self.file) }
+                        ", data: " a href=(self.data) { (self.data) }
                     }
                 }
             }
@@ -217,7 +230,8 @@ fn with_own_ids(svg: &str, figure: usize) -> String {
 mod tests {
     use super::*;
 
-    const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg"><defs><clipPath id="c0"><rect /></clipPath></defs>
+    const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg">
+        <defs><clipPath id="c0"><rect /></clipPath></defs>
         <g clip-path="url(#c0)"><use href="#c0" /></g></svg>"##;
 
     fn figure() -> Figure {

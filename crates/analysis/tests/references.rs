@@ -282,14 +282,17 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
     #[test]
-    fn polynomials_are_known_to_their_doubt((potential, rubs, q, p) in polynomial(), end in 0.2..1.5_f64) {
+    fn polynomials_are_known_to_their_doubt(
+        (potential, rubs, q, p) in polynomial(), end in 0.2..1.5_f64,
+    ) {
         let system = described(&potential, DissipationText::Forces(rubs));
         let scene = of(system.clone(), &q, &p, end);
         // Nothing is said of a scene that takes too many strides.
         let Ok(sharp) = sharp(&scene, 1) else { return Ok(()) };
         let found = sharp.rounded();
         let (off, doubt) = (off(&found, &otherwise(&lifted(&system), &scene)), found.doubt_at(1));
-        let size = found.at(1).q.iter().chain(found.at(1).p).fold(1.0, |most: f64, x| most.max(x.abs()));
+        let end = found.at(1);
+        let size = end.q.iter().chain(end.p).fold(1.0, |most: f64, x| most.max(x.abs()));
         prop_assert!(is_within(off, doubt), "{off:?} {doubt:?}");
         prop_assert!(sharp.doubt_at(1).qp < 1e-24 * size, "{:?}", sharp.doubt_at(1));
     }

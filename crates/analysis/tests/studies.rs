@@ -68,7 +68,8 @@ fn tables_follow_their_contract() {
         ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
         (
             "data/work_precision.csv",
-            "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,evaluations,iterations",
+            "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,\
+             evaluations,iterations",
         ),
         ("data/fput-chain/long_run.csv", "method,h,compensated,steps,t,rms,mean\n"),
         ("data/stability.csv", "method,h,parameter,value,verdict,spectral_radius,steps_done"),

@@ -17,7 +17,8 @@ pub(crate) struct Arguments {
 
     /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for
     /// any number.
-    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 
     /// What to print on stdout.

@@ -128,7 +128,8 @@ fn cost(candidate: &Candidate) -> String {
     let number = |error: Option<f64>| error.map_or(String::new(), |error| format!("{error:.1e}"));
     let seconds = run.seconds.map_or("not timed".into(), |seconds| format!("{seconds:.1e} s"));
     format!(
-        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {:.3}), {} and {} at the end",
+        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {:.3}), {} and {} at \
+         the end",
         said(run.qp()),
         said(run.w()),
         run.worst_t,

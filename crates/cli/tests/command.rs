@@ -35,7 +35,10 @@ fn paper_writes_everything_and_says_what_holds() {
     let ring = &manifest["scene"]["many_degrees"][1][1]["system"];
     assert_eq!(
         ring,
-        &serde_json::json!({"name": "van-der-pol-ring", "parameters": {"n": 5, "mu": 1.0, "coupling": 0.5}})
+        &serde_json::json!({
+            "name": "van-der-pol-ring",
+            "parameters": {"n": 5, "mu": 1.0, "coupling": 0.5}
+        })
     );
     assert_eq!(manifest["hash"].as_str().map(str::len), Some(64));
     let mut orders = csv::Reader::from_path(out.join("data/local_orders.csv")).expect("a table");

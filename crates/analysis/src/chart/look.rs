@@ -103,7 +103,8 @@ impl Look {
         let sign = |&(x, y): &(f64, f64)| {
             let (side, end, tip) = (2.0 * r, 3.5 * r, 0.7 * r);
             format!(
-                "M{:.1} {:.1}h{side}v{side}h-{side}ZM{x:.1} {:.1}v{end}m-{tip} -{tip}l{tip} {tip}l{tip} -{tip}",
+                "M{:.1} {:.1}h{side}v{side}h-{side}ZM{x:.1} {:.1}v{end}m-{tip} -{tip}l{tip} \
+                 {tip}l{tip} -{tip}",
                 x - r,
                 y - r,
                 y + r,

@@ -29,8 +29,9 @@ pub(super) fn sheet(
     };
     sheet.runs.extend(found.iter().map(record));
     sheet.text(format!(
-        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all steps, the error of w against the \
-         reference at the states kept, and the steps that took energy back from a reservoir that is owed to fill only.",
+        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all \
+         steps, the error of w against the reference at the states kept, and the steps that took \
+         energy back from a reservoir that is owed to fill only.",
         plan.step
     ));
     sheet.doubt(

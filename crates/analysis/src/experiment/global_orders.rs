@@ -39,8 +39,9 @@ pub(super) fn sheet(
         failure: row.failure.clone(),
     }));
     sheet.text(format!(
-        "The largest error of each variable over [0, {}] and over the degrees of freedom. The order is that between the two finest \
-         steps whose errors are above {ABOVE_ROUNDING:e} and at least ten times the doubt of the reference.",
+        "The largest error of each variable over [0, {}] and over the degrees of freedom. The \
+         order is that between the two finest steps whose errors are above {ABOVE_ROUNDING:e} and \
+         at least ten times the doubt of the reference.",
         problem.end
     ));
     sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));

@@ -22,9 +22,10 @@ pub(super) fn sheet(
     let orders = rows(&errors, |_, _, _| None);
     sheet.data("local_orders", &orders)?;
     sheet.text(format!(
-        "From every point of the reference at the multiples of {} one step of each size is taken; T is the increment of the reference \
-         less that of the method, divided by h. The order is the slope of log |T| against log h, with its 95 % interval. The maximum is \
-         made by one point, the median by all of them. {}",
+        "From every point of the reference at the multiples of {} one step of each size is taken; \
+         T is the increment of the reference less that of the method, divided by h. The order is \
+         the slope of log |T| against log h, with its 95 % interval. The maximum is made by one \
+         point, the median by all of them. {}",
         study.base_step,
         left_out(&orders, study.steps.len())
     ));
@@ -109,8 +110,9 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
         return "Every step stands ten times above its rounding, and all are used.".into();
     }
     format!(
-        "Steps whose |T| is less than ten times the rounding in it are left out; that rounding is the step in f64 less the same step in \
-         106 bits, and that of the states compared, divided by h. The steps used where some are left out: {}.",
+        "Steps whose |T| is less than ten times the rounding in it are left out; that rounding is \
+         the step in f64 less the same step in 106 bits, and that of the states compared, divided \
+         by h. The steps used where some are left out: {}.",
         all.join(", ")
     )
 }

@@ -32,9 +32,10 @@ pub(super) fn sheet(
         least_steps: LEAST_STEPS,
     };
     sheet.text(format!(
-        "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
-         T = ½ p·∂H/∂p, the largest T and |q| of the reference and its mean c of q over the second half of the run. {} Where \
-         the step is linear the spectral radius of its matrix stands beside the verdict.",
+        "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by \
+         A = T/T_max + |q - c|²/Q², with T = ½ p·∂H/∂p, the largest T and |q| of the reference and \
+         its mean c of q over the second half of the run. {} Where the step is linear the spectral \
+         radius of its matrix stands beside the verdict.",
         plan.end,
         rules()
     ));
@@ -94,7 +95,10 @@ pub(super) fn sheet(
             None => sheet.section.blocks.push(Block::Figure(left)),
         }
     }
-    sheet.text("Failure atlas: for each method the first thing that is not right as h grows, over all values and at the middle one.");
+    sheet.text(
+        "Failure atlas: for each method the first thing that is not right as h grows, over \
+         all values and at the middle one.",
+    );
     let header = [
         "method",
         "first failure",

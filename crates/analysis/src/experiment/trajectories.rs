@@ -142,8 +142,8 @@ fn where_they_went(r: &Readings) -> Said {
     let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
     let off = r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {drift:.0e}"));
     let statement = format!(
-        "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, p) and of w, which \
-         `afterbay study` measures.",
+        "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, \
+         p) and of w, which `afterbay study` measures.",
         all.len(),
         off.collect::<Vec<_>>().join(", "),
     );

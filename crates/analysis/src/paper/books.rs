@@ -49,8 +49,9 @@ struct LocalErrorRow {
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
-        "The paper does not say at which step its figures over time were made; h = {FIGURE_STEP} is taken here, from \
-         q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = {BASE_STEP} beside it.",
+        "The paper does not say at which step its figures over time were made; h = {FIGURE_STEP} \
+         is taken here, from q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = \
+         {BASE_STEP} beside it.",
     ));
     let traces = local_errors(paper, &mut sheet)?;
     let books = energy_books(paper, &mut sheet)?;
@@ -66,7 +67,8 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     compared(&mut sheet, &traces);
     energy_ratio(&mut sheet, &books);
     sheet.text(
-        "The energies of each run: three figures that are not to be mixed, and the steps that took energy back.",
+        "The energies of each run: three figures that are not to be mixed, and the steps that took \
+         energy back.",
     );
     sheet.table(
         &["method", "max |K - K₀|", "max |w - w(t)|", "max |d_R|", "steps with Δw < 0"],
@@ -145,8 +147,8 @@ fn order_raised(sheet: &mut Sheet, traces: &Traces, books: &[Books]) {
     sheet.show(
         "figure-4-1",
         &chart,
-        "Local error of q along the solution with three and with four terms of δ(q), shared by all three equations. \
-         δ(q) has its poles where p = 0.",
+        "Local error of q along the solution with three and with four terms of δ(q), shared by all \
+         three equations. δ(q) has its poles where p = 0.",
         "local_errors",
     );
 }
@@ -243,7 +245,8 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
     sheet.show(
         "figure-4-2",
         &chart,
-        "Deviation of K. Steps at which K is exact to the last bit have no place on a logarithmic axis.",
+        "Deviation of K. Steps at which K is exact to the last bit have no place on a logarithmic \
+         axis.",
         "energy",
     );
 }
@@ -269,7 +272,8 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
     sheet.show(
         "figure-4-4",
         &chart,
-        "Error of R = E(i+1)/E(i) of the fourth-order schemes and of pqpLF, with plain modDG beside them.",
+        "Error of R = E(i+1)/E(i) of the fourth-order schemes and of pqpLF, with plain modDG \
+         beside them.",
         "energy",
     );
 }
@@ -295,7 +299,8 @@ fn global_orders(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError
     };
     let names: Vec<_> = rows.iter().map(|row| row.name).collect();
     sheet.text(
-        "Global errors on [0, 20]: the largest over the run, and the order between the last two steps.",
+        "Global errors on [0, 20]: the largest over the run, and the order between the last two \
+         steps.",
     );
     sheet.table(
         &["method", "order of q", "order of p", "order of w"],

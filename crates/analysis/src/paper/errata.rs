@@ -37,10 +37,11 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     }
     sheet.data("errata", &rows)?;
     sheet.text(
-        "δ₃ and δ₄ follow from the exact flow: δ(q) = Δq/p̄ and δ(p) = Δp/(ΔV/Δq + D̄)·(-1), expanded in h. Here they are \
-         computed that way, in 106 bits and without any algebra, beside closed forms and the printed ones. The closed \
-         forms are the printed ones with these changes: δ₄(q) has the term -p'''/(24 p), which is missing in print; δ₃(p) \
-         has 2bp for \"22bp\"; δ₄(p) = -b (p² + q² + b p q)/(24 (q + b p)²).",
+        "δ₃ and δ₄ follow from the exact flow: δ(q) = Δq/p̄ and δ(p) = Δp/(ΔV/Δq + D̄)·(-1), \
+         expanded in h. Here they are computed that way, in 106 bits and without any algebra, \
+         beside closed forms and the printed ones. The closed forms are the printed ones with \
+         these changes: δ₄(q) has the term -p'''/(24 p), which is missing in print; δ₃(p) has 2bp \
+         for \"22bp\"; δ₄(p) = -b (p² + q² + b p q)/(24 (q + b p)²).",
     );
     for coefficient in ["δ3(q)", "δ4(q)", "δ3(p)", "δ4(p)"] {
         let off = |value: fn(&Erratum) -> f64| {

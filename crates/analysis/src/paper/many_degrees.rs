@@ -29,12 +29,14 @@ pub(super) const PART: Part = Part {
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
-        "The paper leaves N > 1 open. Here each degree of freedom has a reservoir w_j of its own, and K = H + Σ w_j. Three \
-         systems: a damped FPUT-β chain (β = 1, c = 0.01) that starts from rest as a sine with the strain 1 at its ends; a \
-         ring of five Van der Pol oscillators (μ = 1, κ = 0.5), which is active; and a double pendulum with friction \
-         (m = l = g = 1, c = 0.1), whose H is not separable. Errors are the largest over the degrees of freedom. The \
-         reference is a Taylor series, in 106 bits up to {LARGEST_BY_SERIES} degrees of freedom and in 53 beyond, or a run \
-         whose step was halved until two runs agree, where a series takes too many strides. Its doubt stands in each table.",
+        "The paper leaves N > 1 open. Here each degree of freedom has a reservoir w_j of its own, \
+         and K = H + Σ w_j. Three systems: a damped FPUT-β chain (β = 1, c = 0.01) that starts \
+         from rest as a sine with the strain 1 at its ends; a ring of five Van der Pol oscillators \
+         (μ = 1, κ = 0.5), which is active; and a double pendulum with friction (m = l = g = 1, c \
+         = 0.1), whose H is not separable. Errors are the largest over the degrees of freedom. The \
+         reference is a Taylor series, in 106 bits up to {LARGEST_BY_SERIES} degrees of freedom \
+         and in 53 beyond, or a run whose step was halved until two runs agree, where a series \
+         takes too many strides. Its doubt stands in each table.",
     ));
     orders::add(paper, &mut sheet)?;
     books::add(paper, &mut sheet)?;

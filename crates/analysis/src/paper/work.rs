@@ -37,10 +37,12 @@ type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(
-        "Errors at t = 20 against the time of the whole run. Every time is the fastest of several runs, taken one after \
-         the other on an otherwise idle program. The error of (q, p) and the error of w are charted apart; the drift of \
-         K stands in the table and says nothing of either. Beside the paper's methods stand compositions of coordinate \
-         increments, what raises the order without a δ, and methods that choose their steps at tolerances from 1e-3.",
+        "Errors at t = 20 against the time of the whole run. Every time is the fastest of several \
+         runs, taken one after the other on an otherwise idle program. The error of (q, p) and the \
+         error of w are charted apart; the drift of K stands in the table and says nothing of \
+         either. Beside the paper's methods stand compositions of coordinate increments, what \
+         raises the order without a δ, and methods that choose their steps at tolerances from \
+         1e-3.",
     );
     let count = extent.pick(9, 4);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
@@ -170,7 +172,8 @@ fn the_cheapest(r: &Readings) -> Said {
         None => "none of these".into(),
     };
     let statement = format!(
-        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within it.",
+        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within \
+         it.",
         r.number("q, p and w", "wanted"),
         say(best(false)),
         say(best(true)),
@@ -188,8 +191,8 @@ fn who_keeps_k(r: &Readings) -> Said {
     };
     let none = all.iter().filter(|(_, drift)| drift.is_nan());
     let statement = format!(
-        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached the end: {}. In \
-         parentheses max |K - K₀| beside K at the start.",
+        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached \
+         the end: {}. In parentheses max |K - K₀| beside K at the start.",
         part("keeps K"),
         part("does not keep K"),
         list(none.map(|(name, _)| name.to_string())),

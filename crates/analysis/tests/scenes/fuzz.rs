@@ -113,7 +113,9 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_read_or_refused(tokens in prop::collection::vec(prop::sample::select(&TOKENS[..]), 0..60)) {
+    fn any_text_is_read_or_refused(
+        tokens in prop::collection::vec(prop::sample::select(&TOKENS[..]), 0..60),
+    ) {
         read(tokens.concat().as_bytes())?;
     }
 

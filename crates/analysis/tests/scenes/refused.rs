@@ -21,7 +21,8 @@ fn what_is_wrong_is_said_pointed_at_and_soon() {
         if !says.contains(bad.says) || !help.contains(bad.help) || at != bad.at || took > SOON {
             let at: String = at.chars().take(200).collect();
             wrong.push(format!(
-                "  expected {:?} / {:?} / {:?}\n  found    {at:?} / {says:?} / {help:?} at {:?} after {took:?}",
+                "  expected {:?} / {:?} / {:?}\n  found    {at:?} / {says:?} / {help:?} at {:?} \
+                 after {took:?}",
                 bad.at, bad.says, bad.help, error.span
             ));
         }

@@ -26,12 +26,16 @@ use std::sync::Arc;
 /// # impl System<f64> for Free {
 /// #     fn dof(&self) -> usize { 1 }
 /// #     fn energy(&self, _q: &[f64], p: &[f64]) -> f64 { p[0] * p[0] / 2.0 }
-/// #     fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) { hq[0] = 0.0; hp[0] = p[0]; }
+/// #     fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+/// #         (hq[0], hp[0]) = (0.0, p[0]);
+/// #     }
 /// #     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) { d[0] = 0.0; }
 /// # }
 /// # impl Separable<f64> for Free {
 /// #     fn partial(&self, _q: &[f64], _j: usize, _at: f64) -> f64 { 0.0 }
-/// #     fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> { Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 } }
+/// #     fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+/// #         Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
+/// #     }
 /// # }
 /// impl Abilities<f64> for Free {
 ///     fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<f64>>> {

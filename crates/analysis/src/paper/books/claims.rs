@@ -24,8 +24,8 @@ pub(super) fn order_raised(r: &Readings) -> Said {
         [false, false] => "the local errors of q do not stay of one magnitude",
     };
     let statement = format!(
-        "{says}: from δ₃(q) to δ₄(q) the median goes from {} to {}, the maximum from {} to {}. K is off by {} and {} of \
-         it: {}.",
+        "{says}: from δ₃(q) to δ₄(q) the median goes from {} to {}, the maximum from {} to {}. K \
+         is off by {} and {} of it: {}.",
         sci(median.0),
         sci(median.1),
         sci(maximum.0),
@@ -56,8 +56,8 @@ pub(super) fn errors_of_one_magnitude(r: &Readings) -> Said {
         format!("{name} {} / {}", sci(median), sci(maximum))
     });
     let statement = format!(
-        "at h = {h} {says}. Median / maximum of T: {}. The error of one step, h T, has the median {} with moddg and {} with \
-         leapfrog.",
+        "at h = {h} {says}. Median / maximum of T: {}. The error of one step, h T, has the median \
+         {} with moddg and {} with leapfrog.",
         list(all),
         sci(h * of("moddg")[0]),
         sci(h * of("leapfrog")[0]),
@@ -126,7 +126,8 @@ pub(super) fn energy_ratio(r: &Readings) -> Said {
     let says = if least(true) <= least(false) {
         "the most accurate of these keeps K"
     } else if least(false) < least(true) {
-        "the most accurate of these does not keep K: to keep it does not by itself make the energy ratio accurate"
+        "the most accurate of these does not keep K: to keep it does not by itself make the energy \
+         ratio accurate"
     } else {
         "those that keep K and those that do not cannot be compared"
     };

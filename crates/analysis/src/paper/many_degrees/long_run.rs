@@ -55,13 +55,15 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         run.ending.record(study, "fput-chain", run.setup.row.name, run.setup.h)
     }));
     sheet.text(format!(
-        "A method that keeps K moves it by the roundings of each step. How do they add up? On a chain of 8 without friction \
-         (β = 1, at rest as a sine), {steps} steps from each of {} starts with the amplitudes 1, 1 + 1/1024, …; K in 106 bits \
-         at some hundred samples in each of four windows a decade. Roundings that are independent grow like √t, those that lean to one \
-         side like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % \
-         interval of that line; the windows of a run are not independent, so the interval is on the narrow side. A run that is compensated \
-         solves each equation to extended precision and carries what q, p and w lose to rounding on to the next step: what is left of \
-         K - K₀ is the rounding of the state it is seen at.",
+        "A method that keeps K moves it by the roundings of each step. How do they add up? On a \
+         chain of 8 without friction (β = 1, at rest as a sine), {steps} steps from each of {} \
+         starts with the amplitudes 1, 1 + 1/1024, …; K in 106 bits at some hundred samples in \
+         each of four windows a decade. Roundings that are independent grow like √t, those that \
+         lean to one side like t. The exponent is the slope of log rms against log t over the last \
+         two decades, with the 95 % interval of that line; the windows of a run are not \
+         independent, so the interval is on the narrow side. A run that is compensated solves each \
+         equation to extended precision and carries what q, p and w lose to rounding on to the \
+         next step: what is left of K - K₀ is the rounding of the state it is seen at.",
         starts.len()
     ));
     judge(sheet, &found, steps);
@@ -87,8 +89,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     sheet.show(
         "fput-chain-long-run",
         &chart,
-        "Deviation of K beside K, root mean square over the samples of a window and the starts. Dashed: growth like √t and \
-         like t.",
+        "Deviation of K beside K, root mean square over the samples of a window and the starts. \
+         Dashed: growth like √t and like t.",
         "fput-chain/long_run",
     );
     Ok(())

@@ -177,8 +177,8 @@ fn as_claimed(r: &Readings) -> Said {
         apart => format!("{} (the last two apart by {apart:.2})", say(name)),
     });
     let statement = format!(
-        "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, within {AGREEMENT}. Not \
-         settled before rounding, and not judged: {}.",
+        "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, \
+         within {AGREEMENT}. Not settled before rounding, and not judged: {}.",
         list(unsettled)
     );
     (verdict(holds), statement)

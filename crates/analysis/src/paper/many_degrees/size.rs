@@ -50,9 +50,10 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         "fput-chain-cost",
         &chart,
         format!(
-            "Time of a step of h = {STEP} on the chain, divided by N, all on one thread. Coordinate increments are taken red and \
-             black, eight masses at a time. Every time is the fastest of several runs, taken one after the other. A level curve \
-             is a step whose cost grows like N."
+            "Time of a step of h = {STEP} on the chain, divided by N, all on one thread. \
+             Coordinate increments are taken red and black, eight masses at a time. Every time is \
+             the fastest of several runs, taken one after the other. A level curve is a step whose \
+             cost grows like N."
         ),
         "fput-chain/cost",
     );
@@ -98,15 +99,18 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     let left = sheet.figure(
         "fput-chain-size-drift",
         drift.svg(),
-        format!("The largest deviation of K on [0, {END}] at h = {STEP}, beside the energy at the start."),
+        format!(
+            "The largest deviation of K on [0, {END}] at h = {STEP}, beside the energy at the \
+             start."
+        ),
         "fput-chain/size",
     );
     let right = sheet.figure(
         "fput-chain-size-error",
         error.svg(),
         format!(
-            "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. Where the reference is increment-8 its \
-             last two runs agree to {doubt:.0e}."
+            "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. Where the \
+             reference is increment-8 its last two runs agree to {doubt:.0e}."
         ),
         "fput-chain/size",
     );
@@ -131,7 +135,8 @@ fn k_against_n(r: &Readings) -> Said {
         format!("{name} {} ({}{failed})", kept(drift), sci(drift))
     });
     let statement = format!(
-        "{says}. From N = {} to {}, on [0, {END}] at h = {STEP}, the same wave on every chain, with max |K - K₀|/H₀: {}.",
+        "{says}. From N = {} to {}, on [0, {END}] at h = {STEP}, the same wave on every chain, \
+         with max |K - K₀|/H₀: {}.",
         r.number("N", "least"),
         r.number("N", "largest"),
         list(all),

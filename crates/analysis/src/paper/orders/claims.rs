@@ -22,8 +22,9 @@ pub(super) fn the_scheme(r: &Readings) -> Said {
     };
     let holds = agree(maximum, printed) && agree(median, printed) && drift <= KEPT;
     let statement = format!(
-        "order of {variable} printed {printed}; {name} gives {} from the maximum and {} from the median: {says}. It {} \
-         (off by {} of it). Its largest error is made at t = {}, {} from a pole of δ.",
+        "order of {variable} printed {printed}; {name} gives {} from the maximum and {} from the \
+         median: {says}. It {} (off by {} of it). Its largest error is made at t = {}, {} from a \
+         pole of δ.",
         order(maximum),
         order(median),
         kept(drift),
@@ -75,7 +76,8 @@ pub(super) fn fourth_order(r: &Readings) -> Said {
         format!("{name} keeps K and has a median order of {} at least in q, p and w", order(least))
     } else {
         format!(
-            "of the variants that keep K none has a median order above {} in all of q, p and w ({name} has it)",
+            "of the variants that keep K none has a median order above {} in all of q, p and w \
+             ({name} has it)",
             order(least)
         )
     };
@@ -100,7 +102,8 @@ pub(super) fn raised_each(r: &Readings) -> Said {
     let medians =
         list(orders.iter().map(|(variable, median)| format!("{variable} {}", order(*median))));
     let statement = format!(
-        "{RAISED_EACH} reaches order 4 in {}, not in {} (medians: {medians}), and {} (off by {} of it).",
+        "{RAISED_EACH} reaches order 4 in {}, not in {} (medians: {medians}), and {} (off by {} of \
+         it).",
         name(fourth.iter().collect()),
         name(less.iter().collect()),
         kept(drift),
@@ -122,8 +125,8 @@ pub(super) fn hang_on_the_horizon(r: &Readings) -> Said {
         }
     };
     let statement = format!(
-        "from [0, {}] to [0, {}] the orders from the median {} (by {} at most), those from the maximum {} (by {} at \
-         most).",
+        "from [0, {}] to [0, {}] the orders from the median {} (by {} at most), those from the \
+         maximum {} (by {} at most).",
         r.number("horizon", "least"),
         r.number("horizon", "largest"),
         moves(medians),

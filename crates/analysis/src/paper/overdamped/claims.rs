@@ -26,8 +26,8 @@ pub(super) fn balance_and_decay(r: &Readings) -> Said {
         format!("w falls at {falls} steps")
     };
     let statement = format!(
-        "{says}. In the second step the energy ratio is exactly {} and modDG gives {}; modDG {} (off by {} of it), and {w}. \
-         Its run: {run}.",
+        "{says}. In the second step the energy ratio is exactly {} and modDG gives {}; modDG {} \
+         (off by {} of it), and {w}. Its run: {run}.",
         fixed(exact, 4),
         fixed(found, 4),
         kept(drift),
@@ -81,8 +81,8 @@ pub(super) fn trusted(r: &Readings) -> Said {
         format!("{}: right at b = 200 and at b = 5000", list(both.iter().map(ToString::to_string)))
     };
     let statement = format!(
-        "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and decay wrongly at b = 200. \
-         Right at neither, by what becomes of them at b = 200: {}.",
+        "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and \
+         decay wrongly at b = 200. Right at neither, by what becomes of them at b = 200: {}.",
         list(once),
         list(later),
         wrong.count(),

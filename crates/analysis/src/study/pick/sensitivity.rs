@@ -33,8 +33,8 @@ impl fmt::Display for TooSensitive {
         match self {
             Self::Roundings { growth, error, until } => write!(
                 f,
-                "a change of the state grows by {growth:.0e} on the way, a rounding to {error:.0e}; up \
-                 to t = {until:.3} it stays below the wanted error"
+                "a change of the state grows by {growth:.0e} on the way, a rounding to \
+                 {error:.0e}; up to t = {until:.3} it stays below the wanted error"
             ),
             Self::Reference { doubt } => {
                 write!(f, "the reference itself is known to {doubt:.0e} only")

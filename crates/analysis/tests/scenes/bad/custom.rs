@@ -151,14 +151,16 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     (
         "[run]",
-        "[study.stability]\nsteps = [0.1]\nparameter = { name = \"d\", from = 0, to = 1, count = 2 }\n[run]",
+        "[study.stability]\nsteps = [0.1]\n\
+         parameter = { name = \"d\", from = 0, to = 1, count = 2 }\n[run]",
         "name = \"d\"",
         "there is no parameter d",
         "there are c",
     ),
     (
         "mass = [1.0, 2.0]",
-        "mass = [\"c\", 2.0]\n[study.stability]\nsteps = [0.1]\nparameter = { name = \"c\", from = 0, to = 1, count = 2 }\n[system.x]",
+        "mass = [\"c\", 2.0]\n[study.stability]\nsteps = [0.1]\n\
+         parameter = { name = \"c\", from = 0, to = 1, count = 2 }\n[system.x]",
         "x",
         "there is no key x",
         "the keys are",

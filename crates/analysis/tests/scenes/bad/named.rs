@@ -33,8 +33,10 @@ count = 1000
 "#;
 
 /// The oscillator and its start, and others to put in its place.
-const STATE: &str = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.1 }\n[initial]\nq = [2.3]\np = [-3.1]";
-const CHAIN: &str = "name = \"fput-chain\"\nparameters = { n = 2, beta = 1, c = 0.1 }\n[initial]\nq = [1, 2]\np = [0, 0]";
+const STATE: &str = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.1 }\n[initial]\n\
+                     q = [2.3]\np = [-3.1]";
+const CHAIN: &str = "name = \"fput-chain\"\nparameters = { n = 2, beta = 1, c = 0.1 }\n[initial]\n\
+                     q = [1, 2]\np = [0, 0]";
 const DUFFING: &str = r#"[system]
 name = "duffing"
 parameters = { alpha = 1, beta = 1, c = 0.1 }
@@ -61,7 +63,9 @@ methods = ["rk4"]
 steps = [0.1]
 parameter = { name = "n", from = 1, to = 3, count = 3 }
 "#;
-const DOUBLE_PENDULUM: &str = "name = \"damped-double-pendulum\"\nparameters = { m1 = 1, m2 = 1, l1 = 1, l2 = 1, g = 9.81, c1 = 0, c2 = 0 }\n[initial]\nq = [1, 2]\np = [0, 0]";
+const DOUBLE_PENDULUM: &str = "name = \"damped-double-pendulum\"\n\
+                               parameters = { m1 = 1, m2 = 1, l1 = 1, l2 = 1, g = 9.81, c1 = 0, c2 = 0 }\n\
+                               [initial]\nq = [1, 2]\np = [0, 0]";
 
 /// What to change, what is pointed at, what is said, what is advised.
 pub(super) const CHANGES: &[Change] = &[
@@ -205,21 +209,24 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     (
         STATE,
-        "name = \"fput-chain\"\nparameters = { n = 1.5, beta = 1, c = 0 }\n[initial]\nq = [1]\np = [1]",
+        "name = \"fput-chain\"\nparameters = { n = 1.5, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
+         p = [1]",
         "n = 1.5",
         "parameter n = 1.5 must be a whole number",
         "",
     ),
     (
         STATE,
-        "name = \"fput-chain\"\nparameters = { n = 1e12, beta = 1, c = 0 }\n[initial]\nq = [1]\np = [1]",
+        "name = \"fput-chain\"\nparameters = { n = 1e12, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
+         p = [1]",
         "n = 1e12",
         "parameter n = 1000000000000.0",
         "",
     ),
     (
         STATE,
-        "name = \"fput-chain\"\nparameters = { n = 1e9, beta = 1, c = 0 }\n[initial]\nq = [1]\np = [1]",
+        "name = \"fput-chain\"\nparameters = { n = 1e9, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
+         p = [1]",
         "q = [1]",
         "q has 1 entries",
         "",
