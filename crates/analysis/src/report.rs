@@ -1,5 +1,4 @@
-//! A report as one HTML file: text, verdicts, tables and figures, with nothing fetched from
-//! anywhere.
+//! A report as one self-contained HTML file: text, verdicts, tables and figures.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
@@ -9,7 +8,7 @@ use serde::Serialize;
 pub struct Report {
     /// The title of the page.
     pub title: String,
-    /// One line below the title: what was run, when, on what.
+    /// One line below the title, which says what was run, when and on what machine.
     pub subtitle: String,
     /// The sections, listed at the top of the page.
     pub sections: Vec<Section>,
@@ -18,9 +17,9 @@ pub struct Report {
 /// A section of a [`Report`].
 #[derive(Debug, Clone)]
 pub struct Section {
-    /// The heading, in the table of contents as well.
+    /// The heading, also listed in the table of contents.
     pub heading: String,
-    /// What stands below the heading.
+    /// The contents below the heading.
     pub blocks: Vec<Block>,
 }
 
@@ -37,23 +36,23 @@ pub enum Block {
     Figure(Figure),
     /// Two figures side by side, one below the other on a narrow screen.
     Pair(Figure, Figure),
-    /// Blocks that are folded away behind one line.
+    /// Blocks hidden behind a summary line until it is opened.
     Fold(String, Vec<Block>),
 }
 
-/// What came out of checking a statement.
+/// The result of checking a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The statement holds.
     Holds,
-    /// It does not.
+    /// The statement does not hold.
     Fails,
-    /// A remark, neither of the two.
+    /// A remark without a verdict.
     Note,
 }
 
-/// A table. Columns of numbers are set to the right.
+/// A table. Columns of numbers are aligned to the right.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// The names of the columns.
@@ -62,12 +61,12 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// A figure: a chart and where to find it.
+/// A figure: a chart, its caption and its files.
 #[derive(Debug, Clone)]
 pub struct Figure {
     /// The chart as SVG text.
     pub svg: String,
-    /// What there is to see.
+    /// The caption.
     pub caption: String,
     /// The file of the chart, relative to the report.
     pub file: String,
@@ -173,7 +172,7 @@ impl Table {
         }
     }
 
-    /// Whether a column holds numbers, apart from cells that say there is none.
+    /// Whether a column holds numbers. Cells without a value are ignored.
     fn is_numeric(&self, column: usize) -> bool {
         let cells = || self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.trim());
         let none = |cell: &str| {
@@ -184,7 +183,8 @@ impl Table {
     }
 }
 
-/// Whether a text is a number, perhaps behind a sign or a relation and before a unit or an error.
+/// Whether a text is a number. A sign or a relation may precede it, and a unit or an error may
+/// follow.
 fn starts_with_number(text: &str) -> bool {
     let text = text.trim_start_matches(['+', '-', '−', '<', '>', '≈', '≤', '≥', '~', ' ']);
     let tail = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
