@@ -7,6 +7,7 @@ mod depth;
 mod document;
 mod literal;
 mod plan;
+mod planner;
 mod problem;
 mod source;
 mod system;
@@ -21,7 +22,7 @@ pub use problem::{SceneError, SceneProblem};
 
 use crate::study::Problem;
 use afterbay_core::{Grid, InputError, Quantity, Scalar, State};
-use plan::Planner;
+use planner::Planner;
 use source::Source;
 
 /// The most bytes a scene may have.
