@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     pub(crate) format: Format,
 }
 
-/// Where to begin, and how it ends.
+/// Examples and exit codes, shown after the help.
 const AFTER: &str = "\
 First steps:
   afterbay list systems                              what can be integrated

@@ -9,7 +9,7 @@ use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
 use afterbay_analysis::{Measured, ReportError, experiment};
 use std::process::ExitCode;
 
-/// Those that qualify and those that do not, shown.
+/// The most candidates shown, of those that qualify and of those that do not.
 const SHOWN: usize = 8;
 const NEAREST: usize = 3;
 
@@ -112,7 +112,7 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     }
 }
 
-/// What else was wanted, in words.
+/// The other requirements, in words.
 fn structure(found: &Pick) -> &'static str {
     match (found.wanted.keep_k, found.wanted.passive) {
         (true, true) => ", with K kept and passive",
@@ -138,7 +138,7 @@ fn cost(candidate: &Candidate) -> String {
     )
 }
 
-/// What the recommendation was checked by.
+/// The checks of the recommendation.
 fn checked(winner: &Candidate, finer: Option<[f64; 2]>) -> String {
     let run = &winner.run;
     let beside = winner.checked.map_or(String::new(), |checked| {

@@ -1,4 +1,4 @@
-//! The energy books: what H loses, what the reservoir holds, and what K is off by.
+//! The energy books: the loss of H, the content of the reservoir, and the deviation of K.
 
 use crate::Measured;
 use crate::chart::{Axis, Curve, Style};
@@ -10,7 +10,7 @@ use crate::sheet::{ReportError, Sheet, line, measured, of_errors, over_time, sci
 use crate::study::energy::{self, Books, EnergyRow};
 use crate::study::outcome::COMPLETED;
 
-/// The table the charts are made of.
+/// The table from which the charts are made.
 const DATA: &str = "energy";
 
 pub(super) fn sheet(
@@ -101,7 +101,7 @@ pub(super) fn sheet(
     Ok(sheet)
 }
 
-/// How far K and w are off, side by side.
+/// States the errors of K and of w side by side.
 fn k_and_w(r: &Readings) -> Said {
     let one = |(name, drift): (&str, f64)| {
         let [error, doubt] = ["error of w", "doubt of w"].map(|what| r.number(name, what));

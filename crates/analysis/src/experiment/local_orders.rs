@@ -1,4 +1,4 @@
-//! Local errors and the orders they show.
+//! Local errors and their orders.
 
 use super::names;
 use crate::chart::{Axis, LineChart};
@@ -94,12 +94,12 @@ pub(super) fn sheet(
     Ok(sheet)
 }
 
-/// An order, or why there is none.
+/// An order, or the reason why there is none.
 fn order_of(row: &OrderRow) -> String {
     if row.order.is_some() { decimal(row.order) } else { "none: below rounding".into() }
 }
 
-/// Which statistics have fewer than all steps, and why.
+/// States which statistics use fewer than all steps, and why.
 fn left_out(orders: &[OrderRow], steps: usize) -> String {
     let fewer = orders.iter().filter(|row| row.points < steps);
     let of = |row: &OrderRow| {
@@ -121,7 +121,7 @@ fn local(r: &Readings) -> Said {
     (Verdict::Note, orders_of_three(r, 3, "none: below rounding"))
 }
 
-/// The orders of q, p and w of every method, and a word where there is none.
+/// The orders of q, p and w of every method. The word `none` stands for a missing one.
 pub(super) fn orders_of_three(r: &Readings, decimals: usize, none: &str) -> String {
     let one = |name: &str| {
         let order = |variable: &str| match r.number(name, variable) {

@@ -1,4 +1,4 @@
-//! How roundings add up in K over very many steps.
+//! The accumulation of roundings in K over very many steps.
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
@@ -11,8 +11,8 @@ use crate::study::Problem;
 use crate::study::long_run::{self, Setup};
 use crate::study::outcome::COMPLETED;
 
-/// Starts beside the one of the scene, each with its amplitudes a little larger: one path of a
-/// random walk says little of its exponent.
+/// The number of starts, the scene's and others with slightly larger amplitudes, since a single
+/// random walk determines its exponent poorly.
 const STARTS: i32 = 8;
 
 pub(super) fn sheet(

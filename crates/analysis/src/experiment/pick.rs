@@ -1,4 +1,4 @@
-//! What `pick` found, and the charts it decided from.
+//! The result of `pick` with the charts of its runs.
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, sci};
@@ -10,7 +10,7 @@ use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::{Candidate, Pick, SAMPLES, Trial};
 use serde::Serialize;
 
-/// The tables the charts are made of.
+/// The tables from which the charts are made.
 const TRIED: &str = "pick_tried";
 const FOUND: &str = "pick";
 
@@ -55,7 +55,7 @@ fn row(candidate: &Candidate) -> Row<'_> {
     }
 }
 
-/// The error a trial is judged by.
+/// The error by which a trial is judged.
 fn judged(found: &Pick, run: &Trial) -> Option<f64> {
     let [qp, w] =
         if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
@@ -128,7 +128,7 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// The cheapest of what qualifies, or why there is none.
+/// States the cheapest method that qualifies, or the reason why there is none.
 fn the_cheapest(r: &Readings) -> Said {
     let (asked, why) = (r.word("the search", "asked"), r.word("the scene", "too sensitive"));
     let all = r.numbers("seconds");
@@ -144,8 +144,8 @@ fn the_cheapest(r: &Readings) -> Said {
     (Holds::Note, format!("{says}."))
 }
 
-/// Every run that was tried against its evaluations, and what qualifies against its time, with the
-/// bound as a line.
+/// Charts every run that was tried against its evaluations, and those that qualify against their
+/// time, with the bound as a line.
 fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
     let bound = found.wanted.error;
     let place = found.wanted.place(end);

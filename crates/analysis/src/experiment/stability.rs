@@ -1,5 +1,4 @@
-//! Where methods fail: a map of verdicts for each method, and at the end an atlas of what breaks
-//! first.
+//! Stability: a map of verdicts for each method, and an atlas of first failures.
 
 use super::names;
 use crate::chart::{Axis, Cells, HeatMap};
@@ -12,9 +11,9 @@ use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::stability::{AtlasRow, Map, StabilityRow, Verdict, atlas, rules};
 
-/// The table the maps are made of.
+/// The table from which the maps are made.
 const DATA: &str = "stability";
-/// Steps of a run, at least: fewer show nothing.
+/// The least number of steps of a run. Shorter runs show nothing.
 const LEAST_STEPS: u64 = 50;
 
 pub(super) fn sheet(

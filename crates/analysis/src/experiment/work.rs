@@ -1,4 +1,4 @@
-//! What accuracy costs.
+//! Work against precision.
 
 use super::names;
 use crate::Measured;
@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, of_errors, table};
 use crate::study::work_precision::{self, WorkRow};
 use afterbay_methods::registry::ADAPTIVE;
 
-/// The table the charts are made of.
+/// The table from which the charts are made.
 const DATA: &str = "work_precision";
 
 pub(super) fn sheet(

@@ -1,4 +1,4 @@
-//! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global
+//! Figures 4.1 to 4.4: local errors over time, the drift of K and the energy ratio, and the global
 //! orders behind them.
 
 mod claims;
@@ -20,7 +20,7 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// The methods whose energies are followed.
+/// The methods whose energies are recorded.
 const KEPT: [&str; 7] = [
     "moddg",
     "rk4",
@@ -30,9 +30,9 @@ const KEPT: [&str; 7] = [
     "moddg-p3-shared",
     "moddg-p4-shared",
 ];
-/// The three the paper compares.
+/// The three methods that the paper compares.
 const COMPARED: [&str; 3] = ["moddg", "leapfrog", "rk4"];
-/// Three terms of δ, and four.
+/// The methods with three and with four terms of δ.
 const RAISED: [&str; 2] = ["moddg-q3-shared", "moddg-q4-shared"];
 const OF_GLOBAL_ERRORS: [&str; 5] = ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4"];
 
@@ -204,7 +204,7 @@ fn of<'a>(books: &'a [Books], name: &str) -> Option<&'a Books> {
     books.iter().find(|books| books.method == name)
 }
 
-/// max |K - K₀| of a run that reached its end, beside the energy at the start.
+/// max |K - K₀| of a run that reached its end, relative to the energy at the start.
 fn drift(books: &[Books], name: &str) -> Option<f64> {
     let books = of(books, name).filter(|books| books.ending.is_completed())?;
     Some(books.drift / books.rows.first()?.energy)

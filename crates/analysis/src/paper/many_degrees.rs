@@ -1,5 +1,4 @@
-//! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum. All of it is
-//! ours.
+//! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum.
 
 mod books;
 pub(crate) mod long_run;
@@ -46,7 +45,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// The problems whose parts depend on nothing but the extent, for the record of what was run.
+/// The problems that depend on the extent only, for the manifest.
 pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
     let end = orders::end(extent);
     let mut problems = vec![
@@ -61,26 +60,26 @@ pub(super) fn problems(extent: Extent) -> Vec<(&'static str, Problem)> {
     problems
 }
 
-/// The chain of n masses that starts from rest as a sine, q_j = (n+1)/π sin(π j/(n+1)): the strain
-/// at the walls is 1, and the energy of a degree of freedom the same for every n.
+/// The chain of n masses that starts from rest as a sine, q_j = (n+1)/π sin(π j/(n+1)). The strain
+/// at the walls is 1, and the energy per degree of freedom is the same for every n.
 fn chain(n: usize, end: f64) -> Problem {
     let length = (n + 1) as f64;
     let q = (1..=n).map(|j| length / PI * (PI * j as f64 / length).sin()).collect();
     Problem { model: Model::of(&FPUT_CHAIN, &[n as f64, 1.0, 0.01]), q, p: vec![0.0; n], end }
 }
 
-/// The chain of n masses that starts from rest with the same wave at every n, q_j = sin(π j/4).
+/// The chain of n masses that starts from rest with the same wave for every n, q_j = sin(π j/4).
 fn wave(n: usize, end: f64) -> Problem {
     Problem { q: (1..=n).map(|j| (PI * j as f64 / 4.0).sin()).collect(), ..chain(n, end) }
 }
 
-/// Five oscillators that start out of step.
+/// Five oscillators that start with different phases.
 fn ring(end: f64) -> Problem {
     let model = Model::of(&VAN_DER_POL_RING, &[5.0, 1.0, 0.5]);
     Problem { model, q: vec![2.0, -1.0, 0.5, 1.5, -0.5], p: vec![0.5, 1.0, -1.5, 0.0, 0.25], end }
 }
 
-/// A pendulum let go from rest, both rods far from the vertical.
+/// A pendulum released from rest, with both rods far from the vertical.
 fn pendulum(end: f64) -> Problem {
     let model = Model::of(&DAMPED_DOUBLE_PENDULUM, &[1.0, 1.0, 1.0, 1.0, 1.0, 0.1, 0.1]);
     Problem { model, q: vec![1.5, -0.5], p: vec![0.0; 2], end }

@@ -18,19 +18,19 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// Is it a method of the paper, or a variant of its δ?
+/// Whether a method is one of the paper's, or a variant of its δ.
 fn is_of_the_paper(row: &Row) -> bool {
     row.name.starts_with("moddg") || ["leapfrog", "rk4"].contains(&row.name)
 }
 
-/// What the paper prints for the orders of q, p and w, read from the maxima, with δ₃(q) ...
+/// The orders of q, p and w printed in the paper, read from the maxima, with δ₃(q) ...
 const PRINTED_Q3: [f64; 3] = [2.99811, 2.98861, 2.0];
 /// ... and with δ₄(p). (The order of p is printed as "2.3.89048".)
 const PRINTED_P4: [f64; 3] = [7.83681, 3.89048, 7.7702];
 
-/// The variants the paper may have meant by its δ₃(q); the first has one δ in all three equations.
+/// The variants that the paper may mean by δ₃(q). The first has one δ in all three equations.
 const WITH_Q3: [&str; 3] = ["moddg-q3-shared", "moddg-q3-single", "moddg-qp3"];
-/// The variants it may have meant by its δ₄(p); the first has one δ in all three equations.
+/// The variants that the paper may mean by δ₄(p). The first has one δ in all three equations.
 const WITH_P4: [&str; 5] = [
     "moddg-p4-shared",
     "moddg-p4-single",
@@ -38,9 +38,9 @@ const WITH_P4: [&str; 5] = [
     "moddg-p4-single-printed",
     "moddg-qp4",
 ];
-/// A δ of its own, with h⁴, in each of the equations of q and p.
+/// The method with separate δ up to h⁴ in the equations of q and p.
 const RAISED_EACH: &str = "moddg-qp4";
-/// Those whose orders are taken on other horizons too.
+/// The methods whose orders are computed on other horizons too.
 const ON_HORIZONS: [&str; 3] = ["moddg-q3-shared", "moddg-p4-shared", "moddg-p4-single"];
 
 fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
@@ -55,7 +55,7 @@ fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
     (statistic == Statistic::Max).then_some(values[column])
 }
 
-/// The orders of every variant, and how far K moves with it beside the energy at the start.
+/// The orders of every variant, and its drift of K relative to the energy at the start.
 struct Found {
     orders: Vec<OrderRow>,
     drifts: Vec<(&'static str, f64)>,
@@ -159,7 +159,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// max |K - K₀| of each method over the paper's run, beside the energy at the start.
+/// max |K - K₀| of each method over the paper's run, relative to the energy at the start.
 fn drifts(
     paper: &Paper<'_>,
     all: &[&'static Row],
@@ -186,8 +186,8 @@ fn find<'a>(
     })
 }
 
-/// The printed orders of q, p and w beside those of the scheme with one δ, and beside whatever
-/// variant fits them.
+/// Compares the printed orders of q, p and w with those of the scheme with one δ and with those of
+/// the variant that fits best.
 fn compare(
     sheet: &mut Sheet,
     found: &Found,
@@ -287,7 +287,7 @@ fn order_chart(
     }
 }
 
-/// Orders on several horizons, by method.
+/// Orders on several horizons, for each method.
 fn horizons(
     paper: &Paper<'_>,
     study: &LocalOrder,
@@ -322,7 +322,7 @@ fn horizon_rows(on_horizons: &[(f64, Vec<OrderRow>)]) -> Vec<Vec<String>> {
     table
 }
 
-/// How far the orders of a variable are apart on the horizons, the most over methods and variables.
+/// The range of the orders of a variable over the horizons, the largest over methods and variables.
 fn spreads(on_horizons: &[(f64, Vec<OrderRow>)]) -> Readings {
     let spread = |statistic: Statistic| {
         let one = |method: &str, column: usize| {

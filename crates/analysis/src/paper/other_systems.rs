@@ -1,5 +1,5 @@
-//! What the paper announces but does not show: the same study for Duffing, Van der Pol and modified
-//! Van der Pol.
+//! Systems that the paper announces without results: the same study for Duffing, Van der Pol and
+//! modified Van der Pol.
 
 use super::rule::{KEPT, kept};
 use super::{BASE_STEP, FIGURE_STEP, Paper, Part, STEPS};
@@ -12,8 +12,8 @@ use crate::study::local_order::{LocalOrder, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
 use afterbay_systems::{DUFFING, MODIFIED_VAN_DER_POL, VAN_DER_POL};
 
-/// The problems by the names of their folders. Only the names of the systems are the paper's: it
-/// does not define them.
+/// The problems, by the names of their folders. The paper names these systems without defining
+/// them.
 pub(super) fn problems() -> [(&'static str, Problem); 4] {
     [
         (
@@ -64,8 +64,8 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// A median order is 2 within this: on nonlinear systems the next term of the error bends the line
-/// more.
+/// The tolerance of a median order of 2. On nonlinear systems the next term of the error bends the
+/// line more.
 const AGREEMENT: f64 = 0.1;
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
@@ -174,7 +174,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// modDG holds where it has order 2 in q, p and w and keeps K.
+/// Holds if modDG has order 2 in q, p and w and keeps K.
 fn second_order_with_k(r: &Readings) -> Said {
     let medians = r.numbers("median");
     let second = |order: f64| (order - 2.0).abs() <= AGREEMENT;

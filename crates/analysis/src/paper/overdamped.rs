@@ -1,5 +1,5 @@
-//! An exact balance, a wrong decay: the overdamped oscillator at a step the explicit methods cannot
-//! take.
+//! The overdamped oscillator at a step too long for explicit methods: K is exact while the decay is
+//! wrong.
 
 mod claims;
 
@@ -23,9 +23,9 @@ const SHOWN: [&str; 3] = ["moddg", "leapfrog", "rk4"];
 const L_STABLE: &str = "locally-exact";
 
 const STEP: f64 = 0.1;
-/// A step at which the fast motion is resolved, and how many of it make one of the others.
+/// A step that resolves the fast motion, and the number of such steps in one step of the others.
 const FINE: (f64, u64) = (STEP / 200.0, 200);
-/// The friction, and one at which e^{-b h} is beyond any order.
+/// The friction, and a friction for which e^{-b h} is beyond any order.
 const FRICTION: [f64; 2] = [200.0, 5000.0];
 
 fn problem(b: f64) -> Problem {
@@ -78,7 +78,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// The energies over time beside the exact one.
+/// Charts the energies over time beside the exact one.
 fn energies(
     paper: &Paper<'_>,
     sheet: &mut Sheet,
@@ -107,8 +107,8 @@ fn energies(
         .map(|(label, books)| (label.as_str(), *books))
         .chain([("rk4, h = 0.1", &books[2])])
     {
-        // Every state shown stands at a whole multiple of the step: ten states of the solution
-        // further on.
+        // Every state shown is at a whole multiple of the step, ten states of the solution further
+        // on.
         let off = books
             .rows
             .iter()
@@ -131,7 +131,7 @@ fn energies(
     Ok(())
 }
 
-/// The table of all methods, at both frictions, and which of them decay rightly.
+/// The table of all methods at both frictions, and the finding on which of them decay rightly.
 fn every_method(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
     let all: Vec<&'static Row> = paper.registry.iter().collect();
     let run = |b: f64| -> Result<Vec<DecayRow>, ReportError> {

@@ -1,41 +1,41 @@
-//! What counts as holding: one rule for all figures of the paper.
+//! The rule by which all figures of the paper are judged.
 
 use super::{BASE_STEP, FIGURE_STEP};
 use crate::claim::fixed;
 pub(crate) use crate::study::decay::KEPT;
 
-/// An order agrees with a printed one within this.
+/// The largest difference of two orders that agree.
 pub(super) const AGREEMENT: f64 = 0.05;
-/// Two sizes are of one magnitude within this factor.
+/// The largest ratio of two sizes of one magnitude.
 pub(super) const MAGNITUDE: f64 = 10.0;
 
-/// Do two orders agree?
+/// Whether two orders agree.
 pub(super) fn agree(order: f64, printed: f64) -> bool {
     (order - printed).abs() <= AGREEMENT
 }
 
-/// Are two sizes of one magnitude?
+/// Whether two sizes are of one magnitude.
 pub(super) fn alike(a: f64, b: f64) -> bool {
     (b..=MAGNITUDE * b).contains(&a) || (a..=MAGNITUDE * a).contains(&b)
 }
 
-/// Is K kept, where it moves by so much beside the energy at the start? Not where that is not
-/// known.
+/// Whether K is kept. `drift` is its largest deviation relative to the energy at the start; K is
+/// not kept if it is NaN.
 pub(crate) fn keeps(drift: f64) -> bool {
     drift <= KEPT
 }
 
-/// The same in words.
+/// [`keeps`] in words.
 pub(crate) fn kept(drift: f64) -> &'static str {
     if keeps(drift) { "keeps K" } else { "does not keep K" }
 }
 
-/// An order in a sentence.
+/// An order for a sentence.
 pub(super) fn order(order: f64) -> String {
     fixed(order, 3)
 }
 
-/// The rule, for the report: a paragraph each.
+/// The rule for the report, one paragraph per entry.
 pub(super) fn paragraphs() -> [String; 5] {
     [
         format!(

@@ -1,4 +1,4 @@
-//! Where methods fail: maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
+//! Stability maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
 
 use super::{Paper, Part, oscillator};
 use crate::Model;
@@ -134,7 +134,7 @@ fn bounded(row: &StabilityRow) -> bool {
     matches!(row.verdict, Verdict::Right | Verdict::Late | Verdict::Wrong)
 }
 
-/// The spectral radius beside the verdicts.
+/// Compares the spectral radius with the verdicts.
 fn compare_with_spectrum(sheet: &mut Sheet, cells: &[StabilityRow]) {
     for method in ["leapfrog", "rk4", "moddg"] {
         let mut counts = [0_usize; 5];
@@ -155,7 +155,7 @@ fn compare_with_spectrum(sheet: &mut Sheet, cells: &[StabilityRow]) {
     }
 }
 
-/// A spectral radius may be above 1 by so much of rounding.
+/// The largest excess of a spectral radius over 1 that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
 const COUNTED: [&str; 5] =

@@ -1,4 +1,4 @@
-//! What accuracy costs, a chart per system.
+//! Work against precision, with a chart for each system.
 
 use super::other_systems::problems;
 use super::rule::{KEPT, kept};
@@ -31,7 +31,7 @@ pub(crate) const HEADER: [&str; 9] = [
     "evaluations",
 ];
 
-/// What a run costs: a name and the figure.
+/// A measure of cost: its name and its value.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
@@ -110,10 +110,11 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// The largest error of q, p and w that is asked for.
+/// The largest error of q, p and w for the cheapest run.
 const WANTED: f64 = 1e-4;
 
-/// The cheapest way to an error of [`WANTED`], with and without K, and which methods keep K at all.
+/// States the cheapest runs within [`WANTED`], with K kept and without, and which methods keep K at
+/// all.
 pub(crate) fn cheapest(
     sheet: &mut Sheet,
     name: &str,
@@ -144,8 +145,8 @@ pub(crate) fn cheapest(
     Ok(())
 }
 
-/// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be
-/// 0 there.
+/// The magnitude of the terms of K at the start: |H| plus the kinetic part ½ |p·∂H/∂p|, since H
+/// itself may be 0.
 fn size(problem: &Problem) -> Result<f64, InputError> {
     let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
     let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
@@ -154,7 +155,8 @@ fn size(problem: &Problem) -> Result<f64, InputError> {
     Ok(system.energy(&start.q, &start.p).abs() + kinetic)
 }
 
-/// The cheapest run within the error asked for, and the cheapest of those that keep K, as measured.
+/// States the cheapest run within the wanted error, and the cheapest of those that keep K, as
+/// measured.
 fn the_cheapest(r: &Readings) -> Said {
     let all = r.numbers("seconds");
     let best = |keeps: bool| {
@@ -182,7 +184,7 @@ fn the_cheapest(r: &Readings) -> Said {
     (Verdict::Note, statement)
 }
 
-/// Which methods keep K in all their runs that reached the end.
+/// States which methods keep K in all runs that reached the end.
 fn who_keeps_k(r: &Readings) -> Said {
     let all = r.numbers("drift");
     let part = |word: &str| {

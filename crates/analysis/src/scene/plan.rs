@@ -5,14 +5,14 @@ use super::document::Spacing;
 use crate::study::local_order::LocalOrder;
 use afterbay_methods::registry::Row;
 
-/// Trajectories.
+/// The plan of trajectories.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
     /// The methods.
     pub methods: Vec<&'static Row>,
-    /// Every so many steps a state is kept.
+    /// The number of steps between two states that are kept.
     pub every: u64,
-    /// What adaptive collocation is to meet.
+    /// The tolerance of adaptive collocation.
     pub tolerance: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ pub struct Studies {
 }
 
 impl Studies {
-    /// Is there none?
+    /// Whether no study is declared.
     pub fn is_empty(&self) -> bool {
         let Self { local_order, global_order, energy, work_precision, stability, long_run } = self;
         local_order.is_none()
@@ -46,7 +46,7 @@ impl Studies {
     }
 }
 
-/// Local errors and orders.
+/// The plan of local errors and orders.
 #[derive(Clone, Debug)]
 pub struct LocalOrderPlan {
     /// The methods.
@@ -55,7 +55,7 @@ pub struct LocalOrderPlan {
     pub study: LocalOrder,
 }
 
-/// Methods at steps.
+/// The plan of a study of methods at several steps.
 #[derive(Clone, Debug)]
 pub struct StepsPlan {
     /// The methods.
@@ -64,48 +64,48 @@ pub struct StepsPlan {
     pub steps: Vec<f64>,
 }
 
-/// Work against precision.
+/// The plan of work against precision.
 #[derive(Clone, Debug)]
 pub struct WorkPrecisionPlan {
     /// The methods.
     pub methods: Vec<&'static Row>,
     /// The steps, in the order of the scene.
     pub steps: Vec<f64>,
-    /// What adaptive collocation is to meet.
+    /// The tolerances of methods that choose their steps.
     pub tolerances: Vec<f64>,
 }
 
-/// The energy books.
+/// The plan of the energy books.
 #[derive(Clone, Debug)]
 pub struct EnergyPlan {
     /// The methods.
     pub methods: Vec<&'static Row>,
     /// The step.
     pub step: f64,
-    /// Every so many steps a row is kept.
+    /// The number of steps between two rows that are kept.
     pub every: u64,
 }
 
-/// A map of stability.
+/// The plan of a stability map.
 #[derive(Clone, Debug)]
 pub struct StabilityPlan {
     /// The methods.
     pub methods: Vec<&'static Row>,
     /// The steps, ascending.
     pub steps: Vec<f64>,
-    /// How they are spaced; a list counts as spaced by ratios.
+    /// The spacing of the steps. A list counts as logarithmic.
     pub step_spacing: Spacing,
     /// The parameter that is varied.
     pub parameter: String,
     /// Its values, ascending.
     pub values: Vec<f64>,
-    /// How they are spaced.
+    /// The spacing of the values.
     pub spacing: Spacing,
-    /// The time of a run.
+    /// The time span of a run.
     pub end: f64,
 }
 
-/// Growth of the deviation of K.
+/// The plan of a long run.
 #[derive(Clone, Debug)]
 pub struct LongRunPlan {
     /// The methods.
@@ -114,6 +114,6 @@ pub struct LongRunPlan {
     pub step: f64,
     /// The number of steps.
     pub count: u64,
-    /// Are they also run with roundings that do not add up?
+    /// Whether methods also run with compensated roundings.
     pub compensated: bool,
 }

@@ -21,7 +21,7 @@ pub(super) struct Planner<'a> {
     pub(super) source: &'a Source<'a>,
     pub(super) document: &'a Document,
     pub(super) problem: &'a Problem,
-    /// The steps of a run.
+    /// The number of steps of a run.
     pub(super) steps: u64,
 }
 
@@ -62,7 +62,7 @@ impl Planner<'_> {
                 self.within(&entry(path, &table.steps, i), Grid::<f64>::new(table.base_step, h))?;
             }
             self.steps_fit(&base, grid.steps as f64 * (methods.len() * steps.len()) as f64)?;
-            // The exact solution is kept along the grid.
+            // The exact solution is stored along the grid.
             self.table_fits(&base, grid.steps, 3 * self.problem.model.dof() + 1)?;
             studies.local_order = Some(LocalOrderPlan {
                 methods,
@@ -83,7 +83,7 @@ impl Planner<'_> {
             self.steps_fit(path, grid.steps as f64 * methods.len() as f64)?;
             let dof = self.problem.model.dof();
             self.table_fits(path, grid.steps / every, methods.len() * (8 + dof))?;
-            // The exact solution is kept at every step.
+            // The exact solution is stored at every step.
             self.table_fits(path, grid.steps, 3 * dof + 1)?;
             studies.energy = Some(EnergyPlan { methods, step, every });
         }
@@ -214,7 +214,7 @@ impl Planner<'_> {
         }
     }
 
-    /// The rows of methods that apply.
+    /// The rows of the named methods, if all apply.
     fn methods(&self, path: &str, names: &[String]) -> Planned<Vec<&'static Row>> {
         let mut rows: Vec<&'static Row> = Vec::with_capacity(names.len());
         for (i, name) in names.iter().enumerate() {

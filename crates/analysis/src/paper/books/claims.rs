@@ -1,4 +1,4 @@
-//! What the errors and energies over time say of figures 4.1 to 4.4.
+//! Findings on errors and energies over time, figures 4.1 to 4.4.
 
 use crate::claim::{Readings, Said, list, sci, verdict};
 use crate::paper::rule::{KEPT, MAGNITUDE, alike, keeps, kept};
@@ -70,7 +70,8 @@ fn drifts(r: &Readings) -> String {
     format!("max |K - K₀|/K₀ at h = {}: {}", r.number("step", "h"), list(all))
 }
 
-/// "SV scheme underperforms": K is off by more than a magnitude beyond the other two.
+/// "SV scheme underperforms": holds if its drift of K exceeds the other two by more than a
+/// magnitude.
 pub(super) fn underperforms(r: &Readings) -> Said {
     let drift = |name: &str| r.number(name, "drift");
     let worse = |name: &str| drift("leapfrog") > MAGNITUDE * drift(name);
@@ -83,7 +84,7 @@ pub(super) fn underperforms(r: &Readings) -> Said {
     (verdict(worse("moddg") && worse("rk4")), format!("{says}. {}.", drifts(r)))
 }
 
-/// "modDG goes head to head with eRK4": their drifts of K are of one magnitude.
+/// "modDG goes head to head with eRK4": holds if their drifts of K are of one magnitude.
 pub(super) fn head_to_head(r: &Readings) -> Said {
     let (moddg, rk4) = (r.number("moddg", "drift"), r.number("rk4", "drift"));
     let level = alike(moddg, rk4);
@@ -115,7 +116,7 @@ pub(super) fn simpler_delta(r: &Readings) -> Said {
     (verdict(holds), format!("{says}. max |K - K₀|/K₀: {}.", list(all)))
 }
 
-/// The energy ratio, and whether it is the more accurate the better K is kept.
+/// The energy ratio, and whether it is more accurate where K is kept better.
 pub(super) fn energy_ratio(r: &Readings) -> Said {
     let all = r.numbers("d_R");
     let keep = |name: &str| r.number(name, "drift") <= KEPT;

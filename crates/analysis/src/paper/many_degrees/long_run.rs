@@ -1,4 +1,4 @@
-//! What the roundings of very many steps do to K.
+//! The effect of the roundings of very many steps on K.
 
 use super::chain;
 use crate::Model;
@@ -14,7 +14,7 @@ use crate::study::outcome::COMPLETED;
 use afterbay_systems::FPUT_CHAIN;
 use std::f64::consts::PI;
 
-/// Name, step, and whether roundings are kept from adding up.
+/// The method, the step, and whether roundings are compensated.
 const RUNS: [(&str, f64, bool); 7] = [
     ("increment-4", 0.1, false),
     ("gonzalez", 0.05, false),
@@ -25,11 +25,11 @@ const RUNS: [(&str, f64, bool); 7] = [
     ("rk4", 0.05, false),
 ];
 
-/// An exponent agrees with another within this, however narrow its interval.
+/// The largest difference of two exponents that agree, however narrow their intervals.
 const AGREEMENT: f64 = 0.05;
 
-/// A chain of 8 without friction, from rest as a sine of the amplitude 1 or a little more: the
-/// roundings of no two starts are the same.
+/// A chain of 8 without friction that starts from rest as a sine of amplitude 1 or slightly more,
+/// so that the roundings of all starts differ.
 pub(super) fn starts(extent: Extent) -> Vec<Problem> {
     let n = 8;
     let start = |i: u32| {
@@ -101,7 +101,7 @@ pub(crate) fn chart_of(run: &LongRun) -> Curve {
     marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect())
 }
 
-/// What an exponent says, as far as its interval lets it.
+/// The conclusion from an exponent, as far as its interval allows one.
 pub(crate) fn grows(fit: &Fit) -> &'static str {
     let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
@@ -131,7 +131,7 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
     ]
 }
 
-/// The readings of long runs: how far K is off at the end, how that grows, and how the run ended.
+/// The readings of long runs: the deviation of K at the end, its growth, and the ending of the run.
 pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
     found.iter().fold(Readings::default().and("run", "steps", steps), |r, run| {
         let (label, growth) = (run.setup.label(), run.growth());
@@ -142,7 +142,7 @@ pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
     })
 }
 
-/// How the deviation of one run grows, from its readings.
+/// The growth of the deviation of one run, from its readings.
 pub(crate) fn growth(r: &Readings, label: &str) -> String {
     let (slope, margin) = (r.number(label, "exponent"), r.number(label, "margin"));
     if slope.is_nan() {
@@ -157,7 +157,7 @@ fn judge(sheet: &mut Sheet, found: &[LongRun], steps: u64) {
     sheet.find("K in a long run", readings(found, steps), in_a_long_run);
 }
 
-/// K holds in a long run where every run of a discrete gradient ends and keeps it.
+/// Holds if every run of a discrete gradient reaches its end and keeps K.
 fn in_a_long_run(r: &Readings) -> Said {
     let of = r.numbers("rms");
     let (contrast, claimed): (Vec<_>, Vec<_>) =

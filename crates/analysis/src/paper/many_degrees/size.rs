@@ -1,4 +1,4 @@
-//! What N does to errors, books and cost.
+//! Errors, energy books and cost as N grows.
 
 use super::{chain, wave};
 use crate::chart::{Axis, Curve, LineChart};
@@ -15,7 +15,7 @@ pub(super) const TIMED: [&str; 4] = ["increment-2", "gonzalez", "leapfrog", "rk4
 const STEP: f64 = 0.05;
 const END: f64 = 2.0;
 
-/// Degree-of-freedom steps of a timed run, and the least number of steps.
+/// Steps times degrees of freedom of a timed run, and the least number of steps.
 const TIMED_STEPS: (usize, usize) = (20_000, 4);
 
 pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
@@ -117,7 +117,7 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     sheet.show_pair(left, right);
 }
 
-/// K against N holds where each discrete gradient of these keeps K and reaches the end at every N.
+/// Holds if each of these discrete gradients keeps K and reaches the end for every N.
 fn k_against_n(r: &Readings) -> Said {
     const CLAIMED: [&str; 3] = ["increment-2", "increment-4", "gonzalez"];
     let keeps = |name: &str| r.number(name, "drift") <= KEPT && r.word(name, "failed").is_empty();

@@ -1,11 +1,11 @@
-//! What the orders say of figures 3.1 to 3.4 and of the text around them.
+//! Findings on the orders of figures 3.1 to 3.4 and of the text around them.
 
 use super::RAISED_EACH;
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
 use crate::paper::rule::{AGREEMENT, KEPT, agree, kept, order};
 use crate::report::Verdict;
 
-/// A printed order holds where the scheme keeps K and shows it from the maximum and from the
+/// A printed order holds if the scheme keeps K and shows the order from both the maximum and the
 /// median.
 pub(super) fn the_scheme(r: &Readings) -> Said {
     let (Some(&(variable, printed)), Some(&(name, maximum))) =
@@ -35,7 +35,7 @@ pub(super) fn the_scheme(r: &Readings) -> Said {
     (verdict(holds), statement)
 }
 
-/// Of all variants the one whose order from the maximum comes nearest to what is printed.
+/// Finds the variant whose order from the maximum is nearest to the printed one.
 pub(super) fn what_fits(r: &Readings) -> Said {
     let printed = r.numbers("printed").first().map_or(f64::NAN, |(_, printed)| *printed);
     let maxima = r.numbers("maximum");
@@ -62,7 +62,8 @@ pub(super) fn what_fits(r: &Readings) -> Said {
     (verdict(fits), statement)
 }
 
-/// "so order of the method is p_e = p_t = 4": has one that keeps K this order in all of q, p and w?
+/// "so order of the method is p_e = p_t = 4": holds if a method that keeps K has this order in q, p
+/// and w.
 pub(super) fn fourth_order(r: &Readings) -> Said {
     let keeps = |name: &str| r.number(name, "drift") <= KEPT;
     let all = r.numbers("least order");
@@ -91,7 +92,7 @@ pub(super) fn fourth_order(r: &Readings) -> Said {
     (verdict(holds), statement)
 }
 
-/// What a δ of its own in each of the first two equations gains and loses.
+/// States what separate δ in the first two equations gain and lose.
 pub(super) fn raised_each(r: &Readings) -> Said {
     let orders = r.numbers("median");
     let (fourth, less): (Vec<_>, Vec<_>) =
@@ -112,7 +113,7 @@ pub(super) fn raised_each(r: &Readings) -> Said {
     (Verdict::Note, statement)
 }
 
-/// Do the maxima hang on the horizon where the medians do not?
+/// Whether the maxima depend on the horizon and the medians do not.
 pub(super) fn hang_on_the_horizon(r: &Readings) -> Said {
     let (maxima, medians) = (r.number("maxima", "spread"), r.number("medians", "spread"));
     let moves = |spread: f64| {

@@ -34,7 +34,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Every value is what it has to be, and there once.
+    /// Checks that each value passes `check` and occurs only once.
     pub(super) fn list(
         &self,
         path: &str,
@@ -52,7 +52,7 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// `count` values from `from` to `to`, all of them above `above`.
+    /// `count` values from `from` to `to`, which must exceed `above`.
     pub(super) fn range(
         &self,
         path: &str,
@@ -80,7 +80,7 @@ impl Planner<'_> {
         }
         let share = |i: u64| if count > 1 { i as f64 / (count - 1) as f64 } else { 0.0 };
         let at = |i: u64| match scale {
-            // The ends are what the scene says, to the bit.
+            // The ends are those of the scene to the bit.
             _ if i == 0 => from,
             _ if i + 1 == count => to,
             Spacing::Log => from * (to / from).powf(share(i)),
