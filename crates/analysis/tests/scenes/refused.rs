@@ -1,4 +1,5 @@
-//! Texts that are scenes, and texts that are none: what is said of them, where, and how soon.
+//! Valid scenes are read, and others are refused with a message, a place and advice, within a
+//! second.
 
 use crate::{SOON, bad, soon};
 use afterbay_analysis::scene::{MOST_BYTES, Scene, SceneProblem, text};

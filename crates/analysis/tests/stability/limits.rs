@@ -1,5 +1,4 @@
-//! The steps at which methods become unstable, or their step equation loses its solution, are those of
-//! theory.
+//! Stability limits, and steps whose equation has several solutions, agree with theory.
 
 use crate::{cell, rows, well};
 use afterbay_analysis::Model;
@@ -53,7 +52,7 @@ fn explicit_methods_end_where_theory_says_and_moddg_nowhere() {
     }
     for cell in cells.iter().filter(|cell| cell.method == "moddg") {
         assert!(cell.spectral_radius.expect("a linear step") < 1.0 + 1e-12, "{cell:?}");
-        // Over a time of 60000 no reference is found without friction; bounded it is.
+        // Without friction no reference is found over a time of 60000, but the run is bounded.
         assert!(bounded(cell.verdict) && cell.steps_done == 2000, "{cell:?}");
     }
 }
@@ -82,13 +81,13 @@ fn a_chain_ends_with_its_fastest_mode() {
     assert!(matches!(cells[1].verdict, Verdict::Growing | Verdict::NotFinite), "{:?}", cells[1]);
 }
 
-/// x/h + h/8 x (x + 2)², of which x = q1 - q0 is the root p0 of modDG's step from (1, p0) in the
-/// double well V = q⁴/4 - q²/2.
+/// f(x) = x/h + h/8 x (x + 2)². The step of modDG from (1, p0) in the double well V = q⁴/4 - q²/2
+/// moves by the root x = q1 - q0 of f(x) = p0.
 fn step_equation(h: f64, x: f64) -> f64 {
     x / h + h / 8.0 * x * (x + 2.0).powi(2)
 }
 
-/// Where it turns, if it does: f' = 1/h + h/8 (3 x² + 8 x + 4).
+/// The turning points of f, if there are any: f' = 1/h + h/8 (3 x² + 8 x + 4) = 0.
 fn turns(h: f64) -> Option<[f64; 2]> {
     let root = (64.0 - 12.0 * (4.0 + 8.0 / (h * h))).sqrt();
     (root > 0.0).then(|| [(-8.0 - root) / 6.0, (-8.0 + root) / 6.0])
@@ -97,11 +96,11 @@ fn turns(h: f64) -> Option<[f64; 2]> {
 #[test]
 fn several_solutions_are_those_of_the_cubic() {
     let (h, p) = (4.0, -0.715);
-    // Three real roots: p lies between the values where the cubic turns.
+    // f(x) = p has three real roots, since p lies between the values of f at its turning points.
     let [high, low] = turns(h).expect("it turns").map(|x| step_equation(h, x));
     assert!(low < p && p < high, "{low} {high}");
-    // The root that continues from h = 0 is right of both turns, up to the h at which the right one
-    // rises to p.
+    // The root continued from h = 0 is to the right of both turning points, until the value at the
+    // right one rises to p.
     let end = (0..4000)
         .map(|i| 2.5 + 2e-4 * f64::from(i))
         .find(|&h| turns(h).is_some_and(|[_, x]| step_equation(h, x) > p));
@@ -118,10 +117,10 @@ fn several_solutions_are_those_of_the_cubic() {
         }
         assert_eq!(of(end - 1e-3).steps_done, 1);
     }
-    // From p = -0.6 there are three as well at h = 4, and the branch goes on.
+    // For p = -0.6 and h = 4 there are three roots as well, but the branch goes on.
     assert!(low < -0.6 && -0.6 < high);
     assert_eq!(cell(well(0.0), [1.0, -0.6], "moddg", h, h).steps_done, 1);
-    // On the top of the barrier the solution forks at h = 2.
+    // At the top of the barrier the solution bifurcates at h = 2.
     assert_eq!(cell(well(0.0), [0.0, 0.0], "moddg", 1.99, 4.0).outcome, "completed");
     assert_eq!(cell(well(0.0), [0.0, 0.0], "moddg", 2.01, 4.0).verdict, Verdict::SeveralSolutions);
 }

@@ -30,7 +30,7 @@ fn custom(potential: &str, dissipation: &[&str], parameters: &[(&str, f64)]) -> 
     Model::Custom(Custom::new(&description).expect("a good description"))
 }
 
-/// One run, as a map of one cell.
+/// One run, as a map with one cell.
 fn cell(model: Model, start: [f64; 2], method: &str, h: f64, end: f64) -> StabilityRow {
     let (name, value) = match (model.name(), &model) {
         ("damped-oscillator", Model::Listed(_, values)) => ("b", values[1]),

@@ -140,7 +140,7 @@ fn any_parameter_of_any_system_can_be_varied() {
     }
 }
 
-/// Says stop after so many pieces.
+/// Asks to stop after a number of pieces.
 struct After(AtomicUsize, usize);
 
 impl Progress for After {

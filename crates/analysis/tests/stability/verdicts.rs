@@ -26,19 +26,19 @@ fn every_verdict_is_given() {
         cell(oscillator(0.1), [1.0, 0.0], "moddg-q3-shared", 0.1, 40.0).verdict,
         Verdict::Pole
     );
-    // Some sweeps go backwards in time, and friction then gives back.
+    // Some sweeps go backwards in time, so that friction returns energy.
     let robbed: Vec<Verdict> =
         spread(25, 0.5, 12.5).into_iter().map(|h| of(2.0, "increment-4", h)).collect();
     assert!(robbed.contains(&Verdict::PassivityViolated), "{robbed:?}");
     assert_eq!(of(0.5, "increment-4", 0.1), Verdict::Right);
-    // The exact solution leaves the numbers, the run does not yet.
+    // The exact solution ceases to be finite before the end, and the run does not yet.
     let soft = Model::of(&DUFFING, &[-1.0, -1.0, 0.1]);
     let found = cell(soft, [1.0, 1.0], "moddg", 0.01, 1.2);
     assert!(
         matches!(found.verdict, Verdict::Wrong | Verdict::Growing | Verdict::SeveralSolutions),
         "{found:?}"
     );
-    // Hénon and Heiles: no step of RK4 follows chaos over such a time.
+    // The Hénon-Heiles system is chaotic: RK4 cannot follow it over this time.
     let heiles = custom("q1^2/2 + q2^2/2 + q1^2*q2 - q2^3/3", &["c*p1", "c*p2"], &[("c", 0.0)]);
     let problem = Problem { model: heiles, q: vec![0.0, -0.15], p: vec![0.55, 0.0], end: 3000.0 };
     let map =
@@ -51,7 +51,7 @@ fn every_verdict_is_given() {
 
 #[test]
 fn a_double_well_is_judged_by_size_and_place() {
-    // Within the right well H is negative: logarithms of its mean tell nothing.
+    // H is negative in the right well, so its logarithm cannot be used.
     for method in ["leapfrog", "rk4", "moddg"] {
         for c in [0.0, 0.05, 0.3, 5.0] {
             assert_eq!(
@@ -61,13 +61,14 @@ fn a_double_well_is_judged_by_size_and_place() {
             );
         }
     }
-    // The start is on a slope between the two basins of rest: coarse steps end in the other well.
+    // The start lies between the two basins of attraction, so that coarse steps end in the other
+    // well.
     let ends = |method: &str, h: f64| cell(well(0.2), [2.3, -3.1], method, h, 80.0);
     assert_eq!(ends("rk4", 0.02).verdict, Verdict::Right);
     let coarse: Vec<Verdict> =
         spread(40, 0.2, 0.9).into_iter().map(|h| ends("leapfrog", h).verdict).collect();
     assert!(coarse.contains(&Verdict::Wrong) && coarse.contains(&Verdict::Late), "{coarse:?}");
-    // On the same orbit with friction of another strength the place is right and the size is not.
+    // With too strong friction the place is right and the size is wrong.
     let slow = cell(well(8.0), [1.5, 2.0], "moddg", 2.0, 60.0);
     assert_eq!(slow.verdict, Verdict::Wrong, "{slow:?}");
 }
@@ -95,11 +96,11 @@ fn limit_cycles_are_told_from_each_other() {
         let of =
             |method, h| cell(Model::of(&VAN_DER_POL, &[mu]), [0.1, 0.0], method, h, 100.0).verdict;
         assert_eq!(of("rk4", 0.02), Verdict::Right, "{mu}");
-        // The jumps of the cycle at μ = 3 come late.
+        // At μ = 3 the jumps of the cycle come late.
         let expected = if mu == 3.0 { Verdict::Late } else { Verdict::Right };
         assert_eq!(of("moddg", 0.02), expected, "{mu}");
     }
-    // Cycles of another size, before there are none.
+    // As h grows, the cycle changes its size first and then disappears.
     let of = |h| cell(Model::of(&VAN_DER_POL, &[3.0]), [2.0, 0.0], "leapfrog", h, 100.0).verdict;
     let coarse: Vec<Verdict> = spread(20, 0.05, 1.0).into_iter().map(of).collect();
     let first = |verdict| coarse.iter().position(|&found| found == verdict).unwrap_or(coarse.len());
@@ -108,7 +109,7 @@ fn limit_cycles_are_told_from_each_other() {
     assert_eq!(first(Verdict::Right), coarse.len(), "{coarse:?}");
 }
 
-/// The largest errors of q, p and w after each step of a run, beside the exact solution.
+/// The largest errors of q, p and w over the steps of a run, against the exact solution.
 fn errors(problem: &Problem, method: &str, h: f64) -> [f64; 3] {
     let grid = Grid::new(h, problem.end).expect("a grid");
     let exact = problem.solution(h, grid.steps as usize, &Silent).expect("a solution");
@@ -138,7 +139,7 @@ fn a_reservoir_that_is_wrong_is_not_right() {
         let [q, p, w] = errors(&problem, "leapfrog", h);
         let found = cell(problem.model.clone(), [2.3, -3.1], "leapfrog", h, 20.0);
         println!("{b} {h}: {q:.2e} {p:.2e} {w:.2e} {:?}", found.verdict);
-        // The reservoir holds 7.45 at the end.
+        // At the end the reservoir holds 7.45.
         if w > 1.0 {
             assert_ne!(found.verdict, Verdict::Right, "w off by {w}");
             wrong += 1;
@@ -151,7 +152,7 @@ fn a_reservoir_that_is_wrong_is_not_right() {
     assert!(wrong > 0 && right > 0, "{wrong} {right}");
 }
 
-/// A pendulum that goes round, g = 9.81, of energy 200.
+/// A pendulum that rotates, with g = 9.81 and the energy 200.
 fn rotor(c: f64) -> Model {
     custom("9.81*(1 - cos(q1))", &["c*p1"], &[("c", c)])
 }
@@ -179,7 +180,7 @@ fn a_rotor_is_judged_by_its_angle_and_not_by_its_turns() {
 
 #[test]
 fn a_phase_error_with_the_right_amplitude_is_late() {
-    // Leap-frog's frequency is off by h²/24 of itself: 0.1 rad after t = 60 where h = 0.2.
+    // The frequency of leap-frog has the relative error h²/24: 0.1 rad after t = 60 with h = 0.2.
     let of = |model: Model, method: &str, h: f64, end: f64| {
         cell(model, [1.0, 0.0], method, h, end).verdict
     };
@@ -187,13 +188,13 @@ fn a_phase_error_with_the_right_amplitude_is_late() {
     for (h, expected) in [(0.1, Verdict::Right), (0.3, Verdict::Late), (0.4, Verdict::Late)] {
         assert_eq!(of(oscillator.clone(), "leapfrog", h, 60.0), expected, "{h}");
     }
-    // Near its limit the amplitude is wrong as well.
+    // Near the stability limit the amplitude is wrong as well.
     assert_eq!(of(oscillator.clone(), "leapfrog", 1.7, 60.0), Verdict::Wrong);
     // A limit cycle, with a reservoir that fills and empties.
     let cycle = Model::of(&VAN_DER_POL, &[1.0]);
     assert_eq!(of(cycle.clone(), "moddg", 0.02, 100.0), Verdict::Right);
     assert_eq!(of(cycle, "moddg", 0.2, 100.0), Verdict::Late);
-    // What loses energy at another rate is not late.
+    // A run that loses energy at the wrong rate is not late.
     let damped = |b| Model::of(&DAMPED_OSCILLATOR, &[1.0, b]);
     assert_eq!(of(damped(6.0), "moddg", 2.0, 60.0), Verdict::Wrong);
     assert_eq!(of(damped(0.02), "moddg", 0.3, 60.0), Verdict::Late);

@@ -22,9 +22,9 @@ const MOST_NUMBERS: usize = 1 << 22;
 const SHARE: f64 = 1e-3;
 /// ... and as a share of the largest number, for its rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// Kinks are recognized by an interpolation error that, on refinement, does not fall below the
-/// share `FALL` in at most the share `FEW` of at least `MANY` cells. These cells are not refined
-/// further.
+/// States are no longer added if the interpolation error does not fall below the share `FALL` of
+/// its former value and misses the goal in less than the share `FEW` of at least `MANY` cells.
+/// These cells contain kinks.
 const FALL: f64 = 0.25;
 const FEW: f64 = 0.02;
 const MANY: usize = 1 << 14;

@@ -1,4 +1,4 @@
-//! Systems made of expressions, and places inside these.
+//! Custom systems that are not valid, and places inside their expressions.
 
 use super::{Bad, Change};
 
@@ -167,7 +167,7 @@ pub(super) const CHANGES: &[Change] = &[
     ),
 ];
 
-/// Places in expressions that are written in every way TOML has.
+/// Errors in expressions that are quoted in every form of TOML.
 pub(super) fn places() -> impl Iterator<Item = Bad> {
     let line = format!("potential = \"{V}\"");
     let written = [
