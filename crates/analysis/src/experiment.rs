@@ -162,7 +162,7 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     row(
         "friction",
         match (damping.zero, damping.passive) {
-            (true, _) => "none: H itself is kept".into(),
+            (true, _) => "none: H itself is constant".into(),
             (_, Passive::Each) => "passive: every w_j only fills".into(),
             (_, Passive::InSum) => "passive in sum: Σ w_j only fills".into(),
             (_, Passive::No) => "active, or not known to be passive: w may fall".into(),

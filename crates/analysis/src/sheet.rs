@@ -157,7 +157,7 @@ fn on_doubt(r: &Readings) -> Said {
     let count = |what: &str| r.number("errors", what);
     let statement = format!(
         "The reference is known to {} only: {} of {} errors are below {RESOLVED} times its doubt. \
-         They are upper bounds, and count for no order.",
+         They are upper bounds and are not used for orders.",
         sci(r.number("the reference", "doubt")),
         count("below ten doubts"),
         count("all"),

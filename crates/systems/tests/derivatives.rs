@@ -100,7 +100,7 @@ proptest! {
         // Long edges, and short ones down to a rounding.
         for to in [to, from + (to - from) * 10f64.powi(-digits), from, -from] {
             for_every_system!([x, y, z], |system: Trio| {
-                edges_are_divided_differences(&system, from, to)
+                edges_are_divided_differences(&system, from, to);
             });
         }
     }

@@ -118,7 +118,7 @@ impl LineChart {
         }
         if bounded > 0 {
             notes.push(
-                "hollow with an arrow: at most so much, the reference is not known better".into(),
+                "hollow with an arrow: an upper bound, set by the doubt of the reference".into(),
             );
         }
         for (row, note) in notes.into_iter().enumerate() {

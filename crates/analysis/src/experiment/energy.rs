@@ -29,9 +29,9 @@ pub(super) fn sheet(
     };
     sheet.runs.extend(found.iter().map(record));
     sheet.text(format!(
-        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all \
-         steps, the error of w against the reference at the states kept, and the steps that took \
-         energy back from a reservoir that is owed to fill only.",
+        "Each run has h = {}. The table shows three separate figures: the drift of K over all \
+         steps, the error of w against the reference at the states kept, and the number of steps \
+         that violate passivity.",
         plan.step
     ));
     sheet.doubt(
@@ -80,12 +80,12 @@ pub(super) fn sheet(
         ),
         (
             "books-reservoir",
-            "What the reservoirs hold together.",
+            "The sum of all reservoirs.",
             over_time("Reservoir", Axis::linear("Σ w"), curves(&|row| row.w.iter().sum())),
         ),
         (
             "books-deviation-of-k",
-            "Deviation of K. Where it is exact there is no place on this axis.",
+            "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
             over_time("Deviation of K", Axis::log("|K - K₀|"), curves(&|row| row.drift.abs())),
         ),
         (

@@ -40,8 +40,8 @@ pub(super) fn sheet(
     }));
     sheet.text(format!(
         "The largest error of each variable over [0, {}] and over the degrees of freedom. The \
-         order is that between the two finest steps whose errors are above {ABOVE_ROUNDING:e} and \
-         at least ten times the doubt of the reference.",
+         order is computed from the two finest steps whose errors exceed {ABOVE_ROUNDING:e} and \
+         are at least ten times the doubt of the reference.",
         problem.end
     ));
     sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));

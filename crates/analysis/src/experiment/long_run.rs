@@ -49,11 +49,11 @@ pub(super) fn sheet(
         run.ending.record(study, scene.problem.model.name(), run.setup.row.name, run.setup.h)
     }));
     sheet.text(format!(
-        "{count} steps from each of {STARTS} starts, the scene's and amplitudes larger by 1/1024, \
-         2/1024, … of it; K in 106 bits at some hundred samples in each of four windows a decade. \
-         Roundings that are independent grow like √t, those that lean to one side like t. The \
-         exponent is the slope of log rms against log t over the last two decades, with the 95 % \
-         interval of that line."
+        "Each method takes {count} steps from each of {STARTS} starts: that of the scene, and \
+         starts with amplitudes larger by 1/1024, 2/1024, … of it. K is computed in 106 bits at \
+         about a hundred samples in each of four windows per decade. The deviation grows like √t \
+         if roundings are independent, and like t if they are biased. The exponent is the slope of \
+         log rms against log t over the last two decades, with its 95 % confidence interval."
     ));
     sheet.find("K in a long run", readings(&found, *count), how_k_grows);
     let header = [
@@ -76,8 +76,8 @@ pub(super) fn sheet(
     sheet.show(
         "long-run",
         &chart,
-        "Deviation of K beside K, root mean square over the samples of a window and the starts. \
-         Dashed: growth like √t and like t.",
+        "Deviation of K relative to K, root mean square over the samples of a window and the \
+         starts. Dashed: growth like √t and like t.",
         "long_run",
     );
     Ok(sheet)

@@ -70,10 +70,10 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     sheet.data(TRIED, &found.tried)?;
     let asked = format!("within {:e} {}", wanted.error, wanted.place(end));
     sheet.text(format!(
-        "An error is the largest of every q_j, p_j and w_j, after every step of a run, or at \
-         {SAMPLES} times where there are more. A step qualifies where it, every step tried within \
-         5 % of it and half of it are {asked}; a tolerance where it, those up to twice and down to \
-         half as large and a quarter of it are. {} runs were tried beside a reference known to \
+        "The error of a run is the largest error of any q_j, p_j and w_j after every step, or at \
+         {SAMPLES} times if there are more steps. A step qualifies if it, every step tried within \
+         5 % of it and half of it are {asked}. A tolerance qualifies if it, those from half to \
+         twice as large and a quarter of it are. {} runs were compared with a reference known to \
          {:.0e}.",
         found.tried.len(),
         found.doubt.most()
@@ -192,8 +192,8 @@ fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
         return;
     }
     let evaluations = "evaluations of the force";
-    let caption = "Every run that was tried. A curve that does not fall, or jumps, is that of a \
-                   method that is right by chance.";
+    let caption = "Every run that was tried. A method whose curve jumps or does not fall is \
+                   accurate only by chance.";
     chart("pick-tried", "Runs that were tried", evaluations, TRIED, caption, curves);
     let timed = |run: &Trial| Some((run.seconds?, judged(found, run)?));
     let mut curves: Vec<_> = found
@@ -203,7 +203,7 @@ fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
         .collect();
     if let Some(point) = chosen.and_then(timed) {
         curves.push(marked("chosen", vec![point]));
-        let caption = "What qualifies, by the time of a run; the leftmost is chosen.";
+        let caption = "The methods that qualify, by the time of a run. The leftmost is chosen.";
         chart("pick-qualified", "What qualifies", "seconds", FOUND, caption, curves);
     }
 }

@@ -31,10 +31,10 @@ pub(super) fn sheet(
         least_steps: LEAST_STEPS,
     };
     sheet.text(format!(
-        "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by \
-         A = T/T_max + |q - c|²/Q², with T = ½ p·∂H/∂p, the largest T and |q| of the reference and \
-         its mean c of q over the second half of the run. {} Where the step is linear the spectral \
-         radius of its matrix stands beside the verdict.",
+        "Each cell is a run over [0, {}] of at least {LEAST_STEPS} steps. Its motion is measured \
+         by A = T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p. T_max and Q are the largest T and |q| of \
+         the reference, and c is its mean of q over the second half of the run. {} Where the step \
+         is linear, the spectral radius of its matrix is shown beside the verdict.",
         plan.end,
         rules()
     ));
@@ -95,8 +95,8 @@ pub(super) fn sheet(
         }
     }
     sheet.text(
-        "Failure atlas: for each method the first thing that is not right as h grows, over \
-         all values and at the middle one.",
+        "Failure atlas: the first verdict of each method that is not right as h grows, over all \
+         values and at the middle one.",
     );
     let header = [
         "method",

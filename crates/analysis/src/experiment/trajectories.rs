@@ -107,11 +107,11 @@ pub(super) fn sheet(
         (
             "deviation-of-k",
             &kept,
-            "Deviation of K. States at which it is exact have no place on this axis.",
+            "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
         ),
     );
     sheet.text(format!(
-        "Methods: {}. Of every {} states one is in the table, and the last.",
+        "Methods: {}. The table contains one of every {} states, and the last.",
         names(&plan.methods).join(", "),
         plan.every
     ));

@@ -49,9 +49,9 @@ struct LocalErrorRow {
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
-        "The paper does not say at which step its figures over time were made; h = {FIGURE_STEP} \
-         is taken here, from q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = \
-         {BASE_STEP} beside it.",
+        "The paper does not give the step of its figures over time. Here h = {FIGURE_STEP} is \
+         used, from q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = \
+         {BASE_STEP} for comparison.",
     ));
     let traces = local_errors(paper, &mut sheet)?;
     let books = energy_books(paper, &mut sheet)?;
@@ -67,8 +67,8 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     compared(&mut sheet, &traces);
     energy_ratio(&mut sheet, &books);
     sheet.text(
-        "The energies of each run: three figures that are not to be mixed, and the steps that took \
-         energy back.",
+        "The energies of each run: the drift of K, the errors of w and of R, and the number of \
+         steps that took energy back.",
     );
     sheet.table(
         &["method", "max |K - K₀|", "max |w - w(t)|", "max |d_R|", "steps with Δw < 0"],
@@ -245,8 +245,7 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
     sheet.show(
         "figure-4-2",
         &chart,
-        "Deviation of K. Steps at which K is exact to the last bit have no place on a logarithmic \
-         axis.",
+        "Deviation of K. A logarithmic axis cannot show steps at which K is exact to the last bit.",
         "energy",
     );
 }
@@ -272,8 +271,7 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
     sheet.show(
         "figure-4-4",
         &chart,
-        "Error of R = E(i+1)/E(i) of the fourth-order schemes and of pqpLF, with plain modDG \
-         beside them.",
+        "Error of R = E(i+1)/E(i) of the fourth-order schemes, of pqpLF and of plain modDG.",
         "energy",
     );
 }

@@ -83,12 +83,12 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let found = Found { orders: rows(&errors, printed), drifts: drifts(paper, &all)? };
     sheet.data("local_orders", &found.orders)?;
     sheet.text(
-        "From each of the 20 001 points of the base grid (spacing 0.001, on [0, 20], q₀ = 2.3, p₀ \
-         = -3.1, b = 0.1) one step is taken with each of the paper's six h; the order is the slope \
-         of log statistic(T) against log h. All of it is computed with 106 bits, so that the \
-         paper's tolerance of 1e-18 is literal and no error drowns in rounding. The paper reads \
-         its orders from the maximum over the grid. The maximum is made by one grid point, the \
-         median by all of them. K is followed over a whole run in f64.",
+        "One step with each of the paper's six h is taken from each of the 20 001 points of the \
+         base grid (spacing 0.001, on [0, 20], q₀ = 2.3, p₀ = -3.1, b = 0.1). The order is the \
+         slope of log statistic(T) against log h. All of this is computed in 106 bits, so that the \
+         paper's tolerance of 1e-18 is met and errors stay above rounding. The paper reads its \
+         orders from the maximum over the grid. A single grid point determines the maximum, while \
+         all points determine the median. The drift of K is that of a whole run in f64.",
     );
     let topics = ["figure 3.1", "figure 3.2", "section 4, order of w with δ₃(q)"];
     compare(&mut sheet, &found, topics, &WITH_Q3, PRINTED_Q3);

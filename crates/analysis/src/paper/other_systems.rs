@@ -71,11 +71,12 @@ const AGREEMENT: f64 = 0.1;
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(
-        "The paper names these systems without defining them. Ours: Duffing V = α q²/2 + β q⁴/4 \
-         with D = c p, single well (α = 1, β = 0.5, c = 0.1) and double well (α = -1, β = 1, c = \
-         0.1); Van der Pol V = q²/2 with D = -μ (1 - q²) p, μ = 1; modified Van der Pol: that D on \
-         the double-well Duffing potential. The study is that of the orders above, on the same \
-         base grid and steps, against Taylor series; δ comes from such series as well.",
+        "The paper names these systems without defining them. The definitions used here are: \
+         Duffing V = α q²/2 + β q⁴/4 with D = c p, single well (α = 1, β = 0.5, c = 0.1) and \
+         double well (α = -1, β = 1, c = 0.1); Van der Pol V = q²/2 with D = -μ (1 - q²) p, μ = 1; \
+         modified Van der Pol: that D on the double-well Duffing potential. The study repeats that \
+         of the orders above on the same base grid and steps, with Taylor series for the reference \
+         and for δ.",
     );
     let base_step = extent.pick(BASE_STEP, 0.01);
     let steps = extent.pick(STEPS.to_vec(), vec![0.04, 0.03, 0.02]);

@@ -39,8 +39,8 @@ fn problem(b: f64) -> Problem {
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(
-        "As h λ → -∞ midpoint-type discrete gradients multiply by -1: they are A-stable, not \
-         L-stable. Here b = 200, h = 0.1, from (1, 1).",
+        "As h λ → -∞ a step of a midpoint-type discrete gradient multiplies the state by -1: the \
+         methods are A-stable but not L-stable. Here b = 200, h = 0.1, from (1, 1).",
     );
     let problem = problem(FRICTION[0]);
     let books = energy::run(&problem, &paper.methods(&SHOWN)?, STEP, 1, &Silent)?;
@@ -160,9 +160,9 @@ fn every_method(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError>
     let header = ["method", "R, step 2", "R exact", "max |K - K₀|", "b = 200", "b = 5000"];
     sheet.text(
         "Every method, from the same state with the same step: the energy ratio R of the second \
-         step beside the exact one, how far K moves in 20 steps, and what to make of both. A decay \
-         is called right where the loss 1 - R is within a tenth of itself; diverged is what has \
-         more energy than at the start. The last column is for b = 5000.",
+         step beside the exact one, the drift of K in 20 steps, and the verdict. A decay is right \
+         if the loss 1 - R is within a tenth of the exact loss. A run has diverged if its energy \
+         exceeds that at the start. The last column is for b = 5000.",
     );
     sheet.table(&header, table.collect());
     let readings = found.iter().zip(&stiffer).fold(Readings::default(), |r, (row, stiffer)| {

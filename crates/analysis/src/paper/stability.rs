@@ -18,12 +18,12 @@ pub(super) const PART: Part =
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(format!(
-        "Each cell is a run over [0, 20] (50 steps at least). Its motion is measured by A = \
-         T/T_max + |q - c|²/Q², with T = ½ p·∂H/∂p, the largest T and |q| of the reference and its \
-         mean c of q over the second half of the run: never negative, whatever V is. {} \"Several \
-         solutions\" is a step whose equation is seen to have more than one while the one that \
-         continues from h = 0 ends. For the damped oscillator the spectral radius of the matrix of \
-         one step stands beside the verdict, where the step is linear.",
+        "Each cell is a run over [0, 20] of at least 50 steps. Its motion is measured by A = \
+         T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p, which is nonnegative for every V. T_max and Q \
+         are the largest T and |q| of the reference, and c is its mean of q over the second half \
+         of the run. {} \"Several solutions\" means that the equation of a step has more than one \
+         solution and the one continued from h = 0 ends. For the damped oscillator the spectral \
+         radius of the matrix of one step is shown beside the verdict, where the step is linear.",
         rules()
     ));
     let count = extent.pick(60, 16);

@@ -50,10 +50,10 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         "fput-chain-cost",
         &chart,
         format!(
-            "Time of a step of h = {STEP} on the chain, divided by N, all on one thread. \
-             Coordinate increments are taken red and black, eight masses at a time. Every time is \
-             the fastest of several runs, taken one after the other. A level curve is a step whose \
-             cost grows like N."
+            "Time of a step of h = {STEP} on the chain, divided by N, on one thread. Coordinate \
+             increments are taken red and black, eight masses at a time. Every time is the fastest \
+             of several runs, measured one after another. A level curve means that the cost grows \
+             like N."
         ),
         "fput-chain/cost",
     );
@@ -100,7 +100,7 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
         "fput-chain-size-drift",
         drift.svg(),
         format!(
-            "The largest deviation of K on [0, {END}] at h = {STEP}, beside the energy at the \
+            "The largest deviation of K on [0, {END}] at h = {STEP}, relative to the energy at the \
              start."
         ),
         "fput-chain/size",
@@ -109,8 +109,8 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
         "fput-chain-size-error",
         error.svg(),
         format!(
-            "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. Where the \
-             reference is increment-8 its last two runs agree to {doubt:.0e}."
+            "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. References \
+             by increment-8 have last two runs that agree to {doubt:.0e}."
         ),
         "fput-chain/size",
     );
