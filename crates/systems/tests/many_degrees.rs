@@ -210,7 +210,8 @@ proptest! {
     #[test]
     fn double_pendulum(
         m1 in 0.2..3.0_f64, m2 in 0.2..3.0_f64, l1 in 0.2..3.0_f64, l2 in 0.2..3.0_f64,
-        g in 0.1..20.0_f64, c1 in -2.0..2.0_f64, c2 in -2.0..2.0_f64, q in numbers(4.0), p in numbers(3.0),
+        g in 0.1..20.0_f64, c1 in -2.0..2.0_f64, c2 in -2.0..2.0_f64,
+        q in numbers(4.0), p in numbers(3.0),
     ) {
         let system = DampedDoublePendulum::new([m1, m2], [l1, l2], g, [c1, c2]).unwrap();
         let (q, p) = (&q[..2], &p[..2]);

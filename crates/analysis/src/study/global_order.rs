@@ -113,8 +113,8 @@ fn solution(
     problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
-/// The ratio h/finest if it is a power of two to the bit. Every so many times of the finest step
-/// are then times of h, and one solution serves both.
+/// The ratio h/finest if it is a power of two to the bit, so that the times of h are among those of
+/// the finest step and one solution serves both.
 fn doublings(finest: f64, h: f64) -> Option<usize> {
     let ratio = h / finest;
     let whole = ratio.fract() == 0.0 && ratio * finest == h && ratio < 1e9;

@@ -38,8 +38,8 @@ const HALVINGS_BEFORE_NOISE: i32 = 12;
 /// The number of bisections over which the tail of rounding errors does not decrease. That of a
 /// function may stay as it is once by coincidence, on a long part.
 const GENERATIONS: usize = 4;
-/// The decrease over these that random errors may show; that of a function is 2⁻⁷ at each
-/// bisection.
+/// The decrease over these generations that random errors may show. A smooth function decreases by
+/// 2⁻⁷ at each bisection.
 const DECREASE_BY_CHANCE: f64 = 1.0 / 16.0;
 
 /// The quadrature over part of an edge.
@@ -113,7 +113,7 @@ struct Open<T> {
 /// If both halves of a part have tails about as large as its own, the tails are taken for rounding
 /// errors and the halves are accepted after [`HALVINGS_BEFORE_NOISE`] bisections. A half with a
 /// tail that is small beside the function is accepted where it has not decreased for
-/// [`GENERATIONS`]. Functions that oscillate that fast within a part are taken for noise as well;
+/// [`GENERATIONS`]. Functions that oscillate that fast within a part are also taken for noise;
 /// the balance of K reveals them.
 #[cold]
 #[inline(never)]

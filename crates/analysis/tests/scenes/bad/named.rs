@@ -63,9 +63,11 @@ methods = ["rk4"]
 steps = [0.1]
 parameter = { name = "n", from = 1, to = 3, count = 3 }
 "#;
-const DOUBLE_PENDULUM: &str = "name = \"damped-double-pendulum\"\n\
-                               parameters = { m1 = 1, m2 = 1, l1 = 1, l2 = 1, g = 9.81, c1 = 0, c2 = 0 }\n\
-                               [initial]\nq = [1, 2]\np = [0, 0]";
+const DOUBLE_PENDULUM: &str = r#"name = "damped-double-pendulum"
+parameters = { m1 = 1, m2 = 1, l1 = 1, l2 = 1, g = 9.81, c1 = 0, c2 = 0 }
+[initial]
+q = [1, 2]
+p = [0, 0]"#;
 
 /// Changes of [`GOOD`].
 pub(super) const CHANGES: &[Change] = &[
