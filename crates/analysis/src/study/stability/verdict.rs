@@ -134,15 +134,15 @@ pub const GROWTH: f64 = 1e3;
 /// The meaning of the verdicts in words, where A, c and Q are known.
 pub fn rules() -> String {
     format!(
-        "\"Right\" is a bounded run with every q_j, p_j and w_j within {SHARE} of its own size at \
-         each of up to {MOST_STATIONS} times (half of what q_j or p_j sweeps along the reference, \
-         the largest |w_j|, and no less than a hundredth of the largest of its kind); with the \
-         size of the reference, |ln(A/A_ref)| ≤ {TOLERANCE} (1 + |ln A_ref|) for the means of A \
-         over the second half, and its place, a mean q within {SHARE} Q of c; and with K kept to \
-         {KEPT:e} of its terms where the method claims to keep it. \"Right but late\" is right in \
-         all but the phase: the mean of every q_j, p_j and w_j over each half of the run and the \
-         root of the mean square about it are within {SHARE} of its size. A coordinate in which \
-         the system recurs is a point of a circle. \"Growing\" is an A beyond {GROWTH}. Run and \
-         reference are compared after the same {MOST_LOOKS} steps at most."
+        "\"Right\" means that the run is bounded and meets three conditions. Every q_j, p_j and \
+         w_j is within {SHARE} of its own size at each of up to {MOST_STATIONS} times. This size \
+         is half the range of q_j or p_j along the reference, or the largest |w_j|, and at least a \
+         hundredth of the largest of its kind. Over the second half the means of A satisfy \
+         |ln(A/A_ref)| ≤ {TOLERANCE} (1 + |ln A_ref|), and the mean of q is within {SHARE} Q of c. \
+         K is kept to {KEPT:e} of its terms if the method claims to keep it. \"Right but late\" \
+         means right in all but the phase: over each half of the run the mean of every q_j, p_j \
+         and w_j, and the root mean square about it, are within {SHARE} of its size. A periodic \
+         coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH}. \
+         Run and reference are compared after the same steps, at most {MOST_LOOKS} of them."
     )
 }
