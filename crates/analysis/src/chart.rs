@@ -1,8 +1,8 @@
 //! Charts as SVG text: curves on linear or logarithmic axes, and maps of cells over two parameters.
 //!
-//! The drawing is kuva's (axes, titles, SVG); what is added here is what kuva has no word for: logarithmic
-//! axes far below 1e-10, curves of twenty thousand points, a look for each curve that survives print and
-//! colour blindness, and legends that never lie on the data.
+//! The crate kuva draws axes, titles and SVG elements. This module adds logarithmic axes far below
+//! 1e-10, curves of twenty thousand points, styles of curves that remain distinct in print and for
+//! colour-blind readers, and legends that never cover the data.
 
 mod axis;
 mod frame;

@@ -1,20 +1,20 @@
-//! A statement put to the test: the numbers it rests on, and the rule and the wordings that make a
-//! verdict and a sentence of them.
+//! Statements put to the test. A statement consists of the numbers it rests on and of a rule that
+//! turns them into a verdict and a sentence.
 //!
-//! The rule is a function pointer, which sees the readings and nothing else: a sentence cannot state
-//! what its numbers do not say. `tests/claims.rs` alters the readings of every finding and sees the
-//! verdict and the sentence change.
+//! The rule is a function pointer, so that it depends on the readings alone and a sentence cannot
+//! state anything its numbers do not show. `tests/claims.rs` alters the readings of every finding
+//! and checks that the verdict and the sentence change.
 
 use crate::report::Verdict;
 use serde::Serialize;
 
-/// The verdict and the sentence that follow from readings.
+/// The verdict and the sentence derived from readings.
 pub type Said = (Verdict, String);
 
-/// One number or word a finding rests on.
+/// A number or word on which a finding rests.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reading {
-    /// The owner of the quantity: a method, a variable or the paper.
+    /// The subject that has the quantity: a method, a variable or the paper.
     pub of: String,
     /// The quantity.
     pub what: String,
@@ -30,7 +30,7 @@ pub enum Found {
     Number(f64),
     /// A word, such as an outcome.
     Word(String),
-    /// Nothing: the run that would have it did not get there.
+    /// No value, because the run did not get far enough.
     Nothing,
 }
 
@@ -81,13 +81,13 @@ impl From<&str> for Found {
 pub struct Readings(pub Vec<Reading>);
 
 impl Readings {
-    /// With one more.
+    /// Appends a reading and returns all of them.
     pub fn and(mut self, of: &str, what: &str, found: impl Into<Found>) -> Self {
         self.add(of, what, found);
         self
     }
 
-    /// Adds one.
+    /// Appends a reading.
     pub(crate) fn add(&mut self, of: &str, what: &str, found: impl Into<Found>) {
         self.0.push(Reading { of: of.into(), what: what.into(), found: found.into() });
     }
@@ -96,7 +96,8 @@ impl Readings {
         self.0.iter().find(|one| one.of == of && one.what == what).map(|one| &one.found)
     }
 
-    /// A number, NaN where there is none: no rule holds of it.
+    /// The number `what` of the subject `of`. It is NaN if missing, so that no comparison with it
+    /// holds.
     pub fn number(&self, of: &str, what: &str) -> f64 {
         match self.find(of, what) {
             Some(Found::Number(number)) => *number,
@@ -104,7 +105,7 @@ impl Readings {
         }
     }
 
-    /// A word, empty where there is none.
+    /// The word `what` of the subject `of`; empty if missing.
     pub(crate) fn word(&self, of: &str, what: &str) -> &str {
         match self.find(of, what) {
             Some(Found::Word(word)) => word,
@@ -112,61 +113,61 @@ impl Readings {
         }
     }
 
-    /// The owners of the readings of one quantity, in order.
+    /// The subjects that have the quantity `what`, in order.
     pub(crate) fn of_all(&self, what: &str) -> Vec<&str> {
         self.0.iter().filter(|one| one.what == what).map(|one| one.of.as_str()).collect()
     }
 
-    /// Every number of one quantity, with what it belongs to; NaN where there is none.
+    /// The numbers of the quantity `what` with their subjects; NaN where one is missing.
     pub(crate) fn numbers(&self, what: &str) -> Vec<(&str, f64)> {
         self.of_all(what).into_iter().map(|of| (of, self.number(of, what))).collect()
     }
 }
 
-/// A statement that was put to the test.
+/// A statement with its verdict.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
-    /// The subject: a figure or a claim of the paper, or a question of ours.
+    /// The topic: a figure or a claim of the paper, or a question about a scene.
     pub topic: String,
     /// The verdict.
     pub verdict: Verdict,
-    /// The sentence, with figures.
+    /// The sentence, with numbers.
     pub statement: String,
-    /// The readings the verdict and the statement are made from.
+    /// The readings from which the verdict and the statement follow.
     pub readings: Readings,
     #[serde(skip)]
     say: fn(&Readings) -> Said,
 }
 
 impl Finding {
-    /// The verdict and the sentence that follow from readings.
+    /// Applies the rule `say` to readings.
     pub fn new(topic: impl Into<String>, readings: Readings, say: fn(&Readings) -> Said) -> Self {
         let (verdict, statement) = say(&readings);
         Self { topic: topic.into(), verdict, statement, readings, say }
     }
 
-    /// The finding other readings would have made.
+    /// Applies the same rule to other readings.
     pub fn again(&self, readings: Readings) -> Self {
         Self::new(self.topic.clone(), readings, self.say)
     }
 }
 
-/// The verdict of a rule.
+/// [`Verdict::Holds`] or [`Verdict::Fails`].
 pub(crate) fn verdict(holds: bool) -> Verdict {
     if holds { Verdict::Holds } else { Verdict::Fails }
 }
 
-/// A number in a sentence: two significant digits.
+/// A number for a sentence, with two significant digits.
 pub(crate) fn sci(number: f64) -> String {
     if number.is_nan() { "not known".into() } else { format!("{number:.1e}") }
 }
 
-/// A number in a sentence: as many decimals as asked for.
+/// A number for a sentence, with the given number of decimals.
 pub(crate) fn fixed(number: f64, decimals: usize) -> String {
     if number.is_nan() { "not known".into() } else { format!("{number:.decimals$}") }
 }
 
-/// A list in a sentence.
+/// Items joined for a sentence: "a, b and c".
 pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<_> = items.into_iter().collect();
     match items.split_last() {

@@ -1,4 +1,5 @@
-//! What a scene asks for: trajectories and studies, as tables, figures and a report with a sentence on each.
+//! The experiments of a scene: trajectories and studies, as tables, figures and a report with a
+//! finding on each.
 
 mod energy;
 mod global_orders;
@@ -22,13 +23,14 @@ use crate::study::pick::Pick;
 use afterbay_core::{InputError, IntegrateError, Passive, State};
 use afterbay_methods::registry::Row;
 
-/// Everything an experiment leaves behind, and its findings in brief.
+/// All results of an experiment, and its findings.
 pub type Results = (Output, Vec<Finding>);
 
-/// The trajectories a scene asks for.
+/// Computes the trajectories of a scene.
 ///
 /// # Errors
-/// [`ReportError`] where nothing can be run. A run that fails is in its table, up to the last good state.
+/// [`ReportError`] if nothing can be run. The table of a run that fails ends with its last good
+/// state.
 pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
     let mut sheets = vec![about(scene)?];
     if let Some(plan) = &scene.run {
@@ -37,13 +39,14 @@ pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportErro
     finish("run", scene, sheets)
 }
 
-/// One study of a scene: its name, and what makes its part of the report.
+/// A study of a scene: its name, and a function that makes its section of the report.
 type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 'a>);
 
-/// The studies a scene declares.
+/// Runs the studies that a scene declares.
 ///
 /// # Errors
-/// [`ReportError`] where nothing can be run. A run that fails is in its table, and a study without a reference in the report.
+/// [`ReportError`] if nothing can be run. A run that fails is recorded in its table, and a study
+/// without a reference in the report.
 pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
     let studies = &scene.studies;
     let mut parts: Vec<Part<'_>> = Vec::new();
@@ -72,11 +75,12 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
         }
         match part() {
             Ok(sheet) => sheets.push(sheet),
-            // Without a reference there is nothing to compare to; the other studies may need none, or a shorter one.
+            // A study without a reference has nothing to compare with. Other studies may need none,
+            // or a shorter one.
             Err(ReportError::Study(error)) if is_of_reference(&error) => {
                 sheets.push(without_reference(scene, name, &error));
             }
-            // What was done before stands; what was stopped says so.
+            // The results so far are kept, and the interrupted study is marked.
             Err(ReportError::Study(IntegrateError::Interrupted)) => {
                 sheets.push(interrupted(scene, name));
             }
@@ -86,10 +90,10 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
     finish("study", scene, sheets)
 }
 
-/// The report on what was picked for a scene, with the charts it was decided from.
+/// The report on a search, with charts of the runs that were tried.
 ///
 /// # Errors
-/// [`ReportError`] where a table cannot be made.
+/// [`ReportError`] if a table cannot be made.
 pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
     let sheets = vec![about(scene)?, pick::sheet(scene, found)?];
     finish("pick", scene, sheets)
@@ -127,7 +131,7 @@ fn without_reference(scene: &Scene, study: &'static str, error: &IntegrateError)
     sheet
 }
 
-/// What the scene is about.
+/// Describes the scene.
 fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     let (mut sheet, problem) = (Sheet::new("The scene"), &scene.problem);
     let system = problem.model.system::<f64>()?;
@@ -158,7 +162,7 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     row(
         "friction",
         match (damping.zero, damping.passive) {
-            (true, _) => "none: H itself is kept".into(),
+            (true, _) => "none: H itself is constant".into(),
             (_, Passive::Each) => "passive: every w_j only fills".into(),
             (_, Passive::InSum) => "passive in sum: Σ w_j only fills".into(),
             (_, Passive::No) => "active, or not known to be passive: w may fall".into(),

@@ -5,8 +5,8 @@ pub(crate) mod work;
 
 pub(crate) use crate::study::decay::KEPT;
 
-/// Whether K is kept, for a deviation of K relative to the energy at the start. NaN, an unknown
-/// deviation, counts as not kept.
+/// Whether K is kept. `drift` is its largest deviation relative to the energy at the start; K is
+/// not kept if it is NaN.
 pub(crate) fn keeps(drift: f64) -> bool {
     drift <= KEPT
 }

@@ -1,7 +1,9 @@
-//! What the methods are worth: orders, energy books, work against precision, stability, as tables, charts and a report.
+//! Measures integration methods: orders, energy books, work against precision and stability, as
+//! tables, charts and a report.
 //!
-//! A [`Model`] is a system with its parameters, a [`study`] runs methods on it and gives the rows of one table, the
-//! [`paper`] puts studies together into the paper's experiment, and [`record`] writes it all down.
+//! A [`Model`] is a system with its parameters. A [`study`] runs methods on it and returns the rows
+//! of one table. The [`paper`] module repeats the paper's experiment from these studies, and
+//! [`record`] writes the results to files.
 
 pub mod chart;
 pub mod claim;

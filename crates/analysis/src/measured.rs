@@ -1,25 +1,24 @@
-//! Errors measured against a reference that is known to some doubt itself.
+//! Errors measured against a reference that has a doubt.
 
 use serde::Serialize;
 use std::fmt;
 
-/// How far a state of a reference may be from the exact one: bounds of the largest error of an entry
-/// of q and p, and of w.
+/// Bounds of the error of a reference state: the largest error of an entry of q and p, and of w.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Doubt {
-    /// Of q and p.
+    /// The bound for q and p.
     pub qp: f64,
-    /// Of w.
+    /// The bound for w.
     pub w: f64,
 }
 
 impl Doubt {
-    /// The larger of each; NaN counts as the largest.
+    /// The larger of each bound; NaN counts as the largest.
     pub fn larger(self, other: Self) -> Self {
         Self { qp: larger(self.qp, other.qp), w: larger(self.w, other.w) }
     }
 
-    /// The larger of both parts.
+    /// The larger of the two bounds.
     pub fn most(self) -> f64 {
         larger(self.qp, self.w)
     }
@@ -34,29 +33,30 @@ pub struct Measured {
     pub doubt: f64,
 }
 
-/// An error counts as measured where it is at least this many times the doubt of its reference.
+/// The least ratio of a resolved error to the doubt of its reference.
 pub const RESOLVED: f64 = 10.0;
 
 impl Measured {
-    /// Is the error large against the doubt of the reference? Otherwise it is known only to be no
-    /// larger than [`Measured::bound`]; it stands for no order and no fit.
+    /// Whether the error is large compared with the doubt of the reference. An error that is not
+    /// resolved is known only to be at most [`Measured::bound`], and is not used for orders and
+    /// fits.
     pub fn is_resolved(self) -> bool {
         self.error >= RESOLVED * self.doubt
     }
 
-    /// What the true error does not exceed.
+    /// An upper bound of the true error.
     pub fn bound(self) -> f64 {
         self.error + self.doubt
     }
 
-    /// The larger error with the larger doubt: the largest true error is within that doubt of the
-    /// largest error measured.
+    /// The larger error with the larger doubt. The largest true error differs from the largest
+    /// measured error by at most this doubt.
     pub fn larger(self, other: Self) -> Self {
         Self { error: larger(self.error, other.error), doubt: larger(self.doubt, other.doubt) }
     }
 }
 
-/// `1.2e-8` where the error is resolved, `≤ 1.2e-8 + 3.4e-8` elsewhere.
+/// `1.2e-8` if the error is resolved, else `≤ 1.2e-8 + 3.4e-8`.
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error, doubt } = self;
@@ -68,7 +68,7 @@ impl fmt::Display for Measured {
     }
 }
 
-/// The larger number, NaN if one of them is.
+/// The larger number; NaN if either is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }

@@ -14,14 +14,14 @@ use thiserror::Error;
 pub enum Model {
     /// A row of the catalogue, with a value for each parameter in its order.
     Listed(&'static SystemRow, Vec<f64>),
-    /// The system its expressions describe.
+    /// A system given by expressions.
     Custom(Custom<f64>),
 }
 
-/// A system that cannot be made.
+/// An error in making a system.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ModelError {
-    /// A parameter the system does not have.
+    /// A parameter that the system does not have.
     #[error("there is no parameter {name}")]
     NoParameter {
         /// The name asked for.
@@ -35,7 +35,7 @@ pub enum ModelError {
         /// The value given.
         value: f64,
     },
-    /// A custom system that is none with this value.
+    /// A custom system that is not valid with this value.
     #[error(transparent)]
     Custom(#[from] CustomError),
 }
@@ -49,16 +49,16 @@ pub struct Lanes {
 }
 
 impl Model {
-    /// A system of the catalogue, with its parameters in their order. That they are as many as there should
-    /// be and in their ranges is seen by [`Model::system`].
+    /// A system of the catalogue, with its parameters in their order. [`Model::system`] checks
+    /// their number and ranges.
     pub fn of(row: &'static SystemRow, parameters: &[f64]) -> Self {
         Self::Listed(row, parameters.to_vec())
     }
 
-    /// A system of the catalogue with parameters by name; those not named are 0.
+    /// A system of the catalogue with parameters by name. Parameters that are not named are 0.
     ///
     /// # Errors
-    /// [`ModelError`]. That values are in their ranges is seen by [`Model::system`].
+    /// [`ModelError`]. [`Model::system`] checks the ranges.
     pub fn named<'a>(
         row: &'static SystemRow,
         values: impl IntoIterator<Item = (&'a str, f64)>,
@@ -83,8 +83,8 @@ impl Model {
         }
     }
 
-    /// The period of each coordinate of which V and D know no more than where it is on a circle;
-    /// none of the others, see [`Custom::periods`].
+    /// The period P_j of each coordinate for which V and D are periodic; `None` for the other
+    /// coordinates. See [`Custom::periods`].
     pub fn periods(&self) -> Vec<Option<f64>> {
         match self {
             Self::Listed(row, _) => vec![row.period; self.dof()],
@@ -103,7 +103,8 @@ impl Model {
     /// The same model with another value of a parameter.
     ///
     /// # Errors
-    /// [`ModelError::NoParameter`], [`ModelError::Whole`] for n, and what the value makes of a custom system.
+    /// [`ModelError::NoParameter`], [`ModelError::Whole`] for n, and [`ModelError::Custom`] where a
+    /// custom system is not valid with the value.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ModelError> {
         let (row, values) = match self {
             Self::Custom(custom) => return Ok(Self::Custom(custom.with(name, value)?)),
@@ -121,7 +122,7 @@ impl Model {
         Ok(Self::Listed(row, values))
     }
 
-    /// A method bound to the system in `f64`, in the fastest form there is.
+    /// Binds a method to the system in `f64`, in the fastest form available.
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
@@ -130,7 +131,7 @@ impl Model {
         afterbay_inlined::bind(row, &system).unwrap_or_else(|| registry::bind(row, system))
     }
 
-    /// A method bound to the system in a scalar.
+    /// Binds a method to the system in a scalar.
     ///
     /// # Errors
     /// As for [`Model::bind`].
@@ -138,8 +139,8 @@ impl Model {
         registry::bind(row, self.system::<T>()?)
     }
 
-    /// Increments bound to the system in `f64` or lanes of it, their roundings kept from adding up
-    /// ([`registry::compensated`]).
+    /// Binds coordinate increments to the system in `f64` or lanes of it, with compensated
+    /// roundings ([`registry::compensated`]).
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
@@ -161,8 +162,8 @@ impl Model {
         registry::compensated(row, self.system()?, exact)
     }
 
-    /// Eight runs side by side, the parameter `name` of each its own; none where the system or the method has
-    /// no such form.
+    /// Binds a method to eight systems side by side, which differ in the parameter `name`. Returns
+    /// `None` where the system or the method does not run in lanes.
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
@@ -183,7 +184,7 @@ impl Model {
         Ok(Some(Lanes { run, system }))
     }
 
-    /// The system itself in a scalar, to be asked what it can do.
+    /// The system in a scalar, with its abilities.
     ///
     /// # Errors
     /// [`InputError::Parameter`] for a parameter out of range.
@@ -228,22 +229,23 @@ impl Model {
 /// A system in Taylor series of a scalar, and in series of intervals.
 type Expanded<T> = (Arc<dyn System<Series<T, TERMS>>>, Arc<dyn System<Ranges>>);
 
-/// The number of degrees of freedom, as the first of the parameters, and the others.
+/// The number of degrees of freedom, which is the first parameter, and the other parameters.
 fn first(values: &[f64]) -> (usize, &[f64]) {
     values.split_first().map_or((0, values), |(&n, rest)| (n as usize, rest))
 }
 
-/// The number of degrees of freedom and the parameters beside it.
+/// The number of degrees of freedom and the other parameters.
 fn split<'a>(row: &SystemRow, values: &'a [f64]) -> (usize, &'a [f64]) {
     row.dof.map_or_else(|| first(values), |n| (n, values))
 }
 
-/// Are the equations of a system linear, so that a step of a linear method is a matrix?
+/// Whether the equations of a system are linear, so that a step of a linear method is a matrix.
 pub(crate) fn is_linear(system: &Arc<dyn Abilities<f64>>) -> bool {
     system.clone().second_derivatives().is_some_and(|system| system.is_constant())
 }
 
-/// The name and the parameters; of a custom system its expressions stand in the scene.
+/// Serializes the name and the parameters. The expressions of a custom system are part of the
+/// scene.
 impl Serialize for Model {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut model = serializer.serialize_struct("Model", 2)?;

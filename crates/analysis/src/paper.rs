@@ -1,7 +1,9 @@
-//! The paper's experiment, what its figures show when they are made again, and what it announces but does not show.
+//! The paper's experiment, what its figures show when they are made again, and what it announces
+//! but does not show.
 //!
-//! One module a part of the report, and each part a list of findings (`claim.rs`). The rule they are judged by is in
-//! `rule.rs`. The paper gives no horizon for its figures; [0, 20] stands for it wherever nothing else is said.
+//! One module a part of the report, and each part a list of findings (`claim.rs`). The rule they
+//! are judged by is in `rule.rs`. The paper gives no horizon for its figures; [0, 20] stands for it
+//! wherever nothing else is said.
 
 mod books;
 mod errata;
@@ -111,8 +113,8 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
     run_with(FIXED, extent, progress)
 }
 
-/// Runs the paper with the methods of another registry. Every name the paper needs is looked up in it before anything
-/// is computed.
+/// Runs the paper with the methods of another registry. Every name the paper needs is looked up in
+/// it before anything is computed.
 ///
 /// # Errors
 /// As for [`run`], and [`ReportError::Method`] where a name is missing.
@@ -135,7 +137,8 @@ pub fn run_with(
             Err(ReportError::Study(IntegrateError::Interrupted)) => None,
             made => Some(made?),
         };
-        // What was stopped on its way has numbers of runs that did not reach their end: nothing is said of them.
+        // What was stopped on its way has numbers of runs that did not reach their end: nothing is
+        // said of them.
         sheets.push(made.filter(|_| !progress.stopped()).unwrap_or_else(|| interrupted(part)));
     }
     let scene = serde_json::json!({

@@ -1,18 +1,19 @@
-//! How far a long computation is.
+//! Progress of long computations.
 
-/// Told how far a computation is; from many threads at once.
+/// Receives the progress of a computation. Its methods are called from many threads at once.
 pub trait Progress: Sync {
     /// A stage of `total` pieces begins.
     fn begin(&self, stage: &str, total: usize);
     /// One piece is done.
     fn advance(&self);
-    /// Has somebody had enough? What is not begun is left out then, and what runs ends early.
+    /// Whether the user asked to stop. Runs that have not begun are skipped, and runs under way end
+    /// early.
     fn stopped(&self) -> bool {
         false
     }
 }
 
-/// Nobody looks.
+/// Ignores all progress.
 pub struct Silent;
 
 impl Progress for Silent {

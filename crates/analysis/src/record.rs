@@ -1,4 +1,4 @@
-//! What is written down: tables, figures, the report, and what a run was made of.
+//! Files of results: tables, figures, the report and the manifest of a run.
 
 use crate::report::Report;
 use serde::Serialize;
@@ -12,24 +12,26 @@ use thiserror::Error;
 pub struct Artifact {
     /// `data/local_orders.csv`, `figures/figure-3-1.svg`, ...
     pub name: String,
-    /// What is in it.
+    /// The contents.
     pub text: String,
 }
 
 impl Artifact {
-    /// A table. Floats print as the shortest text that reads back the same; what is not there is empty.
+    /// A table. Floats are printed as the shortest text that reads back the same; missing values
+    /// are empty.
     ///
     /// # Errors
-    /// [`StorageError::Table`] if a row cannot be written as one.
+    /// [`StorageError::Table`] if a row cannot be serialized as CSV.
     pub fn table<R: Serialize>(name: impl Into<String>, rows: &[R]) -> Result<Self, StorageError> {
         Self::written(name, rows, csv::Writer::from_writer(Vec::new()))
     }
 
-    /// A table whose number of columns depends on the number of degrees of freedom: rows with vectors in them, under a
-    /// header that names each entry.
+    /// A table whose number of columns depends on the number of degrees of freedom. Rows contain
+    /// vectors, and the header names each entry.
     ///
     /// # Errors
-    /// [`StorageError::Table`] if a row cannot be written as one, or has another length than the header.
+    /// [`StorageError::Table`] if a row cannot be serialized as CSV or differs from the header in
+    /// length.
     pub fn wide_table<R: Serialize>(
         name: impl Into<String>,
         header: &[String],
@@ -61,20 +63,20 @@ impl Artifact {
     }
 }
 
-/// What made the output: enough to make it again, and to know where it was made.
+/// The origin of the output: what is needed to reproduce it, and the machine it was made on.
 #[derive(Clone, Debug, Serialize)]
 pub struct Manifest {
     /// Version of afterbay.
     pub version: &'static str,
     /// The command.
     pub command: &'static str,
-    /// What was run, defaults filled in.
+    /// The scene that was run, with defaults filled in.
     pub scene: serde_json::Value,
     /// SHA-256 of the scene.
     pub hash: String,
     /// The processor.
     pub cpu: String,
-    /// Threads the sweeps ran on.
+    /// The number of threads.
     pub threads: usize,
     /// How every run ended.
     pub runs: Vec<RunOutcome>,
@@ -91,9 +93,9 @@ pub struct RunOutcome {
     pub method: &'static str,
     /// The step.
     pub h: f64,
-    /// One word.
+    /// The ending in one word.
     pub outcome: String,
-    /// What went wrong, in words.
+    /// The failure in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
 }
@@ -123,7 +125,7 @@ impl Manifest {
     }
 }
 
-/// The processor's own name where the system tells it, else its architecture.
+/// The name of the processor where the operating system gives it, else its architecture.
 pub fn processor() -> String {
     let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = told
@@ -133,18 +135,19 @@ pub fn processor() -> String {
     name.unwrap_or(std::env::consts::ARCH).to_owned()
 }
 
-/// Everything a command leaves behind.
+/// All results of a command.
 #[derive(Clone, Debug)]
 pub struct Output {
     /// The report.
     pub report: Report,
     /// Tables and figures.
     pub artifacts: Vec<Artifact>,
-    /// What it was made of.
+    /// The origin of the results.
     pub manifest: Manifest,
 }
 
-/// Makes the folder of the results, and sees that they can be written there: before anything is computed.
+/// Makes the folder of the results and checks that they can be written there. Call it before
+/// computing.
 ///
 /// # Errors
 /// [`StorageError::File`] with the folder or file that cannot be written.
@@ -170,10 +173,11 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
 }
 
 impl Output {
-    /// Writes it all below `folder`. Each file gets its name only when it is whole, the report last.
+    /// Writes all results below `folder`. Each file gets its name only when it is complete; the
+    /// report comes last.
     ///
     /// # Errors
-    /// [`StorageError`] with the file it happened to.
+    /// [`StorageError`] with the file that could not be written.
     pub fn write(&self, folder: &Path) -> Result<(), StorageError> {
         let manifest = serde_json::to_string_pretty(&self.manifest)
             .map_err(|source| StorageError::Manifest { source })?;
@@ -194,14 +198,14 @@ fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
     file.write_all(text.as_bytes())?;
-    // Temporary files are private by default; results are to be read by others.
+    // Temporary files are private by default, but others must be able to read the results.
     #[cfg(unix)]
     file.as_file().set_permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644))?;
     file.persist(path)?;
     Ok(())
 }
 
-/// What could not be written.
+/// A failure to write results.
 #[derive(Debug, Error)]
 pub enum StorageError {
     /// A file could not be written.
@@ -212,7 +216,7 @@ pub enum StorageError {
         /// Why.
         source: std::io::Error,
     },
-    /// A row could not be put in a table.
+    /// A row could not be serialized as CSV.
     #[error("cannot write the table {name}: {source}")]
     Table {
         /// The table.
@@ -220,7 +224,7 @@ pub enum StorageError {
         /// Why.
         source: csv::Error,
     },
-    /// The manifest could not be put in JSON.
+    /// The manifest could not be serialized as JSON.
     #[error("cannot write run.json: {source}")]
     Manifest {
         /// Why.

@@ -1,4 +1,4 @@
-//! A report as one HTML file: text, verdicts, tables and figures, with nothing fetched from anywhere.
+//! A report as one self-contained HTML file: text, verdicts, tables and figures.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use serde::Serialize;
 pub struct Report {
     /// The title of the page.
     pub title: String,
-    /// One line below the title: what was run, when, on what.
+    /// One line below the title, which says what was run, when and on what machine.
     pub subtitle: String,
     /// The sections, listed at the top of the page.
     pub sections: Vec<Section>,
@@ -17,9 +17,9 @@ pub struct Report {
 /// A section of a [`Report`].
 #[derive(Debug, Clone)]
 pub struct Section {
-    /// The heading, in the table of contents as well.
+    /// The heading, also listed in the table of contents.
     pub heading: String,
-    /// What stands below the heading.
+    /// The contents below the heading.
     pub blocks: Vec<Block>,
 }
 
@@ -36,23 +36,23 @@ pub enum Block {
     Figure(Figure),
     /// Two figures side by side, one below the other on a narrow screen.
     Pair(Figure, Figure),
-    /// Blocks that are folded away behind one line.
+    /// Blocks hidden behind a summary line until it is opened.
     Fold(String, Vec<Block>),
 }
 
-/// What came out of checking a statement.
+/// The result of checking a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The statement holds.
     Holds,
-    /// It does not.
+    /// The statement does not hold.
     Fails,
-    /// A remark, neither of the two.
+    /// A remark without a verdict.
     Note,
 }
 
-/// A table. Columns of numbers are set to the right.
+/// A table. Columns of numbers are aligned to the right.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// The names of the columns.
@@ -61,12 +61,12 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// A figure: a chart and where to find it.
+/// A figure: a chart, its caption and its files.
 #[derive(Debug, Clone)]
 pub struct Figure {
     /// The chart as SVG text.
     pub svg: String,
-    /// What there is to see.
+    /// The caption.
     pub caption: String,
     /// The file of the chart, relative to the report.
     pub file: String,
@@ -125,7 +125,9 @@ impl Block {
                     Verdict::Fails => ("fails", "does not hold"),
                     Verdict::Note => ("note", "note"),
                 };
-                html! { p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } } }
+                html! {
+                    p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } }
+                }
             }
             Block::Table(table) => table.html(),
             Block::Figure(figure) => figure.html(figures),
@@ -149,10 +151,20 @@ impl Table {
         html! {
             div.scroll tabindex="0" {
                 table {
-                    thead { tr { @for (n, name) in self.header.iter().enumerate() { th class=[class(n)] { (name) } } } }
+                    thead {
+                        tr {
+                            @for (n, name) in self.header.iter().enumerate() {
+                                th class=[class(n)] { (name) }
+                            }
+                        }
+                    }
                     tbody {
                         @for row in &self.rows {
-                            tr { @for (n, cell) in row.iter().enumerate() { td class=[class(n)] { (cell) } } }
+                            tr {
+                                @for (n, cell) in row.iter().enumerate() {
+                                    td class=[class(n)] { (cell) }
+                                }
+                            }
                         }
                     }
                 }
@@ -160,7 +172,7 @@ impl Table {
         }
     }
 
-    /// Whether a column holds numbers, apart from cells that say there is none.
+    /// Whether a column holds numbers. Cells without a value are ignored.
     fn is_numeric(&self, column: usize) -> bool {
         let cells = || self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.trim());
         let none = |cell: &str| {
@@ -171,7 +183,8 @@ impl Table {
     }
 }
 
-/// Whether a text is a number, perhaps behind a sign or a relation and before a unit or an error.
+/// Whether a text is a number. A sign or a relation may precede it, and a unit or an error may
+/// follow.
 fn starts_with_number(text: &str) -> bool {
     let text = text.trim_start_matches(['+', '-', '−', '<', '>', '≈', '≤', '≥', '~', ' ']);
     let tail = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
@@ -194,7 +207,8 @@ impl Figure {
                 figcaption {
                     b { "Figure " (figures) ". " } (self.caption) " "
                     span.files {
-                        "Chart: " a href=(self.file) { (self.file) } ", data: " a href=(self.data) { (self.data) }
+                        "Chart: " a href=(self.file) { (self.file) }
+                        ", data: " a href=(self.data) { (self.data) }
                     }
                 }
             }
@@ -202,7 +216,8 @@ impl Figure {
     }
 }
 
-/// The chart with a prefix before each of its ids and each reference to one, as all figures share one page.
+/// The chart with a prefix before each of its ids and each reference to one, as all figures share
+/// one page.
 fn with_own_ids(svg: &str, figure: usize) -> String {
     let mut svg = svg.to_string();
     for mark in [" id=\"", "url(#", "href=\"#"] {
@@ -215,7 +230,8 @@ fn with_own_ids(svg: &str, figure: usize) -> String {
 mod tests {
     use super::*;
 
-    const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg"><defs><clipPath id="c0"><rect /></clipPath></defs>
+    const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg">
+        <defs><clipPath id="c0"><rect /></clipPath></defs>
         <g clip-path="url(#c0)"><use href="#c0" /></g></svg>"##;
 
     fn figure() -> Figure {

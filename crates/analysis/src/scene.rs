@@ -1,12 +1,13 @@
-//! Scenes: a system, where it starts, when it ends and what to do with it, read from a text.
+//! Scenes: a system, its initial state, the end of time and what to do with it, read from a text.
 //!
-//! [`Document`] is what stands in the file, [`Scene`] what it means: checked, with names resolved. What is wrong with a text is
-//! said with its place in it.
+//! [`Document`] is the content of the file. [`Scene`] is the checked form with names resolved. An
+//! error carries its place in the text.
 
 mod depth;
 mod document;
 mod literal;
 mod plan;
+mod planner;
 mod problem;
 mod source;
 mod system;
@@ -21,7 +22,7 @@ pub use problem::{SceneError, SceneProblem};
 
 use crate::study::Problem;
 use afterbay_core::{Grid, InputError, Quantity, Scalar, State};
-use plan::Planner;
+use planner::Planner;
 use source::Source;
 
 /// The most bytes a scene may have.
@@ -30,9 +31,9 @@ pub const MOST_BYTES: usize = 1 << 20;
 /// A scene that can be run.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// As it was written.
+    /// The document it was read from.
     pub document: Document,
-    /// The system, its start and its end.
+    /// The system, the initial state and the end of time.
     pub problem: Problem,
     /// The step h, a divisor of the end.
     pub step: f64,
@@ -47,7 +48,7 @@ pub fn schema() -> serde_json::Value {
     schemars::schema_for!(Document).to_value()
 }
 
-/// The text of a scene file, the mark some editors put before it taken off.
+/// The text of a scene file, without a byte order mark.
 ///
 /// # Errors
 /// [`SceneProblem::TooLarge`] and [`SceneProblem::NoText`].
@@ -67,7 +68,7 @@ impl Scene {
     /// Reads and checks a scene. Nothing is run.
     ///
     /// # Errors
-    /// [`SceneError`]: what is wrong, and where.
+    /// [`SceneError`] with the problem and its place.
     pub fn read(text: &str) -> Result<Self, SceneError> {
         let source = Source::parse(text)?;
         source.check(&schema())?;

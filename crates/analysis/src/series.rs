@@ -1,8 +1,9 @@
-//! Solutions by Taylor series, each followed twice.
+//! Solutions by Taylor series, each computed twice.
 //!
-//! The defect of every stride is enclosed, so that no feature is missed. A second run takes other
-//! strides and is moved at each by as much as one of the first may err; how far the two come apart is
-//! what errors and roundings grow to, in chaos as well, and with a margin it is the doubt.
+//! The defect of every stride is enclosed in an interval, so that no feature of the field is
+//! missed. A second run takes other strides, and is perturbed at each by as much as a stride of the
+//! first may err. The distance of the two runs thus contains the growth of truncation errors and
+//! roundings, in chaos as well. The doubt is twice that distance.
 
 use crate::measured::Doubt;
 use crate::progress::Progress;
@@ -13,21 +14,23 @@ use afterbay_core::{Flow, InputError, IntegrateError, Scalar, State, Vector};
 use afterbay_systems::catalog::{Expandable, TERMS};
 use rayon::prelude::*;
 
-/// The runs are compared at this many times at least: at one of them they may meet by chance.
+/// The least number of times at which the two runs are compared, since they may meet by chance at a
+/// single one.
 const COMPARED: usize = 256;
 
-/// The most strides of a run, times the number of degrees of freedom: half a minute or so.
+/// The most strides of a run, for about half a minute of work on `dof` degrees of freedom.
 pub(crate) fn most_strides<T: Scalar>(dof: usize) -> usize {
     let most = if T::EPSILON < 1e-20 { 20_000 } else { 100_000 };
     most / dof.max(1)
 }
 
 impl Model {
-    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt: by the exact flow, or by series.
+    /// The solution from `start` at the times `i h`, i = 0..=count, with its doubt. Uses the exact
+    /// flow where the system has one, and Taylor series otherwise.
     ///
     /// # Errors
-    /// [`InputError::Length`] where `start` is no state of this system, [`InputError::SolutionEnds`]
-    /// where the solution leaves the numbers, [`IntegrateError::Interrupted`].
+    /// [`InputError::Length`] where `start` does not fit the system, [`InputError::SolutionEnds`]
+    /// where the solution ceases to be finite, and [`IntegrateError::Interrupted`].
     pub fn solution<T: Expandable>(
         &self,
         start: &State<Vec<T>>,
@@ -43,8 +46,8 @@ impl Model {
     }
 }
 
-/// The solution by the exact flow. A second state takes two flows of a third and the rest: how far that is off is
-/// what roundings make of it.
+/// The solution by the exact flow φ. Its doubt comes from comparing φ(t) with φ(2t/3) ∘ φ(t/3),
+/// which differs by roundings only.
 fn by_flow<T: Scalar>(
     flow: &dyn Flow<T>,
     start: &State<Vec<T>>,
@@ -68,7 +71,8 @@ fn by_flow<T: Scalar>(
         let doubt = twice_apart(&state, &twice);
         Ok((state, doubt))
     };
-    // Collected before the first failure is looked for, so that it is the earliest one.
+    // All states are computed before the first failure is looked for, so that the earliest is
+    // reported.
     let states: Vec<_> = (0..=count).into_par_iter().map(at).collect();
     let mut solution = Solution::with_room(dof, count + 1);
     for found in states {
@@ -79,7 +83,8 @@ fn by_flow<T: Scalar>(
     Ok(solution)
 }
 
-/// The solution by series at the times `i h`, i = 0..=count, its states stored in `V` on the way.
+/// The solution by Taylor series at the times `i h`, i = 0..=count. States are stored in `V` during
+/// the computation.
 fn by_series<V>(
     model: &Model,
     start: &State<Vec<V::Scalar>>,
@@ -121,7 +126,7 @@ where
     Ok(solution)
 }
 
-/// The same state in another storage.
+/// Copies a state to another storage.
 fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<V>, InputError> {
     state.check(dof)?;
     let copy = |part: &Vec<V::Scalar>| V::filled(part, |x| x);

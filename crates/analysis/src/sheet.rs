@@ -1,4 +1,4 @@
-//! A part of a report while it is being written.
+//! A section of a report under construction.
 
 use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, sci};
@@ -10,15 +10,15 @@ use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;
 use thiserror::Error;
 
-/// Why there is no report.
+/// An error that prevents a report.
 #[derive(Debug, Error)]
 pub enum ReportError {
-    /// A name no method has.
+    /// A method name that is not in the registry.
     #[error("there is no method {name}; {advice}")]
     Method {
         /// The name.
         name: String,
-        /// The nearest name, or all there are.
+        /// The nearest name, or all names.
         advice: String,
     },
     /// A study could not be run.
@@ -33,7 +33,7 @@ pub enum ReportError {
 }
 
 impl ReportError {
-    /// Was it stopped, and did not fail?
+    /// Whether the user stopped the computation.
     pub fn is_interrupted(&self) -> bool {
         matches!(self, Self::Study(IntegrateError::Interrupted))
     }
@@ -45,7 +45,7 @@ impl From<InputError> for ReportError {
     }
 }
 
-/// A section with all that belongs to it.
+/// A section with its tables, charts, findings and runs.
 pub(crate) struct Sheet {
     pub(crate) section: Section,
     pub(crate) artifacts: Vec<Artifact>,
@@ -63,7 +63,7 @@ impl Sheet {
         self.section.blocks.push(Block::Text(text.into()));
     }
 
-    /// States what follows from readings, here and in the summary.
+    /// Adds a finding to the section and to the summary.
     pub(crate) fn find(&mut self, topic: &str, readings: Readings, say: fn(&Readings) -> Said) {
         let finding = Finding::new(topic, readings, say);
         let text = format!("{topic}: {}", finding.statement);
@@ -71,8 +71,8 @@ impl Sheet {
         self.findings.push(finding);
     }
 
-    /// Says of some errors that are not resolved what the reference is known to: in the report and in
-    /// the summary.
+    /// Where some errors are not resolved, adds a finding about the doubt of the reference to the
+    /// section and to the summary.
     pub(crate) fn doubt(&mut self, topic: &str, errors: impl Iterator<Item = Measured>) {
         let (mut all, mut open, mut doubt) = (0_u64, 0_u64, 0.0_f64);
         for error in errors {
@@ -109,7 +109,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// The same of rows with vectors in them, under a header that names each entry.
+    /// Stores rows that contain vectors as `data/NAME.csv`, under a header that names each entry.
     pub(crate) fn wide_data<R: Serialize>(
         &mut self,
         name: &str,
@@ -120,7 +120,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Stores a chart as `figures/NAME.svg`, to be shown with a caption; its numbers are in `data/DATA.csv`.
+    /// Stores a chart as `figures/NAME.svg` and returns its figure. The numbers of the chart are in
+    /// `data/DATA.csv`.
     pub(crate) fn figure(
         &mut self,
         name: &str,
@@ -151,12 +152,12 @@ impl Sheet {
     }
 }
 
-/// What is known of errors that are not resolved.
+/// States the doubt of the reference beside the number of errors that are not resolved.
 fn on_doubt(r: &Readings) -> Said {
     let count = |what: &str| r.number("errors", what);
     let statement = format!(
-        "The reference is known to {} only: {} of {} errors are below {RESOLVED} times its doubt. They are \
-         upper bounds, and count for no order.",
+        "The reference is known to {} only: {} of {} errors are below {RESOLVED} times its doubt. \
+         They are upper bounds and are not used for orders.",
         sci(r.number("the reference", "doubt")),
         count("below ten doubts"),
         count("all"),
@@ -184,7 +185,7 @@ pub(crate) fn marked(label: &str, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), points, bounds: Vec::new(), style: Style::LineMarkers }
 }
 
-/// A curve of errors, those that are not resolved as upper bounds.
+/// A curve of errors. Errors that are not resolved are shown as upper bounds.
 pub(crate) fn of_errors(
     label: &str,
     style: Style,
@@ -199,17 +200,17 @@ pub(crate) fn of_errors(
     }
 }
 
-/// A measured error in a table, or nothing.
+/// The cell of a measured error; empty if there is none.
 pub(crate) fn measured(error: Option<Measured>) -> String {
     error.map_or(String::new(), |error| error.to_string())
 }
 
-/// A number in a table: three decimals, or nothing.
+/// The cell of a number with three decimals; empty if there is none.
 pub(crate) fn decimal(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| format!("{value:.3}"))
 }
 
-/// A number in a table: two significant digits, or nothing.
+/// The cell of a number with two significant digits; empty if there is none.
 pub(crate) fn scientific(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| format!("{value:.1e}"))
 }

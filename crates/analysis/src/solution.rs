@@ -3,7 +3,7 @@
 use crate::measured::{Doubt, Measured};
 use afterbay_core::{Scalar, State, StateRef, Vector};
 
-/// The states of a reference one after the other, and how far each of them is known.
+/// The states of a reference at equally spaced times, with a bound of the error of each.
 #[derive(Clone, Debug)]
 pub struct Solution<T> {
     dof: usize,
@@ -13,14 +13,14 @@ pub struct Solution<T> {
 }
 
 impl<T: Scalar> Solution<T> {
-    /// Room for `count` states of `dof` degrees of freedom, none of them there yet.
+    /// An empty solution with room for `count` states of `dof` degrees of freedom.
     pub fn with_room(dof: usize, count: usize) -> Self {
         let (numbers, doubts) =
             (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
         Self { dof, numbers, doubts }
     }
 
-    /// Adds a state that is known without doubt.
+    /// Appends a state with zero doubt.
     pub fn push(&mut self, state: StateRef<'_, T>) {
         for part in [state.q, state.p, state.w] {
             self.numbers.extend_from_slice(part);
@@ -34,17 +34,17 @@ impl<T: Scalar> Solution<T> {
         self.doubts.len()
     }
 
-    /// Has it no state?
+    /// Whether there are no states.
     pub fn is_empty(&self) -> bool {
         self.doubts.is_empty()
     }
 
-    /// The states.
+    /// The states in order of time.
     pub fn states(&self) -> impl ExactSizeIterator<Item = StateRef<'_, T>> {
         (0..self.len()).map(|i| self.at(i))
     }
 
-    /// The state i, one of those that were added.
+    /// State number i, counted from 0.
     pub fn at(&self, i: usize) -> StateRef<'_, T> {
         let size = 3 * self.dof + 1;
         let numbers = &self.numbers[i * size..(i + 1) * size];
@@ -52,7 +52,7 @@ impl<T: Scalar> Solution<T> {
         StateRef { q, p, w, t: numbers[size - 1] }
     }
 
-    /// How far the state i may be from the exact one.
+    /// A bound of the error of state i.
     pub fn doubt_at(&self, i: usize) -> Doubt {
         self.doubts[i]
     }
@@ -62,8 +62,8 @@ impl<T: Scalar> Solution<T> {
         self.doubts.iter().copied().fold(Doubt::default(), Doubt::larger)
     }
 
-    /// The error of q, of p and of w of a state found for time i, the largest over the degrees of
-    /// freedom, each with the doubt of what it is compared to.
+    /// The errors of q, p and w of a state computed for time i, each the largest over the degrees
+    /// of freedom, with the doubt of the reference.
     pub fn errors(&self, i: usize, found: StateRef<'_, T>) -> [Measured; 3] {
         let exact = self.at(i);
         let Doubt { qp, w } = self.doubts[i];
@@ -71,7 +71,7 @@ impl<T: Scalar> Solution<T> {
         parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
     }
 
-    /// The states in `f64`, their rounding a part of the doubt.
+    /// The states rounded to `f64`. The roundings are added to the doubt.
     pub fn rounded(&self) -> Solution<f64> {
         let numbers: Vec<f64> = self.numbers.iter().map(|x| x.to_f64()).collect();
         let rounding = |part: &[T]| {
@@ -86,18 +86,18 @@ impl<T: Scalar> Solution<T> {
         Solution { dof: self.dof, numbers, doubts }
     }
 
-    /// The same states, their doubt forgotten.
+    /// The same states with zero doubt.
     pub(crate) fn without_doubt(&self) -> Self {
         let doubts = vec![Doubt::default(); self.doubts.len()];
         Self { doubts, ..self.clone() }
     }
 
-    /// Raises the doubt of the state i.
+    /// Raises the doubt of state i to at least `doubt`.
     pub fn raise_doubt(&mut self, i: usize, doubt: Doubt) {
         self.doubts[i] = self.doubts[i].larger(doubt);
     }
 
-    /// Raises the doubt of the state added last.
+    /// Raises the doubt of the last state to at least `doubt`.
     pub(crate) fn doubt_last(&mut self, doubt: Doubt) {
         if let Some(last) = self.doubts.last_mut() {
             *last = last.larger(doubt);
@@ -106,22 +106,23 @@ impl<T: Scalar> Solution<T> {
 }
 
 impl Solution<f64> {
-    /// The largest difference to another solution at the same times, and the largest number in this one.
+    /// The largest difference from another solution at the same times, and the largest magnitude in
+    /// this one.
     pub fn distance(&self, other: &Self) -> (f64, f64) {
         let largest = self.numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
         (distance(&self.numbers, &other.numbers), largest)
     }
 }
 
-/// The doubt of the first of two states computed for the same time: twice their distance, as the errors
-/// of both may be alike in part.
+/// The doubt of the first of two states computed for the same time: twice their distance, since
+/// their errors may be correlated.
 pub(crate) fn twice_apart<V: Vector>(a: &State<V>, b: &State<V>) -> Doubt {
     let [q, p, w] = [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)]
         .map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));
     Doubt { qp: q, w }.larger(Doubt { qp: p, w })
 }
 
-/// The largest difference of two vectors, NaN if one of them is.
+/// The largest difference of two vectors; NaN if either contains NaN.
 pub(crate) fn distance<T: Scalar>(a: &[T], b: &[T]) -> f64 {
     let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64());
     differences.fold(0.0, |most, x| if x <= most { most } else { x })

@@ -1,4 +1,4 @@
-//! The few statistics the studies need.
+//! Statistics used by the studies.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -7,13 +7,15 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub struct Fit {
     /// The slope.
     pub slope: f64,
-    /// Half the width of the 95 % confidence interval of the slope (Student's t); none with only two points.
+    /// Half the width of the 95 % confidence interval of the slope (Student's t); none with only
+    /// two points.
     pub margin: Option<f64>,
     /// The number of points.
     pub points: usize,
 }
 
-/// Fits `y = a + slope x` to the points; none with fewer than two different x, or where a number is not finite.
+/// Fits `y = a + slope x` to points. Returns `None` with fewer than two distinct x, or where a
+/// number is not finite.
 pub fn fit(points: &[(f64, f64)]) -> Option<Fit> {
     let n = points.len() as f64;
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
@@ -39,7 +41,7 @@ pub fn fit(points: &[(f64, f64)]) -> Option<Fit> {
     Some(Fit { slope, margin, points: points.len() })
 }
 
-/// The middle one, or the mean of the two in the middle; 0 of nothing.
+/// The median; 0 for an empty list.
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     match values.len() {

@@ -1,7 +1,8 @@
-//! The studies: each runs methods on a problem and gives the rows of one table, for any number of degrees of freedom.
+//! The studies. Each runs methods on a problem with any number of degrees of freedom and returns
+//! the rows of one table.
 //!
-//! Errors are computed in parallel over (method, step) and collected by index, so that a table is the same to the bit
-//! for any number of threads. Times are taken one run after the other.
+//! Errors are computed in parallel over (method, step) and collected by index, so that a table is
+//! the same to the bit for any number of threads. Times are measured one run after another.
 
 pub mod cost;
 pub mod decay;
@@ -25,17 +26,17 @@ use crate::{Model, Solution};
 use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef};
 use serde::Serialize;
 
-/// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom the error of each is
-/// the largest of its N.
+/// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom
+/// the error of each is the largest of its N.
 pub const VARIABLES: [&str; 3] = ["q", "p", "w"];
 
-/// A system, where it starts and when it ends.
+/// A system, its initial state and the end of time.
 #[derive(Clone, Debug, Serialize)]
 pub struct Problem {
     /// The system.
     #[serde(rename = "system")]
     pub model: Model,
-    /// q at t = 0, one entry a degree of freedom.
+    /// q at t = 0, one entry for each degree of freedom.
     pub q: Vec<f64>,
     /// p at t = 0.
     pub p: Vec<f64>,
@@ -47,7 +48,7 @@ impl Problem {
     /// The initial state.
     ///
     /// # Errors
-    /// [`InputError::Length`] where it is no state of the system, [`InputError::NotFinite`]
+    /// [`InputError::Length`] where q or p does not fit the system, and [`InputError::NotFinite`].
     pub fn start<T: Scalar>(&self) -> Result<State<Vec<T>>, InputError> {
         let lift = |part: &[f64]| part.iter().map(|&x| T::from_f64(x)).collect();
         let state = State::new(lift(&self.q), lift(&self.p))?;
@@ -55,13 +56,14 @@ impl Problem {
         Ok(state)
     }
 
-    /// A reference at the times `i h`, i = 0..=count, with its doubt at each: by Taylor series in 106
-    /// bits, rounded; in 53 bits with more than [`LARGEST_BY_SERIES`] degrees of freedom; and by the two
-    /// runs that agree best where series end at a kink or take too many strides.
+    /// The reference at the times `i h`, i = 0..=count, with its doubt at each. Up to
+    /// [`LARGEST_BY_SERIES`] degrees of freedom it comes from Taylor series in 106 bits, rounded;
+    /// with more from series in 53 bits. Where series end at a kink or take too many strides, it is
+    /// one of the two runs that agree best.
     ///
     /// # Errors
-    /// Those of the input, and of a solution that leaves the numbers. [`IntegrateError::Interrupted`]
-    /// where `progress` says so on the way.
+    /// Invalid input, a solution that ceases to be finite, and [`IntegrateError::Interrupted`]
+    /// where `progress` asks to stop.
     pub fn solution(
         &self,
         h: f64,
@@ -72,7 +74,7 @@ impl Problem {
     }
 }
 
-/// The largest difference over the degrees of freedom, of q, of p and of w.
+/// The largest differences over the degrees of freedom, of q, p and w.
 fn distance<T: Scalar>(found: StateRef<'_, T>, exact: StateRef<'_, T>) -> [T; 3] {
     [(found.q, exact.q), (found.p, exact.p), (found.w, exact.w)].map(|(found, exact)| {
         let differences = found.iter().zip(exact).map(|(&found, &exact)| (found - exact).abs());
@@ -80,7 +82,7 @@ fn distance<T: Scalar>(found: StateRef<'_, T>, exact: StateRef<'_, T>) -> [T; 3]
     })
 }
 
-/// The names of N columns: `q1..qN`.
+/// The names of N columns: `name1` to `nameN`.
 fn numbered(name: &str, dof: usize) -> impl Iterator<Item = String> {
     (1..=dof).map(move |j| format!("{name}{j}"))
 }

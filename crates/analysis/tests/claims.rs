@@ -1,5 +1,5 @@
-//! Every sentence that states a result follows from its numbers: other numbers, and broken methods,
-//! make other sentences and other verdicts.
+//! Every finding follows from its readings: other readings, and broken methods, give other
+//! sentences and verdicts.
 
 use afterbay_analysis::claim::{Found, Readings, Said};
 use afterbay_analysis::paper::{self, Extent};
@@ -12,7 +12,7 @@ use afterbay_methods::registry::{FIXED, Row, find};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// A scene that asks for everything there is.
+/// A scene that declares every study.
 const SCENE: &str = r#"
 [system]
 name = "damped-oscillator"
@@ -57,7 +57,7 @@ static ALL: LazyLock<Vec<Finding>> = LazyLock::new(|| {
     PAPER.iter().cloned().chain(run).chain(study).chain(pick).collect()
 });
 
-/// Numbers that look random and are the same every time.
+/// A deterministic generator of pseudo-random numbers.
 struct Chance(u64);
 
 impl Chance {
@@ -76,7 +76,7 @@ impl Chance {
     }
 }
 
-/// What a reading of each quantity could be: words that occur of it, numbers of any size.
+/// Other values of readings: the words that occur for each quantity, and numbers of any size.
 struct Others(BTreeMap<String, BTreeSet<String>>);
 
 impl Others {
@@ -90,7 +90,7 @@ impl Others {
         Self(words)
     }
 
-    /// Another value of a reading: a number of the pool, or a word that occurs of its quantity.
+    /// Another value of a reading: a number of the pool, or a word that occurs for its quantity.
     fn of(&self, readings: &Readings, i: usize, pool: &[f64], chance: &mut Chance) -> Found {
         match &readings.0[i].found {
             Found::Word(_) => {
@@ -103,7 +103,7 @@ impl Others {
         }
     }
 
-    /// The readings with some of them others. The numbers put in are few, so that some agree.
+    /// The readings with some of them replaced. The pool of numbers is small, so that some agree.
     fn some(&self, readings: &Readings, chance: &mut Chance) -> Readings {
         let (all, share) = (numbers(readings), chance.one(&[1, 3, 10]));
         let pool: Vec<_> = (0..=chance.below(3)).map(|_| chance.one(&all)).collect();
@@ -117,7 +117,7 @@ impl Others {
     }
 }
 
-/// Numbers of any size, those of the readings and some beside each of them.
+/// Numbers of any size, those of the readings, and some close to each of them.
 fn numbers(readings: &Readings) -> Vec<f64> {
     let of = readings.0.iter().filter_map(|one| match one.found {
         Found::Number(x) => Some([x, x + 1.0, 10.0 * x, 100.0 * x]),
@@ -126,7 +126,7 @@ fn numbers(readings: &Readings) -> Vec<f64> {
     of.flatten().chain([0.0, 1e-16, 1e-7, 1e-3, 1.0, 2.0, 4.0, 1e3]).collect()
 }
 
-/// The words of a sentence: every number of it is `#`.
+/// The words of a sentence, with `#` for every number.
 fn words(sentence: &str) -> String {
     let mut words = String::new();
     let mut rest = sentence;
@@ -144,7 +144,7 @@ fn numbers_are_told_from_words() {
     assert_eq!(words("moddg-qp3 off by 1.0e-5, at 3 of 20."), "moddg-qp# off by #, at # of #");
 }
 
-/// Does each reading change the sentence or the verdict?
+/// Whether each reading affects the sentence or the verdict.
 fn rests_on_its_readings(finding: &Finding, others: &Others) -> Result<(), String> {
     let readings = &finding.readings;
     if readings.0.is_empty() {
@@ -152,7 +152,8 @@ fn rests_on_its_readings(finding: &Finding, others: &Others) -> Result<(), Strin
     }
     for i in 0..readings.0.len() {
         let mut chance = Chance(1 + i as u64);
-        // A reading may matter only beside others: the cost of what is not cheapest does not.
+        // A reading may matter only in combination: the cost of a method that is not the cheapest
+        // does not.
         let matters = (0..3000).any(|round| {
             let context =
                 if round < 10 { readings.clone() } else { others.some(readings, &mut chance) };
@@ -167,7 +168,7 @@ fn rests_on_its_readings(finding: &Finding, others: &Others) -> Result<(), Strin
     Ok(())
 }
 
-/// Can it come out otherwise, and do the words alone tell how it came out?
+/// Whether the verdict can change, and whether the words alone reveal the verdict.
 fn can_be_lost(finding: &Finding, others: &Others) -> Result<(), String> {
     let mut seen: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
     let mut chance = Chance(1);
@@ -186,7 +187,7 @@ fn can_be_lost(finding: &Finding, others: &Others) -> Result<(), String> {
     if holds.is_empty() && fails.is_empty() {
         return Ok(());
     }
-    // What is judged can come out the other way; a note can become a failure.
+    // A verdict can become the opposite, and a note can become a failure.
     let good = if note.is_empty() { holds } else { note };
     if good.is_empty() || fails.is_empty() {
         return Err(format!("{} is always {:?}", finding.topic, finding.verdict));
@@ -224,7 +225,8 @@ fn findings_that_do_not_follow_from_their_numbers_are_caught() {
         [rests_on_its_readings(&finding, &others), can_be_lost(&finding, &others)]
             .map(|of| of.is_err())
     };
-    // One that is as it should be, one that ignores a number, one whose verdict is a constant, one whose words are.
+    // A correct finding, one that ignores a number, one with a constant verdict, and one with
+    // constant words.
     assert_eq!(caught(right), [false, false]);
     assert_eq!(caught(ignores_the_drift), [true, false]);
     assert_eq!(caught(always_holds), [false, true]);
@@ -260,7 +262,8 @@ fn says_the_same(r: &Readings) -> Said {
     (judged(error < 1e-6), format!("it is accurate: off by {error:e}, K by {drift:e}"))
 }
 
-/// The registry with methods in the place of others, under their names and with their claims.
+/// The registry with some methods replaced by others, which keep the names and the claims of the
+/// first.
 fn broken(places: &[(&'static str, &str)]) -> &'static [Row] {
     let row = |row: &Row| match places.iter().find(|(name, _)| *name == row.name) {
         Some((_, other)) => {
@@ -279,7 +282,7 @@ fn broken(places: &[(&'static str, &str)]) -> &'static [Row] {
 
 #[test]
 fn broken_methods_are_found_out() {
-    // One that loses K, one of order 1, one that never fails, one that is right no more.
+    // Methods that lose K, have order 1, never fail, or are no longer right.
     let places = [
         ("moddg", "leapfrog"),
         ("rk4", "collocation-4"),
@@ -293,7 +296,7 @@ fn broken_methods_are_found_out() {
     assert_eq!(found.len(), PAPER.len());
     for (now, before) in found.iter().zip(PAPER.iter()) {
         assert_eq!(now.topic, before.topic);
-        // A sentence on the best of many methods need not name a broken one.
+        // A sentence about the best of many methods need not name a broken one.
         let is_word = |c: char| c.is_alphanumeric() || c == '-';
         let named = |word: &str| places.iter().any(|(name, _)| word == *name);
         let names = |finding: &Finding| finding.statement.split(|c| !is_word(c)).any(named);

@@ -1,4 +1,5 @@
-//! The orders of local errors against an independent quad-precision computation of the same experiment.
+//! The orders of local errors agree with an independent computation of the same experiment in
+//! quadruple precision.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
@@ -21,7 +22,7 @@ fn study() -> LocalOrder {
     LocalOrder { base_step: 0.001, steps: vec![0.036, 0.03, 0.028, 0.02, 0.017, 0.01] }
 }
 
-/// Method, orders from the maxima of q, p, w, and from the medians.
+/// The method, its orders from the maxima of q, p and w, and those from the medians.
 const TABLE: [(&str, [f64; 3], [f64; 3]); 8] = [
     ("moddg", [2.000, 2.000, 2.000], [1.998, 1.998, 1.999]),
     ("moddg-q3-shared", [3.179, 1.996, 2.582], [2.988, 1.998, 1.996]),
@@ -66,8 +67,8 @@ fn the_maximum_depends_on_the_horizon() {
 
 #[test]
 fn every_method_has_the_median_order_of_its_row() {
-    // Increments are tested where there are several coordinates to tell their orders apart, orders beyond 4 where steps are
-    // longer. What is exact on a linear system has none.
+    // Increments are tested with several coordinates, where their orders differ, and orders beyond
+    // 4 with longer steps. Methods that are exact on a linear system have no order there.
     let measured = |row: &&Row| {
         !row.name.starts_with("increment") && row.order() <= 4 && row.name != "locally-exact"
     };
@@ -81,7 +82,7 @@ fn every_method_has_the_median_order_of_its_row() {
 
 #[test]
 fn rounding_is_left_out_of_the_regression() {
-    // In f64 the errors of RK4 at these steps drown in rounding; nothing is fitted to noise.
+    // In f64 the errors of RK4 at these steps are below rounding, so that no order is fitted.
     let study = LocalOrder { base_step: 1e-4, steps: vec![1e-4, 2e-4, 3e-4, 4e-4] };
     let problem = Problem { end: 0.5, ..the_paper() };
     let errors = study.run::<f64>(&problem, &[find("rk4").unwrap()], &Silent).unwrap();
@@ -89,8 +90,8 @@ fn rounding_is_left_out_of_the_regression() {
     assert_eq!(order(&errors, 0, Statistic::Median), None);
 }
 
-/// An order read in f64 is the one read in 106 bits of the same steps, and where it would be that
-/// of rounding there is none.
+/// An order computed in f64 is the one computed in 106 bits from the same steps. There is none
+/// where rounding would determine it.
 #[test]
 fn an_order_is_never_that_of_rounding() {
     let problem = Problem { end: 2.0, ..the_paper() };
@@ -119,7 +120,8 @@ fn an_order_is_never_that_of_rounding() {
                     "{name} {variable} {statistic:?}: {:.3} of {} steps",
                     order_seen.slope, order_seen.points
                 );
-                // Roundings of a tenth at the ends of a factor 3.6 in h.
+                // Roundings of a tenth at both ends of a range of 3.6 in h change the slope by
+                // about this much.
                 assert!(
                     off < 0.15,
                     "{name} {variable} {statistic:?}: {} {}",
@@ -132,7 +134,7 @@ fn an_order_is_never_that_of_rounding() {
     assert!(none > 0);
 }
 
-/// On the paper's horizon the errors of collocation-6 drown in rounding.
+/// On the paper's horizon the errors of collocation-6 are below rounding.
 #[test]
 fn collocation_6_has_no_order_at_the_steps_of_the_paper() {
     let errors =

@@ -1,4 +1,4 @@
-//! The studies with more than one degree of freedom: tables, references, what is owed and what is refused.
+//! Studies with several degrees of freedom: tables, references, passivity and refusals.
 
 #![cfg(test)]
 
@@ -31,7 +31,7 @@ fn pendulum(end: f64) -> Problem {
     Problem { model, q: vec![1.0, -0.5], p: vec![0.25, 0.5], end }
 }
 
-/// Every record as long as the header, and the columns by name.
+/// The rows by column name, each as long as the header.
 fn read(table: &Artifact) -> Vec<std::collections::BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_reader(table.text.as_bytes());
     reader.deserialize().map(Result::unwrap).collect()
@@ -65,7 +65,7 @@ fn trajectories_hold_the_states_asked_for() {
         let column = |name: &str| -> Vec<f64> {
             records.iter().map(|row| row[name].parse().unwrap()).collect()
         };
-        // Every fourth state, and the last.
+        // Every fourth state and the last one.
         assert_eq!(column("step"), [0.0, 4.0, 8.0, 10.0]);
         assert_eq!(
             (column("q1")[0], column("q2")[0], column("p1")[0], column("p2")[0]),
@@ -119,8 +119,9 @@ fn what_is_owed_in_each_is_counted_in_each() {
     for name in ["increment-1", "increment-2", "gonzalez", "leapfrog", "rk4"] {
         assert_eq!(count(&passive, name, 0.1), Some(0), "{name}");
     }
-    // Parts of this one run backwards: with strong friction and long steps it takes energy back. Steps are counted, of
-    // which there are two, however many masses a step takes it from.
+    // A sweep of this composition runs backwards: with strong friction and long steps it takes
+    // energy back. Violations are counted per step, of which there are two, however many masses
+    // violate passivity.
     assert!(
         count(&chain(4, 10.0, 2.0), "increment-6", 1.0)
             .is_some_and(|count| (1..=2).contains(&count))
@@ -152,7 +153,7 @@ fn local_orders_are_those_of_the_registry() {
     }
 }
 
-/// A chain without friction from rest, a little higher from start to start.
+/// A chain without friction that starts from rest, slightly higher for each i.
 fn at_rest(i: u32) -> Problem {
     let amplitude = 1.0 + f64::from(i) / 256.0;
     let sine = (1..=4).map(|j| amplitude * (0.2 * std::f64::consts::PI * f64::from(j)).sin());
@@ -173,7 +174,8 @@ fn a_drift_of_k_is_told_from_its_roundings() {
         .chain([Setup { compensated: true, ..plain("increment-2", 0.2) }])
         .collect();
     let found = long_run::run(&starts, &runs, 30_000, &Silent).unwrap();
-    // Energy that rk4 loses is lost at a rate: its deviation grows like t, and all starts deviate to one side.
+    // rk4 loses energy at a constant rate: its deviation grows like t, and with the same sign from
+    // all starts.
     let [drift, roundings, none] = &found[..] else { panic!("{found:?}") };
     let (of_drift, of_roundings) = (drift.growth().unwrap(), roundings.growth().unwrap());
     assert!((of_drift.slope - 1.0).abs() < 0.05, "{of_drift:?}");
@@ -182,10 +184,10 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     assert!(-last.mean > 0.95 * last.rms && last.rms > 1e-8, "{last:?}");
     assert!(alone.rms > 1e-16 && alone.rms < 1e-13, "{alone:?}");
     assert_eq!((last.steps, last.t), (30_000, 1500.0));
-    // What is compensated is off by the rounding of the state it is seen at.
+    // A compensated run deviates by the rounding of the state at which it is sampled.
     assert!(none.growth().unwrap().slope.abs() < 0.25, "{:?}", none.growth());
     assert!(none.rows.iter().all(|row| row.rms > 1e-18 && row.rms < 2e-16), "{:?}", none.rows);
-    // Watched step by step, one start is what it is in the windows.
+    // A single start, checked step by step, agrees with the windows.
     let [one] = &long_run::run(&starts[..1], &runs[..1], 100, &Silent).unwrap()[..] else {
         panic!()
     };
@@ -196,7 +198,7 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     assert!((one.rows[0].mean - mean).abs() < 1e-14, "{} {mean}", one.rows[0].mean);
 }
 
-/// Starts that go side by side show what each shows alone.
+/// Starts that run side by side give the same results as each alone.
 #[test]
 fn starts_side_by_side_are_those_alone() {
     let starts = [at_rest(0), at_rest(1), at_rest(2)];

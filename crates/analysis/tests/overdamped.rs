@@ -1,4 +1,5 @@
-//! The overdamped case with every method: each has its line, and what is made of it follows from its numbers.
+//! The overdamped oscillator with every method: each has a row, and its verdict follows from its
+//! numbers.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent};
@@ -52,7 +53,7 @@ fn the_report_has_a_line_for_every_method() {
             assert_eq!(lines.count(), 1, "{} at b = {b}", row.name);
         }
     }
-    // In the order of the registry, under the table's own header.
+    // The rows are in the order of the registry, below the header of the table.
     let from = html.find("max |K - K₀|").expect("a table");
     let mut rest = &html[from..];
     for row in FIXED {
@@ -76,7 +77,7 @@ fn the_report_has_a_line_for_every_method() {
     );
 }
 
-/// Three states of a run, h apart, with these energies.
+/// Three states of a run, h apart, with the given energies.
 fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
     let row = |i: usize| EnergyRow {
         method: "any",
@@ -101,7 +102,8 @@ fn completed() -> Ending {
 
 #[test]
 fn numbers_decide() {
-    // The energy at the start is 2, so K is kept within 2e-12; the exact loss of the second step is 0.01.
+    // The energy at the start is 2, so that K is kept within 2e-12. The exact loss of the second
+    // step is 0.01.
     let exact = 0.99;
     let judge = |energies, drift| Decay::judge(&books(energies, drift, completed()), exact);
     let after = |loss: f64| [2.0, 1.5, 1.5 * (1.0 - loss)];
@@ -121,7 +123,7 @@ fn numbers_decide() {
     assert_eq!(judge([2.0, 2.0 + 1e-11, 1.0], 0.0), Decay::Diverged);
     assert_eq!(judge([2.0, 1.5, 2.1], 0.0), Decay::Diverged);
     assert_eq!(judge([2.0, f64::NAN, 1.0], 0.0), Decay::Diverged);
-    // Growth within rounding is none.
+    // Growth within rounding does not count.
     assert_eq!(judge([2.0, 2.0 + 1e-12, 1.98], 0.0), Decay::Right);
     let stopped = Ending::of::<()>(&Ok(()), 2, 1);
     assert_eq!(Decay::judge(&books(after(0.01), 0.0, stopped), exact), Decay::Failed(INTERRUPTED));
@@ -133,7 +135,7 @@ fn every_line_has_the_numbers_of_its_run() {
         let system = DampedOscillator::new(1.0, b).expect("parameters");
         for row in decays(b, &all()) {
             assert!((row.exact.ln() + 0.2 / b).abs() < 0.01 / b, "{}", row.exact);
-            // The first two steps once more, by hand.
+            // The first two steps, repeated by hand.
             let problem = problem(b);
             let method =
                 problem.model.bind(find(row.method).expect("registered")).expect("applies");
@@ -162,7 +164,7 @@ fn every_line_has_the_numbers_of_its_run() {
                 assert!(steps.is_ok() && row.k_drift.is_some(), "{row:?}");
             }
             let claims = find(row.method).expect("registered");
-            // Bounded is what A-stable promises, vanishing what L-stable does.
+            // An A-stable method is bounded; an L-stable one vanishes.
             assert!(
                 !claims.a_stable || !matches!(row.decay, Decay::Diverged | Decay::Failed(_)),
                 "{row:?}"
@@ -188,7 +190,7 @@ fn names_do_not() {
 
 #[test]
 fn what_fails_says_its_word() {
-    // The simple iteration does not contract at h b/2 = 10.
+    // Simple iteration does not contract at h b/2 = 10.
     let [row] = &decays(200.0, &[find("moddg-fixed-point").expect("registered")])[..] else {
         panic!("one row")
     };

@@ -1,5 +1,5 @@
-//! What `pick` recommends is within the bound all along, checked without its code: by the reference
-//! at the times of the steps themselves.
+//! Recommendations of `pick` are within the bound all along. The check is independent of its code:
+//! it compares runs with the reference at the times of their steps.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::{Progress, Silent};
@@ -25,7 +25,7 @@ fn wanted(error: f64) -> Wanted {
     Wanted { error, at_end: false, keep_k: false, passive: false }
 }
 
-/// The largest error of q, p and w after each step of a fixed step size.
+/// The largest error of q, p and w over the steps of a run with a fixed step.
 fn along(problem: &Problem, method: &str, steps: u64) -> f64 {
     let grid = Grid::of(problem.end / steps as f64, steps).expect("a grid");
     let exact = problem.solution(grid.h, steps as usize, &Silent).expect("a reference");
@@ -41,7 +41,7 @@ fn along(problem: &Problem, method: &str, steps: u64) -> f64 {
     worst
 }
 
-/// The same at some twenty states of a run whose steps follow from a tolerance.
+/// The same at about twenty states of a run whose steps follow from a tolerance.
 fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
     let run = problem.model.bind(find(method).expect("a method")).expect("it applies");
     let mut seen: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -63,7 +63,7 @@ fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
     some.map(off).fold(0.0, f64::max)
 }
 
-/// The largest error of a candidate, found without `pick`.
+/// The largest error of a candidate, computed without `pick`.
 fn checked(problem: &Problem, candidate: &Candidate) -> f64 {
     let run = &candidate.run;
     match run.tolerance {
@@ -82,8 +82,8 @@ fn says(found: &Pick) -> String {
 
 #[test]
 fn a_double_well_is_followed_all_along_and_not_met_at_the_end() {
-    // At the end every run is at rest in a well. Relaxed-dop853 at h = 1.3158 errs there by 4e-13,
-    // and by 0.8 on the way; its neighbours in h end in the other well.
+    // At the end every run is at rest in a well. Relaxed-dop853 with h = 1.3158 has an error of
+    // 4e-13 there, but of 0.8 on the way, and with neighbouring h it ends in the other well.
     let model = Model::of(&DUFFING, &[-1.0, 1.0, 0.3]);
     let problem = Problem { model, q: vec![2.3], p: vec![-3.1], end: 200.0 };
     assert!(along(&problem, "relaxed-dop853", 152) > 0.1);
@@ -102,7 +102,7 @@ fn a_double_well_is_followed_all_along_and_not_met_at_the_end() {
     }
     let [qp, w] = found.check.expect("a finer run");
     assert!(qp <= 2e-6 && w <= 2e-6, "{qp:e} {w:e}");
-    // At the end alone a longer step is enough, with its neighbours still.
+    // At the end alone a longer step suffices, together with its neighbours.
     let at_end =
         pick::run(&problem, Wanted { at_end: true, ..wanted(1e-6) }, &Silent).expect("a pick");
     let of = |found: &Pick, name: &str| {
@@ -112,7 +112,7 @@ fn a_double_well_is_followed_all_along_and_not_met_at_the_end() {
     assert!(all.zip(end).is_some_and(|(all, end)| end < all), "{all:?} {end:?}");
 }
 
-/// Numbers between 0 and 1 that look random, from a counter: the golden ratio's multiples.
+/// Pseudo-random numbers between 0 and 1: multiples of the golden ratio.
 fn share(i: u64, k: u64) -> f64 {
     (0.618_033_988_749_894_9 * (7 * i + k + 1) as f64 + 0.137 * (k * k) as f64).fract()
 }
@@ -133,7 +133,7 @@ fn what_is_recommended_holds_all_along() {
         let error = [1e-3, 1e-4, 1e-6][i as usize % 3];
         let found = pick::run(&problem, wanted(error), &Silent).expect("a pick");
         assert!(found.qualified.len() > 1, "{i}: {}", says(&found));
-        // The winner, the runner-up, and the slowest of those with not too many steps.
+        // The winner, the runner-up, and the slowest of those with few steps.
         let few = |one: &&Candidate| one.run.tolerance.is_none() && one.run.steps < 5000;
         let last = found.qualified.iter().rev().find(few);
         for candidate in found.qualified.iter().take(2).chain(last) {
@@ -144,7 +144,7 @@ fn what_is_recommended_holds_all_along() {
             assert!(off <= said + 0.02 * error || run.steps > 2048, "{i}: {off:e}, said {said:e}");
             checks += 1;
         }
-        // Steps beside the winner's that `pick` has not tried.
+        // Steps near the winner's that `pick` has not tried.
         let run = &found.qualified[0].run;
         let beside = [run.steps * 1000 / 1045, run.steps * 1000 / 985];
         for steps in beside.into_iter().filter(|_| run.tolerance.is_none() && run.steps < 5000) {
@@ -159,7 +159,7 @@ fn what_is_recommended_holds_all_along() {
 
 #[test]
 fn a_scene_that_is_too_sensitive_is_named() {
-    // A start on the ridge between the wells, to a rounding: it grows by e^t.
+    // The start is on the ridge between the wells up to rounding, which grows as e^t.
     let model = Model::of(&DUFFING, &[-1.0, 1.0, 0.0]);
     let problem = Problem { model, q: vec![1e-12], p: vec![0.0], end: 200.0 };
     let found = pick::run(&problem, wanted(1e-6), &Silent).expect("an answer");
@@ -172,7 +172,7 @@ fn a_scene_that_is_too_sensitive_is_named() {
         "{growth:e} {error:e} {until}"
     );
     assert!(found.qualified.is_empty() && found.tried.is_empty());
-    // Until then the error can be had.
+    // Up to that time the error can be met.
     let shorter = Problem { end: 0.9 * until, ..problem };
     let found = pick::run(&shorter, wanted(1e-6), &Silent).expect("an answer");
     assert!(found.too_sensitive.is_none() && !found.qualified.is_empty(), "{}", says(&found));
@@ -192,7 +192,7 @@ fn a_pick_with_a_kink_is_honest() {
     let off = checked(&problem, winner);
     println!("{}: {off:e}", says(&found));
     assert!(off <= 1e-6 && off > 1e-9, "{off:e}");
-    // The error that is said is the one that is found, and that of a finer run.
+    // The reported error agrees with the one measured, and with that of a finer run.
     let said =
         winner.run.error_qp.zip(winner.run.error_w).map(|(qp, w)| qp.max(w)).expect("errors");
     assert!((off - said).abs() <= 0.05 * said, "{off:e}, said {said:e}");
@@ -204,7 +204,7 @@ fn a_pick_with_a_kink_is_honest() {
     }
 }
 
-/// Says stop after so many pieces.
+/// Asks to stop after a number of pieces.
 struct After(AtomicUsize, usize);
 
 impl Progress for After {
@@ -225,17 +225,17 @@ fn an_interrupted_pick_has_what_was_found_so_far() {
     let found = pick::run(&problem, wanted(1e-4), &stop).expect("an answer");
     assert!(found.interrupted && !found.tried.is_empty(), "{}", says(&found));
     assert!(found.qualified.len() + found.others.len() > 1, "{}", says(&found));
-    // What had been begun says that it was interrupted; most methods had not.
+    // Methods that were begun give the interruption as the reason; most were not begun.
     let reasons = found.others.iter().map(|one| one.why_not.as_deref());
     assert!(reasons.into_iter().all(|why| why.is_some()), "{}", says(&found));
     assert!(found.qualified.len() + found.others.len() < 10, "{}", says(&found));
-    // Before anything is begun there is nothing, and it is said.
+    // If nothing was begun, the result is empty and says that it was interrupted.
     let found =
         pick::run(&problem, wanted(1e-4), &After(AtomicUsize::new(0), 0)).expect("an answer");
     assert!(found.interrupted && found.qualified.is_empty() && found.tried.is_empty());
 }
 
-/// Says stop after a time.
+/// Asks to stop after a time.
 struct Late(Instant, Duration);
 
 impl Progress for Late {
@@ -256,7 +256,7 @@ fn a_long_search_ends_soon_after_it_is_asked_to() {
         let (clock, patience) = (Instant::now(), Duration::from_millis(patience));
         let found = pick::run(&problem, wanted(1e-9), &Late(clock, patience)).expect("an answer");
         let late = clock.elapsed().saturating_sub(patience);
-        // A second, and one more for a machine that is busy with other tests.
+        // One second, and another for a machine that is busy with other tests.
         assert!(found.interrupted && late < Duration::from_secs(2), "{late:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! References are within their doubt of an independent computation, whatever the scene.
+//! References agree with an independent computation within their doubt.
 
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::{Problem, global_order};
@@ -43,7 +43,8 @@ fn known(problem: &Problem, count: usize) -> Solution<f64> {
     problem.solution(problem.end / count as f64, count, &Silent).expect("a reference")
 }
 
-/// The state at the end by another order, other strides and samples of the defect, in 106 bits.
+/// The state at the end in 106 bits, with another order, other strides and other samples of the
+/// defect.
 fn otherwise<S>(system: &S, problem: &Problem) -> State<Vec<Quad>>
 where
     S: System<Series<Quad, 16>>,
@@ -60,7 +61,7 @@ fn lifted(system: &Custom<f64>) -> Custom<Series<Quad, 16>> {
     system.map(|x| Series::constant(Quad::from_f64(x)))
 }
 
-/// How far a reference ends from a state, of (q, p) and of w.
+/// The distance of a reference from a state at the end: of (q, p) and of w.
 fn off(found: &Solution<f64>, exact: &State<Vec<Quad>>) -> Doubt {
     let at = found.at(found.len() - 1);
     let apart = |a: &[f64], b: &[Quad]| {
@@ -76,7 +77,7 @@ fn is_within(off: Doubt, doubt: Doubt) -> bool {
     off.qp <= doubt.qp && off.w <= doubt.w
 }
 
-/// The state at the end by RK4 with very many steps.
+/// The state at the end by RK4 with many steps.
 fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
     let mut state = problem.start().expect("a state");
     let grid = Grid::of(problem.end / steps as f64, steps).expect("a grid");
@@ -85,7 +86,7 @@ fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
     state
 }
 
-/// The largest of what two states are apart by.
+/// The largest difference of two states.
 fn apart(found: &Solution<f64>, other: &State<Vec<f64>>) -> f64 {
     found
         .errors(found.len() - 1, other.state_ref())
@@ -137,7 +138,7 @@ fn features_narrower_than_a_stride_are_met() {
     }
 }
 
-/// In 106 bits, as its doubt is far below the rounding of `f64` for long.
+/// The solution in 106 bits, whose doubt stays below the rounding of `f64` for long.
 fn sharp(problem: &Problem, count: usize) -> Result<Solution<Quad>, IntegrateError> {
     let start = problem.start()?;
     problem.model.solution(&start, Quad::from_f64(problem.end / count as f64), count, &Silent)
@@ -165,7 +166,7 @@ fn near_a_saddle_the_doubt_grows_and_at_it_nothing_moves() {
     let rest = known(&problem(well(0.3), &[0.0], &[0.0], 100.0), 4);
     assert_eq!(rest.doubt(), Doubt::default());
     assert_eq!((rest.at(4).q, rest.at(4).p), (&[0.0][..], &[0.0][..]));
-    // Down to the saddle on its stable manifold, nearly, and away from it.
+    // The motion approaches the saddle near its stable manifold, and leaves it.
     let system = custom("-q1^2/2 + q1^4/4", &[]);
     for slip in [0.0, 1e-9, 1e-14] {
         let scene = of(system.clone(), &[0.5], &[-(0.25_f64 - 0.031_25).sqrt() + slip], 40.0);
@@ -199,7 +200,7 @@ fn a_stiff_chain_has_a_reference_worth_the_name() {
     assert!(doubt < 1e-6 && apart(&found, &state) < 1e-5, "{doubt:e} {:e}", apart(&found, &state));
 }
 
-/// Stops the n-th time it is asked.
+/// Asks to stop at the n-th check.
 struct After(AtomicU64, u64);
 
 impl Progress for After {
@@ -229,7 +230,8 @@ fn references_end_where_they_are_asked_to() {
     }
 }
 
-/// From the saddle and back to it, so near that roundings decide on which side the motion goes on.
+/// The motion leaves the saddle and returns so close to it that roundings decide the side on which
+/// it goes on.
 #[test]
 fn what_is_not_resolved_shows_no_order() {
     let well = Model::of(&DUFFING, &[-1.0, 1.0, 0.0]);
@@ -244,7 +246,7 @@ fn what_is_not_resolved_shows_no_order() {
     }
 }
 
-/// A potential in sums of even powers, with the friction of each degree of freedom.
+/// A potential of even powers, with friction in each degree of freedom.
 fn polynomial() -> impl Strategy<Value = (String, Vec<String>, Vec<f64>, Vec<f64>)> {
     let term = (prop::collection::vec(-1_i32..=1, 6), 1_u32..=6, 1_u32..=20);
     let state = prop_oneof![2 => Just(0.0), 3 => -1.0..1.0_f64];
@@ -282,14 +284,17 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
     #[test]
-    fn polynomials_are_known_to_their_doubt((potential, rubs, q, p) in polynomial(), end in 0.2..1.5_f64) {
+    fn polynomials_are_known_to_their_doubt(
+        (potential, rubs, q, p) in polynomial(), end in 0.2..1.5_f64,
+    ) {
         let system = described(&potential, DissipationText::Forces(rubs));
         let scene = of(system.clone(), &q, &p, end);
-        // Nothing is said of a scene that takes too many strides.
+        // Scenes that take too many strides are skipped.
         let Ok(sharp) = sharp(&scene, 1) else { return Ok(()) };
         let found = sharp.rounded();
         let (off, doubt) = (off(&found, &otherwise(&lifted(&system), &scene)), found.doubt_at(1));
-        let size = found.at(1).q.iter().chain(found.at(1).p).fold(1.0, |most: f64, x| most.max(x.abs()));
+        let end = found.at(1);
+        let size = end.q.iter().chain(end.p).fold(1.0, |most: f64, x| most.max(x.abs()));
         prop_assert!(is_within(off, doubt), "{off:?} {doubt:?}");
         prop_assert!(sharp.doubt_at(1).qp < 1e-24 * size, "{:?}", sharp.doubt_at(1));
     }

@@ -1,4 +1,5 @@
-//! The studies keep their contract: columns, independence of the number of threads, verdicts that are right.
+//! The contract of the studies: their columns, results that do not depend on the number of threads,
+//! and right verdicts.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::paper::{self, Extent, oscillator};
@@ -16,7 +17,7 @@ fn rows(names: &[&str]) -> Vec<&'static Row> {
     names.iter().map(|name| find(name).expect("a registered method")).collect()
 }
 
-/// The tables of a quick paper by name, without the measured times.
+/// The tables of a quick paper by name, without measured times.
 fn tables(threads: usize) -> BTreeMap<String, String> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     let (output, _) = pool.install(|| paper::run(Extent::Quick, &Silent)).expect("the paper runs");
@@ -67,7 +68,8 @@ fn tables_follow_their_contract() {
         ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
         (
             "data/work_precision.csv",
-            "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,evaluations,iterations",
+            "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,\
+             evaluations,iterations",
         ),
         ("data/fput-chain/long_run.csv", "method,h,compensated,steps,t,rms,mean\n"),
         ("data/stability.csv", "method,h,parameter,value,verdict,spectral_radius,steps_done"),
@@ -148,7 +150,7 @@ fn global_errors_fall_with_the_order_of_the_method() {
 
 #[test]
 fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
-    // Simple iteration does not contract at h = 2.5; the next step size is fine again.
+    // Simple iteration does not contract at h = 2.5, but it does at the next step size.
     let found = work_precision::run(
         &oscillator(),
         &rows(&["moddg-fixed-point"]),
@@ -187,7 +189,8 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
             .find(|row| row.method == method && row.value == b && row.h == h)
             .expect("a cell")
     };
-    // Undamped: leap-frog is stable up to h = 2, RK4 up to 2√2, the discrete gradient always; radius 1 to rounding.
+    // Without friction leap-frog is stable up to h = 2, RK4 up to 2√2, and the discrete gradient
+    // always, with radius 1 up to rounding.
     let radius = |method, b, h| cell(method, b, h).spectral_radius.expect("a linear step");
     assert!((radius("leapfrog", 0.0, 1.9) - 1.0).abs() < 1e-12);
     assert!(radius("leapfrog", 0.0, 2.1) > 1.5);
@@ -199,7 +202,7 @@ fn verdicts_and_spectral_radii_are_those_of_theory() {
     assert!(matches!(cell("leapfrog", 0.0, 2.1).verdict, Verdict::Growing | Verdict::NotFinite));
     assert!(matches!(cell("rk4", 0.1, 3.0).verdict, Verdict::Growing | Verdict::NotFinite));
     assert_eq!(cell("moddg", 0.1, 0.1).verdict, Verdict::Right);
-    // A-stable, not L-stable: bounded at any step, with the wrong decay.
+    // The method is A-stable but not L-stable: bounded at any step, with the wrong decay.
     assert_eq!(cell("moddg", 10.0, 3.0).verdict, Verdict::Wrong);
     assert_eq!(cell("moddg-fixed-point", 0.1, 2.1).verdict, Verdict::NoConvergence);
 }
@@ -218,7 +221,7 @@ fn van_der_pol_is_judged_by_its_limit_cycle() {
     };
     let cells = map.run(&rows(&["leapfrog", "rk4", "moddg"]), &Silent).expect("runs");
     for cell in &cells {
-        // At μ = 5 a step of 0.5 is beyond each of them; at μ = 0.5 it is not, but for w.
+        // At μ = 5 a step of 0.5 is too long for each of them; at μ = 0.5 only for w.
         if cell.h == 0.01 || cell.value == 5.0 {
             assert_eq!(cell.verdict == Verdict::Right, cell.h == 0.01, "{cell:?}");
         }
@@ -238,7 +241,7 @@ fn references_know_rest_decay_and_their_end() {
         panic!("{decayed:?}")
     };
     assert!(q.abs() < 1e-280 && p.abs() < 1e-280 && (w - 0.75).abs() < 1e-15, "{q} {p} {w}");
-    // q'' = q + 5 q³ leaves the numbers in finite time.
+    // The solution of q'' = q + 5 q³ diverges in finite time.
     let escape = Problem { model: duffing(-1.0, -5.0, 0.1), q: vec![2.0], p: vec![1.0], end: 10.0 };
     let error = escape.solution(1.0, 10, &Silent).expect_err("the solution ends");
     let IntegrateError::Input(InputError::SolutionEnds { t }) = error else { panic!("{error}") };
@@ -262,7 +265,7 @@ fn custom(potential: &str, dissipation: &str) -> Model {
 /// B(2/3, 1/2)
 const BETA: f64 = 2.587_109_559_229_791;
 
-/// The periods from (1, 0): 4 for V = 2 |q|, which does not look like it, and 4 ∫_0^1 dq/√(2 - 2 q^1.5) for V = |q|^1.5.
+/// The periods from (1, 0): 4 for V = 2 |q|, and 4 ∫_0^1 dq/√(2 - 2 q^1.5) for V = |q|^1.5.
 #[test]
 fn a_reference_without_series_says_what_it_is_worth() {
     for (potential, period) in

@@ -5,18 +5,21 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Integrates mechanical systems with friction, keeps the energy books to the last bit, and measures what each method is worth.
+/// Integrates mechanical systems with friction, accounts for the energy they lose, and measures the
+/// accuracy and the cost of each method.
 ///
-/// H is the energy, w_j what friction has taken from each degree of freedom, and K = H + Σ w_j stays what it was: exactly with some
-/// methods, roughly with others.
+/// H is the energy, w_j the energy that friction has taken from degree of freedom j, and K = H + Σ
+/// w_j is constant: to rounding with some methods, approximately with others.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true, after_help = after_help())]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
 
-    /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for any number.
-    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for
+    /// any number.
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 
     /// What to print on stdout.
@@ -29,55 +32,57 @@ fn after_help() -> String {
     format!("{FIRST_STEPS}\n\n{}", exit_code::HELP)
 }
 
-/// Where to begin.
+/// Examples, shown after the help.
 const FIRST_STEPS: &str = "\
 First steps:
-  afterbay list systems                              what can be integrated
-  afterbay list methods                              and by what
-  afterbay check scenes/pendulum.toml                is the scene right, and what would it do?
+  afterbay list systems                              the systems
+  afterbay list methods                              the methods
+  afterbay check scenes/pendulum.toml                whether a scene is valid, and what it does
   afterbay run scenes/pendulum.toml                  trajectories, in out/pendulum
-  afterbay study scenes/pendulum.toml --out out/p    orders, energy books, cost, .. as the scene declares
+  afterbay study scenes/pendulum.toml --out out/p    the studies that the scene declares
   afterbay pick scenes/pendulum.toml --error 1e-6    the cheapest method and step for that error";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run the paper's experiment again and say what holds: orders, errata, energy books, cost, stability.
+    /// Repeat the paper's experiment and report which results hold: orders, errata, energy books,
+    /// cost, stability.
     Paper {
         /// Folder for report.html, figures/, data/ and run.json.
         #[arg(long, value_name = "DIR", default_value = "out/paper")]
         out: PathBuf,
-        /// The same studies on coarser maps and with fewer steps.
+        /// Use coarser maps and fewer steps.
         #[arg(long)]
         quick: bool,
     },
-    /// Run the methods of a scene's `[run]` table and write the trajectories down.
+    /// Run the methods of a scene's `[run]` table and write the trajectories.
     ///
-    /// Leaves report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and run.json in a folder. A run that
-    /// fails is in the table up to its last good state.
+    /// Writes report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and
+    /// run.json to a folder. The table of a run that fails ends with its last good state.
     Run(SceneArguments),
-    /// Run the studies a scene declares: orders, energy books, cost, stability, long runs.
+    /// Run the studies that a scene declares: orders, energy books, cost, stability, long runs.
     ///
-    /// A scene declares a study by a table: [study.local-order], [study.global-order], [study.energy], [study.work-precision],
-    /// [study.stability], [study.long-run]. Each leaves its table in data/ and its charts in report.html and figures/.
+    /// A scene declares a study by a table: [study.local-order], [study.global-order],
+    /// [study.energy], [study.work-precision], [study.stability], [study.long-run]. Each study
+    /// writes its table to data/ and its charts to report.html and figures/.
     Study(SceneArguments),
-    /// Find the cheapest method and step that meets an error all along the scene.
+    /// Find the cheapest method and step that meets an error bound all along the scene.
     ///
-    /// Takes the system, the start and the end from the scene; its step and its methods do not
-    /// matter. Errors are those after every step (at 2048 times where there are more), and a step
-    /// is recommended where the steps within 5 % of it and half of it meet the error as well.
+    /// Takes the system, the initial state and the end of time from the scene, and ignores its step
+    /// and methods. Errors are measured after every step (at 2048 times in longer runs). A step is
+    /// recommended only if the steps within 5 % of it and half of it meet the bound as well.
     /// Nothing is written without --out.
     Pick(PickArguments),
-    /// Say whether a scene is valid, and what it would do. Nothing is computed.
+    /// Check a scene and show what it would do. Nothing is computed.
     ///
-    /// What is wrong is shown in its line, with what to do about it, and the command ends with 3.
+    /// A mistake is shown in its line, with advice, and the exit code is 3.
     Check {
         /// The scene, a TOML file.
         scene: PathBuf,
     },
     /// Print the JSON schema of scenes, for editors.
     ///
-    /// Editors that know TOML complete and check scenes with it: `afterbay schema > scene.json`, and
-    /// `#:schema scene.json` as the first line of a scene.
+    /// Editors that support TOML use it to complete and check scenes: write `afterbay schema >
+    /// scene.json`, and put `#:schema scene.json` in the first line of a scene.
     Schema,
     /// Print completions for a shell.
     ///
@@ -86,7 +91,7 @@ pub(crate) enum Command {
         /// The shell.
         shell: Shell,
     },
-    /// Show what there is.
+    /// List methods or systems.
     List {
         /// What to list.
         #[arg(value_enum)]
@@ -96,12 +101,14 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
-    /// The scene, a TOML file. `afterbay schema` describes it; the folder scenes/ has ready ones.
+    /// The scene, a TOML file. `afterbay schema` describes it, and the folder scenes/ contains
+    /// examples.
     pub(crate) scene: PathBuf,
-    /// Folder for report.html, figures/, data/ and run.json [default: out/ and the name of the scene].
+    /// Folder for report.html, figures/, data/ and run.json [default: out/ and the name of the
+    /// scene].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Write there even if the results of another scene are lost.
+    /// Overwrite the results of another scene.
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -110,19 +117,20 @@ pub(crate) struct SceneArguments {
 pub(crate) struct PickArguments {
     /// The scene, a TOML file.
     pub(crate) scene: PathBuf,
-    /// The largest error of every q_j, p_j and w_j all along the scene.
+    /// The largest error allowed in every q_j, p_j and w_j, all along the scene.
     #[arg(long, value_name = "E", value_parser = error_bound, allow_negative_numbers = true)]
     pub(crate) error: f64,
-    /// Errors count at the end of the scene alone, and not on the way.
+    /// Count errors at the end of the scene only.
     #[arg(long)]
     pub(crate) at_end: bool,
-    /// Only methods that keep K to rounding.
+    /// Consider only methods that keep K to rounding.
     #[arg(long)]
     pub(crate) keep_k: bool,
-    /// Only methods that never take energy back from the reservoir of a passive system.
+    /// Consider only methods that never take energy back from the reservoir of a passive system.
     #[arg(long)]
     pub(crate) passive: bool,
-    /// Folder for report.html with the charts of what was tried, figures/, data/ and run.json.
+    /// Folder for report.html with the charts of the runs that were tried, figures/, data/ and
+    /// run.json.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Write there even if the results of another scene are lost.

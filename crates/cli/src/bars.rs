@@ -1,17 +1,17 @@
-//! Progress on stderr; nothing where that is not a terminal.
+//! Progress bars on stderr, shown only if it is a terminal.
 
 use crate::interrupt;
 use afterbay_analysis::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::Mutex;
 
-/// A bar for the stage that runs.
+/// The bar of the current stage.
 pub(crate) struct Bars {
     bar: Mutex<ProgressBar>,
 }
 
 impl Bars {
-    /// No bar yet. From here on Ctrl-C stops what is done, not the command.
+    /// Starts without a bar. From here on Ctrl-C stops the computation and not the command.
     pub(crate) fn new() -> Self {
         interrupt::listen();
         Self { bar: Mutex::new(ProgressBar::hidden()) }
@@ -29,7 +29,7 @@ impl Bars {
 impl Progress for Bars {
     fn begin(&self, stage: &str, total: usize) {
         let next = ProgressBar::new(total as u64).with_message(stage.to_owned());
-        // The template is a constant of ours; were it wrong the plain bar would do.
+        // The template is a constant. If it were not valid, the plain bar would do.
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta})") {
             next.set_style(style);
         }

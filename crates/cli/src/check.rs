@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// What a scene would do.
+/// The plan of a scene.
 #[derive(Serialize)]
 struct Plan {
     what: &'static str,

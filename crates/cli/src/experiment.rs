@@ -14,14 +14,14 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What to do with a scene.
+/// The command to run on a scene.
 #[derive(Clone, Copy)]
 pub(crate) enum What {
     Run,
     Study,
 }
 
-/// What is printed as JSON.
+/// The summary printed as JSON.
 #[derive(Serialize)]
 struct Summary<'a> {
     out: &'a Path,
@@ -57,8 +57,8 @@ pub(crate) fn run(
     Ok(exit_code::of_results(failed))
 }
 
-/// Makes the folder for the results of a scene, before anything is computed. One that holds those of
-/// another scene is refused unless `force`.
+/// Makes the folder for the results of a scene before anything is computed. Refuses a folder with
+/// the results of another scene unless `force` is set.
 pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failure> {
     if !force {
         let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
@@ -70,7 +70,7 @@ pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failu
     record::prepare(out).map_err(Failure::storage)
 }
 
-/// Has the scene what is asked for?
+/// Checks that the scene declares what the command needs.
 fn wanted(what: What, scene: &Scene) -> Result<(), SceneProblem> {
     match what {
         What::Run if scene.run.is_none() => Err(SceneProblem::Nothing { table: "[run]" }),

@@ -1,13 +1,14 @@
-//! Ctrl-C and SIGTERM: the computation ends early and what is done is written. A second signal ends the command at once.
+//! Ctrl-C and SIGTERM end the computation early, and the results so far are written. A second
+//! signal ends the command at once.
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// The signal received, 0 before the first one.
+/// The signal received; 0 before the first.
 static RECEIVED: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
-/// Set when the user has been told that the command is stopping.
+/// Whether the user has been told that the command is stopping.
 static TOLD: AtomicBool = AtomicBool::new(false);
 
 /// Installs the handlers.
@@ -15,15 +16,16 @@ pub(crate) fn listen() {
     let received = RECEIVED.get_or_init(Arc::default);
     let armed = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
-        // The shutdown comes first: the first signal arms it, the second one triggers it.
-        // Where a handler cannot be installed, the signal ends the command as it does by default.
+        // The conditional shutdown is registered first: the first signal arms it, and the second
+        // one triggers it. If a handler cannot be installed, the signal ends the command as it does
+        // by default.
         let _ = flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&armed));
         let _ = flag::register(signal, Arc::clone(&armed));
         let _ = flag::register_usize(signal, Arc::clone(received), signal as usize);
     }
 }
 
-/// True from the first signal on.
+/// Whether a signal has been received.
 pub(crate) fn stopped() -> bool {
     let stopped = signal().is_some();
     if stopped && !TOLD.swap(true, Ordering::Relaxed) {

@@ -88,7 +88,7 @@ impl From<&SystemRow> for System {
     }
 }
 
-/// Those that take a step, then those that take a tolerance.
+/// The methods that take a step, then those that take a tolerance.
 fn methods() -> impl Iterator<Item = Method> {
     METHODS.iter().map(Method::from)
 }

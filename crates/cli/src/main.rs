@@ -51,7 +51,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Starts the threads of the sweeps; 0 stands for all there are.
+/// Starts the threads of parallel computations; `None` stands for one per processor.
 fn threads(count: Option<u16>) -> Result<(), Failure> {
     let count = usize::from(count.unwrap_or(0));
     rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(Failure::threads)

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, Failure> {
-    // Better now than when everything is computed.
+    // Fails now rather than after everything is computed.
     record::prepare(out).map_err(Failure::storage)?;
     let bars = Bars::new();
     let extent = if quick { Extent::Quick } else { Extent::Full };
@@ -42,6 +42,7 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
         }
         return Ok(code);
     }
-    // A run that fails in here is what the study set out to show: it is in its table, and no failure of the command.
+    // A run that fails here is a result of the paper. It is in its table and is no failure of the
+    // command.
     Ok(ExitCode::SUCCESS)
 }

@@ -9,7 +9,7 @@ use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
 use afterbay_analysis::{Measured, ReportError, experiment};
 use std::process::ExitCode;
 
-/// Those that qualify and those that do not, shown.
+/// The most candidates shown, of those that qualify and of those that do not.
 const SHOWN: usize = 8;
 const NEAREST: usize = 3;
 
@@ -110,7 +110,7 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     }
 }
 
-/// What else was wanted, in words.
+/// The other requirements, in words.
 fn structure(found: &Pick) -> &'static str {
     match (found.wanted.keep_k, found.wanted.passive) {
         (true, true) => ", with K kept and passive",
@@ -126,7 +126,8 @@ fn cost(candidate: &Candidate) -> String {
     let number = |error: Option<f64>| error.map_or(String::new(), |error| format!("{error:.1e}"));
     let seconds = run.seconds.map_or("not timed".into(), |seconds| format!("{seconds:.1e} s"));
     format!(
-        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {:.3}), {} and {} at the end",
+        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {:.3}), {} and {} at \
+         the end",
         said(run.qp()),
         said(run.w()),
         run.worst_t,
@@ -135,7 +136,7 @@ fn cost(candidate: &Candidate) -> String {
     )
 }
 
-/// What the recommendation was checked by.
+/// The checks of the recommendation.
 fn checked(winner: &Candidate, finer: Option<[f64; 2]>) -> String {
     let run = &winner.run;
     let beside = winner.checked.map_or(String::new(), |checked| {

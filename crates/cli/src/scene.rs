@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Reads and checks a scene. No more of a file is read than a scene may have.
+/// Reads and checks a scene, and no more of the file than a scene may have.
 pub(crate) fn read(path: &Path) -> Result<Scene, Failure> {
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(|error| Failure::unreadable(path, error))?;

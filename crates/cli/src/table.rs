@@ -5,7 +5,8 @@ use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// Prints a table that fits the terminal, names unbroken; where there is none, a line a row.
+/// Prints a table that fits the terminal without breaking names; one line per row if there is no
+/// terminal.
 pub(crate) fn print(
     header: &[&str],
     rows: impl IntoIterator<Item = Vec<String>>,
@@ -27,7 +28,7 @@ pub(crate) fn json(value: &impl Serialize) -> Result<(), Failure> {
     line(&text)
 }
 
-/// Prints a line. A reader that has gone away has seen enough.
+/// Prints a line. A closed pipe is not an error.
 pub(crate) fn line(text: &str) -> Result<(), Failure> {
     match writeln!(io::stdout(), "{text}") {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::storage(error)),

@@ -1,4 +1,4 @@
-//! The command as its users meet it: what it prints, what it writes, how it ends.
+//! The command as users see it: its output, its files and its exit codes.
 
 use assert_cmd::Command;
 use predicates::prelude::{PredicateBooleanExt, predicate};
@@ -35,7 +35,10 @@ fn paper_writes_everything_and_says_what_holds() {
     let ring = &manifest["scene"]["many_degrees"][1][1]["system"];
     assert_eq!(
         ring,
-        &serde_json::json!({"name": "van-der-pol-ring", "parameters": {"n": 5, "mu": 1.0, "coupling": 0.5}})
+        &serde_json::json!({
+            "name": "van-der-pol-ring",
+            "parameters": {"n": 5, "mu": 1.0, "coupling": 0.5}
+        })
     );
     assert_eq!(manifest["hash"].as_str().map(str::len), Some(64));
     let mut orders = csv::Reader::from_path(out.join("data/local_orders.csv")).expect("a table");
@@ -151,7 +154,7 @@ fn results_that_cannot_be_written_are_a_failure_of_storage() {
     let occupied = folder.path().join("occupied");
     std::fs::write(&occupied, "a file, not a folder").expect("a file");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/damped-oscillator.toml");
-    // All of the paper takes more than a minute: it is not begun.
+    // The whole paper takes more than a minute, so these must fail before they compute.
     for command in [&["paper"][..], &["run", scene], &["study", scene]] {
         afterbay(command)
             .arg("--out")

@@ -1,11 +1,12 @@
-//! The guide and the README do what they say: their scenes are checked, their commands run, and the output they show appears.
+//! The guide and the README are right: their scenes are valid, their commands run, and the output
+//! they show appears.
 
 use afterbay_analysis::study::outcome::{COMPLETED, INTERRUPTED};
 use afterbay_analysis::study::stability::Verdict;
 use std::path::Path;
 use std::process::Command;
 
-/// A fenced block of a text: what stands behind the fence, and what it encloses.
+/// A fenced block: the text behind the fence and the lines enclosed.
 struct Block {
     info: String,
     lines: Vec<String>,
@@ -25,7 +26,7 @@ fn blocks(text: &str) -> Vec<Block> {
     all
 }
 
-/// What a shell in the folder prints, and its exit code.
+/// The output and the exit code of a shell command in a folder.
 fn shell(folder: &Path, line: &str) -> (Vec<String>, i32) {
     let command = line.strip_prefix("afterbay ").unwrap_or_else(|| panic!("not ours: {line}"));
     let output = Command::new("sh")
@@ -40,7 +41,8 @@ fn shell(folder: &Path, line: &str) -> (Vec<String>, i32) {
     (printed.lines().map(str::to_owned).collect(), output.status.code().expect("an exit code"))
 }
 
-/// Is this the line shown? `…` stands for anything, blanks for any number of them.
+/// Whether a printed line matches the one shown. `…` matches anything, and blanks match any number
+/// of blanks.
 fn is_shown(printed: &str, shown: &str) -> bool {
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let (printed, shown) = (words(printed), words(shown));
@@ -55,7 +57,7 @@ fn is_shown(printed: &str, shown: &str) -> bool {
     rest.is_empty() || shown.ends_with('…')
 }
 
-/// The number, or the bound `≤ error + doubt`, that stands between two phrases.
+/// The number, or the bound `≤ error + doubt`, between two phrases.
 fn error_between(text: &str, before: &str, after: &str) -> f64 {
     let from = text.split_once(before).unwrap_or_else(|| panic!("no {before:?} in {text}")).1;
     let said = from.split_once(after).unwrap_or_else(|| panic!("no {after:?} in {from}")).0;
@@ -63,7 +65,8 @@ fn error_between(text: &str, before: &str, after: &str) -> f64 {
     numbers.map(|x| x.trim().parse::<f64>().unwrap_or_else(|_| panic!("{x:?} in {text}"))).sum()
 }
 
-/// What `pick` prints is what its JSON says, and holds: methods exist, errors are within the bound.
+/// The output of `pick` agrees with its JSON, its methods exist, and its errors are within the
+/// bound.
 fn picks(folder: &Path, command: &str, printed: &[String]) {
     let bound: f64 = command
         .split_whitespace()
@@ -112,7 +115,8 @@ fn picks(folder: &Path, command: &str, printed: &[String]) {
     }
 }
 
-/// Runs the commands of a block. The lines under a command must be among what it prints, in their order.
+/// Runs the commands of a block. The lines below a command must appear in its output, in their
+/// order.
 fn follow(folder: &Path, block: &Block) {
     let (mut printed, mut code) = (Vec::<String>::new().into_iter(), 0);
     for line in &block.lines {
@@ -154,7 +158,7 @@ fn holds(text: &str) {
                 assert_eq!(code, expected, "{}", printed.join("\n"));
             }
             Some("console") => follow(folder.path(), &block),
-            // Rust blocks are doc tests; what is for a shell alone builds or installs.
+            // Rust blocks are doc tests; blocks for the shell only build or install.
             Some("rust" | "sh") => {}
             other => panic!("a block of {other:?} is not tested"),
         }

@@ -12,8 +12,8 @@
 //! | [`ExactFlow`] | the exact solution |
 //! | [`OrderRaising`], [`Misprinted`] | the corrected steps δ of the paper |
 //!
-//! [`Abilities`] is a system whose type is forgotten: it is asked which of these it has. [`Formulas`]
-//! make a separable system from one potential and one dissipation.
+//! [`Abilities`] is a system whose concrete type is erased; it tells which of these traits it has.
+//! [`Formulas`] make a separable system from one potential and one dissipation.
 
 mod abilities;
 mod coupling;

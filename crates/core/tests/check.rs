@@ -260,9 +260,10 @@ fn what_is_no_number() {
         (Lie::DissipationOfNoNumber, Quantity::Dissipation, 1, "D2 = NaN is not finite"),
     ] {
         let error = told(lie).unwrap_err();
-        assert!(
-            matches!(error, InputError::NotFinite { quantity: q, dof: j, .. } if (q, j) == (quantity, dof))
-        );
+        let InputError::NotFinite { quantity: found, dof: of, .. } = error else {
+            panic!("{error:?}")
+        };
+        assert_eq!((found, of), (quantity, dof));
         assert_eq!(error.to_string(), says);
     }
     let error = validate::system(&Told(Lie::None), &[0.0, f64::NAN, 0.0, 0.0], &P).unwrap_err();

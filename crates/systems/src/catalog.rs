@@ -1,4 +1,4 @@
-//! The catalogue: one row a system.
+//! The catalogue of systems, with one row for each.
 //!
 //! A system enters it by [`Family`], in its own file, and by its row in [`SYSTEMS`].
 
@@ -13,8 +13,7 @@ use crate::{
 use afterbay_core::{Abilities, InputError, Scalar};
 use forms::Forms;
 
-/// A system in every scalar, with what is to be known of it beforehand. It is implemented for the system
-/// in `f64`.
+/// A system in every scalar, with its description. It is implemented for the system in `f64`.
 pub trait Family: 'static {
     /// The system in a scalar.
     type Of<T: Scalar>: Abilities<T>;
@@ -23,21 +22,23 @@ pub trait Family: 'static {
     const NAME: &'static str;
     /// Its equations.
     const EQUATIONS: &'static str;
-    /// Its parameters. The first is `n`, the number of degrees of freedom, where [`Family::DOF`] is none.
+    /// The parameters. The first is `n`, the number of degrees of freedom, if [`Family::DOF`] is
+    /// `None`.
     const PARAMETERS: &'static [Parameter];
-    /// What they may be, in words.
+    /// The ranges of the parameters, in words.
     const RANGES: &'static str;
-    /// What is known of its solution.
+    /// Whether an exact solution or a reference is known, in words.
     const SOLUTION: &'static str;
-    /// The number of degrees of freedom, where it is no parameter.
+    /// The number of degrees of freedom, if it is not a parameter.
     const DOF: Option<usize>;
-    /// The period of each coordinate, where they are angles.
+    /// The period of the coordinates, if they are angles.
     const PERIOD: Option<f64> = None;
 
     /// The system with `n` degrees of freedom and the other parameters in their order.
     ///
     /// # Errors
-    /// [`InputError::Parameter`] for one out of range, [`InputError::Length`] for another number of them.
+    /// [`InputError::Parameter`] for a parameter out of range, and [`InputError::Length`] for a
+    /// wrong number of parameters.
     fn make<T: Scalar>(n: usize, parameters: &[T]) -> Result<Self::Of<T>, InputError>;
 }
 
@@ -57,7 +58,7 @@ impl Parameter {
     }
 }
 
-/// The parameters, if there are as many as there should be.
+/// The parameters, if their number is right.
 pub(crate) fn exactly<T: Scalar, const K: usize>(parameters: &[T]) -> Result<[T; K], InputError> {
     let (name, value) = ("parameters", parameters.len() as f64);
     let wrong = InputError::Parameter { name, value, range: "as many as the system has" };
@@ -71,20 +72,20 @@ pub struct SystemRow {
     pub name: &'static str,
     /// Its equations.
     pub equations: &'static str,
-    /// Its parameters. The first is `n`, the number of degrees of freedom, where `dof` is none.
+    /// The parameters. The first is `n`, the number of degrees of freedom, if `dof` is `None`.
     pub parameters: &'static [Parameter],
-    /// What they may be, in words.
+    /// The ranges of the parameters, in words.
     pub ranges: &'static str,
-    /// What is known of its solution.
+    /// Whether an exact solution or a reference is known, in words.
     pub solution: &'static str,
-    /// The number of degrees of freedom, where it is no parameter.
+    /// The number of degrees of freedom, if it is not a parameter.
     pub dof: Option<usize>,
-    /// The period of each coordinate, where they are angles.
+    /// The period of the coordinates, if they are angles.
     pub period: Option<f64>,
     forms: Forms,
 }
 
-/// Two rows are the same where they have the same name.
+/// Two rows are equal if their names are.
 impl PartialEq for SystemRow {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
@@ -106,13 +107,13 @@ impl SystemRow {
         }
     }
 
-    /// Is the parameter a whole number?
+    /// Whether the parameter is a whole number.
     pub fn is_count(&self, index: usize) -> bool {
         self.dof.is_none() && index == 0
     }
 }
 
-/// Every system there is, but [`Custom`](crate::Custom).
+/// Every system except [`Custom`](crate::Custom).
 pub static SYSTEMS: [&SystemRow; 8] = [
     &DAMPED_OSCILLATOR,
     &DUFFING,
@@ -141,8 +142,8 @@ pub static VAN_DER_POL_RING: SystemRow = SystemRow::of::<VanDerPolRing<f64>>();
 /// The damped double pendulum.
 pub static DAMPED_DOUBLE_PENDULUM: SystemRow = SystemRow::of::<DampedDoublePendulum<f64>>();
 
-/// What is known of a solution with few degrees of freedom.
+/// The solution of a system with few degrees of freedom.
 pub(crate) const BY_SERIES: &str = "Taylor series with a doubt, in 106 bits";
-/// What is known of a solution with any number of degrees of freedom.
+/// The solution of a system with any number of degrees of freedom.
 pub(crate) const BY_SIZE: &str =
     "Taylor series with a doubt, in 106 bits; in 53 beyond 16 degrees of freedom";

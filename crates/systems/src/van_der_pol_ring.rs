@@ -195,11 +195,8 @@ impl Family for VanDerPolRing<f64> {
     const NAME: &'static str = "van-der-pol-ring";
     const EQUATIONS: &'static str =
         "V = Σ [q_j²/2 + κ/2 (q_{j+1} - q_j)²], periodic, D_j = -μ (1 - q_j²) p_j";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::new("n", "1"),
-        Parameter::new("mu", "1"),
-        Parameter::new("coupling", "1"),
-    ];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::new("n", "1"), Parameter::new("mu", "1"), Parameter::new("coupling", "1")];
     const RANGES: &'static str = "n ≥ 1 (coupling: κ)";
     const SOLUTION: &'static str = BY_SIZE;
     const DOF: Option<usize> = None;

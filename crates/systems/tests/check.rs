@@ -64,7 +64,8 @@ fn curvature<S: Curvature<f64>>(
 proptest! {
     #[test]
     fn one_degree_of_freedom(
-        k in positive(9.0), x in number(6.0), y in number(6.0), z in number(6.0), q in number(9.0), p in number(9.0),
+        k in positive(9.0), x in number(6.0), y in number(6.0), z in number(6.0),
+        q in number(9.0), p in number(9.0),
     ) {
         let (q, p) = (&[q], &[p]);
         separable(DampedOscillator::new(k, x), q, p)?;
@@ -75,7 +76,8 @@ proptest! {
 
     #[test]
     fn chain_and_ring(
-        n in 1..12_usize, x in number(6.0), y in number(6.0), q in numbers(12, 9.0), p in numbers(12, 9.0),
+        n in 1..12_usize, x in number(6.0), y in number(6.0),
+        q in numbers(12, 9.0), p in numbers(12, 9.0),
     ) {
         uniform(FputChain::new(n, x, y), &q, &p)?;
         uniform(VanDerPolRing::new(n, x, y), &q, &p)?;

@@ -162,18 +162,26 @@ proptest! {
         for (name, well) in WELLS.into_iter().filter(|(name, _)| *name != "offset") {
             let other = Well { slope: |_| 0.123, ..well };
             let outcome = validate::system(&other, &[q], &[p.clamp(-10.0, 10.0)]);
-            let caught = matches!(outcome, Err(InputError::Contradiction { quantity: Quantity::Slope, dof: 0, .. }));
+            let caught = matches!(
+                outcome,
+                Err(InputError::Contradiction { quantity: Quantity::Slope, dof: 0, .. })
+            );
             prop_assert!(caught || !(well.v)(q).is_finite(), "{name}: {outcome:?}");
         }
     }
 
     #[test]
-    fn twisted(kappa in -2.0..2.0_f64, c in 0.0..2.0_f64, q in [number(), number()], p in [number(), number()]) {
+    fn twisted(
+        kappa in -2.0..2.0_f64, c in 0.0..2.0_f64,
+        q in [number(), number()], p in [number(), number()],
+    ) {
         prop_assert_eq!(validate::curvature(&Twisted { kappa, c, off: 0.0 }, &q, &p), Ok(()));
     }
 
     #[test]
-    fn lies_about_the_twist(q in prop::array::uniform2(-2.0..2.0_f64), p in prop::array::uniform2(-2.0..2.0_f64)) {
+    fn lies_about_the_twist(
+        q in prop::array::uniform2(-2.0..2.0_f64), p in prop::array::uniform2(-2.0..2.0_f64),
+    ) {
         let outcome = validate::curvature(&Twisted { kappa: 0.3, c: 0.1, off: 0.01 }, &q, &p);
         let caught = matches!(
             outcome,

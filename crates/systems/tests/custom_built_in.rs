@@ -111,25 +111,26 @@ fn numbers(n: usize) -> impl Strategy<Value = Vec<f64>> {
 proptest! {
     #[test]
     fn one_degree_of_freedom(
-        k in 0.1..3.0_f64, x in -2.0..2.0_f64, y in -2.0..2.0_f64, z in -2.0..2.0_f64, q in numbers(1), p in numbers(1),
-        to in -3.0..3.0_f64,
+        k in 0.1..3.0_f64, x in -2.0..2.0_f64, y in -2.0..2.0_f64, z in -2.0..2.0_f64,
+        q in numbers(1), p in numbers(1), to in -3.0..3.0_f64,
     ) {
         let one = |text: &str| vec![text.to_owned()];
         let own = custom("k*q1^2/2", one("b*p1"), &[("k", k), ("b", x)]);
         same(&own, &DampedOscillator::new(k, x).unwrap(), &q, &p, to, 200.0)?;
-        let own = custom("alpha*q1^2/2 + beta*q1^4/4", one("c*p1"), &[("alpha", x), ("beta", y), ("c", z)]);
+        let parameters = [("alpha", x), ("beta", y), ("c", z)];
+        let own = custom("alpha*q1^2/2 + beta*q1^4/4", one("c*p1"), &parameters);
         same(&own, &Duffing::new(x, y, z).unwrap(), &q, &p, to, 200.0)?;
         let own = custom("q1^2/2", one("-mu*(1 - q1^2)*p1"), &[("mu", x)]);
         same(&own, &VanDerPol::new(x).unwrap(), &q, &p, to, 200.0)?;
-        let own = custom(
-            "q1^2*(alpha/2 + beta/4*q1^2)", one("mu*(q1^2 - 1)*p1"), &[("mu", x), ("alpha", y), ("beta", z)],
-        );
+        let parameters = [("mu", x), ("alpha", y), ("beta", z)];
+        let own = custom("q1^2*(alpha/2 + beta/4*q1^2)", one("mu*(q1^2 - 1)*p1"), &parameters);
         same(&own, &ModifiedVanDerPol::new(x, y, z).unwrap(), &q, &p, to, 200.0)?;
     }
 
     #[test]
     fn chain_and_ring(
-        n in 3..14_usize, x in -2.0..2.0_f64, y in -2.0..2.0_f64, q in numbers(14), p in numbers(14), to in -3.0..3.0_f64,
+        n in 3..14_usize, x in -2.0..2.0_f64, y in -2.0..2.0_f64,
+        q in numbers(14), p in numbers(14), to in -3.0..3.0_f64,
     ) {
         let (q, p) = (&q[..n], &p[..n]);
         same(&chain(n, x, y), &FputChain::new(n, x, y).unwrap(), q, p, to, 4000.0)?;
@@ -142,9 +143,13 @@ proptest! {
     #[test]
     fn random_polynomials_are_what_they_say(
         n in 1..5_usize,
-        terms in prop::collection::vec((-3.0..3.0_f64, 0..5_usize, 0..4_i32, 0..5_usize, 0..4_i32), 1..6),
+        terms in prop::collection::vec(
+            (-3.0..3.0_f64, 0..5_usize, 0..4_i32, 0..5_usize, 0..4_i32), 1..6,
+        ),
         masses in prop::collection::vec(0.2..5.0_f64, 5),
-        frictions in prop::collection::vec((-2.0..2.0_f64, 0..5_usize, 0..3_i32, prop::bool::ANY), 5),
+        frictions in prop::collection::vec(
+            (-2.0..2.0_f64, 0..5_usize, 0..3_i32, prop::bool::ANY), 5,
+        ),
         q in numbers(5), p in numbers(5), matrix in prop::bool::ANY,
     ) {
         let term = |&(c, i, a, j, b): &(f64, usize, i32, usize, i32)| {
@@ -156,7 +161,9 @@ proptest! {
             format!("({c:?})*q{}^{a}", i % n + 1)
         };
         let friction = if matrix {
-            let entry = |i: usize, j: usize| if i == j || frictions[i].3 { rate(i.min(j)) } else { "0".to_owned() };
+            let entry = |i: usize, j: usize| {
+                if i == j || frictions[i].3 { rate(i.min(j)) } else { "0".to_owned() }
+            };
             DissipationText::Matrix((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
         } else {
             let force = |j: usize| {
@@ -166,7 +173,9 @@ proptest! {
             DissipationText::Forces((0..n).map(force).collect())
         };
         let masses = masses[..n].iter().map(|m| format!("{m:?}")).collect();
-        let own = Custom::new(&Description { potential, dissipation: friction, masses, parameters: Vec::new() }).unwrap();
+        let parameters = Vec::new();
+        let description = Description { potential, dissipation: friction, masses, parameters };
+        let own = Custom::new(&description).unwrap();
         let (q, p) = (&q[..n], &p[..n]);
         for outcome in [validate::separable(&own, q, p), validate::curvature(&own, q, p)] {
             prop_assert!(outcome.is_ok(), "{}", outcome.unwrap_err());
@@ -307,7 +316,7 @@ proptest! {
             let all = |term: Ridge| (0..n).map(move |i| Ridge { i, j: i + term.j, ..term });
             terms = terms.into_iter().take(3).flat_map(all).collect();
         }
-        let (own, program) = (ridges(&terms, &frictions, n, ""), ridges(&terms, &frictions, n, " + z*sin(q1)"));
+        let [own, program] = ["", " + z*sin(q1)"].map(|more| ridges(&terms, &frictions, n, more));
         let size = terms.iter().chain(&frictions).map(Ridge::size).sum::<f64>();
         prop_assert!((own.energy(q, p) - program.energy(q, p)).abs() <= f64::EPSILON * size);
         let [mut a, mut b] = [0; 2].map(|_| [0; 3].map(|_| vec![0.0; n]));
@@ -325,7 +334,7 @@ proptest! {
         for j in 0..n {
             for to in [to, q[j], q[j] + 1e-9] {
                 close("partial", own.partial(q, j, to), program.partial(q, j, to))?;
-                let (a, b) = (own.divided_difference(q, j, to), program.divided_difference(q, j, to));
+                let [a, b] = [&own, &program].map(|system| system.divided_difference(q, j, to));
                 close("edge", a.value, b.value)?;
                 close("slope of edge", a.slope, b.slope)?;
             }

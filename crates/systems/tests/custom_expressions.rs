@@ -171,7 +171,8 @@ fn tree(momenta: bool, functions: &'static [&'static str]) -> impl Strategy<Valu
                 .prop_map(move |(c, x, y)| Tree::Binary(c, boxed(x), boxed(y))),
             1 => inner.clone().prop_map(move |x| Tree::Negative(boxed(x))),
             2 => (inner.clone(), -3..6_i32).prop_map(move |(x, n)| Tree::Power(boxed(x), n)),
-            2 => (prop::sample::select(functions), inner).prop_map(move |(name, x)| Tree::Call(name, boxed(x))),
+            2 => (prop::sample::select(functions), inner)
+                .prop_map(move |(name, x)| Tree::Call(name, boxed(x))),
         ]
     })
 }
@@ -207,7 +208,9 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(CASES))]
 
     #[test]
-    fn potentials(tree in tree(false, &ALL), q in values(), p in values(), parameter in 0.2..2.0_f64) {
+    fn potentials(
+        tree in tree(false, &ALL), q in values(), p in values(), parameter in 0.2..2.0_f64,
+    ) {
         let Some(custom) = system(&tree, None, parameter) else { return Ok(()) };
         // What has an infinite part is refused, and has no value.
         if custom.check_at(&q, &p).is_err() {
@@ -223,16 +226,18 @@ proptest! {
                 if !exact[0][0].is_finite() {
                     return Ok(());
                 }
-                prop_assert!(close(custom.energy(&q, &[0.0; N]), exact[0]), "V of {}: {exact:?}", tree.text());
-                prop_assert!(close(hq[i], exact[1]), "∂V/∂q{} of {}: {} {:?}", i + 1, tree.text(), hq[i], exact[1]);
+                let (v, text) = (custom.energy(&q, &[0.0; N]), tree.text());
+                prop_assert!(close(v, exact[0]), "V of {text}: {exact:?}");
+                prop_assert!(close(hq[i], exact[1]), "∂V/∂q of {text}: {} {exact:?} {i}", hq[i]);
                 prop_assert!(close(custom.partial(&q, i, q[i]), exact[1]));
-                prop_assert!(close(second, exact[3]), "{i} {j} of {}: {second} {:?}", tree.text(), exact[3]);
+                prop_assert!(close(second, exact[3]), "{i} {j} of {text}: {second} {exact:?}");
             }
         }
         // The value in 31 digits is that in 16, and as exact.
         let lift = |x: &[f64]| x.iter().map(|&x| Quad::from_f64(x)).collect::<Vec<_>>();
         let quad = custom.map(Quad::from_f64).energy(&lift(&q), &lift(&[0.0; N])).to_f64();
-        prop_assert!(close(quad, tree.oracle(&Point::marked(&q, &p, parameter, 0, 0))[0]), "{quad}");
+        let exact = tree.oracle(&Point::marked(&q, &p, parameter, 0, 0));
+        prop_assert!(close(quad, exact[0]), "{quad}");
     }
 
     #[test]
@@ -256,8 +261,11 @@ proptest! {
             if !exact[0][0].is_finite() {
                 return Ok(());
             }
-            prop_assert!(close(d[0], exact[0]) && close(drag.value, exact[0]), "D of {}: {} {exact:?}", tree.text(), d[0]);
-            prop_assert!(close(derivative, exact[1]), "{k} of {}: {derivative} {:?}", tree.text(), exact[1]);
+            let text = tree.text();
+            for d in [d[0], drag.value] {
+                prop_assert!(close(d, exact[0]), "D of {text}: {d} {exact:?}");
+            }
+            prop_assert!(close(derivative, exact[1]), "{k} of {text}: {derivative} {exact:?}");
         }
         for (by, k) in [(drag.by_q, 0), (drag.by_p, N)] {
             prop_assert!(close(by, tree.oracle(&Point::marked(&q, &p, parameter, k, k))[1]));
@@ -268,7 +276,8 @@ proptest! {
     /// way, so that the formula is checked in 31 digits, where these cost nothing.
     #[test]
     fn edges(
-        tree in algebraic(false), q in values(), to in -2.0..2.0_f64, parameter in 0.2..2.0_f64, digits in 0..9_i32,
+        tree in algebraic(false), q in values(), to in -2.0..2.0_f64, parameter in 0.2..2.0_f64,
+        digits in 0..9_i32,
     ) {
         let Some(custom) = system(&tree, None, parameter) else { return Ok(()) };
         if custom.check_at(&q, &[0.0; N]).is_err() {
@@ -284,21 +293,27 @@ proptest! {
             let (edge, width) = (quad.divided_difference(&start, j, to), to - start[j]);
             let [a, b] = [&start, &end].map(|q| quad.energy(q, &rest));
             // Between two points there may be a pole; and where V is large its rounding is.
-            let moderate = |x: [Quad; 3]| x.into_iter().all(|x| x.is_finite() && x.abs().to_f64() < 1e6);
+            let moderate =
+                |x: [Quad; 3]| x.into_iter().all(|x| x.is_finite() && x.abs().to_f64() < 1e6);
+            let text = tree.text();
             let along = moderate([a, b, edge.value]);
             if along {
                 let off = (edge.value * width - (b - a)).abs().to_f64();
-                prop_assert!(off < 1e-20, "{} along q{} from {} to {to:?}: {off:e}", tree.text(), j + 1, q[j]);
+                prop_assert!(off < 1e-20, "{text} along q{} from {q:?} to {to:?}: {off:e}", j + 1);
             }
-            let (on_none, slope) = (quad.divided_difference(&start, j, start[j]).value, quad.partial(&start, j, start[j]));
+            let on_none = quad.divided_difference(&start, j, start[j]).value;
+            let slope = quad.partial(&start, j, start[j]);
             if moderate([a, on_none, slope]) {
-                prop_assert!((on_none - slope).abs().to_f64() < 1e-20, "{}: {on_none:?} {slope:?}", tree.text());
+                let off = (on_none - slope).abs().to_f64();
+                prop_assert!(off < 1e-20, "{text}: {on_none:?} {slope:?}");
             }
             let dual = |x: &[f64]| x.iter().map(|&x| Dual64::from_f64(x)).collect::<Vec<_>>();
-            let exact = custom.map(Dual64::from_f64).divided_difference(&dual(&q), j, Dual64::new(to.to_f64(), 1.0)).value;
+            let (lifted, end) = (custom.map(Dual64::from_f64), Dual64::new(to.to_f64(), 1.0));
+            let exact = lifted.divided_difference(&dual(&q), j, end).value;
             let edge = custom.divided_difference(&q, j, to.to_f64());
             if along && Scalar::is_finite(exact) && exact.eps.abs() < 1e3 && exact.re.abs() < 1e3 {
-                prop_assert!((exact.eps - edge.slope).abs() < 1e-6, "{}: {exact:?} {edge:?}", tree.text());
+                let off = (exact.eps - edge.slope).abs();
+                prop_assert!(off < 1e-6, "{text}: {exact:?} {edge:?}");
             }
         }
     }

@@ -303,12 +303,19 @@ fn what_couples_too_many_is_refused() {
 
 proptest! {
     #[test]
-    fn no_text_makes_it_panic(text in "\\PC*", other in "[-+*/^()q1p2.e 0-9a-z]{0,60}", bytes in prop::collection::vec(any::<u8>(), 0..80)) {
+    fn no_text_makes_it_panic(
+        text in "\\PC*", other in "[-+*/^()q1p2.e 0-9a-z]{0,60}",
+        bytes in prop::collection::vec(any::<u8>(), 0..80),
+    ) {
         for text in [&text, &other, &*String::from_utf8_lossy(&bytes)] {
             match custom(text) {
-                Ok(system) => drop(system.check_at(&vec![0.3; system.dof()], &vec![0.1; system.dof()])),
+                Ok(system) => {
+                    let [q, p] = [0.3, 0.1].map(|x| vec![x; system.dof()]);
+                    drop(system.check_at(&q, &p));
+                }
                 Err(CustomError::Expression { span, .. }) => {
-                    prop_assert!(text.get(span.clone()).is_some(), "{span:?} is no part of {text:?}");
+                    let part = text.get(span.clone());
+                    prop_assert!(part.is_some(), "{span:?} is no part of {text:?}");
                 }
                 Err(_) => {}
             }

@@ -21,7 +21,8 @@ struct Trio<'a> {
 macro_rules! for_every_system {
     ($parameters:expr, $check:expr) => {{
         let [x, y, z]: [f64; 3] = $parameters;
-        for_every_system!(@one $check, DampedOscillator::new(x.abs() + 0.1, y), [x.abs() + 0.1, 0.0, y]);
+        let k = x.abs() + 0.1;
+        for_every_system!(@one $check, DampedOscillator::new(k, y), [k, 0.0, y]);
         for_every_system!(@one $check, Duffing::new(x, y, z), [x, y, z]);
         for_every_system!(@one $check, VanDerPol::new(x), [1.0, 0.0, x]);
         for_every_system!(@one $check, ModifiedVanDerPol::new(x, y, z), [y, z, x]);
@@ -98,7 +99,9 @@ proptest! {
              to in -3.0..3.0_f64, digits in 0..16_i32) {
         // Long edges, and short ones down to a rounding.
         for to in [to, from + (to - from) * 10f64.powi(-digits), from, -from] {
-            for_every_system!([x, y, z], |system: Trio| edges_are_divided_differences(&system, from, to));
+            for_every_system!([x, y, z], |system: Trio| {
+                edges_are_divided_differences(&system, from, to);
+            });
         }
     }
 }

@@ -28,7 +28,7 @@ macro_rules! assert_fifth_order {
     ($($system:expr),*) => {$({
         let system = $system.unwrap().map(Quad::from_f64);
         let lifted = system.map(Series::constant);
-        let (long, short) = (remainders(&system, &lifted, 2e-3), remainders(&system, &lifted, 1e-3));
+        let [long, short] = [2e-3, 1e-3].map(|h| remainders(&system, &lifted, h));
         for i in 0..2 {
             let order = (long[i] / short[i]).log2();
             assert!((order - 5.0).abs() < 0.05, "{} {i}: {long:?} {short:?}", stringify!($system));

@@ -51,12 +51,15 @@ fn is_the_mean(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(1000)
+    })]
 
     #[test]
     fn means_are_divided_differences_of_h(
-        q in prop::array::uniform2(-4.0..4.0), p in prop::array::uniform2(-5.0..5.0), j in 0..2_usize,
-        side in -1.0..1.0_f64, exponent in -9.0..1.5_f64,
+        q in prop::array::uniform2(-4.0..4.0), p in prop::array::uniform2(-5.0..5.0),
+        j in 0..2_usize, side in -1.0..1.0_f64, exponent in -9.0..1.5_f64,
     ) {
         let width = side.signum() * 10.0_f64.powf(exponent);
         let energy = |at: [Quad; 2]| {
@@ -87,7 +90,8 @@ proptest! {
 
     #[test]
     fn slopes_are_the_entries_of_the_gradient_and_the_curvature(
-        q in prop::array::uniform2(-4.0..4.0), p in prop::array::uniform2(-5.0..5.0), j in 0..2_usize,
+        q in prop::array::uniform2(-4.0..4.0), p in prop::array::uniform2(-5.0..5.0),
+        j in 0..2_usize,
     ) {
         let system = pendulum::<f64>();
         let (mut hq, mut hp) = ([0.0; 2], [0.0; 2]);
@@ -115,10 +119,11 @@ proptest! {
         prop_assert!(seen == 3 && off <= 1e-14 * size(p), "{seen} {off:e}");
         // On a short edge the closed form is what quadrature gives.
         let edge = system.along_q(&q, &p, j, [q[j], q[j] + 0.1], p[j]);
-        let [value, by_end, by_other] = afterbay_core::quadrature::mean(q[j], q[j] + 0.1, |at, share| {
+        let slopes = |at, share| {
             let slopes = system.slopes(&q, &p, j, [at, p[j]]);
             [slopes.hq, share * slopes.hqq, slopes.hqp]
-        });
+        };
+        let [value, by_end, by_other] = afterbay_core::quadrature::mean(q[j], q[j] + 0.1, slopes);
         close(edge.value, value, 1e-14 * size(p))?;
         close(edge.by_end, by_end, 1e-12 * size(p))?;
         close(edge.by_other, by_other, 1e-14 * size(p))?;

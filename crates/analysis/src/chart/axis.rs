@@ -1,15 +1,15 @@
-//! Axes: what they are called, which range they show and where their ticks are.
+//! Axes: labels, ranges and ticks.
 
 use std::sync::Arc;
 
 use kuva::render::layout::TickFormat;
 
-/// How values are laid out along an axis.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// Equal steps for equal differences.
     Linear,
-    /// Equal steps for equal ratios; only finite values above zero have a place.
+    /// Equal steps for equal ratios. Only positive, finite values can be shown.
     Log,
 }
 
@@ -33,8 +33,8 @@ impl Axis {
         Self { label: label.into(), scale: Scale::Log }
     }
 
-    /// The coordinate of `value` along this axis (its decimal logarithm on a logarithmic axis), or `None`
-    /// when the axis has no place for it.
+    /// The coordinate of `value` along this axis (its decimal logarithm on a logarithmic axis), or
+    /// `None` if the axis cannot show it.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let at = match self.scale {
             Scale::Linear => value,
@@ -44,7 +44,7 @@ impl Axis {
         at.is_finite().then_some(at)
     }
 
-    /// The span that shows all of `coordinates` with a little air at the ends.
+    /// The span that contains all `coordinates`, with a margin at both ends.
     pub(super) fn span(&self, coordinates: impl Iterator<Item = f64>) -> Span {
         let (lo, hi) = extent(coordinates).unwrap_or((0.0, 1.0));
         let (lo, hi) = if is_flat(lo, hi) { (lo, lo) } else { (lo, hi) };
@@ -76,7 +76,7 @@ impl Axis {
                 }
             }
             Scale::Log if decades(lo, hi, 1.0) < 2.0 => {
-                // No two powers of ten in sight: powers of two, or still finer.
+                // Fewer than two powers of ten are visible: label powers of two, or finer steps.
                 let step = if hi - lo > 0.62 { 2f64.log10() } else { round_step((hi - lo) / 5.0) };
                 Span {
                     lo,
@@ -106,7 +106,7 @@ impl Axis {
 pub(super) struct Span {
     pub(super) lo: f64,
     pub(super) hi: f64,
-    /// Labelled ticks stand at the multiples of this.
+    /// The distance of labelled ticks, which stand at its multiples.
     pub(super) step: f64,
     /// Ticks without a label.
     pub(super) minor: Vec<f64>,
@@ -119,7 +119,7 @@ impl Span {
         TickFormat::Custom(self.label.clone())
     }
 
-    /// The labelled ticks: where, and with which text.
+    /// The coordinates and labels of the labelled ticks.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         let first = (self.lo / self.step - 1e-9).ceil() as i64;
         let last = (self.hi / self.step + 1e-9).floor() as i64;
@@ -135,17 +135,17 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Whether values from `lo` to `hi` are one value but for rounding.
+/// Whether `lo` and `hi` are equal up to rounding.
 fn is_flat(lo: f64, hi: f64) -> bool {
     hi - lo <= 1e-9 * lo.abs().max(hi.abs())
 }
 
-/// How many multiples of `step` there are from `lo` to `hi`.
+/// The number of multiples of `step` from `lo` to `hi`.
 fn decades(lo: f64, hi: f64, step: f64) -> f64 {
     (hi / step).floor() - (lo / step).ceil() + 1.0
 }
 
-/// How many decades lie between labels, so that there are at most eight.
+/// The number of decades between labels that gives at most eight labels.
 fn decades_per_label(lo: f64, hi: f64) -> f64 {
     [1.0, 2.0, 3.0, 4.0, 5.0, 10.0, 20.0, 50.0]
         .into_iter()
@@ -153,7 +153,7 @@ fn decades_per_label(lo: f64, hi: f64) -> f64 {
         .unwrap_or(100.0)
 }
 
-/// The places of 2, 3, .. 9 times each power of ten.
+/// The coordinates of 2, 3, .. 9 times each power of ten.
 fn between_decades(lo: f64, hi: f64) -> Vec<f64> {
     (lo.floor() as i32..=hi.floor() as i32)
         .flat_map(|k| (2..=9).map(move |m| f64::from(k) + f64::from(m).log10()))
@@ -161,7 +161,7 @@ fn between_decades(lo: f64, hi: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The step of the form 1, 2 or 5 times a power of ten that is nearest above `step`.
+/// The smallest number that is 1, 2 or 5 times a power of ten and not below `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
     [1.0, 2.0, 5.0]
@@ -171,7 +171,7 @@ fn round_step(step: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-/// A tick of a linear axis, with as many digits as `step` asks for.
+/// The label of a tick on a linear axis, with as many digits as `step` requires.
 fn number(v: f64, step: f64, largest: f64) -> String {
     if v.abs() < 1e-9 * step {
         return "0".into();

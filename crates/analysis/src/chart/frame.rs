@@ -12,7 +12,7 @@ use super::look;
 /// The size of legend and tick text in pixels.
 pub(super) const TEXT: u32 = 13;
 
-/// A chart under construction: coordinates along the axes go in, pixels come out.
+/// A chart under construction. It converts coordinates along the axes to pixels.
 pub(super) struct Frame {
     title: String,
     layout: Layout,
@@ -22,7 +22,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// A frame of `size` pixels with `right` more pixels to its right and `below` more below it.
+    /// A frame of `size` pixels, extended by `right` pixels on the right and `below` pixels at the
+    /// bottom.
     pub(super) fn new(
         title: &str,
         (x, x_span): (&Axis, Span),
@@ -59,7 +60,7 @@ impl Frame {
         Self { title: title.into(), layout, computed, minor: (x_span.minor, y_span.minor), scene }
     }
 
-    /// Draws axes and titles, over what is there already; `grid` asks for grid lines.
+    /// Draws axes and titles over the contents. `grid` adds grid lines.
     pub(super) fn axes(&mut self, grid: bool) {
         self.layout.show_grid = grid;
         add_axes_and_grid(&mut self.scene, &self.computed, &self.layout);
@@ -75,7 +76,7 @@ impl Frame {
         }
     }
 
-    /// The pixel that belongs to a pair of coordinates.
+    /// The pixel of a pair of coordinates.
     pub(super) fn pixel(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.computed.map_x(x), self.computed.map_y(y))
     }
@@ -86,12 +87,12 @@ impl Frame {
         (c.margin_left, c.margin_top, c.width - c.margin_right, c.height - c.margin_bottom)
     }
 
-    /// Adds one thing to the drawing.
+    /// Adds an element to the drawing.
     pub(super) fn add(&mut self, thing: Primitive) {
         self.scene.add(thing);
     }
 
-    /// Adds things inside a group that carries SVG attributes.
+    /// Adds elements in a group with SVG attributes.
     pub(super) fn group(&mut self, attributes: &str, things: impl IntoIterator<Item = Primitive>) {
         let extra_attrs = Some(attributes.into());
         self.add(Primitive::GroupStart { transform: None, title: None, extra_attrs });
@@ -131,7 +132,7 @@ pub(super) fn text(
     }
 }
 
-/// About how many pixels wide a text is, on the wide side.
+/// An upper estimate of the width of a text in pixels.
 pub(super) fn width(text: &str) -> f64 {
     let em = |c: char| match c {
         'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | ' ' => 0.33,

@@ -10,31 +10,32 @@ use super::axis::{Axis, extent};
 use super::frame::{Frame, text, width};
 use super::look;
 
-/// The canvas above the key, and the height of the key, in pixels: the same for both kinds of cells, so that
-/// two maps of the same grid side by side have their axes level.
+/// The canvas above the key, and the height of the key, in pixels. Both kinds of cells share them,
+/// so that the axes of two maps side by side are level.
 const CANVAS: (f64, f64) = (560.0, 440.0);
 const ROW: f64 = 22.0;
 const KEY: f64 = 3.3 * ROW;
-/// Shades of a continuous map.
+/// The number of shades of a continuous map.
 const SHADES: usize = 65;
-/// Cells without a finite value.
+/// The colour of cells without a finite value.
 const BLANK: &str = "#d4d4d4";
 
-/// What the cells of a [`HeatMap`] hold: one entry a cell, row after row from the lowest `y` up, each row from
-/// the lowest `x` on.
+/// The contents of the cells of a [`HeatMap`]: one entry for each cell, row by row from the lowest
+/// `y` up, each row from the lowest `x`.
 #[derive(Debug, Clone)]
 pub enum Cells {
-    /// A number around 0, shown by a colour bar from blue (negative) over white to red. A cell that is not finite is
-    /// grey.
+    /// Numbers around 0, shown by a colour bar from blue (negative) over white to red. Cells that
+    /// are not finite are grey.
     Values {
-        /// What the number is, for instance `log₁₀ of the spectral radius`.
+        /// The name of the quantity, for instance `log₁₀ of the spectral radius`.
         label: String,
-        /// The bar ends at ± this; what is beyond has the colour of the end. Equal spans make maps comparable.
+        /// The bar covers [-span, span]. Values beyond it take the colour of the end. Maps with
+        /// equal spans can be compared.
         span: f64,
         /// The numbers.
         values: Vec<f64>,
     },
-    /// One of several verdicts, as its index in `names`.
+    /// One of several verdicts for each cell, as an index into `names`.
     Verdicts {
         /// The verdicts, at most ten, in the order of the legend; colours follow this order.
         names: Vec<String>,
@@ -43,8 +44,7 @@ pub enum Cells {
     },
 }
 
-/// A map of cells over two parameters. To show two of them side by side, give both the same grid: their axes
-/// are then level.
+/// A map of cells over two parameters. Two maps of the same grid have level axes side by side.
 #[derive(Debug, Clone)]
 pub struct HeatMap {
     /// A short title above the plot.
@@ -53,9 +53,9 @@ pub struct HeatMap {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// The middles of the columns, rising.
+    /// The centres of the columns, ascending.
     pub xs: Vec<f64>,
-    /// The middles of the rows, rising.
+    /// The centres of the rows, ascending.
     pub ys: Vec<f64>,
     /// The contents of the cells.
     pub cells: Cells,
@@ -66,8 +66,8 @@ impl HeatMap {
     ///
     /// # Panics
     ///
-    /// If there is not one entry for each cell, or if a middle has no place on its axis (zero on a logarithmic
-    /// axis, say).
+    /// If the number of entries is not that of the cells, or if an axis cannot show a centre (for
+    /// instance zero on a logarithmic axis).
     pub fn svg(&self) -> String {
         let columns = edges(&self.x, &self.xs);
         let rows = edges(&self.y, &self.ys);
@@ -101,7 +101,8 @@ impl HeatMap {
         frame.svg()
     }
 
-    /// For each shade the path around its cells; neighbours of one shade in a row are one rectangle.
+    /// The path around the cells of each shade. Neighbours of the same shade in a row form one
+    /// rectangle.
     fn areas(&self, frame: &Frame, columns: &[f64], rows: &[f64]) -> BTreeMap<usize, String> {
         let shades = self.shades();
         let width = self.xs.len().max(1);
@@ -120,7 +121,7 @@ impl HeatMap {
         areas
     }
 
-    /// The shade of each cell; `SHADES` stands for a value that is not finite.
+    /// The shade of each cell; `SHADES` marks a value that is not finite.
     fn shades(&self) -> Vec<usize> {
         match &self.cells {
             Cells::Verdicts { verdicts, .. } => verdicts.clone(),
@@ -151,7 +152,8 @@ fn shade_colour(shade: usize) -> Color {
     ColorMap::RedBlue.map(1.0 - shade as f64 / (SHADES - 1) as f64).as_str().into()
 }
 
-/// The borders of cells around `middles`, in coordinates along the axis: half way between neighbours.
+/// The borders of cells around `middles`, in coordinates along the axis: halfway between
+/// neighbours.
 fn edges(axis: &Axis, middles: &[f64]) -> Vec<f64> {
     let at: Vec<f64> = middles.iter().filter_map(|v| axis.place(*v)).collect();
     assert_eq!(at.len(), middles.len(), "each middle has a place on the axis");
@@ -217,8 +219,8 @@ fn swatch(frame: &mut Frame, name: &str, colour: Color, (x, y): (f64, f64)) {
     frame.add(text(name, (x + 20.0, y), TextAnchor::Start));
 }
 
-/// Path data of a rectangle. Corners are rounded to a tenth of a pixel before the sides are measured, so that
-/// neighbours meet without a seam.
+/// Path data of a rectangle. Corners are rounded to a tenth of a pixel before the sides are
+/// measured, so that neighbours meet without a seam.
 fn rectangle(left: f64, top: f64, right: f64, bottom: f64) -> String {
     let [left, top, right, bottom] = [left, top, right, bottom].map(|v| (10.0 * v).round() / 10.0);
     let (w, h) = (right - left, bottom - top);

@@ -7,45 +7,45 @@ use super::frame::{Frame, TEXT, text, width};
 use super::look::{self, GREY, Look};
 use super::thin::thin;
 
-/// The canvas, in pixels; a legend too wide to stand beside the plot makes it higher.
+/// The canvas in pixels. A legend too wide to stand beside the plot increases its height.
 const CANVAS: (f64, f64) = (760.0, 480.0);
-/// No legend wider than this stands beside the plot.
+/// The widest legend beside the plot, in pixels.
 const BESIDE: f64 = 250.0;
-/// The length of the sample of a curve in the legend, with the gap to its label.
+/// The length in pixels of the sample of a curve in the legend, with the gap to its label.
 const SAMPLE: f64 = 46.0;
 const ROW: f64 = 21.0;
-/// Points drawn for a curve, and for all curves of a chart.
+/// The most points drawn for one curve, and for all curves of a chart.
 const POINTS: (usize, usize) = (1500, 15_000);
 
-/// How the points of a curve are shown.
+/// The style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// A line through the points.
     Line,
-    /// A line with a marker at each point; on a long curve at some of them.
+    /// A line with a marker at each point. On a long curve only some points have markers.
     LineMarkers,
 }
 
-/// One curve of a [`LineChart`]. Colour, dash and marker follow from its label: those of a method,
-/// with whose name the label begins, are the same in every chart.
+/// One curve of a [`LineChart`]. Its label determines colour, dash and marker. A label that begins
+/// with the name of a method has the same look in every chart.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// The name in the legend.
     pub label: String,
     /// The points in the order in which the line runs through them.
     pub points: Vec<(f64, f64)>,
-    /// Points of which only an upper bound is known: hollow, with an arrow down, and on no line.
+    /// Points known only as upper bounds: hollow, with an arrow down, and not joined by a line.
     pub bounds: Vec<(f64, f64)>,
-    /// With or without markers.
+    /// The style.
     pub style: Style,
 }
 
 /// Curves over two axes, each linear or logarithmic.
 ///
-/// A point that has no place on an axis (not finite, or not above zero on a logarithmic axis) is left out: the
-/// line joins its neighbours, and a note below the chart says how many points are missing. A curve of more
-/// than 1500 points is thinned to that many, keeping the lowest and the highest point of each stretch.
-/// A curve that is alone has no legend.
+/// A point that an axis cannot show (not finite, or not positive on a logarithmic axis) is left
+/// out: the line joins its neighbours, and a note below the chart gives the number of missing
+/// points. A curve of more than 1500 points is thinned to that many, keeping the lowest and the
+/// highest point of each stretch. A single curve has no legend.
 #[derive(Debug, Clone)]
 pub struct LineChart {
     /// A short title above the plot.
@@ -56,8 +56,8 @@ pub struct LineChart {
     pub y: Axis,
     /// The curves, drawn in this order.
     pub curves: Vec<Curve>,
-    /// Slopes of guide lines, drawn when both axes are logarithmic: each just below the lowest of the
-    /// curves whose own slope at the coarse end is nearest.
+    /// Slopes of guide lines, drawn if both axes are logarithmic. Each lies just below the lowest
+    /// of the curves with the nearest slope at the coarse end.
     pub guides: Vec<f64>,
 }
 
@@ -101,7 +101,7 @@ impl LineChart {
             let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
             frame.add(look.upper_bounds(&pixels, 4.0));
         }
-        // Guide labels last, with a white rim, so that no curve runs through them.
+        // Guide labels are drawn last, with a white rim, so that no curve crosses them.
         for (slope, from, to) in &guides {
             label_guide(&mut frame, *slope, *from, *to);
         }
@@ -118,7 +118,7 @@ impl LineChart {
         }
         if bounded > 0 {
             notes.push(
-                "hollow with an arrow: at most so much, the reference is not known better".into(),
+                "hollow with an arrow: an upper bound, set by the doubt of the reference".into(),
             );
         }
         for (row, note) in notes.into_iter().enumerate() {
@@ -128,7 +128,7 @@ impl LineChart {
         frame.svg()
     }
 
-    /// The guides: slope and ends, in coordinates along the axes.
+    /// The guides as slopes and end points, in coordinates along the axes.
     fn guide_lines(&self, placed: &[Vec<Point>], y: &Span) -> Vec<(f64, Point, Point)> {
         if self.x.scale == Scale::Linear || self.y.scale == Scale::Linear {
             return Vec::new();
@@ -138,13 +138,14 @@ impl LineChart {
                 placed.iter().filter_map(|points| coarse_half(points, slope)).collect();
             let off = |(a, b): &(Point, Point)| ((b.1 - a.1) / (b.0 - a.0) - slope).abs();
             let nearest = ends.iter().map(off).min_by(f64::total_cmp)?;
-            // Of the curves about as steep as that, the lowest, so that the guide lies in the clear.
+            // The lowest of the curves with about this slope, so that the guide crosses none of
+            // them.
             let alike = ends.iter().filter(|ends| off(ends) <= nearest + 0.2).map(|ends| ends.0);
             let height = |p: &Point| p.1 - slope * p.0;
             let coarse = alike.min_by(|a, b| height(a).total_cmp(&height(b)))?;
             let base = height(&coarse) - 0.07 * (y.hi - y.lo);
             let (first, last) = extent(placed.iter().flatten().map(|p| p.0))?;
-            // Cut at the coarse end and where the line leaves the plot.
+            // The guide ends at the coarse end and where it leaves the plot.
             let (mut from, mut to) = if slope > 0.0 { (first, coarse.0) } else { (coarse.0, last) };
             if slope != 0.0 {
                 let (a, b) = ((y.lo - base) / slope, (y.hi - base) / slope);
@@ -158,8 +159,8 @@ impl LineChart {
 
 type Point = (f64, f64);
 
-/// The end of a curve where errors that fall with `slope` are largest, and the point half way along: what lies
-/// beyond may be a floor of round-off.
+/// The end of a curve at which errors that fall with `slope` are largest, and the point halfway
+/// along. Points beyond may lie on a floor of roundings.
 fn coarse_half(points: &[Point], slope: f64) -> Option<(Point, Point)> {
     let mut points = points.to_vec();
     points.sort_by(|a, b| if slope > 0.0 { b.0.total_cmp(&a.0) } else { a.0.total_cmp(&b.0) });
@@ -172,7 +173,7 @@ fn draw_guide(frame: &mut Frame, from: Point, to: Point) {
     frame.add(look::stroke(&ends, GREY.into(), 1.0, Some("4 3")));
 }
 
-/// The label stands to the lower side of the line, a quarter of the way up.
+/// Labels a guide below its line, a quarter of the way up.
 fn label_guide(frame: &mut Frame, slope: f64, from: Point, to: Point) {
     let (from, to) = (frame.pixel(from), frame.pixel(to));
     let (low, high) = if slope > 0.0 { (from, to) } else { (to, from) };
@@ -199,13 +200,13 @@ fn draw_curve(frame: &mut Frame, look: Look, style: Style, pixels: &[Point]) {
     }
 }
 
-/// Where the legend stands and how much room it takes.
+/// The place of the legend and the room it takes, in pixels.
 struct Legend {
     /// The width beside the plot.
     right: f64,
     /// The height below the plot.
     below: f64,
-    /// How much wider than the canvas the widest entry is.
+    /// The excess of the widest entry over the width of the canvas.
     overhang: f64,
     columns: usize,
     column: f64,

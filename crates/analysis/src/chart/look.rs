@@ -1,19 +1,19 @@
-//! Colours, dashes and markers: after Okabe and Ito, told apart without colour as well.
+//! Colours, dashes and markers after Okabe and Ito, which can be told apart without colour as well.
 
 use afterbay_methods::registry::METHODS;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive};
 
-/// Colours of curves; the yellow of the set is left out, too pale for a line on white.
+/// Colours of curves. The yellow of the set is left out, since it is too pale for a line on white.
 const CURVES: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000", "#56b4e9"];
 
-/// Dashes, one longer than the colours so that a colour that comes again has another dash.
+/// Dashes. There is one more than there are colours, so that a repeated colour has another dash.
 const DASHES: [&str; 8] =
     ["", "9 3", "2.5 2.5", "10 3 2 3", "5 3", "12 3 2 3 2 3", "6 2 2 2", "1.5 4"];
 
-/// Colours of the categories of a map. Any two of them differ by 25 and more in CIELAB, for
-/// normal sight and for each kind of colour blindness.
+/// Colours of the categories of a map. Any two of them differ by at least 25 in CIELAB, for normal
+/// sight and for each kind of colour blindness.
 pub(super) const CATEGORIES: [&str; 10] = [
     "#56b4e9", "#005599", "#f0e442", "#d55e00", "#000000", "#8822ff", "#885555", "#ff99aa",
     "#772200", "#bbff99",
@@ -22,8 +22,8 @@ pub(super) const CATEGORIES: [&str; 10] = [
 /// The grey of guides, notes and cells without a value.
 pub(super) const GREY: &str = "#6b6b6b";
 
-/// Methods that often share a chart, in the order of the looks: the first seven differ in colour.
-/// All other methods follow in the order of their table.
+/// Methods that often share a chart, in the order of the looks. The first seven differ in colour.
+/// All other methods follow in the order of the registry.
 const OFTEN_TOGETHER: [&str; 17] = [
     "moddg",
     "leapfrog",
@@ -44,7 +44,7 @@ const OFTEN_TOGETHER: [&str; 17] = [
     "increment-8",
 ];
 
-/// The place of a method among the looks; none where the label does not begin with a method's name.
+/// The index of the look of a method; `None` if the label does not begin with the name of a method.
 fn place_of_method(label: &str) -> Option<usize> {
     let name = label.split([',', ' ']).next()?;
     let often = OFTEN_TOGETHER.iter().position(|often| *often == name);
@@ -61,9 +61,9 @@ pub(super) struct Look {
 }
 
 impl Look {
-    /// The looks of the curves of one chart by their labels. A method has the same look in every
-    /// chart; a second curve of it has its colour, and another dash and marker. Other curves take
-    /// the first looks that are free.
+    /// The looks of the curves of one chart, by label. A method has the same look in every chart. A
+    /// second curve of the same method has its colour, with another dash and marker. Other curves
+    /// take the first free looks.
     pub(super) fn of_labels<'a>(labels: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
         let places: Vec<_> = labels.into_iter().map(place_of_method).collect();
         let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
@@ -91,19 +91,20 @@ impl Look {
         stroke(points, self.colour(), width, (!dash.is_empty()).then_some(dash))
     }
 
-    /// Markers at `points`, in pixels, all in one path; every second look is hollow.
+    /// Markers at `points`, in pixels, as one path. Every second look is hollow.
     pub(super) fn markers(self, points: &[(f64, f64)], radius: f64) -> Primitive {
         let d = points.iter().map(|at| self.outline(*at, radius)).collect();
         let fill = if self.nth.is_multiple_of(2) { self.colour() } else { "#ffffff".into() };
         path(d, Some(fill), self.colour(), 1.5, None)
     }
 
-    /// Hollow squares with an arrow down: the value is at most that of the point.
+    /// Hollow squares with an arrow down, which mark upper bounds.
     pub(super) fn upper_bounds(self, points: &[(f64, f64)], r: f64) -> Primitive {
         let sign = |&(x, y): &(f64, f64)| {
             let (side, end, tip) = (2.0 * r, 3.5 * r, 0.7 * r);
             format!(
-                "M{:.1} {:.1}h{side}v{side}h-{side}ZM{x:.1} {:.1}v{end}m-{tip} -{tip}l{tip} {tip}l{tip} -{tip}",
+                "M{:.1} {:.1}h{side}v{side}h-{side}ZM{x:.1} {:.1}v{end}m-{tip} -{tip}l{tip} \
+                 {tip}l{tip} -{tip}",
                 x - r,
                 y - r,
                 y + r,
@@ -136,7 +137,7 @@ impl Look {
     }
 }
 
-/// The colour of the category at one place in the list.
+/// The colour of category `nth`.
 pub(super) fn category(nth: usize) -> Color {
     CATEGORIES[nth % CATEGORIES.len()].into()
 }
@@ -207,7 +208,7 @@ mod tests {
             [0.004733, 0.691367, 0.303900],
         ],
     ];
-    /// Linear RGB to CIE XYZ, each row by that of white.
+    /// Linear RGB to CIE XYZ, each row divided by that of white.
     const XYZ: [[f64; 3]; 3] =
         [[0.43388, 0.37624, 0.18990], [0.2126, 0.7152, 0.0722], [0.01773, 0.10947, 0.87285]];
 
@@ -215,7 +216,7 @@ mod tests {
         matrix.map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum())
     }
 
-    /// The colour as it is seen, in CIELAB.
+    /// The colour in CIELAB as seen with a kind of sight.
     fn lab(colour: &str, sight: &[[f64; 3]; 3]) -> [f64; 3] {
         let channel = |i: usize| {
             let c =

@@ -1,7 +1,8 @@
-//! Fewer points for long curves.
+//! Thinning of long curves.
 
-/// At most `most` of the points, in their order: the curve is cut into equal stretches and of each the lowest
-/// and the highest point stay, so that no peak is lost; the first and the last point stay too.
+/// At most `most` of the points, in their order. The curve is cut into equal stretches, and the
+/// lowest and the highest point of each are kept, so that no peak is lost. The first and the last
+/// point are kept too.
 pub(super) fn thin(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Vec::new() };
     if points.len() <= most {

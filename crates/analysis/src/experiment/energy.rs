@@ -1,4 +1,4 @@
-//! The energy books: what H loses, what the reservoir holds, and what K is off by.
+//! The energy books: the loss of H, the content of the reservoir, and the deviation of K.
 
 use crate::Measured;
 use crate::chart::{Axis, Curve, Style};
@@ -10,7 +10,7 @@ use crate::sheet::{ReportError, Sheet, line, measured, of_errors, over_time, sci
 use crate::study::energy::{self, Books, EnergyRow};
 use crate::study::outcome::COMPLETED;
 
-/// The table the charts are made of.
+/// The table from which the charts are made.
 const DATA: &str = "energy";
 
 pub(super) fn sheet(
@@ -29,8 +29,9 @@ pub(super) fn sheet(
     };
     sheet.runs.extend(found.iter().map(record));
     sheet.text(format!(
-        "Each run at h = {}. Three figures that are not to be mixed: the drift of K over all steps, the error of w against the \
-         reference at the states kept, and the steps that took energy back from a reservoir that is owed to fill only.",
+        "Each run has h = {}. The table shows three separate figures: the drift of K over all \
+         steps, the error of w against the reference at the states kept, and the number of steps \
+         that violate passivity.",
         plan.step
     ));
     sheet.doubt(
@@ -79,12 +80,12 @@ pub(super) fn sheet(
         ),
         (
             "books-reservoir",
-            "What the reservoirs hold together.",
+            "The sum of all reservoirs.",
             over_time("Reservoir", Axis::linear("Σ w"), curves(&|row| row.w.iter().sum())),
         ),
         (
             "books-deviation-of-k",
-            "Deviation of K. Where it is exact there is no place on this axis.",
+            "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
             over_time("Deviation of K", Axis::log("|K - K₀|"), curves(&|row| row.drift.abs())),
         ),
         (
@@ -100,7 +101,7 @@ pub(super) fn sheet(
     Ok(sheet)
 }
 
-/// How far K and w are off, side by side.
+/// States the errors of K and of w side by side.
 fn k_and_w(r: &Readings) -> Said {
     let one = |(name, drift): (&str, f64)| {
         let [error, doubt] = ["error of w", "doubt of w"].map(|what| r.number(name, what));

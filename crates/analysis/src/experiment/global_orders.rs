@@ -1,4 +1,4 @@
-//! Global errors and the orders they show.
+//! Global errors and their orders.
 
 use super::local_orders::orders_of_three;
 use super::names;
@@ -13,7 +13,7 @@ use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors, table};
 use crate::study::VARIABLES;
 use crate::study::global_order::{self, GlobalRow};
 
-/// An order is taken from errors above this alone, where rounding has not come first.
+/// The least error from which an order is taken, well above rounding.
 const ABOVE_ROUNDING: f64 = 1e-11;
 
 pub(super) fn sheet(
@@ -28,7 +28,7 @@ pub(super) fn sheet(
     steps.sort_by(|a, b| b.total_cmp(a));
     let found = global_order::run(problem, &plan.methods, &steps, progress)?;
     sheet.data("global_orders", &found)?;
-    // One run has three rows, one a variable.
+    // Each run has three rows, one per variable.
     let runs = found.iter().filter(|row| row.variable == VARIABLES[0]);
     sheet.runs.extend(runs.map(|row| RunOutcome {
         study: "global-order",
@@ -39,8 +39,9 @@ pub(super) fn sheet(
         failure: row.failure.clone(),
     }));
     sheet.text(format!(
-        "The largest error of each variable over [0, {}] and over the degrees of freedom. The order is that between the two finest \
-         steps whose errors are above {ABOVE_ROUNDING:e} and at least ten times the doubt of the reference.",
+        "The largest error of each variable over [0, {}] and over the degrees of freedom. The \
+         order is computed from the two finest steps whose errors exceed {ABOVE_ROUNDING:e} and \
+         are at least ten times the doubt of the reference.",
         problem.end
     ));
     sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));

@@ -1,4 +1,4 @@
-//! Local errors and the orders they show.
+//! Local errors and their orders.
 
 use super::names;
 use crate::chart::{Axis, LineChart};
@@ -22,9 +22,10 @@ pub(super) fn sheet(
     let orders = rows(&errors, |_, _, _| None);
     sheet.data("local_orders", &orders)?;
     sheet.text(format!(
-        "From every point of the reference at the multiples of {} one step of each size is taken; T is the increment of the reference \
-         less that of the method, divided by h. The order is the slope of log |T| against log h, with its 95 % interval. The maximum is \
-         made by one point, the median by all of them. {}",
+        "One step of each size is taken from every point of the reference at a multiple of {}. The \
+         local error T is the increment of the reference minus that of the method, divided by h. \
+         The order is the slope of log |T| against log h, with its 95 % confidence interval. A \
+         single point determines the maximum, while all points determine the median. {}",
         study.base_step,
         left_out(&orders, study.steps.len())
     ));
@@ -93,12 +94,12 @@ pub(super) fn sheet(
     Ok(sheet)
 }
 
-/// An order, or why there is none.
+/// An order, or the reason why there is none.
 fn order_of(row: &OrderRow) -> String {
     if row.order.is_some() { decimal(row.order) } else { "none: below rounding".into() }
 }
 
-/// Which statistics have fewer than all steps, and why.
+/// States which statistics use fewer than all steps, and why.
 fn left_out(orders: &[OrderRow], steps: usize) -> String {
     let fewer = orders.iter().filter(|row| row.points < steps);
     let of = |row: &OrderRow| {
@@ -106,11 +107,12 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
     };
     let all: Vec<_> = fewer.map(of).collect();
     if all.is_empty() {
-        return "Every step stands ten times above its rounding, and all are used.".into();
+        return "All steps are used: their errors are at least ten times their rounding.".into();
     }
     format!(
-        "Steps whose |T| is less than ten times the rounding in it are left out; that rounding is the step in f64 less the same step in \
-         106 bits, and that of the states compared, divided by h. The steps used where some are left out: {}.",
+        "Steps with |T| less than ten times its rounding are left out. The rounding is the \
+         difference between the step in f64 and the same step in 106 bits, plus the rounding of \
+         the states compared, divided by h. Steps used where some are left out: {}.",
         all.join(", ")
     )
 }
@@ -119,7 +121,7 @@ fn local(r: &Readings) -> Said {
     (Verdict::Note, orders_of_three(r, 3, "none: below rounding"))
 }
 
-/// The orders of q, p and w of every method, and a word where there is none.
+/// The orders of q, p and w of every method. The word `none` stands for a missing one.
 pub(super) fn orders_of_three(r: &Readings, decimals: usize, none: &str) -> String {
     let one = |name: &str| {
         let order = |variable: &str| match r.number(name, variable) {

@@ -1,4 +1,4 @@
-//! How roundings add up in K over very many steps.
+//! The accumulation of roundings in K over very many steps.
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
@@ -11,8 +11,8 @@ use crate::study::Problem;
 use crate::study::long_run::{self, Setup};
 use crate::study::outcome::COMPLETED;
 
-/// Starts beside the one of the scene, each with its amplitudes a little larger: one path of a random walk says little of its
-/// exponent.
+/// The number of starts, the scene's and others with slightly larger amplitudes, since a single
+/// random walk determines its exponent poorly.
 const STARTS: i32 = 8;
 
 pub(super) fn sheet(
@@ -49,9 +49,11 @@ pub(super) fn sheet(
         run.ending.record(study, scene.problem.model.name(), run.setup.row.name, run.setup.h)
     }));
     sheet.text(format!(
-        "{count} steps from each of {STARTS} starts, the scene's and amplitudes larger by 1/1024, 2/1024, … of it; K in 106 bits at \
-         some hundred samples in each of four windows a decade. Roundings that are independent grow like √t, those that lean to one side \
-         like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % interval of that line."
+        "Each method takes {count} steps from each of {STARTS} starts: that of the scene, and \
+         starts with amplitudes larger by 1/1024, 2/1024, … of it. K is computed in 106 bits at \
+         about a hundred samples in each of four windows per decade. The deviation grows like √t \
+         if roundings are independent, and like t if they are biased. The exponent is the slope of \
+         log rms against log t over the last two decades, with its 95 % confidence interval."
     ));
     sheet.find("K in a long run", readings(&found, *count), how_k_grows);
     let header = [
@@ -74,7 +76,8 @@ pub(super) fn sheet(
     sheet.show(
         "long-run",
         &chart,
-        "Deviation of K beside K, root mean square over the samples of a window and the starts. Dashed: growth like √t and like t.",
+        "Deviation of K relative to K, root mean square over the samples of a window and the \
+         starts. Dashed: growth like √t and like t.",
         "long_run",
     );
     Ok(sheet)

@@ -1,4 +1,4 @@
-//! What `pick` found, and the charts it decided from.
+//! The result of `pick` with the charts of its runs.
 
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, sci};
@@ -10,7 +10,7 @@ use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::{Candidate, Pick, SAMPLES, Trial};
 use serde::Serialize;
 
-/// The tables the charts are made of.
+/// The tables from which the charts are made.
 const TRIED: &str = "pick_tried";
 const FOUND: &str = "pick";
 
@@ -55,7 +55,7 @@ fn row(candidate: &Candidate) -> Row<'_> {
     }
 }
 
-/// The error a trial is judged by.
+/// The error by which a trial is judged.
 fn judged(found: &Pick, run: &Trial) -> Option<f64> {
     let [qp, w] =
         if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
@@ -70,10 +70,11 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     sheet.data(TRIED, &found.tried)?;
     let asked = format!("within {:e} {}", wanted.error, wanted.place(end));
     sheet.text(format!(
-        "An error is the largest of every q_j, p_j and w_j, after every step of a run, or at {SAMPLES} \
-         times where there are more. A step qualifies where it, every step tried within 5 % of it and \
-         half of it are {asked}; a tolerance where it, those up to twice and down to half as large and \
-         a quarter of it are. {} runs were tried beside a reference known to {:.0e}.",
+        "The error of a run is the largest error of any q_j, p_j and w_j after every step, or at \
+         {SAMPLES} times if there are more steps. A step qualifies if it, every step tried within \
+         5 % of it and half of it are {asked}. A tolerance qualifies if it, those from half to \
+         twice as large and a quarter of it are. {} runs were compared with a reference known to \
+         {:.0e}.",
         found.tried.len(),
         found.doubt.most()
     ));
@@ -127,7 +128,7 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// The cheapest of what qualifies, or why there is none.
+/// States the cheapest method that qualifies, or the reason why there is none.
 fn the_cheapest(r: &Readings) -> Said {
     let (asked, why) = (r.word("the search", "asked"), r.word("the scene", "too sensitive"));
     let all = r.numbers("seconds");
@@ -143,8 +144,8 @@ fn the_cheapest(r: &Readings) -> Said {
     (Holds::Note, format!("{says}."))
 }
 
-/// Every run that was tried against its evaluations, and what qualifies against its time, with the
-/// bound as a line.
+/// Charts every run that was tried against its evaluations, and those that qualify against their
+/// time, with the bound as a line.
 fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
     let bound = found.wanted.error;
     let place = found.wanted.place(end);
@@ -191,8 +192,8 @@ fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
         return;
     }
     let evaluations = "evaluations of the force";
-    let caption = "Every run that was tried. A curve that does not fall, or jumps, is that of a method \
-                   that is right by chance.";
+    let caption = "Every run that was tried. A method whose curve jumps or does not fall is \
+                   accurate only by chance.";
     chart("pick-tried", "Runs that were tried", evaluations, TRIED, caption, curves);
     let timed = |run: &Trial| Some((run.seconds?, judged(found, run)?));
     let mut curves: Vec<_> = found
@@ -202,7 +203,7 @@ fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
         .collect();
     if let Some(point) = chosen.and_then(timed) {
         curves.push(marked("chosen", vec![point]));
-        let caption = "What qualifies, by the time of a run; the leftmost is chosen.";
+        let caption = "The methods that qualify, by the time of a run. The leftmost is chosen.";
         chart("pick-qualified", "What qualifies", "seconds", FOUND, caption, curves);
     }
 }

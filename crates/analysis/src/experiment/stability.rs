@@ -1,4 +1,4 @@
-//! Where methods fail: a map of verdicts for each method, and at the end an atlas of what breaks first.
+//! Stability: a map of verdicts for each method, and an atlas of first failures.
 
 use super::names;
 use crate::chart::{Axis, Cells, HeatMap};
@@ -11,9 +11,9 @@ use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::stability::{AtlasRow, Map, StabilityRow, Verdict, atlas, rules};
 
-/// The table the maps are made of.
+/// The table from which the maps are made.
 const DATA: &str = "stability";
-/// Steps of a run, at least: fewer show nothing.
+/// The least number of steps of a run. Shorter runs show nothing.
 const LEAST_STEPS: u64 = 50;
 
 pub(super) fn sheet(
@@ -31,9 +31,10 @@ pub(super) fn sheet(
         least_steps: LEAST_STEPS,
     };
     sheet.text(format!(
-        "Each cell is a run over [0, {}] ({LEAST_STEPS} steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
-         T = ½ p·∂H/∂p, the largest T and |q| of the reference and its mean c of q over the second half of the run. {} Where \
-         the step is linear the spectral radius of its matrix stands beside the verdict.",
+        "Each cell is a run over [0, {}] of at least {LEAST_STEPS} steps. Its motion is measured \
+         by A = T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p. T_max and Q are the largest T and |q| of \
+         the reference, and c is its mean of q over the second half of the run. {} Where the step \
+         is linear, the spectral radius of its matrix is shown beside the verdict.",
         plan.end,
         rules()
     ));
@@ -93,7 +94,10 @@ pub(super) fn sheet(
             None => sheet.section.blocks.push(Block::Figure(left)),
         }
     }
-    sheet.text("Failure atlas: for each method the first thing that is not right as h grows, over all values and at the middle one.");
+    sheet.text(
+        "Failure atlas: the first verdict of each method that is not right as h grows, over all \
+         values and at the middle one.",
+    );
     let header = [
         "method",
         "first failure",

@@ -1,4 +1,4 @@
-//! Trajectories: where the system went, by each method.
+//! Trajectories by each method.
 
 use super::names;
 use crate::chart::{Axis, Curve, LineChart};
@@ -10,9 +10,9 @@ use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Trajectory, TrajectoryRow};
 
-/// Degrees of freedom shown.
+/// The number of degrees of freedom shown.
 const SHOWN: usize = 6;
-/// The table the charts are made of.
+/// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
 pub(super) fn sheet(
@@ -107,11 +107,11 @@ pub(super) fn sheet(
         (
             "deviation-of-k",
             &kept,
-            "Deviation of K. States at which it is exact have no place on this axis.",
+            "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
         ),
     );
     sheet.text(format!(
-        "Methods: {}. Of every {} states one is in the table, and the last.",
+        "Methods: {}. The table contains one of every {} states, and the last.",
         names(&plan.methods).join(", "),
         plan.every
     ));
@@ -124,7 +124,7 @@ fn pair(sheet: &mut Sheet, left: (&str, &LineChart, &str), right: (&str, &LineCh
     sheet.show_pair(left, right);
 }
 
-/// The largest deviation of K among the states kept.
+/// The largest deviation of K in the states that were kept.
 fn drift(run: &Trajectory) -> f64 {
     let start = run.rows.first().map_or(0.0, |row| row.total);
     run.rows.iter().fold(0.0, |most: f64, row| most.max((row.total - start).abs()))
@@ -142,8 +142,8 @@ fn where_they_went(r: &Readings) -> Said {
     let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
     let off = r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {drift:.0e}"));
     let statement = format!(
-        "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, p) and of w, which \
-         `afterbay study` measures.",
+        "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, \
+         p) and of w, which `afterbay study` measures.",
         all.len(),
         off.collect::<Vec<_>>().join(", "),
     );

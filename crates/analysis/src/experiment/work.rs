@@ -1,4 +1,4 @@
-//! What accuracy costs.
+//! Work against precision.
 
 use super::names;
 use crate::Measured;
@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, of_errors, table};
 use crate::study::work_precision::{self, WorkRow};
 use afterbay_methods::registry::ADAPTIVE;
 
-/// The table the charts are made of.
+/// The table from which the charts are made.
 const DATA: &str = "work_precision";
 
 pub(super) fn sheet(
@@ -31,8 +31,9 @@ pub(super) fn sheet(
     sheet.data(DATA, &found)?;
     sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
     sheet.text(format!(
-        "Errors at t = {} against the time of the whole run. Every time is the fastest of several runs, taken one after the other. \
-         The error of (q, p) and the error of w are charted apart; the drift of K stands in the table and says nothing of either.",
+        "Errors at t = {} against the time of the whole run, the fastest of several runs measured \
+         one after another. The errors of (q, p) and of w have separate charts. The table also \
+         shows the drift of K, which is no measure of either error.",
         problem.end
     ));
     sheet.doubt("Accuracy", found.iter().flat_map(|row| [row.qp(), row.w()]).flatten());

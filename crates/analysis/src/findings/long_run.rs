@@ -6,7 +6,7 @@ use crate::sheet::{marked, scientific};
 use crate::statistics::Fit;
 use crate::study::long_run::LongRun;
 
-/// An exponent agrees with another within this, however narrow its interval.
+/// The largest difference of two exponents that agree, however narrow their intervals.
 const AGREEMENT: f64 = 0.05;
 
 /// The deviation of K over time.
@@ -14,7 +14,7 @@ pub(crate) fn chart_of(run: &LongRun) -> Curve {
     marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect())
 }
 
-/// What an exponent says, as far as its interval lets it.
+/// The conclusion from an exponent, as far as its interval allows one.
 pub(crate) fn grows(fit: &Fit) -> &'static str {
     let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
@@ -44,7 +44,7 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
     ]
 }
 
-/// The readings of long runs: how far K is off at the end, how that grows, and how the run ended.
+/// The readings of long runs: the deviation of K at the end, its growth, and the ending of the run.
 pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
     found.iter().fold(Readings::default().and("run", "steps", steps), |r, run| {
         let (label, growth) = (run.setup.label(), run.growth());
@@ -55,7 +55,7 @@ pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
     })
 }
 
-/// How the deviation of one run grows, from its readings.
+/// The growth of the deviation of one run, from its readings.
 pub(crate) fn growth(r: &Readings, label: &str) -> String {
     let (slope, margin) = (r.number(label, "exponent"), r.number(label, "margin"));
     if slope.is_nan() {

@@ -21,10 +21,11 @@ pub(crate) const HEADER: [&str; 9] = [
     "evaluations",
 ];
 
-/// The largest error of q, p and w that is asked for.
+/// The largest error of q, p and w for the cheapest run.
 const WANTED: f64 = 1e-4;
 
-/// The cheapest way to an error of [`WANTED`], with and without K, and which methods keep K at all.
+/// States the cheapest runs within [`WANTED`], with K kept and without, and which methods keep K at
+/// all.
 pub(crate) fn cheapest(
     sheet: &mut Sheet,
     name: &str,
@@ -55,7 +56,8 @@ pub(crate) fn cheapest(
     Ok(())
 }
 
-/// What K is made of at the start: |H| and the kinetic part of it, ½ |p·∂H/∂p|, as H itself may be 0 there.
+/// The magnitude of the terms of K at the start: |H| plus the kinetic part ½ |p·∂H/∂p|, since H
+/// itself may be 0.
 fn size(problem: &Problem) -> Result<f64, InputError> {
     let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
     let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
@@ -64,7 +66,8 @@ fn size(problem: &Problem) -> Result<f64, InputError> {
     Ok(system.energy(&start.q, &start.p).abs() + kinetic)
 }
 
-/// The cheapest run within the error asked for, and the cheapest of those that keep K, as measured.
+/// States the cheapest run within the wanted error, and the cheapest of those that keep K, as
+/// measured.
 fn the_cheapest(r: &Readings) -> Said {
     let all = r.numbers("seconds");
     let best = |keeps: bool| {
@@ -82,7 +85,8 @@ fn the_cheapest(r: &Readings) -> Said {
         None => "none of these".into(),
     };
     let statement = format!(
-        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within it.",
+        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within \
+         it.",
         r.number("q, p and w", "wanted"),
         say(best(false)),
         say(best(true)),
@@ -91,7 +95,7 @@ fn the_cheapest(r: &Readings) -> Said {
     (Verdict::Note, statement)
 }
 
-/// Which methods keep K in all their runs that reached the end.
+/// States which methods keep K in all runs that reached the end.
 fn who_keeps_k(r: &Readings) -> Said {
     let all = r.numbers("drift");
     let part = |word: &str| {
@@ -100,8 +104,8 @@ fn who_keeps_k(r: &Readings) -> Said {
     };
     let none = all.iter().filter(|(_, drift)| drift.is_nan());
     let statement = format!(
-        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached the end: {}. In \
-         parentheses max |K - K₀| beside K at the start.",
+        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached \
+         the end: {}. In parentheses max |K - K₀| beside K at the start.",
         part("keeps K"),
         part("does not keep K"),
         list(none.map(|(name, _)| name.to_string())),

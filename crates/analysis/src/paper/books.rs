@@ -1,4 +1,5 @@
-//! Figures 4.1 to 4.4: local errors over time, the drift of K, the energy ratio; and the global orders behind them.
+//! Figures 4.1 to 4.4: local errors over time, the drift of K and the energy ratio, and the global
+//! orders behind them.
 
 mod claims;
 
@@ -19,7 +20,7 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// The methods whose energies are followed.
+/// The methods whose energies are recorded.
 const KEPT: [&str; 7] = [
     "moddg",
     "rk4",
@@ -29,9 +30,9 @@ const KEPT: [&str; 7] = [
     "moddg-p3-shared",
     "moddg-p4-shared",
 ];
-/// The three the paper compares.
+/// The three methods that the paper compares.
 const COMPARED: [&str; 3] = ["moddg", "leapfrog", "rk4"];
-/// Three terms of δ, and four.
+/// The methods with three and with four terms of δ.
 const RAISED: [&str; 2] = ["moddg-q3-shared", "moddg-q4-shared"];
 const OF_GLOBAL_ERRORS: [&str; 5] = ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4"];
 
@@ -48,8 +49,9 @@ struct LocalErrorRow {
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(format!(
-        "The paper does not say at which step its figures over time were made; h = {FIGURE_STEP} is taken here, from \
-         q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = {BASE_STEP} beside it.",
+        "The paper does not give the step of its figures over time. Here h = {FIGURE_STEP} is \
+         used, from q₀ = 2.3, p₀ = -3.1 with b = 0.1, on [0, 20], and the base step h = \
+         {BASE_STEP} for comparison.",
     ));
     let traces = local_errors(paper, &mut sheet)?;
     let books = energy_books(paper, &mut sheet)?;
@@ -65,7 +67,8 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     compared(&mut sheet, &traces);
     energy_ratio(&mut sheet, &books);
     sheet.text(
-        "The energies of each run: three figures that are not to be mixed, and the steps that took energy back.",
+        "The energies of each run: the drift of K, the errors of w and of R, and the number of \
+         steps that took energy back.",
     );
     sheet.table(
         &["method", "max |K - K₀|", "max |w - w(t)|", "max |d_R|", "steps with Δw < 0"],
@@ -144,8 +147,8 @@ fn order_raised(sheet: &mut Sheet, traces: &Traces, books: &[Books]) {
     sheet.show(
         "figure-4-1",
         &chart,
-        "Local error of q along the solution with three and with four terms of δ(q), shared by all three equations. \
-         δ(q) has its poles where p = 0.",
+        "Local error of q along the solution with three and with four terms of δ(q), shared by all \
+         three equations. δ(q) has its poles where p = 0.",
         "local_errors",
     );
 }
@@ -201,7 +204,7 @@ fn of<'a>(books: &'a [Books], name: &str) -> Option<&'a Books> {
     books.iter().find(|books| books.method == name)
 }
 
-/// max |K - K₀| of a run that reached its end, beside the energy at the start.
+/// max |K - K₀| of a run that reached its end, relative to the energy at the start.
 fn drift(books: &[Books], name: &str) -> Option<f64> {
     let books = of(books, name).filter(|books| books.ending.is_completed())?;
     Some(books.drift / books.rows.first()?.energy)
@@ -242,7 +245,7 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
     sheet.show(
         "figure-4-2",
         &chart,
-        "Deviation of K. Steps at which K is exact to the last bit have no place on a logarithmic axis.",
+        "Deviation of K. A logarithmic axis cannot show steps at which K is exact to the last bit.",
         "energy",
     );
 }
@@ -268,7 +271,7 @@ fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
     sheet.show(
         "figure-4-4",
         &chart,
-        "Error of R = E(i+1)/E(i) of the fourth-order schemes and of pqpLF, with plain modDG beside them.",
+        "Error of R = E(i+1)/E(i) of the fourth-order schemes, of pqpLF and of plain modDG.",
         "energy",
     );
 }
@@ -294,7 +297,8 @@ fn global_orders(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError
     };
     let names: Vec<_> = rows.iter().map(|row| row.name).collect();
     sheet.text(
-        "Global errors on [0, 20]: the largest over the run, and the order between the last two steps.",
+        "Global errors on [0, 20]: the largest over the run, and the order between the last two \
+         steps.",
     );
     sheet.table(
         &["method", "order of q", "order of p", "order of w"],

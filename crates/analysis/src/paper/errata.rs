@@ -1,4 +1,4 @@
-//! The paper's δ, coefficient by coefficient: from the exact flow, in closed form, and as printed.
+//! The coefficients of the paper's δ: from the exact flow, in closed form, and as printed.
 
 use super::{Paper, Part};
 use crate::claim::{Readings, Said, sci, verdict};
@@ -27,7 +27,7 @@ struct Erratum {
 
 const POINTS: [[f64; 3]; 3] = [[0.1, 2.3, -3.1], [0.1, 1.0, 0.5], [0.0, 2.3, -3.1]];
 
-/// A coefficient is right where it is off by no more than this share of 1 and itself.
+/// The largest error of a coefficient c that counts as right, relative to 1 + |c|.
 const RIGHT: f64 = 1e-12;
 
 fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
@@ -37,10 +37,11 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     }
     sheet.data("errata", &rows)?;
     sheet.text(
-        "δ₃ and δ₄ follow from the exact flow: δ(q) = Δq/p̄ and δ(p) = Δp/(ΔV/Δq + D̄)·(-1), expanded in h. Here they are \
-         computed that way, in 106 bits and without any algebra, beside closed forms and the printed ones. The closed \
-         forms are the printed ones with these changes: δ₄(q) has the term -p'''/(24 p), which is missing in print; δ₃(p) \
-         has 2bp for \"22bp\"; δ₄(p) = -b (p² + q² + b p q)/(24 (q + b p)²).",
+        "δ₃ and δ₄ follow from the exact flow: δ(q) = Δq/p̄ and δ(p) = Δp/(ΔV/Δq + D̄)·(-1), \
+         expanded in h. Here they are computed that way, in 106 bits and without any algebra, \
+         beside closed forms and the printed ones. The closed forms are the printed ones with \
+         these changes: δ₄(q) has the term -p'''/(24 p), which is missing in print; δ₃(p) has 2bp \
+         for \"22bp\"; δ₄(p) = -b (p² + q² + b p q)/(24 (q + b p)²).",
     );
     for coefficient in ["δ3(q)", "δ4(q)", "δ3(p)", "δ4(p)"] {
         let off = |value: fn(&Erratum) -> f64| {
@@ -56,7 +57,7 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         sheet.find(&format!("coefficient {coefficient}"), readings, as_printed);
     }
     let cells = |row: &Erratum| {
-        // Adding 0 turns the -0 of a coefficient that vanishes into 0.
+        // Adding 0 turns a coefficient of -0 into 0.
         let number = |x: f64| format!("{:.9}", x + 0.0);
         let mut cells = vec![
             row.coefficient.to_string(),
@@ -74,7 +75,7 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// A coefficient holds where the printed form is that of the flow.
+/// Holds if the printed coefficient is that of the flow.
 fn as_printed(r: &Readings) -> Said {
     let of = |form: &str| r.number(form, "off the flow by");
     let (theirs, ours) = (of("the printed form"), of("the closed form"));

@@ -18,19 +18,19 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// Is it a method of the paper, or a variant of its δ?
+/// Whether a method is one of the paper's, or a variant of its δ.
 fn is_of_the_paper(row: &Row) -> bool {
     row.name.starts_with("moddg") || ["leapfrog", "rk4"].contains(&row.name)
 }
 
-/// What the paper prints for the orders of q, p and w, read from the maxima, with δ₃(q) ...
+/// The orders of q, p and w printed in the paper, read from the maxima, with δ₃(q) ...
 const PRINTED_Q3: [f64; 3] = [2.99811, 2.98861, 2.0];
 /// ... and with δ₄(p). (The order of p is printed as "2.3.89048".)
 const PRINTED_P4: [f64; 3] = [7.83681, 3.89048, 7.7702];
 
-/// The variants the paper may have meant by its δ₃(q); the first has one δ in all three equations.
+/// The variants that the paper may mean by δ₃(q). The first has one δ in all three equations.
 const WITH_Q3: [&str; 3] = ["moddg-q3-shared", "moddg-q3-single", "moddg-qp3"];
-/// The variants it may have meant by its δ₄(p); the first has one δ in all three equations.
+/// The variants that the paper may mean by δ₄(p). The first has one δ in all three equations.
 const WITH_P4: [&str; 5] = [
     "moddg-p4-shared",
     "moddg-p4-single",
@@ -38,9 +38,9 @@ const WITH_P4: [&str; 5] = [
     "moddg-p4-single-printed",
     "moddg-qp4",
 ];
-/// A δ of its own, with h⁴, in each of the equations of q and p.
+/// The method with separate δ up to h⁴ in the equations of q and p.
 const RAISED_EACH: &str = "moddg-qp4";
-/// Those whose orders are taken on other horizons too.
+/// The methods whose orders are computed on other horizons too.
 const ON_HORIZONS: [&str; 3] = ["moddg-q3-shared", "moddg-p4-shared", "moddg-p4-single"];
 
 fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
@@ -55,7 +55,7 @@ fn printed(method: &str, variable: &str, statistic: Statistic) -> Option<f64> {
     (statistic == Statistic::Max).then_some(values[column])
 }
 
-/// The orders of every variant, and how far K moves with it beside the energy at the start.
+/// The orders of every variant, and its drift of K relative to the energy at the start.
 struct Found {
     orders: Vec<OrderRow>,
     drifts: Vec<(&'static str, f64)>,
@@ -83,19 +83,20 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let found = Found { orders: rows(&errors, printed), drifts: drifts(paper, &all)? };
     sheet.data("local_orders", &found.orders)?;
     sheet.text(
-        "From each of the 20 001 points of the base grid (spacing 0.001, on [0, 20], q₀ = 2.3, p₀ = -3.1, b = 0.1) one \
-         step is taken with each of the paper's six h; the order is the slope of log statistic(T) against log h. All \
-         of it is computed with 106 bits, so that the paper's tolerance of 1e-18 is literal and no error drowns in \
-         rounding. The paper reads its orders from the maximum over the grid. The maximum is made by one grid point, \
-         the median by all of them. K is followed over a whole run in f64.",
+        "One step with each of the paper's six h is taken from each of the 20 001 points of the \
+         base grid (spacing 0.001, on [0, 20], q₀ = 2.3, p₀ = -3.1, b = 0.1). The order is the \
+         slope of log statistic(T) against log h. All of this is computed in 106 bits, so that the \
+         paper's tolerance of 1e-18 is met and errors stay above rounding. The paper reads its \
+         orders from the maximum over the grid. A single grid point determines the maximum, while \
+         all points determine the median. The drift of K is that of a whole run in f64.",
     );
     let topics = ["figure 3.1", "figure 3.2", "section 4, order of w with δ₃(q)"];
     compare(&mut sheet, &found, topics, &WITH_Q3, PRINTED_Q3);
     let topics = ["figure 3.3", "figure 3.4", "section 4, order of w with δ₄(p)"];
     compare(&mut sheet, &found, topics, &WITH_P4, PRINTED_P4);
     sheet.text(
-        "Figure 3.4 is captioned δ₄(q) and prints \"2.3.89048\"; both are read as misprints, of δ₄(p) as in the text above \
-         it and of 3.89048.",
+        "Figure 3.4 is captioned δ₄(q) and prints \"2.3.89048\"; both are read as misprints, of \
+         δ₄(p) as in the text above it and of 3.89048.",
     );
     sheet.find(
         "section 4, \"order of the method is p_e = p_t = 4\"",
@@ -158,7 +159,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// max |K - K₀| of each method over the paper's run, beside the energy at the start.
+/// max |K - K₀| of each method over the paper's run, relative to the energy at the start.
 fn drifts(
     paper: &Paper<'_>,
     all: &[&'static Row],
@@ -185,7 +186,8 @@ fn find<'a>(
     })
 }
 
-/// The printed orders of q, p and w beside those of the scheme with one δ, and beside whatever variant fits them.
+/// Compares the printed orders of q, p and w with those of the scheme with one δ and with those of
+/// the variant that fits best.
 fn compare(
     sheet: &mut Sheet,
     found: &Found,
@@ -285,7 +287,7 @@ fn order_chart(
     }
 }
 
-/// Orders on several horizons, by method.
+/// Orders on several horizons, for each method.
 fn horizons(
     paper: &Paper<'_>,
     study: &LocalOrder,
@@ -320,7 +322,7 @@ fn horizon_rows(on_horizons: &[(f64, Vec<OrderRow>)]) -> Vec<Vec<String>> {
     table
 }
 
-/// How far the orders of a variable are apart on the horizons, the most over methods and variables.
+/// The range of the orders of a variable over the horizons, the largest over methods and variables.
 fn spreads(on_horizons: &[(f64, Vec<OrderRow>)]) -> Readings {
     let spread = |statistic: Statistic| {
         let one = |method: &str, column: usize| {

@@ -1,4 +1,5 @@
-//! What the paper announces but does not show: the same study for Duffing, Van der Pol and modified Van der Pol.
+//! Systems that the paper announces without results: the same study for Duffing, Van der Pol and
+//! modified Van der Pol.
 
 use super::{BASE_STEP, FIGURE_STEP, Paper, Part, STEPS};
 use crate::Model;
@@ -11,7 +12,8 @@ use crate::study::local_order::{LocalOrder, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
 use afterbay_systems::{DUFFING, MODIFIED_VAN_DER_POL, VAN_DER_POL};
 
-/// The problems by the names of their folders. Only the names of the systems are the paper's: it does not define them.
+/// The problems, by the names of their folders. The paper names these systems without defining
+/// them.
 pub(super) fn problems() -> [(&'static str, Problem); 4] {
     [
         (
@@ -62,16 +64,19 @@ pub(super) const PART: Part = Part {
     sheet,
 };
 
-/// A median order is 2 within this: on nonlinear systems the next term of the error bends the line more.
+/// The tolerance of a median order of 2. On nonlinear systems the next term of the error bends the
+/// line more.
 const AGREEMENT: f64 = 0.1;
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(
-        "The paper names these systems without defining them. Ours: Duffing V = α q²/2 + β q⁴/4 with D = c p, single well \
-         (α = 1, β = 0.5, c = 0.1) and double well (α = -1, β = 1, c = 0.1); Van der Pol V = q²/2 with D = -μ (1 - q²) p, \
-         μ = 1; modified Van der Pol: that D on the double-well Duffing potential. The study is that of the orders above, \
-         on the same base grid and steps, against Taylor series; δ comes from such series as well.",
+        "The paper names these systems without defining them. The definitions used here are: \
+         Duffing V = α q²/2 + β q⁴/4 with D = c p, single well (α = 1, β = 0.5, c = 0.1) and \
+         double well (α = -1, β = 1, c = 0.1); Van der Pol V = q²/2 with D = -μ (1 - q²) p, μ = 1; \
+         modified Van der Pol: that D on the double-well Duffing potential. The study repeats that \
+         of the orders above on the same base grid and steps, with Taylor series for the reference \
+         and for δ.",
     );
     let base_step = extent.pick(BASE_STEP, 0.01);
     let steps = extent.pick(STEPS.to_vec(), vec![0.04, 0.03, 0.02]);
@@ -170,7 +175,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// modDG holds where it has order 2 in q, p and w and keeps K.
+/// Holds if modDG has order 2 in q, p and w and keeps K.
 fn second_order_with_k(r: &Readings) -> Said {
     let medians = r.numbers("median");
     let second = |order: f64| (order - 2.0).abs() <= AGREEMENT;
@@ -190,8 +195,8 @@ fn second_order_with_k(r: &Readings) -> Said {
         format!("w falls at {falls} of {steps} steps")
     };
     let statement = format!(
-        "{order} (medians: {}) and {}. max |K - K₀|/K₀ is {} with moddg, {} with leapfrog and {} with rk4. Along the run \
-         of moddg {reservoir}.",
+        "{order} (medians: {}) and {}. max |K - K₀|/K₀ is {} with moddg, {} with leapfrog and {} \
+         with rk4. Along the run of moddg {reservoir}.",
         list(all),
         kept(drift("moddg")),
         sci(drift("moddg")),

@@ -1,4 +1,5 @@
-//! An exact balance, a wrong decay: the overdamped oscillator at a step the explicit methods cannot take.
+//! The overdamped oscillator at a step too long for explicit methods: K is exact while the decay is
+//! wrong.
 
 mod claims;
 
@@ -22,9 +23,9 @@ const SHOWN: [&str; 3] = ["moddg", "leapfrog", "rk4"];
 const L_STABLE: &str = "locally-exact";
 
 const STEP: f64 = 0.1;
-/// A step at which the fast motion is resolved, and how many of it make one of the others.
+/// A step that resolves the fast motion, and the number of such steps in one step of the others.
 const FINE: (f64, u64) = (STEP / 200.0, 200);
-/// The friction, and one at which e^{-b h} is beyond any order.
+/// The friction, and a friction for which e^{-b h} is beyond any order.
 const FRICTION: [f64; 2] = [200.0, 5000.0];
 
 fn problem(b: f64) -> Problem {
@@ -38,8 +39,8 @@ fn problem(b: f64) -> Problem {
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     sheet.text(
-        "As h λ → -∞ midpoint-type discrete gradients multiply by -1: they are A-stable, not L-stable. Here b = 200, \
-         h = 0.1, from (1, 1).",
+        "As h λ → -∞ a step of a midpoint-type discrete gradient multiplies the state by -1: the \
+         methods are A-stable but not L-stable. Here b = 200, h = 0.1, from (1, 1).",
     );
     let problem = problem(FRICTION[0]);
     let books = energy::run(&problem, &paper.methods(&SHOWN)?, STEP, 1, &Silent)?;
@@ -77,7 +78,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     Ok(sheet)
 }
 
-/// The energies over time beside the exact one.
+/// Charts the energies over time beside the exact one.
 fn energies(
     paper: &Paper<'_>,
     sheet: &mut Sheet,
@@ -106,7 +107,8 @@ fn energies(
         .map(|(label, books)| (label.as_str(), *books))
         .chain([("rk4, h = 0.1", &books[2])])
     {
-        // Every state shown stands at a whole multiple of the step: ten states of the solution further on.
+        // Every state shown is at a whole multiple of the step, ten states of the solution further
+        // on.
         let off = books
             .rows
             .iter()
@@ -129,7 +131,7 @@ fn energies(
     Ok(())
 }
 
-/// The table of all methods, at both frictions, and which of them decay rightly.
+/// The table of all methods at both frictions, and the finding on which of them decay rightly.
 fn every_method(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
     let all: Vec<&'static Row> = paper.registry.iter().collect();
     let run = |b: f64| -> Result<Vec<DecayRow>, ReportError> {
@@ -157,9 +159,10 @@ fn every_method(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError>
     });
     let header = ["method", "R, step 2", "R exact", "max |K - K₀|", "b = 200", "b = 5000"];
     sheet.text(
-        "Every method, from the same state with the same step: the energy ratio R of the second step beside the exact one, how far K moves in \
-         20 steps, and what to make of both. A decay is called right where the loss 1 - R is within a tenth of itself; diverged is \
-         what has more energy than at the start. The last column is for b = 5000.",
+        "Every method, from the same state with the same step: the energy ratio R of the second \
+         step beside the exact one, the drift of K in 20 steps, and the verdict. A decay is right \
+         if the loss 1 - R is within a tenth of the exact loss. A run has diverged if its energy \
+         exceeds that at the start. The last column is for b = 5000.",
     );
     sheet.table(&header, table.collect());
     let readings = found.iter().zip(&stiffer).fold(Readings::default(), |r, (row, stiffer)| {

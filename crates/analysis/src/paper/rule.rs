@@ -1,53 +1,55 @@
-//! What counts as holding: one rule for all figures of the paper.
+//! The rule by which all figures of the paper are judged.
 
 use super::{BASE_STEP, FIGURE_STEP};
 use crate::claim::fixed;
 use crate::findings::KEPT;
 
-/// An order agrees with a printed one within this.
+/// The largest difference of two orders that agree.
 pub(super) const AGREEMENT: f64 = 0.05;
-/// Two sizes are of one magnitude within this factor.
+/// The largest ratio of two sizes of one magnitude.
 pub(super) const MAGNITUDE: f64 = 10.0;
 
-/// Do two orders agree?
+/// Whether two orders agree.
 pub(super) fn agree(order: f64, printed: f64) -> bool {
     (order - printed).abs() <= AGREEMENT
 }
 
-/// Are two sizes of one magnitude?
+/// Whether two sizes are of one magnitude.
 pub(super) fn alike(a: f64, b: f64) -> bool {
     (b..=MAGNITUDE * b).contains(&a) || (a..=MAGNITUDE * a).contains(&b)
 }
 
-/// An order in a sentence.
+/// An order for a sentence.
 pub(super) fn order(order: f64) -> String {
     fixed(order, 3)
 }
 
-/// The rule, for the report: a paragraph each.
+/// The rule for the report, one paragraph per entry.
 pub(super) fn paragraphs() -> [String; 5] {
     [
         format!(
-            "What counts as holding, for every figure of the paper. Variant: the paper asks that δ \
-             leave K conserved, so a figure is judged by the scheme with one δ, its coefficients \
-             right, in all three equations. K counts as kept where max |K - K₀| is at most {KEPT:.0e} \
-             of the energy at the start, as measured and not as claimed.",
+            "The rule by which every figure of the paper is judged. Variant: the paper requires \
+             that δ leave K conserved. A figure is therefore judged by the scheme with the same δ, \
+             with correct coefficients, in all three equations. K counts as kept if max |K - K₀| \
+             is at most {KEPT:.0e} of the energy at the start, as measured and not as claimed.",
         ),
-        "Statistic: a figure holds where both the maximum over the grid, which the paper reads, and \
-         the median, which the grid points near the poles of δ hardly move, agree with it."
+        "Statistic: a figure holds if it agrees both with the maximum over the grid, which the \
+         paper uses, and with the median, which the grid points near the poles of δ hardly affect."
             .into(),
         format!(
-            "Window: [0, 20] from q₀ = 2.3, p₀ = -3.1, for the paper gives none, with its base grid of \
-             {BASE_STEP} and its six steps; figures over time at h = {FIGURE_STEP}, the least of them.",
+            "Window: [0, 20] from q₀ = 2.3, p₀ = -3.1, since the paper gives none, with its base \
+             grid of {BASE_STEP} and its six steps. Figures over time use h = {FIGURE_STEP}, the \
+             smallest of them.",
         ),
         format!(
-            "Agreement: orders within {AGREEMENT}, and sizes \"of one magnitude\" within a factor of \
-             {MAGNITUDE}. Errors are T as section 2 of the paper defines it.",
+            "Agreement: orders agree within {AGREEMENT}, and sizes \"of one magnitude\" within a \
+             factor of {MAGNITUDE}. Errors are T as defined in section 2 of the paper.",
         ),
         format!(
-            "Beside each order stands what fits the printed number: of all variants with this δ, right \
-             or as printed, with K or without, the one whose maximum comes nearest. Figures 4.2 and 4.3 \
-             stand at the base step h = {BASE_STEP} too.",
+            "Each order is accompanied by the variant that fits the printed number best: of all \
+             variants with this δ, with correct or printed coefficients, with K kept or not, the \
+             one whose maximum is nearest. Figures 4.2 and 4.3 are also shown at the base step h = \
+             {BASE_STEP}.",
         ),
     ]
 }

@@ -1,4 +1,4 @@
-//! Where methods fail: maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
+//! Stability maps over (h, b) of the damped oscillator and over (h, μ) of Van der Pol.
 
 use super::{Paper, Part, oscillator};
 use crate::Model;
@@ -18,11 +18,12 @@ pub(super) const PART: Part =
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(format!(
-        "Each cell is a run over [0, 20] (50 steps at least). Its motion is measured by A = T/T_max + |q - c|²/Q², with \
-         T = ½ p·∂H/∂p, the largest T and |q| of the reference and its mean c of q over the second half of the run: never \
-         negative, whatever V is. {} \"Several solutions\" \
-         is a step whose equation is seen to have more than one while the one that continues from h = 0 ends. For the damped oscillator \
-         the spectral radius of the matrix of one step stands beside the verdict, where the step is linear.",
+        "Each cell is a run over [0, 20] of at least 50 steps. Its motion is measured by A = \
+         T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p, which is nonnegative for every V. T_max and Q \
+         are the largest T and |q| of the reference, and c is its mean of q over the second half \
+         of the run. {} \"Several solutions\" means that the equation of a step has more than one \
+         solution and the one continued from h = 0 ends. For the damped oscillator the spectral \
+         radius of the matrix of one step is shown beside the verdict, where the step is linear.",
         rules()
     ));
     let count = extent.pick(60, 16);
@@ -133,7 +134,7 @@ fn bounded(row: &StabilityRow) -> bool {
     matches!(row.verdict, Verdict::Right | Verdict::Late | Verdict::Wrong)
 }
 
-/// The spectral radius beside the verdicts.
+/// Compares the spectral radius with the verdicts.
 fn compare_with_spectrum(sheet: &mut Sheet, cells: &[StabilityRow]) {
     for method in ["leapfrog", "rk4", "moddg"] {
         let mut counts = [0_usize; 5];
@@ -154,7 +155,7 @@ fn compare_with_spectrum(sheet: &mut Sheet, cells: &[StabilityRow]) {
     }
 }
 
-/// A spectral radius may be above 1 by so much of rounding.
+/// The largest excess of a spectral radius over 1 that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
 const COUNTED: [&str; 5] =
@@ -168,8 +169,8 @@ fn beside_the_spectrum(r: &Readings) -> Said {
         format!("{quiet} of these stay bounded within the run, and {loud} of the others do not")
     };
     let statement = format!(
-        "the spectral radius exceeds 1 in {unstable} of {linear} cells, and {beside}; {wrong} cells are stable and bounded \
-         and not right."
+        "the spectral radius exceeds 1 in {unstable} of {linear} cells, and {beside}; {wrong} \
+         cells are stable and bounded and not right."
     );
     (Holds::Note, statement)
 }

@@ -1,4 +1,4 @@
-//! What accuracy costs, a chart per system.
+//! Work against precision, with a chart for each system.
 
 use super::other_systems::problems;
 use super::{Paper, Part, oscillator};
@@ -15,16 +15,18 @@ pub(super) const PART: Part =
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
 
-/// What a run costs: a name and the figure.
+/// A measure of cost: its name and its value.
 type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
     sheet.text(
-        "Errors at t = 20 against the time of the whole run. Every time is the fastest of several runs, taken one after \
-         the other on an otherwise idle program. The error of (q, p) and the error of w are charted apart; the drift of \
-         K stands in the table and says nothing of either. Beside the paper's methods stand compositions of coordinate \
-         increments, what raises the order without a δ, and methods that choose their steps at tolerances from 1e-3.",
+        "Errors at t = 20 against the time of the whole run, the fastest of several runs measured \
+         one after another while nothing else is computed. The errors of (q, p) and of w have \
+         separate charts. The table also shows the drift of K, which is no measure of either \
+         error. The paper's methods are compared with compositions of coordinate increments, other \
+         methods of higher order without a δ, and methods that choose their steps, at tolerances \
+         from 1e-3.",
     );
     let count = extent.pick(9, 4);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();

@@ -1,10 +1,10 @@
-//! How deep a text is nested, seen before anything is built of it.
+//! The nesting depth of a text, found before anything is parsed.
 
 use std::ops::Range;
 
-/// Where the text is first nested more than `limit` deep, by brackets, braces and dots in keys.
+/// The place where brackets, braces and dots in keys are first nested deeper than `limit`.
 pub(super) fn beyond(text: &str, limit: usize) -> Option<Range<usize>> {
-    // Of each open bracket, the dots of the key before it.
+    // For each open bracket, the number of dots in the key before it.
     let (mut open, mut depth, mut dots) = (Vec::new(), 0_usize, 0);
     let mut at = 0;
     while let Some(&byte) = text.as_bytes().get(at) {
@@ -36,14 +36,14 @@ pub(super) fn beyond(text: &str, limit: usize) -> Option<Range<usize>> {
     None
 }
 
-/// The length of the quoted text that begins here; where it does not end, its line's.
+/// The length of the quoted text that begins here, or of its line if the quotation does not end.
 fn quoted(text: &str) -> usize {
     let long = ["\"\"\"", "'''"].into_iter().find(|mark| text.starts_with(mark));
     let mark = long.unwrap_or(text.get(..1).unwrap_or_default());
     let (mut at, mut escaped) = (mark.len(), false);
     while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
         if !escaped && rest.starts_with(mark) {
-            // Up to two more marks may stand before the last three.
+            // Up to two more quotation marks may precede the closing three.
             let more =
                 rest.bytes().take_while(|&byte| mark.as_bytes().first() == Some(&byte)).count();
             return at + if long.is_some() { more.min(5) } else { 1 };

@@ -1,14 +1,14 @@
-//! A scene as it is written: the tables and keys of its file, with what stands there and nothing more.
+//! The tables and keys of a scene file, as they are written.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A scene: a system, where it starts, when it ends, and what to do with it.
+/// A scene: a system, its initial state, the end of time, and what to do with it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Document {
-    /// What is integrated.
+    /// The system to integrate.
     pub system: SystemTable,
     /// The state at t = 0. The reservoir starts empty.
     pub initial: InitialTable,
@@ -22,7 +22,7 @@ pub struct Document {
     pub study: StudyTables,
 }
 
-/// A system by name, or one of your own.
+/// A built-in system by name, or a custom one.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SystemTable {
@@ -37,8 +37,8 @@ pub struct SystemTable {
     /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dissipation: Option<Vec<Expression>>,
-    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R is constant and positive
-    /// semidefinite the system is passive.
+    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R
+    /// is constant and positive semidefinite the system is passive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Vec<Vec<Expression>>>,
     /// Custom: the masses, all 1 if not given.
@@ -88,7 +88,7 @@ impl Expression {
     }
 }
 
-/// Where the run starts.
+/// The initial state.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InitialTable {
@@ -98,7 +98,7 @@ pub struct InitialTable {
     pub p: Vec<f64>,
 }
 
-/// The time a run covers.
+/// The time span of a run.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeTable {
@@ -108,37 +108,39 @@ pub struct TimeTable {
     pub step: f64,
 }
 
-/// What `afterbay run` does.
+/// The table of `afterbay run`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunTable {
     /// Names of methods, see `afterbay list methods`.
     pub methods: Vec<String>,
-    /// Every so many steps a state is kept. If not given, as many as keep no more than 10,000 states.
+    /// The number of steps between two states that are kept. By default it is the least number that
+    /// keeps at most 10,000 states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
-    /// A tolerance, relative and absolute, of q, p and w: adaptive collocation is run with it too, and shown at the same times.
+    /// A relative and absolute tolerance of q, p and w. Adaptive collocation then runs with it too
+    /// and is shown at the same times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }
 
-/// What `afterbay study` does.
+/// The tables of `afterbay study`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct StudyTables {
-    /// The errors of single steps along the exact solution, and the orders they show.
+    /// The errors of single steps along the exact solution, and their orders.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub local_order: Option<LocalOrderTable>,
-    /// The errors of whole runs, and the orders they show.
+    /// The errors of whole runs, and their orders.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub global_order: Option<GlobalOrderTable>,
-    /// H, K - K0 and w along the way.
+    /// H, K - K0 and w along the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyTable>,
     /// Errors against time and evaluations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub work_precision: Option<WorkPrecisionTable>,
-    /// What becomes of runs as the step grows, for values of a parameter.
+    /// Verdicts on runs as the step grows, for values of a parameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stability: Option<StabilityTable>,
     /// The growth of |K - K0| over very many steps.
@@ -150,10 +152,10 @@ pub struct StudyTables {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LocalOrderTable {
-    /// Names of methods; if not given those of [run].
+    /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
-    /// The distance of the points steps are taken from.
+    /// The distance of the points from which steps are taken.
     pub base_step: f64,
     /// The steps, multiples of the base step.
     pub steps: Spread,
@@ -163,7 +165,7 @@ pub struct LocalOrderTable {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GlobalOrderTable {
-    /// Names of methods; if not given those of [run].
+    /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
     /// The steps, each of which divides the end of time.
@@ -174,13 +176,14 @@ pub struct GlobalOrderTable {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyTable {
-    /// Names of methods; if not given those of [run].
+    /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
-    /// The step; if not given that of [time].
+    /// The step [default: that of [time]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// Every so many steps a row is kept. If not given, as many as keep no more than 10,000 rows.
+    /// The number of steps between two rows that are kept. By default it is the least number that
+    /// keeps at most 10,000 rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
 }
@@ -189,12 +192,13 @@ pub struct EnergyTable {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorkPrecisionTable {
-    /// Names of methods; if not given those of [run].
+    /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
     /// The steps, each of which divides the end of time.
     pub steps: Spread,
-    /// Tolerances, relative and absolute, of q, p and w: the methods that choose their steps are run with each of them too.
+    /// Relative and absolute tolerances of q, p and w. Methods that choose their steps run with
+    /// each of them too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tolerances: Vec<f64>,
 }
@@ -203,14 +207,14 @@ pub struct WorkPrecisionTable {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StabilityTable {
-    /// Names of methods; if not given those of [run].
+    /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
     /// The steps.
     pub steps: Spread,
     /// The parameter that is varied.
     pub parameter: ParameterTable,
-    /// The time a run covers, rounded up to whole steps; if not given the end of [time].
+    /// The time span of a run, rounded up to whole steps [default: the end of [time]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<f64>,
 }
@@ -225,9 +229,9 @@ pub struct ParameterTable {
     pub from: f64,
     /// The last value.
     pub to: f64,
-    /// How many values there are.
+    /// The number of values.
     pub count: u64,
-    /// How they are spaced.
+    /// The spacing of the values.
     #[serde(default)]
     pub scale: Spacing,
 }
@@ -236,30 +240,30 @@ pub struct ParameterTable {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LongRunTable {
-    /// Names of methods; if not given those of [run].
+    /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
-    /// The step; if not given that of [time].
+    /// The step [default: that of [time]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
     /// The number of steps.
     pub count: u64,
-    /// Beside the methods themselves, those among them that can be run with roundings that do not add up.
+    /// Whether methods also run with compensated roundings, where they can.
     #[serde(default)]
     pub compensated: bool,
 }
 
-/// Values: a list, or so many of them spread between two.
+/// Values: a list, or a range.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Spread {
-    /// These.
+    /// A list of values.
     List(Vec<f64>),
-    /// So many from one to another.
+    /// A range of values.
     Range(RangeTable),
 }
 
-/// Values between two.
+/// A range of values.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RangeTable {
@@ -267,14 +271,14 @@ pub struct RangeTable {
     pub from: f64,
     /// The last value.
     pub to: f64,
-    /// How many values there are.
+    /// The number of values.
     pub count: u64,
-    /// How they are spaced.
+    /// The spacing of the values.
     #[serde(default)]
     pub scale: Spacing,
 }
 
-/// How values are spaced.
+/// The spacing of values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Spacing {

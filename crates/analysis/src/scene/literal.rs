@@ -1,13 +1,13 @@
-//! Text between quotation marks, as it is written in a TOML file.
+//! Quoted text as it is written in a TOML file.
 
 use std::ops::Range;
 
-/// Where a part of a text stands between the quotation marks it is written in, in bytes of what is written. None where
-/// nothing is quoted.
+/// The place of a part of a text between the quotation marks it is written in, in bytes as written.
+/// `None` if nothing is quoted.
 pub(super) fn part_of(written: &str, part: &Range<usize>) -> Option<Range<usize>> {
     let mark = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|mark| written.starts_with(mark))?;
     let inner = written.get(mark.len()..)?.strip_suffix(mark)?;
-    // A line break right after three marks is no part of the text.
+    // A line break right after three marks does not belong to the text.
     let body = match mark.len() {
         3 => inner.strip_prefix('\n').or_else(|| inner.strip_prefix("\r\n")).unwrap_or(inner),
         _ => inner,
@@ -33,7 +33,7 @@ pub(super) fn part_of(written: &str, part: &Range<usize>) -> Option<Range<usize>
     Some(start + from..start + to.max(from))
 }
 
-/// The bytes of the first character as written, and of what it means.
+/// The number of bytes of the first character as written, and of the character it stands for.
 fn piece(text: &str) -> Option<(usize, usize)> {
     let first = text.chars().next()?;
     if first != '\\' {
@@ -44,7 +44,7 @@ fn piece(text: &str) -> Option<(usize, usize)> {
         'x' => 2,
         'u' => 4,
         'U' => 8,
-        // At the end of a line: it and the blanks that follow mean nothing.
+        // A backslash at the end of a line removes the line break and the blanks that follow.
         c if c.is_ascii_whitespace() => {
             let blanks = behind.len() - behind.trim_start_matches([' ', '\t', '\r', '\n']).len();
             return Some((1 + blanks, 0));

@@ -1,4 +1,4 @@
-//! Why a text is no scene.
+//! Errors of a scene.
 
 use crate::ModelError;
 use afterbay_core::InputError;
@@ -7,60 +7,60 @@ use std::fmt::Write;
 use std::ops::Range;
 use thiserror::Error;
 
-/// What is wrong with a scene, and where.
+/// A problem of a scene and its place.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{problem}")]
 pub struct SceneError {
-    /// What is wrong.
+    /// The problem.
     #[source]
     pub problem: SceneProblem,
-    /// Where, in bytes of the text.
+    /// The place, in bytes of the text.
     pub span: Range<usize>,
 }
 
-/// What is wrong with a scene.
+/// A problem of a scene.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneProblem {
-    /// More text than a scene has.
+    /// The text is too large.
     #[error("the scene has {bytes} bytes, more than {limit}")]
     TooLarge {
         /// Its size.
         bytes: usize,
-        /// The most there may be.
+        /// The largest size.
         limit: usize,
     },
-    /// Tables in tables in tables.
+    /// Tables or arrays are nested too deep.
     #[error("this is nested more than {limit} deep")]
     TooDeep {
-        /// The deepest there may be.
+        /// The largest depth.
         limit: usize,
     },
-    /// Not UTF-8.
+    /// The text is not UTF-8.
     #[error("this is no text (UTF-8)")]
     NoText,
-    /// Not TOML.
+    /// The text is not TOML.
     #[error("{0}")]
     Syntax(String),
-    /// A key no table like this has.
+    /// A key that is unknown in its table.
     #[error("there is no key {key} here")]
     UnknownKey {
         /// The key.
         key: String,
-        /// The keys there are.
+        /// The known keys.
         known: Vec<String>,
     },
-    /// A key that must be there.
+    /// A required key is missing.
     #[error("the key {key} is missing")]
     Missing {
         /// The key.
         key: String,
     },
-    /// A value of another kind.
+    /// A value of the wrong kind.
     #[error("this is {found}, where {expected} is expected")]
     Kind {
-        /// What it is.
+        /// The kind found.
         found: &'static str,
-        /// What it must be.
+        /// The kind expected.
         expected: String,
     },
     /// A number between quotation marks.
@@ -69,7 +69,7 @@ pub enum SceneProblem {
         /// The text.
         text: String,
     },
-    /// A number that is none in `f64`, or rounds to 0 there.
+    /// A number that is not finite in `f64`, or rounds to 0.
     #[error("{text} is not a finite number, or too small to be told from 0")]
     Number {
         /// The number as written.
@@ -81,17 +81,17 @@ pub enum SceneProblem {
         /// The number as written.
         text: String,
     },
-    /// A name nothing has.
+    /// An unknown name.
     #[error("there is no {what} {name}")]
     Unknown {
-        /// What it would name.
+        /// What the name should refer to.
         what: &'static str,
         /// The name.
         name: String,
-        /// The names there are.
+        /// The known names.
         known: Vec<String>,
     },
-    /// A method that chooses its steps, where steps are given.
+    /// A method that chooses its steps, used where steps are given.
     #[error("{name} takes a tolerance instead of a step")]
     Adaptive {
         /// The method.
@@ -100,19 +100,19 @@ pub enum SceneProblem {
     /// A list without entries.
     #[error("the list is empty: give one {what} at least")]
     Empty {
-        /// What it is a list of.
+        /// What the list contains.
         what: &'static str,
     },
-    /// A study that no methods are named for.
+    /// A study without methods.
     #[error("no methods are named for this study")]
     NoMethods,
-    /// The same thing twice.
+    /// An entry occurs twice.
     #[error("{name} is in the list already")]
     Twice {
-        /// What it is.
+        /// The entry.
         name: String,
     },
-    /// A key that does not go with the rest.
+    /// A key that does not belong in its place.
     #[error("{key} does not belong here: {why}")]
     Misplaced {
         /// The key.
@@ -123,43 +123,43 @@ pub enum SceneProblem {
     /// A number outside its range.
     #[error("{name} = {value:?} must be {range}")]
     Range {
-        /// What it is.
+        /// The name of the number.
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What is allowed.
+        /// The range.
         range: &'static str,
     },
-    /// More than anyone can wait for, or keep.
+    /// A size beyond the budget.
     #[error("{what} would be {size:.3e}, more than the budget of {limit:e}")]
     Budget {
-        /// What there is too much of.
+        /// The quantity that is too large.
         what: &'static str,
-        /// How much.
+        /// Its size.
         size: f64,
-        /// The most there may be.
+        /// The limit.
         limit: f64,
         /// What to change.
         change: &'static str,
     },
-    /// Nothing to do.
+    /// The scene declares nothing to do.
     #[error("there is nothing to do: the scene has no {table}")]
     Nothing {
         /// The table that is missing.
         table: &'static str,
     },
-    /// Input the library refuses.
+    /// Input that the library refuses.
     #[error(transparent)]
     Input(#[from] InputError),
     /// A system that cannot be made.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// Expressions that make no system.
+    /// Expressions that are not valid.
     #[error("{}", in_words(.0))]
     Custom(CustomError),
 }
 
-/// The message of an expression without the place in it, which the span shows.
+/// The message about an expression without the place, which the span shows.
 fn in_words(error: &CustomError) -> String {
     match error {
         CustomError::Expression { problem, .. } => problem.to_string(),
@@ -169,7 +169,7 @@ fn in_words(error: &CustomError) -> String {
 }
 
 impl SceneProblem {
-    /// What to do about it.
+    /// Advice on how to solve the problem.
     pub fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
@@ -204,7 +204,7 @@ impl SceneProblem {
     }
 }
 
-/// The nearest name if one is near, else all of them.
+/// The nearest name if one is similar, else all names.
 pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
     let far = |other: &String| strsim::damerau_levenshtein(name, other);
     match known.iter().min_by_key(|other| far(other)) {

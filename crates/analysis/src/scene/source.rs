@@ -1,4 +1,4 @@
-//! The text of a scene: read as TOML, held against the schema, and asked where something stands.
+//! The text of a scene: its TOML values, their check against the schema, and their places.
 
 use super::problem::{SceneError, SceneProblem};
 use super::{depth, literal};
@@ -11,7 +11,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 /// The deepest nesting of tables and arrays.
 const DEEPEST: usize = 64;
 
-/// A text and the tables in it.
+/// A text with its tables.
 pub(super) struct Source<'a> {
     text: &'a str,
     root: Spanned<DeTable<'a>>,
@@ -33,12 +33,12 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Is it made as the schema says: its keys, and the kind of each value?
+    /// Checks the keys and the kind of each value against the schema.
     pub(super) fn check(&self, schema: &Value) -> Result<(), SceneError> {
         Schema { root: schema, at: schema }.table(self.root.get_ref(), self.root.span())
     }
 
-    /// The same as typed tables.
+    /// Deserializes the tables.
     pub(super) fn read<D: DeserializeOwned>(&self) -> Result<D, SceneError> {
         toml::from_str(self.text).map_err(|error| SceneError {
             problem: SceneProblem::Syntax(error.message().to_owned()),
@@ -46,13 +46,14 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// Where the entry of a path such as `study.stability.methods.2` stands; of what leads there, as far as it exists.
+    /// The place of the entry at a path such as `study.stability.methods.2`, or of the part of the
+    /// path that exists.
     pub(super) fn span(&self, path: &str) -> Range<usize> {
         let (key, value) = self.walk(path);
         key.start..value.end.max(key.end)
     }
 
-    /// Where a part of the expression at a path stands.
+    /// The place of a part of the expression at a path.
     pub(super) fn span_within(&self, path: &str, part: &Range<usize>) -> Range<usize> {
         let span = self.walk(path).1;
         match self.text.get(span.clone()).and_then(|written| literal::part_of(written, part)) {
@@ -61,7 +62,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Where the key and the value stand. A table counts as its header alone, an entry of a list has no key.
+    /// The places of the key and of the value. A table is represented by its header; an entry of a
+    /// list has no key.
     fn walk(&self, path: &str) -> (Range<usize>, Range<usize>) {
         let (mut table, mut list) = (Some(self.root.get_ref()), None);
         let mut spans = (0..0, 0..0);

@@ -8,12 +8,13 @@ use crate::{Model, ModelError};
 use afterbay_core::{InputError, Quantity, State};
 use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place, SYSTEMS};
 
-/// The name of a system that is made of expressions.
+/// The name of a system given by expressions.
 const CUSTOM: &str = "custom";
-/// The most parameters of such a system: each name in an expression is looked for among all of them.
+/// The most parameters of a custom system. Each name in an expression is searched among all of
+/// them.
 const MOST_PARAMETERS: usize = 1000;
 
-/// The system a table describes.
+/// Makes the system of a table.
 pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, SceneError> {
     if table.name == CUSTOM {
         return custom(source, table).map(Model::Custom);
@@ -117,7 +118,7 @@ fn description(table: &SystemTable) -> Description {
     }
 }
 
-/// A problem of a custom system with its place in the scene.
+/// Adds the place in the scene to a problem of a custom system.
 fn located(source: &Source<'_>, error: CustomError) -> SceneError {
     let span = match &error {
         CustomError::Expression { place, span, .. }
@@ -141,7 +142,7 @@ fn located(source: &Source<'_>, error: CustomError) -> SceneError {
     SceneError { problem: SceneProblem::Custom(error), span }
 }
 
-/// Where an expression is written.
+/// The path of an expression.
 fn path(place: Place) -> String {
     match place {
         Place::Potential => "system.potential".into(),
@@ -151,7 +152,7 @@ fn path(place: Place) -> String {
     }
 }
 
-/// Are the energy and the forces finite at the start?
+/// Checks that the energy and the forces are finite at the start.
 pub(super) fn finite_at(
     source: &Source<'_>,
     problem: &Problem,

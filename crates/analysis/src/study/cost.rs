@@ -1,4 +1,4 @@
-//! What a step costs as the number of degrees of freedom grows.
+//! The cost of a step as the number of degrees of freedom grows.
 
 use super::{Problem, work_precision};
 use crate::progress::Progress;
@@ -22,16 +22,16 @@ pub struct CostRow {
 }
 
 impl CostRow {
-    /// Nanoseconds a degree of freedom and step.
+    /// Nanoseconds per degree of freedom and step.
     pub fn nanoseconds(&self) -> f64 {
         1e9 * self.seconds / (self.n as f64 * self.steps as f64)
     }
 }
 
-/// Times `steps` steps of size h of each method on each problem, one run after the other.
+/// Times `steps` steps of size h of each method on each problem, one run after another.
 ///
 /// # Errors
-/// Those of the input, and of a run that fails: its time would say nothing.
+/// Invalid input, and the failure of a run, whose time would be meaningless.
 pub fn run(
     problems: &[(Problem, u64)],
     methods: &[&'static Row],

@@ -1,35 +1,36 @@
-//! What a method makes of a decay faster than its step: the ratio R of the energies after the second step and before, beside the
-//! exact one, and whether K tells anything of it.
+//! Decay faster than the step: the ratio R = H₂/H₁ of the energies after and before the second
+//! step, beside the exact ratio, and whether the drift of K reveals an error.
 
 use super::energy::Books;
 use crate::progress::Progress;
 use afterbay_core::IntegrateError;
 use serde::{Serialize, Serializer};
 
-/// What to make of a run, from its numbers alone.
+/// The verdict on a run, from its numbers alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decay {
     /// The loss of energy is right, and K is kept.
     Right,
     /// The loss is right, and K is not kept.
     RightWithoutK,
-    /// Perfect books, wrong decay.
+    /// K is kept, but the loss is wrong.
     WrongWithK,
     /// The loss is wrong, and K is not kept.
     Wrong,
-    /// There was more energy than at the start.
+    /// The energy exceeded that at the start.
     Diverged,
-    /// A step failed, with this word.
+    /// A step failed. The word names the failure.
     Failed(&'static str),
 }
 
-/// The loss 1 - R may be off by this part of itself.
+/// The largest relative error of a loss 1 - R that counts as right.
 pub(crate) const TOLERANCE: f64 = 0.1;
-/// K is kept where it moves by no more than this part of the energy at the start.
+/// The largest deviation of K that counts as kept, relative to the energy at the start.
 pub(crate) const KEPT: f64 = 1e-12;
 
 impl Decay {
-    /// Judges the books of a run of at least two steps, every step recorded, where the exact ratio of the second is `exact`.
+    /// Judges a run of at least two steps with every step recorded. `exact` is the exact ratio R of
+    /// the second step.
     pub fn judge(books: &Books, exact: f64) -> Self {
         let start = books.rows.first().map_or(0.0, |row| row.energy);
         let grown = |energy: f64| energy.is_nan() || energy > start * (1.0 + KEPT);
@@ -50,7 +51,7 @@ impl Decay {
         }
     }
 
-    /// Is the loss of energy right?
+    /// Whether the loss of energy is right.
     pub fn is_right(self) -> bool {
         matches!(self, Self::Right | Self::RightWithoutK)
     }
@@ -84,22 +85,22 @@ pub struct DecayRow {
     pub b: f64,
     /// The step.
     pub h: f64,
-    /// The energy after the second step, of that before; none where there is none.
+    /// R, the energy after the second step divided by that after the first; none if a step failed.
     #[serde(rename = "R")]
     pub ratio: Option<f64>,
-    /// The same of the exact solution.
+    /// The exact R.
     #[serde(rename = "R_exact")]
     pub exact: f64,
-    /// max |K - K0| over all steps done; none where none was.
+    /// max |K - K0| over all steps done; none if no step was done.
     pub k_drift: Option<f64>,
-    /// What to make of it.
+    /// The verdict.
     pub decay: Decay,
 }
 
-/// The decay of every method that was run with these steps, every step recorded.
+/// Judges the books of every method. They must be of runs with step h and record every step.
 ///
 /// # Errors
-/// Those of the exact solution.
+/// Errors of the exact solution.
 pub fn rows(
     problem: &super::Problem,
     b: f64,

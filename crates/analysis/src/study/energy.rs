@@ -1,4 +1,4 @@
-//! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and what the reservoir is off by.
+//! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and the error of the reservoir.
 
 use super::outcome::Ending;
 use super::passivity::Passivity;
@@ -24,15 +24,15 @@ pub struct EnergyRow {
     pub energy: f64,
     /// K - K0
     pub drift: f64,
-    /// R = H/H one step before.
+    /// R, the energy divided by that of the step before.
     pub ratio: Option<f64>,
-    /// R less that of the reference.
+    /// R minus that of the reference.
     pub ratio_error: Option<f64>,
-    /// w less that of the reference, in the degree of freedom where that is largest.
+    /// w minus that of the reference, in the degree of freedom where the difference is largest.
     pub w_error: f64,
-    /// The doubt of w of the reference.
+    /// The doubt of w in the reference.
     pub doubt_w: f64,
-    /// The doubt of R of the reference.
+    /// The doubt of R in the reference.
     pub doubt_ratio: Option<f64>,
     /// The reservoir.
     pub w: Vec<f64>,
@@ -58,7 +58,7 @@ pub fn columns(dof: usize) -> Vec<String> {
     names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
 }
 
-/// The books of one run.
+/// The energy books of one run.
 #[derive(Clone, Debug)]
 pub struct Books {
     /// Name of the method.
@@ -67,17 +67,16 @@ pub struct Books {
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
     pub drift: f64,
-    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed, over steps and degrees of freedom; none where the system is active and owes
-    /// nothing.
+    /// Steps that violate passivity; none where the system is active.
     pub violations: Option<u64>,
     /// How the run ended.
     pub ending: Ending,
 }
 
-/// Follows the books of each method with steps of size h, every `every`-th state recorded.
+/// Computes the books of each method with steps of size h, and records every `every`-th state.
 ///
 /// # Errors
-/// Those of the input. A run that fails is in its books.
+/// Invalid input. The books of a run that fails contain its failure.
 pub fn run(
     problem: &Problem,
     methods: &[&'static Row],
@@ -155,7 +154,7 @@ fn follow(
     Ok(Books { method: row.name, rows, drift, violations, ending })
 }
 
-/// H of the reference, and what its doubt makes of it: |∇H| times that of q and p.
+/// H of the reference. Its doubt is |∇H| times the doubt of q and p.
 fn energy_of(system: &dyn System<f64>, solution: &Solution<f64>, i: usize) -> Measured {
     let state = solution.at(i);
     let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
@@ -164,7 +163,7 @@ fn energy_of(system: &dyn System<f64>, solution: &Solution<f64>, i: usize) -> Me
     Measured { error: state.energy(system), doubt: slope * solution.doubt_at(i).qp }
 }
 
-/// The difference of the largest size, with its sign.
+/// The difference of largest magnitude, with its sign.
 fn largest_difference(found: &[f64], exact: &[f64]) -> f64 {
     let differences = found.iter().zip(exact).map(|(found, exact)| found - exact);
     differences.reduce(|most, x| if x.abs() > most.abs() { x } else { most }).unwrap_or(0.0)

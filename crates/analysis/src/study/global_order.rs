@@ -1,4 +1,4 @@
-//! Global errors and the order they show.
+//! Global errors and empirical orders.
 
 use super::outcome::Ending;
 use super::{Problem, VARIABLES};
@@ -19,10 +19,11 @@ pub struct GlobalRow {
     pub variable: &'static str,
     /// The step.
     pub h: f64,
-    /// max |x - x(t)| over the run and over the degrees of freedom; none if it did not reach its end.
+    /// max |x - x(t)| over the run and over the degrees of freedom; none if the run did not reach
+    /// its end.
     pub error: Option<f64>,
-    /// log(error/error before) / log(h/h before), against the step before it; none where one of the
-    /// two errors is not resolved.
+    /// log(e/e')/log(h/h'), where h' and e' are the step and the error of the row before; none if
+    /// one of the two errors is not resolved.
     pub order: Option<f64>,
     /// The largest doubt of the reference over the run.
     pub doubt: f64,
@@ -42,7 +43,7 @@ impl GlobalRow {
 /// Global errors of each method at each of the `steps`, in the order given.
 ///
 /// # Errors
-/// Those of the input. A run that fails leaves its errors empty.
+/// Invalid input. A run that fails has no errors.
 pub fn run(
     problem: &Problem,
     methods: &[&'static Row],
@@ -112,24 +113,25 @@ fn solution(
     problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
-/// The power of two that h is of the finest step, to the bit: every so many of its times are those of h, and a solution
-/// serves both.
+/// The ratio h/finest if it is a power of two to the bit, so that the times of h are among those of
+/// the finest step and one solution serves both.
 fn doublings(finest: f64, h: f64) -> Option<usize> {
     let ratio = h / finest;
     let whole = ratio.fract() == 0.0 && ratio * finest == h && ratio < 1e9;
     (whole && (ratio as usize).is_power_of_two()).then_some(ratio as usize)
 }
 
-/// How far a run was off.
+/// The errors of one run.
 struct Run {
-    /// The largest errors of q, p and w; none if it did not reach its end.
+    /// The largest errors of q, p and w; none if the run did not reach its end.
     errors: Option<[Measured; 3]>,
     /// The largest doubts of q, p and w.
     doubts: [f64; 3],
     ending: Ending,
 }
 
-/// The largest error over a run, its steps those of every `stride`-th state of the solution.
+/// The largest errors over a run. Step n of the run corresponds to state n `stride` of the
+/// solution.
 fn largest_error(
     problem: &Problem,
     row: &Row,

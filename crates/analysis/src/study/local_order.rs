@@ -1,12 +1,13 @@
 //! Local errors on a base grid, and the empirical order they show (paper, section 2).
 //!
-//! From every point `t_i = i h0` of the exact solution one step of size h is taken, and
-//! `T_i = [x(t_i + h) - x_1]/h`, the exact increment less the numerical one. The order is the slope of
-//! log statistic(T) against log h, the statistic taken over the grid.
+//! One step of size h is taken from every point `t_i = i h0` of the exact solution. The local error
+//! is `T_i = [x(t_i + h) - x_1]/h`, the exact increment minus the numerical one. The order is the
+//! slope of log statistic(T) against log h, with the statistic taken over the grid.
 //!
-//! Only steps whose statistic is at least ten times that of the roundings in T are used: the step
-//! in `f64` less the same step in [`Quad`] from the same state, and the rounding of the two states
-//! compared, both divided by h, from a sample of the grid and the points with the largest T.
+//! Only steps whose statistic is at least ten times that of the roundings in T are used. The
+//! roundings are the difference between the step in `f64` and the same step in [`Quad`] from the
+//! same state, plus the rounding of the two states compared, both divided by h. They are estimated
+//! at a sample of the grid and at the points with the largest T.
 
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
@@ -19,7 +20,7 @@ use afterbay_systems::catalog::Expandable;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// A scalar local errors are computed in: methods run in it and solutions are expanded in it.
+/// A scalar for local errors, in which methods run and solutions are expanded.
 pub trait Working: Number + Expandable {}
 
 impl<T: Number + Expandable> Working for T {}
@@ -33,19 +34,19 @@ pub struct LocalOrder {
     pub steps: Vec<f64>,
 }
 
-/// One number for all T_i.
+/// A statistic of all |T_i|.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Statistic {
-    /// The largest.
+    /// The maximum.
     Max,
-    /// The middle one.
+    /// The median.
     Median,
-    /// The root of the mean square.
+    /// The root mean square.
     Rms,
 }
 
 impl Statistic {
-    /// All three, as the tables have them.
+    /// All statistics, in the order of the tables.
     pub const ALL: [Self; 3] = [Self::Max, Self::Median, Self::Rms];
 
     /// Its name in tables.
@@ -58,23 +59,23 @@ impl Statistic {
     }
 }
 
-/// |T| of one variable over the grid.
+/// Statistics of |T| of one variable over the grid.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Summary {
     max: f64,
     median: f64,
     rms: f64,
-    /// The grid point of the largest.
+    /// The grid point of the maximum.
     worst: usize,
 }
 
-/// A statistic is used where it is so many times that of its roundings.
+/// The least ratio of a statistic to that of its roundings at which it is used.
 const ABOVE: f64 = 10.0;
-/// Grid points the roundings are estimated from, beside those with the largest T.
+/// The number of grid points at which roundings are estimated, besides those with the largest T.
 const SAMPLES: usize = 48;
 
 impl Summary {
-    /// The statistics of sizes at grid points.
+    /// The statistics of values at grid points.
     fn of(points: impl Iterator<Item = (usize, f64)>) -> Self {
         let (mut sizes, mut worst, mut max, mut squares) = (Vec::new(), 0, 0.0, 0.0);
         for (i, size) in points {
@@ -88,7 +89,7 @@ impl Summary {
         Self { max, median: median(&mut sizes), rms, worst }
     }
 
-    /// One of the three statistics.
+    /// The value of a statistic.
     pub fn get(&self, statistic: Statistic) -> f64 {
         match statistic {
             Statistic::Max => self.max,
@@ -98,7 +99,7 @@ impl Summary {
     }
 }
 
-/// What one method does with one step size.
+/// The local errors of one method at one step size.
 #[derive(Clone, Debug)]
 pub struct LocalErrors {
     /// The method.
@@ -107,11 +108,12 @@ pub struct LocalErrors {
     pub h: f64,
     /// |T| of q, p and w.
     pub variables: [Summary; 3],
-    /// Grid points no step could be taken from.
+    /// The number of grid points at which the step failed.
     pub failed: usize,
     /// The roundings in T of q, p and w.
     pub floors: [Summary; 3],
-    /// Time and distance to the pole of δ of the worst grid point of each variable.
+    /// The time of the grid point with the largest |T|, and its distance to the pole of δ, for each
+    /// variable.
     pub worst: [(f64, Option<f64>); 3],
 }
 
@@ -124,26 +126,26 @@ pub struct OrderRow {
     pub variable: &'static str,
     /// max, median or rms.
     pub statistic: &'static str,
-    /// The slope; none if fewer than two steps stand ten times above rounding.
+    /// The slope; none if fewer than two steps are ten times above rounding.
     pub order: Option<f64>,
     /// Lower end of its 95 % confidence interval.
     pub ci_low: Option<f64>,
     /// Upper end.
     pub ci_high: Option<f64>,
-    /// Steps that stand ten times above rounding: the ones used.
+    /// The number of steps used, which are at least ten times above rounding.
     pub points: usize,
-    /// What the paper prints.
+    /// The order printed in the paper.
     pub printed: Option<f64>,
     /// Time of the worst grid point at the largest step.
     pub worst_t: f64,
     /// Its distance to the nearest pole: |p/m| for δ(q), |V' + D| for δ(p).
     pub pole_distance: Option<f64>,
-    /// Grid points that failed, over all steps.
+    /// The number of failed steps over the grid and all step sizes.
     pub failed: usize,
 }
 
 impl LocalErrors {
-    /// Whether a statistic stands ten times above its roundings.
+    /// Whether a statistic is at least ten times that of its roundings.
     pub fn is_seen(&self, variable: usize, statistic: Statistic) -> bool {
         let [size, floor] = [&self.variables, &self.floors].map(|of| of[variable].get(statistic));
         size > 0.0 && size >= ABOVE * floor
@@ -162,7 +164,7 @@ impl LocalOrder {
     /// Summaries of the local errors of each method at each step, computed in `T`.
     ///
     /// # Errors
-    /// Those of the input, and of a solution that leaves the numbers. A method that does not apply is an error too.
+    /// Invalid input, a method that does not apply, and a solution that ceases to be finite.
     pub fn run<T: Working>(
         &self,
         problem: &Problem,
@@ -218,7 +220,7 @@ impl LocalOrder {
         let method = problem.model.bind_in::<T>(row)?;
         let multiple = self.multiple(h)?;
         let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
-        // h as the exact solution counts it, so that both steps are the same to the last bit of `T`.
+        // h is computed as in the exact solution, so that both agree to the last bit of `T`.
         let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
         let mut state = problem.start()?;
         let mut errors = |i: usize| {
@@ -292,8 +294,7 @@ impl LocalOrder {
             // Two states are compared, each of them rounded.
             let mut rounding = [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)]
                 .map(|size| 2.0 * T::EPSILON * size);
-            // There is nothing finer to compare a step in `Quad` with: a few roundings stand for
-            // it.
+            // Nothing is more accurate than `Quad`, so that a few roundings are assumed.
             if T::EPSILON < 1e-20 {
                 rounding = rounding.map(|rounding| 4.0 * rounding);
             } else if let Some(lost) = lost(&method, &exact, h, ends[0]) {
@@ -307,8 +308,7 @@ impl LocalOrder {
     }
 }
 
-/// What rounding makes of a step: how far it is from the same step in `Quad`. None where either
-/// fails.
+/// The rounding error of a step: its difference from the same step in `Quad`. None if either fails.
 fn lost<T: Scalar>(
     method: &Run<T>,
     exact: &Run<Quad>,
@@ -326,8 +326,8 @@ fn lost<T: Scalar>(
     Some(distance(found.state_ref(), state.state_ref()).map(Scalar::to_f64))
 }
 
-/// The slope of log statistic against log h for one method and variable, of the steps that stand
-/// ten times above rounding.
+/// Fits log statistic against log h for one method and variable, over the steps at least ten times
+/// above rounding.
 pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> Option<Fit> {
     let seen = errors.iter().filter(|errors| errors.is_seen(variable, statistic));
     let point =
@@ -335,7 +335,8 @@ pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> 
     fit(&seen.map(point).collect::<Vec<_>>())
 }
 
-/// The rows of the table, methods in the order they were run. `printed` knows what the paper prints.
+/// The rows of the table, in the order in which the methods were run. `printed` returns the order
+/// printed in the paper.
 pub fn rows(
     errors: &[LocalErrors],
     printed: impl Fn(&str, &str, Statistic) -> Option<f64>,

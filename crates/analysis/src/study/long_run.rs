@@ -1,8 +1,9 @@
-//! How the roundings of very many steps add up in K.
+//! The accumulation of roundings in K over very many steps.
 //!
-//! A method that keeps K moves it by one rounding a step. Where these are independent, |K - K0| grows like √t; where they
-//! lean to one side, like t. One path of a random walk says little about its exponent, so the same is run from several
-//! starts, and rms and mean go over the samples of a window and over the starts.
+//! A method that keeps K changes it by one rounding per step. If these are independent, |K - K0|
+//! grows like √t; if they are biased, like t. A single random walk determines its exponent poorly.
+//! Each method therefore runs from several starts, and rms and mean are taken over the samples of a
+//! window and over the starts.
 
 use super::Problem;
 use super::outcome::{COMPLETED, Ending};
@@ -23,7 +24,7 @@ pub struct LongRunRow {
     pub method: &'static str,
     /// The step.
     pub h: f64,
-    /// Are the roundings kept from adding up?
+    /// Whether roundings are compensated.
     pub compensated: bool,
     /// Steps done at the end of the window.
     pub steps: u64,
@@ -42,23 +43,24 @@ pub struct Setup {
     pub row: &'static Row,
     /// The step.
     pub h: f64,
-    /// Are the roundings kept from adding up ([`Model::bind_compensated`](crate::Model::bind_compensated))?
+    /// Whether roundings are compensated
+    /// ([`Model::bind_compensated`](crate::Model::bind_compensated)).
     pub compensated: bool,
 }
 
-/// How it went.
+/// The result of one setup.
 #[derive(Clone, Debug)]
 pub struct LongRun {
-    /// What was run.
+    /// The setup.
     pub setup: Setup,
-    /// The windows that every start reached the end of, four a decade.
+    /// The windows that every start completed, four per decade.
     pub rows: Vec<LongRunRow>,
-    /// How the runs ended: that of the first that did not reach its end.
+    /// How the runs ended: the ending of the first that did not reach its end, if any.
     pub ending: Ending,
 }
 
 impl Setup {
-    /// In words.
+    /// The label in charts and sentences.
     pub fn label(&self) -> String {
         let how = if self.compensated { ", compensated" } else { "" };
         format!("{}{how}, h = {}", self.row.name, self.h)
@@ -66,7 +68,7 @@ impl Setup {
 }
 
 impl LongRun {
-    /// The exponent of the growth: slope of log rms against log t over the last two decades.
+    /// The exponent of growth: the slope of log rms against log t over the last two decades.
     pub fn growth(&self) -> Option<Fit> {
         let last = self.rows.last()?.steps;
         let late = self.rows.iter().filter(|row| row.steps > last / 100);
@@ -74,14 +76,14 @@ impl LongRun {
     }
 }
 
-/// Steps of the first window.
+/// The number of steps of the first window.
 const FIRST: u64 = 100;
-/// Windows a decade.
+/// The number of windows per decade.
 const WINDOWS: i32 = 4;
-/// Samples a window.
+/// The number of samples per window.
 const SAMPLES: u64 = 100;
 
-/// The steps at which windows end.
+/// The numbers of steps at which windows end.
 fn ends(steps: u64) -> Vec<u64> {
     let end =
         |k: i32| (FIRST as f64 * 10_f64.powf(f64::from(k) / f64::from(WINDOWS))).round() as u64;
@@ -90,7 +92,7 @@ fn ends(steps: u64) -> Vec<u64> {
     ends
 }
 
-/// What was seen of the deviations in a window.
+/// Sums over the deviations in a window.
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
     count: u64,
@@ -114,13 +116,13 @@ impl Window {
     }
 }
 
-/// Runs each setup from each start, all of one system, for so many steps; the ends of the problems
-/// are not looked at. K is computed in 106 bits, and at the samples alone: what is seen is the
-/// error of the states, not of the look at them. Up to eight starts go side by side where the
-/// method has such a form, each as it would alone.
+/// Runs each setup from each start for `steps` steps. All starts must belong to one system; the
+/// ends of the problems are ignored. K is computed in 106 bits at the samples only, so that the
+/// deviation is the error of the states and not of the evaluation. Up to eight starts run side by
+/// side where the method allows it, with the results they have alone.
 ///
 /// # Errors
-/// Those of the input. A run that fails is in its row.
+/// Invalid input. The row of a run that fails contains its failure.
 pub fn run(
     starts: &[Problem],
     setups: &[Setup],
@@ -133,7 +135,7 @@ pub fn run(
         let width = if able { WIDTH } else { 1 };
         tasks.extend(starts.chunks(width).map(|starts| (i, setup, starts)));
     }
-    // The longest first, so that none is left for one thread at the end.
+    // The longest tasks come first, so that no thread is left with one at the end.
     tasks.sort_by_key(|(_, setup, starts)| (!setup.compensated, std::cmp::Reverse(starts.len())));
     let ends = ends(steps);
     let followed = tasks
@@ -149,13 +151,13 @@ pub fn run(
     Ok((0..setups.len()).map(of_setup).collect())
 }
 
-/// The windows a run came to the end of, and how it ended.
+/// The windows completed by a run, and how it ended.
 type Followed = (Vec<Window>, Ending);
 
-/// Runs that go side by side.
+/// The number of runs side by side.
 const WIDTH: usize = f64x8::LANES;
 
-/// Follows some starts, side by side where there are several and none fails.
+/// Runs several starts, side by side where there are at least two and none fails.
 fn follow(
     starts: &[Problem],
     setup: &Setup,
@@ -202,18 +204,18 @@ fn alone(
     Ok((seen.windows.swap_remove(0), ending))
 }
 
-/// The method in lanes; none where it has no such form.
+/// Binds the method in lanes; `None` where it has no such form.
 fn lanes(problem: &Problem, setup: &Setup) -> Result<Option<Run<f64x8>>, IntegrateError> {
     let Setup { row, compensated, .. } = *setup;
     if compensated {
         return Ok(Some(problem.model.bind_compensated(row)?));
     }
-    // Every parameter is that of all lanes.
+    // All lanes have the same parameters.
     let lanes = problem.model.bind_lanes(row, "", [0.0; WIDTH])?;
     Ok(lanes.map(|lanes| lanes.run))
 }
 
-/// Runs of some starts in lanes; none where a step fails, which does not tell of whom.
+/// Runs starts in lanes. Returns `None` if a step fails, since the lane that failed is not known.
 fn beside<T: Lanewise>(
     method: &Run<T>,
     starts: &[Problem],
@@ -242,7 +244,7 @@ fn beside<T: Lanewise>(
     Ok(Some(seen.windows.into_iter().map(|windows| (windows, ending.clone())).collect()))
 }
 
-/// Windows that are complete, of each run, and how the runs ended.
+/// The completed windows of each run, and how the runs ended.
 struct Seen {
     windows: Vec<Vec<Window>>,
     result: Result<(), IntegrateError>,
@@ -254,7 +256,8 @@ impl Seen {
     }
 }
 
-/// Takes `count` runs in one state through the windows; `off` is the deviation of one of them.
+/// Carries `count` runs in one state through the windows. `off` computes the deviation of one of
+/// them.
 fn windows<T: Scalar>(
     method: &Run<T>,
     h: f64,
@@ -270,7 +273,7 @@ fn windows<T: Scalar>(
         let stride = (end - done).div_ceil(SAMPLES);
         let grid = Grid::<T>::of(h, end - done)?;
         let result = method.run(grid, &mut state, stride, &mut |step, state| {
-            // What a window begins with is the end of the one before.
+            // The state at the start of a window was sampled at the end of the one before.
             if step > 0 {
                 seen.iter_mut().enumerate().for_each(|(k, window)| window.see(off(state, k)));
             }
@@ -301,7 +304,7 @@ fn total<T: Scalar>(
     State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
 }
 
-/// One row a window, over all starts, in their order.
+/// One row per window, over all starts in order.
 fn gathered(setup: Setup, ends: &[u64], of: &[Followed]) -> LongRun {
     let Setup { row: &Row { name: method, .. }, h, compensated } = setup;
     let reached = of.iter().map(|(windows, _)| windows.len()).min().unwrap_or(0);
@@ -328,7 +331,7 @@ mod tests {
 
     const STEPS: u64 = 100_000;
 
-    /// The growth seen of deviations that are put in by hand, sampled as those of a run are.
+    /// The growth of given deviations, sampled like those of a run.
     fn growth(deviations: &[Vec<f64>]) -> Fit {
         let ends = ends(STEPS);
         let seen = |path: &Vec<f64>| {

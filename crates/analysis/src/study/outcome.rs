@@ -1,4 +1,4 @@
-//! How a run ended, in one word for the tables and in a sentence for people.
+//! How a run ended, as one word for tables and as a sentence.
 
 use crate::record::RunOutcome;
 use afterbay_core::{IntegrateError, StepFailure};
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// The word of a run that reached its end.
 pub const COMPLETED: &str = "completed";
-/// The word of a run that was stopped on its way.
+/// The word of a run that was stopped.
 pub const INTERRUPTED: &str = "interrupted";
 
 /// How a run ended.
@@ -14,28 +14,28 @@ pub const INTERRUPTED: &str = "interrupted";
 pub struct Ending {
     /// One word.
     pub outcome: &'static str,
-    /// What went wrong, in words.
+    /// The failure in words.
     pub failure: Option<String>,
 }
 
 impl Ending {
-    /// The ending of a run of so many steps, of which so many were done.
+    /// The ending of a run of `steps` steps, of which `done` were done.
     pub fn of<T>(result: &Result<T, IntegrateError>, steps: u64, done: u64) -> Self {
         let outcome = if result.is_ok() && done < steps { INTERRUPTED } else { word(result) };
         Self { outcome, failure: result.as_ref().err().map(ToString::to_string) }
     }
 
-    /// Did it reach its end?
+    /// Whether the run reached its end.
     pub fn is_completed(&self) -> bool {
         self.outcome == COMPLETED
     }
 
-    /// The same in words.
+    /// The ending in words.
     pub fn describe(&self) -> String {
         self.failure.clone().unwrap_or_else(|| self.outcome.into())
     }
 
-    /// The same for the record.
+    /// The ending as an entry of the manifest.
     pub fn record(
         &self,
         study: &'static str,

@@ -1,4 +1,4 @@
-//! Steps that take energy back from a reservoir that only fills.
+//! Steps that violate passivity.
 
 use afterbay_core::Passive;
 
@@ -11,12 +11,12 @@ pub(super) struct Passivity {
 }
 
 impl Passivity {
-    /// From the reservoir at the start.
+    /// Starts from the reservoir w.
     pub(super) fn new(owed: Passive, w: &[f64]) -> Self {
         Self { owed, before: w.to_vec(), violations: 0 }
     }
 
-    /// Takes in the reservoir after a step.
+    /// Records the reservoir after a step.
     pub(super) fn see(&mut self, w: &[f64]) {
         self.violations += u64::from(self.owed.violated(&self.before, w));
         self.before.copy_from_slice(w);

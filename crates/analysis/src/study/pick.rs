@@ -1,12 +1,12 @@
-//! The cheapest method and step that meets an error, measured on the problem itself.
+//! The cheapest method and step that meets an error bound, measured on the problem itself.
 //!
 //! For each method of the registry the number of steps is raised until the errors of (q, p) and of
-//! w, at up to [`SAMPLES`] times along the run, are within the bound, then taken back by bisection
-//! to the least that does. A step is recommended where every step within 5 % of it and half of it
-//! do as well: what meets the bound by chance, or lies near a change of basin, does not. Methods
-//! that choose their steps are searched by tolerance in the same way. The times of what qualifies
-//! are taken one after the other. The winner is compared with a run of twice as many steps: by how
-//! much the two differ is an error estimate that needs no reference.
+//! w, at up to [`SAMPLES`] times along the run, are within the bound. Bisection then finds the
+//! least such number. A step is recommended only if all steps tried within 5 % of it and half of it
+//! are within the bound too. This excludes steps that meet the bound by chance or lie near a change
+//! of basin. Methods that choose their steps are searched by tolerance in the same way. The
+//! settings that qualify are timed one after another. The winner is compared with a run of twice as
+//! many steps: their difference is an error estimate that needs no reference.
 
 mod dense;
 mod search;
@@ -31,67 +31,66 @@ use std::sync::atomic::AtomicU64;
 use trial::Bench;
 pub use trial::{SAMPLES, Trial};
 
-/// What is wanted.
+/// The requirements.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Wanted {
-    /// The largest error of any q_j and p_j, and of any w_j: each of them counts.
+    /// The largest error allowed for every q_j, p_j and w_j.
     pub error: f64,
-    /// Errors count at the end alone, and not on the way.
+    /// Whether errors count at the end only.
     pub at_end: bool,
-    /// K is to be kept to rounding.
+    /// Whether K must be kept to rounding.
     pub keep_k: bool,
-    /// No step is to violate passivity.
+    /// Whether no step may violate passivity.
     pub passive: bool,
 }
 
 impl Wanted {
-    /// Where errors count, in words.
+    /// The times at which errors count, in words.
     pub fn place(&self, end: f64) -> String {
         if self.at_end { format!("at t = {end}") } else { format!("all along to t = {end}") }
     }
 }
 
-/// A method at the setting it was found to need, or how near it came.
+/// A method at the setting it needs, or at the nearest one that was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// Its run.
+    /// The run at this setting.
     #[serde(flatten)]
     pub run: Trial,
-    /// Why it does not qualify.
+    /// Why the method does not qualify; none if it does.
     pub why_not: Option<String>,
-    /// What was tried beside it; none where that was not reached.
+    /// The check of neighbouring settings; none if the search did not get that far.
     pub checked: Option<Checked>,
 }
 
-/// What was found.
+/// The result of a search.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pick {
-    /// What was wanted.
+    /// The requirements.
     pub wanted: Wanted,
-    /// What qualifies, the cheapest first.
+    /// The methods that qualify, the cheapest first.
     pub qualified: Vec<Candidate>,
-    /// What does not, the nearest first.
+    /// The methods that do not qualify, the nearest first.
     pub others: Vec<Candidate>,
     /// Every run that was tried, method after method.
     pub tried: Vec<Trial>,
-    /// The largest difference of (q, p) and of w between the winner and a run of twice as many
-    /// steps, over common times (at the end, where steps follow from a tolerance).
+    /// The largest differences of (q, p) and of w between the winner and a run of twice as many
+    /// steps, over common times (at the end only, where steps follow from a tolerance).
     pub check: Option<[f64; 2]>,
     /// The largest doubt of the reference.
     pub doubt: Doubt,
-    /// Why nothing was searched: the scene is too sensitive for the wanted error.
+    /// The reason why nothing was searched, if the scene is too sensitive for the wanted error.
     pub too_sensitive: Option<TooSensitive>,
-    /// The search was interrupted; what was found until then is here.
+    /// Whether the search was interrupted. The result then contains what was found until then.
     pub interrupted: bool,
-    /// Is the system passive, so that violations can be counted?
+    /// Whether the system is passive, so that violations can be counted.
     pub owed: bool,
 }
 
 /// Measures every method that applies.
 ///
 /// # Errors
-/// Those of the input, and of the reference. What goes wrong in a run is why its method does not
-/// qualify.
+/// Invalid input, and errors of the reference. A method whose run fails does not qualify.
 pub fn run(
     problem: &Problem,
     wanted: Wanted,
@@ -165,7 +164,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     }
     let seconds = |one: &(Candidate, Choice)| one.0.run.seconds.unwrap_or(f64::INFINITY);
     qualified.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
-    // What twice as many steps contradict is not recommended, whatever the reference says.
+    // A winner contradicted by twice as many steps is not recommended, whatever the reference says.
     while let Some((winner, setting)) = qualified.first() {
         pick.check = finer(problem, *setting, progress)?;
         let apart = pick.check.map_or(0.0, |[qp, w]| qp.max(w));
@@ -181,8 +180,8 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     Ok(())
 }
 
-/// How far a run is from one of twice as many steps, after the same steps; or from one of a quarter
-/// of the tolerance, at the end. None where one of them fails.
+/// The difference of a run from one of twice as many steps, over common times, or from one of a
+/// quarter of the tolerance, at the end. None if either fails.
 fn finer(
     problem: &Problem,
     setting: Choice,

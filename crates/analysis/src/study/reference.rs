@@ -1,8 +1,8 @@
-//! References: what the runs of a study are compared to.
+//! References with which the runs of a study are compared.
 //!
-//! Taylor series in 106 bits where there are few degrees of freedom, and in 53 where there are more
-//! ([`crate::series`]); where these end at a kink, or would take too many strides, the two runs of
-//! established methods that agree best. Each comes with a doubt.
+//! A reference comes from Taylor series ([`crate::series`]), in 106 bits for few degrees of freedom
+//! and in 53 bits for more. Where series end at a kink or would take too many strides, it is one of
+//! the two runs of established methods that agree best. Each reference has a doubt.
 
 mod runs;
 
@@ -13,11 +13,11 @@ use crate::series;
 use afterbay_core::{InputError, IntegrateError, Quad};
 use afterbay_systems::catalog::Expandable;
 
-/// With no more degrees of freedom than this a reference comes from Taylor series in 106 bits, whose cost
-/// grows with N; with more, from series in `f64`.
+/// The largest number of degrees of freedom for which a reference comes from Taylor series in 106
+/// bits, whose cost grows with N. Larger systems use series in `f64`.
 pub const LARGEST_BY_SERIES: usize = 16;
 
-/// Series that may take no more strides than this are not begun.
+/// The least number of strides for which a series is tried.
 const FEWEST: usize = 64;
 
 /// The reference at the times `i h`, i = 0..=count.
@@ -51,8 +51,8 @@ fn by_series<T: Expandable>(
     problem.model.solution(&problem.start()?, T::from_f64(h), count, progress)
 }
 
-/// What series found, unless another way may do better: where they take too many strides, and where they
-/// end at a kink.
+/// The result of a series, unless another method may do better because the series takes too many
+/// strides or ends at a kink.
 fn last_word<T>(
     problem: &Problem,
     found: Result<Solution<T>, IntegrateError>,

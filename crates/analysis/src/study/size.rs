@@ -1,4 +1,4 @@
-//! Errors and books as the number of degrees of freedom grows.
+//! Errors and energy books as the number of degrees of freedom grows.
 
 use super::{Problem, work_precision};
 use crate::progress::Progress;
@@ -20,13 +20,14 @@ pub struct SizeRow {
     pub outcome: &'static str,
     /// H at t = 0.
     pub initial_energy: f64,
-    /// The largest error of q and p over the degrees of freedom at the end; none if the run did not reach it.
+    /// The largest error of q and p over the degrees of freedom at the end; none if the run did not
+    /// reach it.
     pub error_qp: Option<f64>,
     /// The largest error of w.
     pub error_w: Option<f64>,
     /// max |K - K0| over all steps done.
     pub k_drift: f64,
-    /// Times a w fell where that is not owed.
+    /// Steps that violate passivity; none where the system is active.
     pub passivity_violations: Option<u64>,
     /// The doubt of q and p of the reference.
     pub doubt_qp: f64,
@@ -37,7 +38,7 @@ pub struct SizeRow {
 /// Runs each method with steps of size h on each problem.
 ///
 /// # Errors
-/// Those of the input. A run that fails keeps its row.
+/// Invalid input. The row of a run that fails contains its ending.
 pub fn run(
     problems: &[Problem],
     methods: &[&'static Row],

@@ -1,12 +1,14 @@
-//! Stability where methods fail: a verdict for every (h, parameter), and for linear systems the spectral radius of the
-//! step beside it.
+//! Stability maps: a verdict for every (h, parameter), and for linear systems the spectral radius
+//! of the step.
 //!
-//! A [`Map`] runs every method over its cells, and each cell names its ending, a [`Verdict`]. What
-//! is right is told by q, p and w at times along the run, each by its own size ([`SHARE`]), and by
-//! sizes that no system has negative, whatever its potential ([`TOLERANCE`]); what is right but
-//! late by means that do not depend on the phase. What the exact solution does comes from RK4 with
-//! steps cut until nothing changes ([`References`]). Eight values of the parameter run side by side where the method allows it,
-//! with the verdicts they have one at a time. [`atlas()`] sums a map up: where each method first fails as h grows.
+//! A [`Map`] runs every method over its cells and gives each cell a [`Verdict`]. A run is right if
+//! q, p and w agree with the exact solution at times along the run, each relative to its own size
+//! ([`SHARE`]), and if the size of the motion agrees, measured by quantities that are nonnegative
+//! for every potential ([`TOLERANCE`]). A run that is right but late agrees in means that do not
+//! depend on the phase. The exact solution comes from RK4 with steps halved until nothing changes
+//! ([`References`]). Eight values of the parameter run side by side where the method allows it,
+//! with the verdicts they have alone. [`atlas()`] summarizes a map: where each method first fails
+//! as h grows.
 
 mod alone;
 mod atlas;

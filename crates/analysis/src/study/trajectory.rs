@@ -1,4 +1,4 @@
-//! Trajectories: the states themselves.
+//! Trajectories.
 
 use super::outcome::Ending;
 use super::{Problem, numbered};
@@ -48,13 +48,13 @@ pub struct Trajectory {
     pub ending: Ending,
 }
 
-/// No run goes on for more steps of one degree of freedom than this without being asked whether it may.
+/// The most steps, times degrees of freedom, between two checks whether to stop.
 const ASKED: u64 = 4096;
 
 /// Runs each method with steps of size h and keeps every `every`-th state.
 ///
 /// # Errors
-/// Those of the input. A run that fails is in its trajectory, up to its last good state.
+/// Invalid input. The trajectory of a run that fails ends with its last good state.
 pub fn run(
     problem: &Problem,
     methods: &[&'static Row],
@@ -112,10 +112,11 @@ pub fn run(
         .collect()
 }
 
-/// The same by adaptive collocation: its states at the times of every `every`-th step of size h, K exact there too.
+/// Runs adaptive collocation and keeps the states at the times of every `every`-th step of size h.
+/// K is exact at these times too.
 ///
 /// # Errors
-/// Those of the input.
+/// Invalid input.
 pub fn sampled(
     problem: &Problem,
     tolerance: f64,

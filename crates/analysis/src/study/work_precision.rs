@@ -1,4 +1,4 @@
-//! What accuracy costs: errors against time and evaluations.
+//! Work against precision: errors against time and evaluations.
 
 use super::Problem;
 use super::outcome::{COMPLETED, Ending};
@@ -16,8 +16,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A row of `work_precision.csv`. The three figures of a run stand side by side: the error of (q, p), the error of w,
-/// and the drift of K, which says nothing of the other two.
+/// A row of `work_precision.csv`. It holds three separate measures of a run: the error of (q, p),
+/// the error of w, and the drift of K, which says nothing about the other two.
 #[derive(Clone, Debug, Serialize)]
 pub struct WorkRow {
     /// Name of the method.
@@ -43,13 +43,14 @@ pub struct WorkRow {
     pub evaluations: Option<u64>,
     /// Iterations of a nonlinear solver.
     pub iterations: Option<u64>,
-    /// What went wrong, in words.
+    /// The failure in words.
     pub failure: Option<String>,
     /// The doubt of q and p of the reference.
     pub doubt_qp: f64,
     /// The doubt of w of the reference.
     pub doubt_w: f64,
-    /// The relative and absolute tolerance of q, p and w, where the steps follow from it; the step is then the mean one.
+    /// The relative and absolute tolerance of q, p and w, where steps follow from it; `h` is then
+    /// the mean step.
     pub tolerance: Option<f64>,
 }
 
@@ -72,17 +73,18 @@ impl WorkRow {
         }
     }
 
-    /// How the run ended, for the record.
+    /// The ending as an entry of the manifest.
     pub fn record(&self, system: &'static str) -> RunOutcome {
         let ending = Ending { outcome: self.outcome, failure: self.failure.clone() };
         ending.record("work-precision", system, self.method, self.h)
     }
 }
 
-/// Runs each method at each step, and those that choose their steps at each tolerance: errors in parallel, then times one after the other.
+/// Runs each method at each step, and methods that choose their steps at each tolerance. Errors are
+/// computed in parallel, and times are measured one after another.
 ///
 /// # Errors
-/// Those of the input. A run that fails keeps its row.
+/// Invalid input. The row of a run that fails contains its failure.
 pub fn run(
     problem: &Problem,
     methods: &[&'static Row],
@@ -116,7 +118,7 @@ pub fn run(
     Ok(rows)
 }
 
-/// What is seen of a run on its way.
+/// Observes a run.
 struct Watch<'a> {
     system: Arc<dyn Abilities<f64>>,
     total: f64,
@@ -140,7 +142,7 @@ impl<'a> Watch<'a> {
         if self.progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The row of a run at a step or a tolerance that ended in a state.
+    /// The row of a run at a step or a tolerance, from its final state.
     fn row(
         self,
         (method, h, tolerance): (&'static str, f64, Option<f64>),
@@ -172,7 +174,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// The row of one run, its time not taken; `exact` begins with the start and the end.
+/// The row of one run without its time. The first two states of `exact` are the start and the end.
 pub(super) fn errors(
     problem: &Problem,
     row: &'static Row,
@@ -188,10 +190,11 @@ pub(super) fn errors(
     Ok(watch.row((row.name, h, tolerance), (ending, effort), &state, exact))
 }
 
-/// How a run of so many steps ended, its step, the mean one where steps follow from a tolerance, and the tolerance.
+/// How a run of so many steps ended, its step (the mean one where steps follow from a tolerance),
+/// and the tolerance.
 ///
 /// # Errors
-/// Those of the input of a run by tolerance.
+/// Invalid input of a run by tolerance.
 pub(super) fn ended(
     result: &Result<Statistics, IntegrateError>,
     setting: Setting<f64>,
@@ -211,15 +214,16 @@ pub(super) fn ended(
     }
 }
 
-/// Runs are repeated until they took this long together, and the fastest counts: what disturbs a run only slows it.
+/// The least total time of repeated runs. The fastest run counts, since disturbances only slow a
+/// run.
 const LONG_ENOUGH: Duration = Duration::from_millis(3);
-/// ... and at least this often.
+/// The least number of repetitions.
 const REPEATS: u32 = 3;
 
-/// Times at which a run that is timed hears that it is to stop.
+/// The number of checks whether to stop during a timed run.
 const PAUSES: u64 = 256;
 
-/// The fastest of several runs, or of those that were done when it is to stop.
+/// The time of the fastest of several runs, or of those completed before the user asked to stop.
 pub(super) fn time(
     problem: &Problem,
     row: &Row,

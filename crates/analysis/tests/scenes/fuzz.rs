@@ -1,10 +1,10 @@
-//! Any bytes at all: read within a second, and never a panic. Nothing is run.
+//! Any bytes are read or refused within a second, without a panic. Nothing is run.
 
 use crate::{SOON, bad, soon};
 use afterbay_analysis::scene::{MOST_BYTES, Scene, text};
 use proptest::prelude::*;
 
-/// What is put into good scenes.
+/// Tokens inserted into valid scenes.
 const TOKENS: [&str; 30] = [
     "[",
     "]",
@@ -38,7 +38,7 @@ const TOKENS: [&str; 30] = [
     "study.",
 ];
 
-/// A change of a text at a share of its length.
+/// A change of a text at a place given as a share of its length.
 #[derive(Clone, Debug)]
 enum Change {
     Delete { at: f64, length: usize },
@@ -92,7 +92,7 @@ fn apply(bytes: &mut Vec<u8>, change: &Change) {
     }
 }
 
-/// Reads the bytes. What is wrong with them is said of a place that is there.
+/// Reads the bytes. An error must refer to a place within the text.
 fn read(bytes: &[u8]) -> Result<(), TestCaseError> {
     let (took, error) = soon(|| text(bytes).and_then(Scene::read).err());
     if let (Some(error), Ok(text)) = (error, text(bytes)) {
@@ -113,7 +113,9 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_read_or_refused(tokens in prop::collection::vec(prop::sample::select(&TOKENS[..]), 0..60)) {
+    fn any_text_is_read_or_refused(
+        tokens in prop::collection::vec(prop::sample::select(&TOKENS[..]), 0..60),
+    ) {
         read(tokens.concat().as_bytes())?;
     }
 

@@ -1,4 +1,4 @@
-//! Scenes: what is read, what is refused, and that nothing else happens.
+//! Scenes: texts that are read, and texts that are refused.
 
 mod bad;
 mod fuzz;
@@ -6,10 +6,10 @@ mod refused;
 
 use std::time::{Duration, Instant};
 
-/// Nothing takes longer to be read or refused.
+/// The longest time in which a text is read or refused.
 const SOON: Duration = Duration::from_secs(1);
 
-/// What is found, and how long it took: the least of a few tries where the machine is busy.
+/// The result and the time it took: the least of several tries if the machine is busy.
 fn soon<T>(find: impl Fn() -> T) -> (Duration, T) {
     let timed = || {
         let clock = Instant::now();

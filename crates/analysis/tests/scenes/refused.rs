@@ -1,4 +1,5 @@
-//! Texts that are scenes, and texts that are none: what is said of them, where, and how soon.
+//! Valid scenes are read, and others are refused with a message, a place and advice, within a
+//! second.
 
 use crate::{SOON, bad, soon};
 use afterbay_analysis::scene::{MOST_BYTES, Scene, SceneProblem, text};
@@ -21,7 +22,8 @@ fn what_is_wrong_is_said_pointed_at_and_soon() {
         if !says.contains(bad.says) || !help.contains(bad.help) || at != bad.at || took > SOON {
             let at: String = at.chars().take(200).collect();
             wrong.push(format!(
-                "  expected {:?} / {:?} / {:?}\n  found    {at:?} / {says:?} / {help:?} at {:?} after {took:?}",
+                "  expected {:?} / {:?} / {:?}\n  found    {at:?} / {says:?} / {help:?} at {:?} \
+                 after {took:?}",
                 bad.at, bad.says, bad.help, error.span
             ));
         }

@@ -4,7 +4,7 @@ use super::{afterbay, done};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A chain that nobody would wait for.
+/// A chain whose run takes too long to wait for.
 fn chain(n: usize) -> String {
     let zeros = vec!["0"; n - 1].join(", ");
     format!(
@@ -31,7 +31,7 @@ fn interrupted_by(signal: &str, code: i32) {
     let mut command = afterbay(&["run", "--out"]);
     let child = command.arg(&out).arg(&scene).stdout(Stdio::piped()).stderr(Stdio::piped());
     let child = child.spawn().expect("it starts");
-    // The folder is made just before the handler is set and the first step taken.
+    // The folder is made just before the handler is installed and the first step is taken.
     let patience = Instant::now();
     while !out.exists() && patience.elapsed() < Duration::from_secs(20) {
         std::thread::sleep(Duration::from_millis(20));
@@ -84,7 +84,7 @@ fn ctrl_c_ends_a_pick_within_a_second_and_it_says_so() {
     let [stdout, stderr] =
         [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
     assert_eq!(output.status.code(), Some(130), "{stderr}");
-    // A second of its own; the rest is for a machine that is busy with other tests.
+    // One second; the rest is for a machine that is busy with other tests.
     assert!(took < Duration::from_secs(3), "{took:?}");
     assert!(stdout.contains("The search was interrupted"), "{stdout}");
     assert!(!stdout.contains("No method was found within"), "{stdout}");

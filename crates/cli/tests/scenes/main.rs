@@ -1,4 +1,5 @@
-//! Scenes from the command line: refused, ready to run, the same for any number of threads, stopped on the way.
+//! Scenes on the command line: refused, ready to run, the same for any number of threads, and
+//! interrupted.
 
 #[path = "../../../analysis/tests/scenes/bad/mod.rs"]
 mod bad;
@@ -11,26 +12,26 @@ mod threads;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The command with these arguments.
+/// The command with arguments.
 fn afterbay(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterbay"));
     command.args(arguments).env_remove("NO_COLOR");
     command
 }
 
-/// What came of it: the exit code, stdout and stderr.
+/// The exit code, stdout and stderr.
 fn done(command: &mut Command) -> (Option<i32>, String, String) {
     let Output { status, stdout, stderr } = command.output().expect("it is run");
     let text = |bytes| String::from_utf8(bytes).expect("text");
     (status.code(), text(stdout), text(stderr))
 }
 
-/// The folder of ready scenes.
+/// The folder of example scenes.
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
 }
 
-/// A text without blanks and the rules that long lines are broken with.
+/// A text without blanks and without the bars beside the parts of broken lines.
 fn squeezed(text: &str) -> String {
     text.chars().filter(|c| !c.is_whitespace() && !"│|".contains(*c)).collect()
 }

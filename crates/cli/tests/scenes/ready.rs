@@ -1,4 +1,4 @@
-//! The scenes that come with the command.
+//! The example scenes.
 
 use super::{afterbay, done, folder};
 use std::collections::BTreeSet;

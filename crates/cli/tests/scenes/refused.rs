@@ -1,10 +1,10 @@
-//! What is refused, and the exit code that says so.
+//! Refusals and their exit codes.
 
 use super::{afterbay, bad, done, folder, squeezed};
 use afterbay_analysis::scene::Scene;
 use std::path::Path;
 
-/// A folder with a file in it.
+/// A folder that contains a file.
 fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
@@ -12,7 +12,7 @@ fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) 
     (folder, path)
 }
 
-/// The exit code and stderr of `check`; nothing is printed elsewhere.
+/// The exit code and stderr of `check`. stdout must be empty.
 fn check(path: &Path) -> (Option<i32>, String) {
     let (code, stdout, stderr) = done(afterbay(&["check"]).arg(path));
     assert!(code == Some(0) || stdout.is_empty(), "{stdout}");

@@ -1,10 +1,10 @@
-//! Results are the same to the bit, whatever the number of threads.
+//! Results are the same to the bit for any number of threads.
 
 use super::{afterbay, done, folder};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Every file of the tables and figures, and the record, what depends on the clock and on the threads left out.
+/// Every table, figure and manifest, without the parts that depend on the clock or on the threads.
 fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, String> {
     let out = tempfile::tempdir().expect("a folder");
     let mut run = afterbay(&[command, "--threads", threads, "--out"]);
@@ -14,7 +14,7 @@ fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, String
     for part in ["data", "figures"] {
         for file in std::fs::read_dir(out.path().join(part)).expect("a folder").flatten() {
             let name = format!("{part}/{}", file.file_name().to_string_lossy());
-            // Charts of time.
+            // Charts of measured time.
             if !["figures/work-qp.svg", "figures/work-w.svg"].contains(&name.as_str()) {
                 files.insert(name, timeless(&file.path()));
             }
@@ -28,7 +28,7 @@ fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, String
     files
 }
 
-/// The text of a file, without the column `seconds` if it is a table.
+/// The text of a file. The column `seconds` of a table is left out.
 fn timeless(path: &Path) -> String {
     if path.extension().is_none_or(|extension| extension != "csv") {
         return std::fs::read_to_string(path).expect("written");

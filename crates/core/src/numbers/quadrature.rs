@@ -7,9 +7,9 @@ use super::scalar::{Mask, Scalar};
 ///
 /// An edge is resolved if the last two Legendre coefficients of the first function, one even and
 /// one odd, are below a hundredth of the square root of a rounding relative to its mean size,
-/// because they decrease at least as fast as the square root of the error. Other edges are bisected.
-/// The means are NaN if bisection does not resolve the function, as at a pole. Features between the
-/// nodes are missed.
+/// because they decrease at least as fast as the square root of the error. Other edges are
+/// bisected. The means are NaN if bisection does not resolve the function, as at a pole. Features
+/// between the nodes are missed.
 #[inline]
 pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -> [T; K] {
     let part = panel([a, b], [T::zero(), T::one()], &f);
@@ -20,8 +20,8 @@ pub fn mean<T: Scalar, const K: usize>(a: T, b: T, f: impl Fn(T, T) -> [T; K]) -
 }
 
 /// The largest tail of a resolved function, in square roots of a rounding. With 1 the error of a
-/// component whose share of the function is A is up to 1/A roundings; with a hundredth a component of
-/// A = 1e-4 has an error of one rounding.
+/// component whose share of the function is A is up to 1/A roundings; with a hundredth a component
+/// of A = 1e-4 has an error of one rounding.
 const LARGEST_TAIL: f64 = 0.01;
 /// The tail of a function that underflows: below it, values have fewer digits than their type.
 const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
@@ -38,7 +38,8 @@ const HALVINGS_BEFORE_NOISE: i32 = 12;
 /// The number of bisections over which the tail of rounding errors does not decrease. That of a
 /// function may stay as it is once by coincidence, on a long part.
 const GENERATIONS: usize = 4;
-/// The decrease over these that random errors may show; that of a function is 2⁻⁷ at each bisection.
+/// The decrease over these generations that random errors may show. A smooth function decreases by
+/// 2⁻⁷ at each bisection.
 const DECREASE_BY_CHANCE: f64 = 1.0 / 16.0;
 
 /// The quadrature over part of an edge.
@@ -101,8 +102,8 @@ struct Open<T> {
     from: f64,
     /// The number of bisections that led to it.
     depth: i32,
-    /// Its last two Legendre coefficients, and those of the parts it was bisected from, the last one
-    /// first.
+    /// Its last two Legendre coefficients, and those of the parts it was bisected from, the last
+    /// one first.
     tails: [T; GENERATIONS],
 }
 
@@ -110,10 +111,10 @@ struct Open<T> {
 /// the undivided edge.
 ///
 /// If both halves of a part have tails about as large as its own, the tails are taken for rounding
-/// errors and the halves are accepted after [`HALVINGS_BEFORE_NOISE`] bisections. A half with a tail
-/// that is small beside the function is accepted where it has not decreased for [`GENERATIONS`].
-/// Functions that oscillate that fast within a part are taken for noise as well; the balance of K
-/// reveals them.
+/// errors and the halves are accepted after [`HALVINGS_BEFORE_NOISE`] bisections. A half with a
+/// tail that is small beside the function is accepted where it has not decreased for
+/// [`GENERATIONS`]. Functions that oscillate that fast within a part are also taken for noise;
+/// the balance of K reveals them.
 #[cold]
 #[inline(never)]
 fn in_parts<T: Scalar, const K: usize>(

@@ -1,4 +1,4 @@
-//! What a system can do, asked of it at run time.
+//! The abilities of a system, queried at run time.
 
 use super::exact_flow::ExactFlow;
 use super::hamiltonian::System;
@@ -14,10 +14,11 @@ use crate::quantity::Block;
 use std::any::Any;
 use std::sync::Arc;
 
-/// A system whose type is forgotten and that is asked what it can do.
+/// A system whose concrete type is erased and whose abilities can be queried.
 ///
-/// Each ability is a trait of its own, and a system offers those it implements: `Some(self)`. A method
-/// takes the shortest way they allow and refuses a system that lacks what it needs.
+/// Each ability is a trait of its own, and a system returns `Some(self)` for those it implements. A
+/// method uses the fastest algorithm they allow and refuses a system that lacks an ability it
+/// needs.
 ///
 /// ```
 /// # use afterbay_core::*;
@@ -26,12 +27,16 @@ use std::sync::Arc;
 /// # impl System<f64> for Free {
 /// #     fn dof(&self) -> usize { 1 }
 /// #     fn energy(&self, _q: &[f64], p: &[f64]) -> f64 { p[0] * p[0] / 2.0 }
-/// #     fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) { hq[0] = 0.0; hp[0] = p[0]; }
+/// #     fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+/// #         (hq[0], hp[0]) = (0.0, p[0]);
+/// #     }
 /// #     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) { d[0] = 0.0; }
 /// # }
 /// # impl Separable<f64> for Free {
 /// #     fn partial(&self, _q: &[f64], _j: usize, _at: f64) -> f64 { 0.0 }
-/// #     fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> { Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 } }
+/// #     fn dissipation_of(&self, _q: &[f64], _p: &[f64], _j: usize) -> Dissipation<f64> {
+/// #         Dissipation { value: 0.0, by_q: 0.0, by_p: 0.0 }
+/// #     }
 /// # }
 /// impl Abilities<f64> for Free {
 ///     fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<f64>>> {
@@ -67,7 +72,7 @@ pub trait Abilities<T: Scalar>: System<T> + Any {
         None
     }
 
-    /// The same δ as the paper prints them.
+    /// The same δ as printed in the paper.
     fn misprinted(self: Arc<Self>) -> Option<Arc<dyn Misprinted<T>>> {
         None
     }
@@ -77,7 +82,7 @@ pub trait Abilities<T: Scalar>: System<T> + Any {
         None
     }
 
-    /// Is it a chain or a ring of equal members ([`Uniform`])?
+    /// Whether it is a chain or a ring of equal members ([`Uniform`]).
     fn is_uniform(&self) -> bool {
         false
     }
@@ -91,10 +96,10 @@ pub trait Abilities<T: Scalar>: System<T> + Any {
 /// A block of derivatives, the row and the column in it, and the entry there.
 pub type Entry<T> = (Block, usize, usize, T);
 
-/// Entries handed over at a time.
+/// The number of entries handed over at a time.
 const ENTRIES: usize = 16;
 
-/// [`Curvature`], its type forgotten. Every system with curvature has it.
+/// [`Curvature`] with its type erased. Every system with curvature implements it.
 pub trait SecondDerivatives<T: Scalar>: System<T> {
     /// [`Curvature::curvature`], some entries at a time.
     fn each(&self, q: &[T], p: &[T], put: &mut dyn FnMut(&[Entry<T>]));
@@ -137,7 +142,7 @@ impl<T: Scalar> Curvature<T> for dyn SecondDerivatives<T> {
     }
 }
 
-/// [`ExactFlow`], its type forgotten. Every system with an exact flow has it.
+/// [`ExactFlow`] with its type erased. Every system with an exact flow implements it.
 pub trait Flow<T: Scalar>: System<T> {
     /// [`ExactFlow::flow`]
     fn carry(&self, h: T, state: &mut State<Vec<T>>);
@@ -149,7 +154,7 @@ impl<T: Scalar, S: ExactFlow<T>> Flow<T> for S {
     }
 }
 
-/// [`Uniform`], its type forgotten. Every chain or ring of equal members has it.
+/// [`Uniform`] with its type erased. Every chain or ring of equal members implements it.
 pub trait Members: Separable<f64> {
     /// [`Uniform::lanes`]
     fn side_by_side(&self) -> Arc<dyn Separable<f64x8>>;

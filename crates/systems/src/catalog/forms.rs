@@ -1,5 +1,5 @@
-//! The scalars systems are made in. What is made is compiled here, once a scalar, and not in the crates
-//! that ask for it.
+//! The scalars in which systems are made. Each form is compiled here, once per scalar, and not in
+//! the crates that use it.
 
 use super::{Family, SystemRow};
 use crate::Custom;
@@ -9,15 +9,15 @@ use afterbay_core::{
 };
 use std::sync::Arc;
 
-/// Terms of the series solutions are made of.
+/// The number of terms of the series of a solution.
 pub const TERMS: usize = 24;
 
-/// Series of intervals, in which the defect of a solution is enclosed.
+/// Series of intervals that enclose the defect of a solution.
 pub type Ranges = Series<Interval, TERMS>;
 
 /// Makes a system of `n` degrees of freedom from its other parameters.
 type Make<T, S> = fn(usize, &[T]) -> Result<Arc<S>, InputError>;
-/// The same of a system that is separable; none where it is not.
+/// Makes a separable system; `None` where the system is not separable.
 type MakeSeparable<T> = fn(usize, &[T]) -> Result<Option<Arc<dyn Separable<T>>>, InputError>;
 
 /// A system in every scalar.
@@ -76,7 +76,7 @@ impl Forms {
 /// Lifts a parameter, by its name and value, into a scalar.
 type Lift<'a, T> = &'a dyn Fn(&str, f64) -> T;
 
-/// A scalar methods run in: systems are made in it and asked what they can do.
+/// A scalar in which methods run. Systems are made in it with their abilities.
 pub trait Number: Scalar {
     /// The system of a row.
     ///
@@ -88,7 +88,7 @@ pub trait Number: Scalar {
         parameters: &[Self],
     ) -> Result<Arc<dyn Abilities<Self>>, InputError>;
 
-    /// A system of expressions.
+    /// A system given by expressions.
     fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>>;
 }
 
@@ -144,19 +144,19 @@ impl Number for f64x8 {
     }
 }
 
-/// A scalar increments are compensated in: separable systems are made in [`Corrected`] numbers of it.
+/// A scalar for compensated increments. Separable systems are made in [`Corrected`] numbers of it.
 pub trait Compensable: Number + Lanewise {
-    /// The system of a row; none where it is not separable.
+    /// The system of a row; `None` where it is not separable.
     ///
     /// # Errors
     /// Those of [`Family::make`].
     fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>>;
 
-    /// A system of expressions.
+    /// A system given by expressions.
     fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>>;
 }
 
-/// A separable system, if the one made is.
+/// The system if it is separable.
 type Made<T> = Result<Option<Arc<dyn Separable<T>>>, InputError>;
 
 fn exact<T: Lanewise>(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<T>>> {
@@ -193,7 +193,7 @@ impl Compensable for f64x8 {
 /// A system in series of a scalar.
 type Field<T> = Arc<dyn System<Series<T, TERMS>>>;
 
-/// A scalar solutions are expanded in: systems are made in series of it.
+/// A scalar in which solutions are expanded. Systems are made in series of it.
 pub trait Expandable: Number {
     /// The system of a row.
     ///
@@ -205,7 +205,7 @@ pub trait Expandable: Number {
         parameters: &[Series<Self, TERMS>],
     ) -> Result<Field<Self>, InputError>;
 
-    /// A system of expressions.
+    /// A system given by expressions.
     fn custom_series(system: &Custom<f64>) -> Field<Self>;
 }
 
@@ -253,7 +253,7 @@ pub fn ranges(
     (row.forms.ranges)(n, &parameters)
 }
 
-/// A system of expressions in series of intervals.
+/// A system given by expressions, in series of intervals.
 pub fn custom_ranges(system: &Custom<f64>) -> Arc<dyn System<Ranges>> {
     Arc::new(system.map(|x| Series::constant(Interval::from_f64(x))))
 }

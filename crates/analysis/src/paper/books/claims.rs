@@ -1,4 +1,4 @@
-//! What the errors and energies over time say of figures 4.1 to 4.4.
+//! Findings on errors and energies over time, figures 4.1 to 4.4.
 
 use crate::claim::{Readings, Said, list, sci, verdict};
 use crate::findings::{KEPT, keeps, kept};
@@ -25,8 +25,8 @@ pub(super) fn order_raised(r: &Readings) -> Said {
         [false, false] => "the local errors of q do not stay of one magnitude",
     };
     let statement = format!(
-        "{says}: from δ₃(q) to δ₄(q) the median goes from {} to {}, the maximum from {} to {}. K is off by {} and {} of \
-         it: {}.",
+        "{says}: from δ₃(q) to δ₄(q) the median goes from {} to {}, the maximum from {} to {}. K \
+         is off by {} and {} of it: {}.",
         sci(median.0),
         sci(median.1),
         sci(maximum.0),
@@ -38,7 +38,8 @@ pub(super) fn order_raised(r: &Readings) -> Said {
     (verdict(same == [true, true] && keep), statement)
 }
 
-/// "For q our scheme and SV are both committing errors of order magnitude 10⁻⁷", of T as section 2 defines it.
+/// "For q our scheme and SV are both committing errors of order magnitude 10⁻⁷", of T as section 2
+/// defines it.
 pub(super) fn errors_of_one_magnitude(r: &Readings) -> Said {
     const PRINTED: f64 = 1e-7;
     let of = |name: &str| ["median", "maximum"].map(|what| r.number(name, what));
@@ -56,8 +57,8 @@ pub(super) fn errors_of_one_magnitude(r: &Readings) -> Said {
         format!("{name} {} / {}", sci(median), sci(maximum))
     });
     let statement = format!(
-        "at h = {h} {says}. Median / maximum of T: {}. The error of one step, h T, has the median {} with moddg and {} with \
-         leapfrog.",
+        "at h = {h} {says}. Median / maximum of T: {}. The error of one step, h T, has the median \
+         {} with moddg and {} with leapfrog.",
         list(all),
         sci(h * of("moddg")[0]),
         sci(h * of("leapfrog")[0]),
@@ -70,7 +71,8 @@ fn drifts(r: &Readings) -> String {
     format!("max |K - K₀|/K₀ at h = {}: {}", r.number("step", "h"), list(all))
 }
 
-/// "SV scheme underperforms": K is off by more than a magnitude beyond the other two.
+/// "SV scheme underperforms": holds if its drift of K exceeds the other two by more than a
+/// magnitude.
 pub(super) fn underperforms(r: &Readings) -> Said {
     let drift = |name: &str| r.number(name, "drift");
     let worse = |name: &str| drift("leapfrog") > MAGNITUDE * drift(name);
@@ -83,7 +85,7 @@ pub(super) fn underperforms(r: &Readings) -> Said {
     (verdict(worse("moddg") && worse("rk4")), format!("{says}. {}.", drifts(r)))
 }
 
-/// "modDG goes head to head with eRK4": their drifts of K are of one magnitude.
+/// "modDG goes head to head with eRK4": holds if their drifts of K are of one magnitude.
 pub(super) fn head_to_head(r: &Readings) -> Said {
     let (moddg, rk4) = (r.number("moddg", "drift"), r.number("rk4", "drift"));
     let level = alike(moddg, rk4);
@@ -100,7 +102,8 @@ pub(super) fn head_to_head(r: &Readings) -> Said {
     (verdict(level), statement)
 }
 
-/// "modDG retains this same behavior even when we substitute simpler expression for the δ function."
+/// "modDG retains this same behavior even when we substitute simpler expression for the δ
+/// function."
 pub(super) fn simpler_delta(r: &Readings) -> Said {
     let all = r.numbers("drift");
     let lost: Vec<_> = all.iter().filter(|(_, drift)| !keeps(*drift)).collect();
@@ -114,7 +117,7 @@ pub(super) fn simpler_delta(r: &Readings) -> Said {
     (verdict(holds), format!("{says}. max |K - K₀|/K₀: {}.", list(all)))
 }
 
-/// The energy ratio, and whether it is the more accurate the better K is kept.
+/// The energy ratio, and whether it is more accurate where K is kept better.
 pub(super) fn energy_ratio(r: &Readings) -> Said {
     let all = r.numbers("d_R");
     let keep = |name: &str| r.number(name, "drift") <= KEPT;
@@ -125,7 +128,8 @@ pub(super) fn energy_ratio(r: &Readings) -> Said {
     let says = if least(true) <= least(false) {
         "the most accurate of these keeps K"
     } else if least(false) < least(true) {
-        "the most accurate of these does not keep K: to keep it does not by itself make the energy ratio accurate"
+        "the most accurate of these does not keep K: to keep it does not by itself make the energy \
+         ratio accurate"
     } else {
         "those that keep K and those that do not cannot be compared"
     };

@@ -1,4 +1,4 @@
-//! The energies of a chain, reservoir by reservoir, and trajectories.
+//! The energies of a chain with each of its reservoirs, and trajectories.
 
 use super::orders::{ANY, end, masses};
 use super::{chain, pendulum};
@@ -10,7 +10,7 @@ use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use crate::study::{Problem, energy, trajectory};
 
 pub(super) const KEPT: [&str; 5] = ["increment-2", "increment-8", "gonzalez", "leapfrog", "rk4"];
-/// The runs of one degree of freedom that are written down.
+/// The methods whose runs of one degree of freedom are written to files.
 pub(super) const OF_ONE_DEGREE: [&str; 3] = ["moddg", "leapfrog", "rk4"];
 const STEP: f64 = 0.02;
 
@@ -74,7 +74,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     trajectories(paper, sheet, "damped-double-pendulum/", &pendulum(end(extent)), &ANY)
 }
 
-/// K is kept where each discrete gradient keeps it, one of order 8 among them.
+/// Holds if each discrete gradient keeps K, including one of order 8.
 fn k_is_kept(r: &Readings) -> Said {
     const CLAIMED: [&str; 3] = ["increment-2", "increment-8", "gonzalez"];
     let lost: Vec<_> = CLAIMED.into_iter().filter(|name| !keeps(r.number(name, "drift"))).collect();
@@ -107,7 +107,7 @@ fn show(sheet: &mut Sheet, reservoirs: &LineChart, drift: &LineChart) {
     sheet.show_pair(left, right);
 }
 
-/// Every tenth state of a run, to be read by other programs.
+/// Writes every tenth state of a run, for use by other programs.
 fn trajectories(
     paper: &Paper<'_>,
     sheet: &mut Sheet,

@@ -1,4 +1,4 @@
-//! What the roundings of very many steps do to K.
+//! The effect of the roundings of very many steps on K.
 
 use super::chain;
 use crate::Model;
@@ -14,7 +14,7 @@ use crate::study::outcome::COMPLETED;
 use afterbay_systems::FPUT_CHAIN;
 use std::f64::consts::PI;
 
-/// Name, step, and whether roundings are kept from adding up.
+/// The method, the step, and whether roundings are compensated.
 const RUNS: [(&str, f64, bool); 7] = [
     ("increment-4", 0.1, false),
     ("gonzalez", 0.05, false),
@@ -25,8 +25,8 @@ const RUNS: [(&str, f64, bool); 7] = [
     ("rk4", 0.05, false),
 ];
 
-/// A chain of 8 without friction, from rest as a sine of the amplitude 1 or a little more: the roundings of no two starts
-/// are the same.
+/// A chain of 8 without friction that starts from rest as a sine of amplitude 1 or slightly more,
+/// so that the roundings of all starts differ.
 pub(super) fn starts(extent: Extent) -> Vec<Problem> {
     let n = 8;
     let start = |i: u32| {
@@ -52,13 +52,16 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         run.ending.record(study, "fput-chain", run.setup.row.name, run.setup.h)
     }));
     sheet.text(format!(
-        "A method that keeps K moves it by the roundings of each step. How do they add up? On a chain of 8 without friction \
-         (β = 1, at rest as a sine), {steps} steps from each of {} starts with the amplitudes 1, 1 + 1/1024, …; K in 106 bits \
-         at some hundred samples in each of four windows a decade. Roundings that are independent grow like √t, those that lean to one \
-         side like t. The exponent is the slope of log rms against log t over the last two decades, with the 95 % \
-         interval of that line; the windows of a run are not independent, so the interval is on the narrow side. A run that is compensated \
-         solves each equation to extended precision and carries what q, p and w lose to rounding on to the next step: what is left of \
-         K - K₀ is the rounding of the state it is seen at.",
+        "A method that keeps K changes it only by the roundings of each step, which add up. Each \
+         run takes {steps} steps on a chain of 8 without friction (β = 1, from rest as a sine), \
+         from each of {} starts with the amplitudes 1, 1 + 1/1024, …. K is computed in 106 bits at \
+         about a hundred samples in each of four windows per decade. The deviation grows like √t \
+         if roundings are independent, and like t if they are biased. The exponent is the slope of \
+         log rms against log t over the last two decades, with its 95 % confidence interval. The \
+         windows of a run are not independent, so that the interval is too narrow. A \
+         compensated run solves each equation to extended precision and carries the roundings of \
+         q, p and w on to the next step: what remains of K - K₀ is the rounding of the state at \
+         which it is sampled.",
         starts.len()
     ));
     judge(sheet, &found, steps);
@@ -84,8 +87,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     sheet.show(
         "fput-chain-long-run",
         &chart,
-        "Deviation of K beside K, root mean square over the samples of a window and the starts. Dashed: growth like √t and \
-         like t.",
+        "Deviation of K relative to K, root mean square over the samples of a window and the \
+         starts. Dashed: growth like √t and like t.",
         "fput-chain/long_run",
     );
     Ok(())
@@ -95,7 +98,7 @@ fn judge(sheet: &mut Sheet, found: &[LongRun], steps: u64) {
     sheet.find("K in a long run", readings(found, steps), in_a_long_run);
 }
 
-/// K holds in a long run where every run of a discrete gradient ends and keeps it.
+/// Holds if every run of a discrete gradient reaches its end and keeps K.
 fn in_a_long_run(r: &Readings) -> Said {
     let of = r.numbers("rms");
     let (contrast, claimed): (Vec<_>, Vec<_>) =

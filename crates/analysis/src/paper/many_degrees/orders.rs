@@ -20,24 +20,24 @@ pub(super) const SEPARABLE: [&str; 8] = [
     "leapfrog",
     "rk4",
 ];
-/// ... and for any.
+/// ... and for any system.
 pub(super) const ANY: [&str; 7] =
     ["increment-1", "increment-2", "increment-4", "increment-6", "increment-8", "gonzalez", "rk4"];
 
-/// The end of the runs.
+/// The end of time.
 pub(super) fn end(extent: Extent) -> f64 {
     extent.pick(4.0, 2.0)
 }
 
-/// The masses of the chain.
+/// The number of masses of the chain.
 pub(super) fn masses(extent: Extent) -> usize {
     extent.pick(8, 3)
 }
 
-/// An error above this is out of reach of rounding, and an order taken there is one.
+/// The least error from which an order is taken, well above rounding.
 const ABOVE_ROUNDING: f64 = 1e-11;
 
-/// An order agrees with the one claimed within this.
+/// The largest difference of an order from the one claimed.
 const AGREEMENT: f64 = 0.25;
 
 pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
@@ -103,19 +103,20 @@ fn points(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<(f64, f64)> {
     of(rows, method, variable).filter_map(|row| Some((row.h, row.error?))).collect()
 }
 
-/// The orders between the steps whose errors are above rounding, coarse to fine.
+/// The orders between successive steps whose errors are above rounding, from coarse to fine.
 fn orders(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<f64> {
     let above = of(rows, method, variable)
         .filter(|row| row.error.is_some_and(|error| error > ABOVE_ROUNDING));
     above.filter_map(|row| row.order).collect()
 }
 
-/// The last of them.
+/// The order between the two finest of these steps.
 fn order(rows: &[GlobalRow], method: &str, variable: &str) -> Option<f64> {
     orders(rows, method, variable).last().copied()
 }
 
-/// How far the last two are apart, at most over the variables: a high order can come down to rounding before it shows.
+/// The difference of the last two orders, the largest over the variables. A high order may reach
+/// rounding before it shows.
 fn unsettled(rows: &[GlobalRow], method: &str) -> Option<f64> {
     let apart = VARIABLES.iter().map(|variable| match orders(rows, method, variable)[..] {
         [.., a, b] => Some((a - b).abs()),
@@ -140,7 +141,7 @@ fn judge(sheet: &mut Sheet, name: &str, rows: &[GlobalRow]) {
     sheet.find(&format!("orders on {name}"), readings, as_claimed);
 }
 
-/// The orders hold where every one that is settled is the one claimed, in q, p and w.
+/// Holds if every settled order of q, p and w is the one claimed.
 fn as_claimed(r: &Readings) -> Said {
     let near = |a: f64, b: f64| (a - b).abs() < AGREEMENT;
     let settled = |name: &str| r.number(name, "last two apart") < AGREEMENT;
@@ -176,8 +177,8 @@ fn as_claimed(r: &Readings) -> Said {
         apart => format!("{} (the last two apart by {apart:.2})", say(name)),
     });
     let statement = format!(
-        "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, within {AGREEMENT}. Not \
-         settled before rounding, and not judged: {}.",
+        "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, \
+         within {AGREEMENT}. Not settled before rounding, and not judged: {}.",
         list(unsettled)
     );
     (verdict(holds), statement)

@@ -1,4 +1,4 @@
-//! What N does to errors, books and cost.
+//! Errors, energy books and cost as N grows.
 
 use super::{chain, wave};
 use crate::chart::{Axis, Curve, LineChart};
@@ -15,7 +15,7 @@ pub(super) const TIMED: [&str; 4] = ["increment-2", "gonzalez", "leapfrog", "rk4
 const STEP: f64 = 0.05;
 const END: f64 = 2.0;
 
-/// Degree-of-freedom steps of a timed run, and the least number of steps.
+/// Steps times degrees of freedom of a timed run, and the least number of steps.
 const TIMED_STEPS: (usize, usize) = (20_000, 4);
 
 pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError> {
@@ -50,9 +50,10 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         "fput-chain-cost",
         &chart,
         format!(
-            "Time of a step of h = {STEP} on the chain, divided by N, all on one thread. Coordinate increments are taken red and \
-             black, eight masses at a time. Every time is the fastest of several runs, taken one after the other. A level curve \
-             is a step whose cost grows like N."
+            "Time of a step of h = {STEP} on the chain, divided by N, on one thread. Coordinate \
+             increments are taken red and black, eight masses at a time. Every time is the fastest \
+             of several runs, measured one after another. A level curve means that the cost grows \
+             like N."
         ),
         "fput-chain/cost",
     );
@@ -98,22 +99,25 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     let left = sheet.figure(
         "fput-chain-size-drift",
         drift.svg(),
-        format!("The largest deviation of K on [0, {END}] at h = {STEP}, beside the energy at the start."),
+        format!(
+            "The largest deviation of K on [0, {END}] at h = {STEP}, relative to the energy at the \
+             start."
+        ),
         "fput-chain/size",
     );
     let right = sheet.figure(
         "fput-chain-size-error",
         error.svg(),
         format!(
-            "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. Where the reference is increment-8 its \
-             last two runs agree to {doubt:.0e}."
+            "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. References \
+             by increment-8 have last two runs that agree to {doubt:.0e}."
         ),
         "fput-chain/size",
     );
     sheet.show_pair(left, right);
 }
 
-/// K against N holds where each discrete gradient of these keeps K and reaches the end at every N.
+/// Holds if each of these discrete gradients keeps K and reaches the end for every N.
 fn k_against_n(r: &Readings) -> Said {
     const CLAIMED: [&str; 3] = ["increment-2", "increment-4", "gonzalez"];
     let keeps = |name: &str| r.number(name, "drift") <= KEPT && r.word(name, "failed").is_empty();
@@ -131,7 +135,8 @@ fn k_against_n(r: &Readings) -> Said {
         format!("{name} {} ({}{failed})", kept(drift), sci(drift))
     });
     let statement = format!(
-        "{says}. From N = {} to {}, on [0, {END}] at h = {STEP}, the same wave on every chain, with max |K - K₀|/H₀: {}.",
+        "{says}. From N = {} to {}, on [0, {END}] at h = {STEP}, the same wave on every chain, \
+         with max |K - K₀|/H₀: {}.",
         r.number("N", "least"),
         r.number("N", "largest"),
         list(all),

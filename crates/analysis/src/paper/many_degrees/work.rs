@@ -1,4 +1,4 @@
-//! What accuracy costs on a long chain and on the double pendulum.
+//! Work against precision on a long chain and on the double pendulum.
 
 use super::orders::{ANY, SEPARABLE};
 use super::{chain, pendulum};

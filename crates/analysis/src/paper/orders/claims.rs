@@ -1,4 +1,4 @@
-//! What the orders say of figures 3.1 to 3.4 and of the text around them.
+//! Findings on the orders of figures 3.1 to 3.4 and of the text around them.
 
 use super::RAISED_EACH;
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
@@ -6,7 +6,8 @@ use crate::findings::{KEPT, kept};
 use crate::paper::rule::{AGREEMENT, agree, order};
 use crate::report::Verdict;
 
-/// A printed order holds where the scheme keeps K and shows it from the maximum and from the median.
+/// A printed order holds if the scheme keeps K and shows the order from both the maximum and the
+/// median.
 pub(super) fn the_scheme(r: &Readings) -> Said {
     let (Some(&(variable, printed)), Some(&(name, maximum))) =
         (r.numbers("printed").first(), r.numbers("maximum").first())
@@ -22,8 +23,9 @@ pub(super) fn the_scheme(r: &Readings) -> Said {
     };
     let holds = agree(maximum, printed) && agree(median, printed) && drift <= KEPT;
     let statement = format!(
-        "order of {variable} printed {printed}; {name} gives {} from the maximum and {} from the median: {says}. It {} \
-         (off by {} of it). Its largest error is made at t = {}, {} from a pole of δ.",
+        "order of {variable} printed {printed}; {name} gives {} from the maximum and {} from the \
+         median: {says}. It {} (off by {} of it). Its largest error is made at t = {}, {} from a \
+         pole of δ.",
         order(maximum),
         order(median),
         kept(drift),
@@ -34,7 +36,7 @@ pub(super) fn the_scheme(r: &Readings) -> Said {
     (verdict(holds), statement)
 }
 
-/// Of all variants the one whose order from the maximum comes nearest to what is printed.
+/// Finds the variant whose order from the maximum is nearest to the printed one.
 pub(super) fn what_fits(r: &Readings) -> Said {
     let printed = r.numbers("printed").first().map_or(f64::NAN, |(_, printed)| *printed);
     let maxima = r.numbers("maximum");
@@ -61,7 +63,8 @@ pub(super) fn what_fits(r: &Readings) -> Said {
     (verdict(fits), statement)
 }
 
-/// "so order of the method is p_e = p_t = 4": has one that keeps K this order in all of q, p and w?
+/// "so order of the method is p_e = p_t = 4": holds if a method that keeps K has this order in q, p
+/// and w.
 pub(super) fn fourth_order(r: &Readings) -> Said {
     let keeps = |name: &str| r.number(name, "drift") <= KEPT;
     let all = r.numbers("least order");
@@ -75,7 +78,8 @@ pub(super) fn fourth_order(r: &Readings) -> Said {
         format!("{name} keeps K and has a median order of {} at least in q, p and w", order(least))
     } else {
         format!(
-            "of the variants that keep K none has a median order above {} in all of q, p and w ({name} has it)",
+            "of the variants that keep K none has a median order above {} in all of q, p and w \
+             ({name} has it)",
             order(least)
         )
     };
@@ -89,7 +93,7 @@ pub(super) fn fourth_order(r: &Readings) -> Said {
     (verdict(holds), statement)
 }
 
-/// What a δ of its own in each of the first two equations gains and loses.
+/// States what separate δ in the first two equations gain and lose.
 pub(super) fn raised_each(r: &Readings) -> Said {
     let orders = r.numbers("median");
     let (fourth, less): (Vec<_>, Vec<_>) =
@@ -100,7 +104,8 @@ pub(super) fn raised_each(r: &Readings) -> Said {
     let medians =
         list(orders.iter().map(|(variable, median)| format!("{variable} {}", order(*median))));
     let statement = format!(
-        "{RAISED_EACH} reaches order 4 in {}, not in {} (medians: {medians}), and {} (off by {} of it).",
+        "{RAISED_EACH} reaches order 4 in {}, not in {} (medians: {medians}), and {} (off by {} of \
+         it).",
         name(fourth.iter().collect()),
         name(less.iter().collect()),
         kept(drift),
@@ -109,7 +114,7 @@ pub(super) fn raised_each(r: &Readings) -> Said {
     (Verdict::Note, statement)
 }
 
-/// Do the maxima hang on the horizon where the medians do not?
+/// Whether the maxima depend on the horizon and the medians do not.
 pub(super) fn hang_on_the_horizon(r: &Readings) -> Said {
     let (maxima, medians) = (r.number("maxima", "spread"), r.number("medians", "spread"));
     let moves = |spread: f64| {
@@ -122,8 +127,8 @@ pub(super) fn hang_on_the_horizon(r: &Readings) -> Said {
         }
     };
     let statement = format!(
-        "from [0, {}] to [0, {}] the orders from the median {} (by {} at most), those from the maximum {} (by {} at \
-         most).",
+        "from [0, {}] to [0, {}] the orders from the median {} (by {} at most), those from the \
+         maximum {} (by {} at most).",
         r.number("horizon", "least"),
         r.number("horizon", "largest"),
         moves(medians),

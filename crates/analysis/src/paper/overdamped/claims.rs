@@ -1,4 +1,4 @@
-//! What the decays of the overdamped oscillator say.
+//! Findings on the decay of the overdamped oscillator.
 
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
 use crate::findings::{KEPT, kept};
@@ -7,7 +7,7 @@ use crate::study::decay::{Decay, TOLERANCE};
 use crate::study::outcome::COMPLETED;
 use std::collections::BTreeMap;
 
-/// K kept and a loss of energy 1 - R within a tenth of itself: does the one come with the other?
+/// Whether keeping K comes with a loss of energy 1 - R within a tenth of the exact loss.
 pub(super) fn balance_and_decay(r: &Readings) -> Said {
     let [found, exact] = ["moddg", "the solution"].map(|of| r.number(of, "R"));
     let (drift, falls) = (r.number("moddg", "drift"), r.number("moddg", "falls of w"));
@@ -26,8 +26,8 @@ pub(super) fn balance_and_decay(r: &Readings) -> Said {
         format!("w falls at {falls} steps")
     };
     let statement = format!(
-        "{says}. In the second step the energy ratio is exactly {} and modDG gives {}; modDG {} (off by {} of it), and {w}. \
-         Its run: {run}.",
+        "{says}. In the second step the energy ratio is exactly {} and modDG gives {}; modDG {} \
+         (off by {} of it), and {w}. Its run: {run}.",
         fixed(exact, 4),
         fixed(found, 4),
         kept(drift),
@@ -36,10 +36,10 @@ pub(super) fn balance_and_decay(r: &Readings) -> Said {
     (verdict(balanced && right), statement)
 }
 
-/// An energy lies on the exact one where it is off by no more than this share of the energy at the start.
+/// The largest error of an energy that counts as exact, relative to the energy at the start.
 const ON_IT: f64 = 0.01;
 
-/// Which energies lie on the exact one.
+/// States which energies agree with the exact one.
 pub(super) fn energies(r: &Readings) -> Said {
     let one = |(label, off): (&str, f64)| {
         if off <= ON_IT {
@@ -54,7 +54,7 @@ pub(super) fn energies(r: &Readings) -> Said {
     (Verdict::Note, format!("of the exact energy, within {ON_IT} of H₀: {}.", all.join("; ")))
 }
 
-/// Methods that decay rightly at both frictions, and what becomes of those that do so at one.
+/// States which methods decay rightly at both frictions, and which at only one.
 pub(super) fn trusted(r: &Readings) -> Said {
     let right = |word: &str| {
         [Decay::Right, Decay::RightWithoutK].iter().any(|decay| decay.to_string() == word)
@@ -80,8 +80,8 @@ pub(super) fn trusted(r: &Readings) -> Said {
         format!("{}: right at b = 200 and at b = 5000", list(both.iter().map(ToString::to_string)))
     };
     let statement = format!(
-        "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and decay wrongly at b = 200. \
-         Right at neither, by what becomes of them at b = 200: {}.",
+        "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and \
+         decay wrongly at b = 200. Right at neither, by what becomes of them at b = 200: {}.",
         list(once),
         list(later),
         wrong.count(),

@@ -1,4 +1,4 @@
-//! The reference at any time: Hermite interpolation of degree 7 between its states.
+//! The reference at any time, by Hermite interpolation of degree 7 between its states.
 
 use crate::Solution;
 use crate::measured::Doubt;
@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::study::Problem;
 use afterbay_core::{InputError, IntegrateError, StateRef, System};
 
-/// States, equally spaced, with the slopes of q, p and w there.
+/// Equally spaced states with the slopes of q, p and w.
 pub(super) struct Dense {
     exact: Solution<f64>,
     spacing: f64,
@@ -15,27 +15,28 @@ pub(super) struct Dense {
     cells: Vec<Doubt>,
 }
 
-/// States to begin with, and numbers of the most.
+/// The number of states at first, and the most numbers stored.
 const FEWEST: usize = 256;
 const MOST_NUMBERS: usize = 1 << 22;
-/// The error of interpolation that is aimed at, as a share of the wanted error.
+/// The interpolation error aimed at, as a share of the wanted error ...
 const SHARE: f64 = 1e-3;
-/// ... and of the largest number, which is its rounding.
+/// ... and as a share of the largest number, for its rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// An error of interpolation that does not fall below this share of what it was, in no more than
-/// that share of at least so many cells, is that of kinks: it stays beside them.
+/// States are no longer added if the interpolation error does not fall below the share `FALL` of
+/// its former value and misses the goal in less than the share `FEW` of at least `MANY` cells.
+/// These cells contain kinks.
 const FALL: f64 = 0.25;
 const FEW: f64 = 0.02;
 const MANY: usize = 1 << 14;
-/// By how much more states there are at once.
+/// The least and the largest factor by which the number of states grows at once.
 const LEAPS: [f64; 2] = [1.5, 16.0];
 
 impl Dense {
-    /// As many states as an error of `bound` asks for: more and more until the interpolation is
-    /// good enough in every cell but those beside kinks.
+    /// Raises the number of states until the interpolation resolves errors of `bound` in every
+    /// cell, except beside kinks.
     ///
     /// # Errors
-    /// Those of the reference.
+    /// Errors of the reference.
     pub(super) fn new(
         problem: &Problem,
         bound: f64,
@@ -55,14 +56,14 @@ impl Dense {
                 (Err(error), None) | (Err(error @ IntegrateError::Interrupted), _) => {
                     return Err(error);
                 }
-                // What was found with fewer states is good enough where more cannot be had.
+                // If more states cannot be computed, the result with fewer is used.
                 (Err(_), Some(before)) => return Ok(before),
             };
             let goal = goal(&exact);
             let dense = Self::of(&*system, exact, spacing);
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
             let misses = dense.cells.iter().filter(|doubt| doubt.most() > goal).count();
-            // Eight times more states err by 8⁸ less; beside a kink they do not.
+            // Eight times as many states divide the error by 8⁸, except beside a kink.
             let factor = (1.2 * (worst / goal).powf(0.125)).clamp(LEAPS[0], LEAPS[1]);
             let next = 2 * (0.5 * count as f64 * factor).ceil() as usize;
             let falls = last.is_none_or(|last| worst < FALL * last);
@@ -74,7 +75,7 @@ impl Dense {
         }
     }
 
-    /// Of an even number of cells, eight at least.
+    /// Interpolates an even number of cells, at least eight.
     fn of(system: &dyn System<f64>, exact: Solution<f64>, spacing: f64) -> Self {
         let n = system.dof();
         let mut slopes = vec![0.0; 3 * n * exact.len()];
@@ -92,7 +93,7 @@ impl Dense {
         let cells = vec![Doubt::default(); exact.len() - 1];
         let mut dense = Self { exact, spacing, slopes, cells };
         let mut z = vec![0.0; 3 * n];
-        // What every second state tells of those between them bounds what all of them tell.
+        // The error of the interpolation from every second state bounds that from all states.
         for i in 0..dense.cells.len() / 2 {
             dense.between(i as f64 + 0.5, 2, &mut z);
             let exact = dense.exact.at(2 * i + 1);
@@ -106,7 +107,8 @@ impl Dense {
         dense
     }
 
-    /// Writes q, p and w at a time, in units of `stride` spacings, from every `stride`-th state.
+    /// Writes q, p and w at a time, in units of `stride` spacings, interpolated from every
+    /// `stride`-th state.
     fn between(&self, at: f64, stride: usize, z: &mut [f64]) {
         let last = self.cells.len() / stride;
         let first = (at.floor() as usize).saturating_sub(1).min(last.saturating_sub(3));
@@ -129,7 +131,7 @@ impl Dense {
         }
     }
 
-    /// Writes q, p and w at a time; gives the doubt of the reference there, and that of the
+    /// Writes q, p and w at time t, and returns the doubt of the reference and that of the
     /// interpolation.
     pub(super) fn at(&self, t: f64, z: &mut [f64]) -> [Doubt; 2] {
         let at = (t / self.spacing).clamp(0.0, self.cells.len() as f64);
@@ -153,7 +155,7 @@ impl Dense {
         self.exact.doubt()
     }
 
-    /// The largest of what K is made of along the solution.
+    /// The largest magnitude of the terms of K along the solution.
     pub(super) fn scale(&self, problem: &Problem) -> Result<f64, InputError> {
         let system = problem.model.system::<f64>()?;
         let of = |state: StateRef<'_, f64>| {

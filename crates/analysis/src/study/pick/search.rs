@@ -1,4 +1,4 @@
-//! The search for the setting of one method, and its confirmation at the settings beside it.
+//! The search for the setting of one method, and its check at neighbouring settings.
 
 use super::setting::{Choice, TIGHTEST};
 use super::trial::{Bench, Trial};
@@ -9,25 +9,25 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// A run that takes so many times as long as one that qualifies is not worth looking at, if it
-/// takes this long at least.
+/// More steps are not tried after a run that takes this many times as long as one that qualifies,
+/// and at least this long.
 const SLOWER: u32 = 10;
 const SHORT: Duration = Duration::from_millis(50);
-/// No method is given more than this for the search that comes before the confirmation.
+/// The most time for the search of one method, without its check.
 const PATIENCE: Duration = Duration::from_secs(8);
 /// The most steps of a run.
 const MOST: u64 = 1 << 31;
-/// Tolerances are tried this far apart, so often, and none is looser than this.
+/// The ratio of successive tolerances, the most that are tried, and the loosest.
 const NEXT: f64 = 2.0;
 const TRIES: u32 = 24;
 const LOOSEST: f64 = 0.1;
-/// An error that is not halved as often as this, one search after the other, stays where it is:
-/// where the field has kinks errors do not fall evenly.
+/// The number of successive searches without halving the error after which the method is given up.
+/// It exceeds one because errors do not fall evenly where the field has kinks.
 const IDLE: u32 = 3;
-/// The number of steps is found to this share.
+/// The relative accuracy of the number of steps.
 const CLOSE: f64 = 1.05;
-/// Settings that are tried for one that holds with its neighbours: 1.06⁴⁸ = 16 times the steps; and
-/// for how long.
+/// The most settings tried for one that holds with its neighbours (1.06⁴⁸ = 16 times the steps),
+/// and the most time for it.
 const ROUNDS: u32 = 48;
 const LONGEST: Duration = Duration::from_secs(60);
 
@@ -37,12 +37,12 @@ pub(super) struct Search<'a> {
     /// The shortest time of a run that qualifies, of any method, in nanoseconds.
     shortest: &'a AtomicU64,
     started: Instant,
-    /// What was tried, by its key.
+    /// The runs tried, by key.
     tried: HashMap<u64, Trial>,
     order: Vec<u64>,
 }
 
-/// What a search leaves.
+/// The result of the search of one method.
 pub(super) struct Found {
     pub(super) candidate: Option<(Candidate, Choice)>,
     /// Every run, in the order of the search.
@@ -74,7 +74,8 @@ impl<'a> Search<'a> {
         Ok(trial)
     }
 
-    /// A run of a fixed step, and why none with more steps is worth it.
+    /// Runs with a fixed number of steps. Also returns the reason to try no more steps, if there is
+    /// one.
     fn at(
         &mut self,
         row: &'static Row,
@@ -95,7 +96,7 @@ impl<'a> Search<'a> {
         Ok((trial, enough))
     }
 
-    /// The fewest steps within the bound, with all steps beside them.
+    /// The fewest steps within the bound together with their neighbours.
     pub(super) fn steps(mut self, row: &'static Row) -> Result<Found, IntegrateError> {
         let candidate = match self.fewest(row)? {
             Reached::Within(steps) => {
@@ -110,7 +111,7 @@ impl<'a> Search<'a> {
         Ok(self.leave(candidate))
     }
 
-    /// The loosest tolerance within the bound, with all tolerances beside it.
+    /// The loosest tolerance within the bound together with its neighbours.
     pub(super) fn tolerance(mut self, row: &'static Row) -> Result<Found, IntegrateError> {
         let bound = self.wanted().error;
         let (mut tolerance, mut good, mut nearest) =
@@ -163,8 +164,8 @@ impl<'a> Search<'a> {
         Found { candidate, tried: order.iter().filter_map(|key| tried.get(key).cloned()).collect() }
     }
 
-    /// The fewest steps within the bound, where twice as many are within it too: an error may be
-    /// small by chance.
+    /// The fewest steps within the bound for which twice as many are within it too, since an error
+    /// may be small by chance.
     fn fewest(&mut self, row: &'static Row) -> Result<Reached, IntegrateError> {
         let bound = self.wanted().error;
         let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
@@ -200,7 +201,7 @@ impl<'a> Search<'a> {
             if let Some(why) = why {
                 return Ok(Reached::Not(nearest.map(Box::new), why));
             }
-            // Once errors fall as they should, the order tells where to look.
+            // Once errors fall at their order, it predicts the number of steps.
             let share = now / bound;
             let falls = now < 0.1 && idle == 0;
             let leap = if falls { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
@@ -227,8 +228,8 @@ impl<'a> Search<'a> {
         Ok(Reached::Within(good))
     }
 
-    /// The setting, or the next safer one that is within the bound with all its neighbours and
-    /// with the finer run.
+    /// The setting, or the next safer one, that is within the bound together with all its
+    /// neighbours and the finer run.
     fn confirmed(
         &mut self,
         from: Choice,
@@ -280,7 +281,7 @@ impl<'a> Search<'a> {
         refused(first, format!("no setting beside it holds with all its neighbours{said}"))
     }
 
-    /// Notes the time of a run that qualifies.
+    /// Records the time of a run that qualifies.
     fn qualifies(&self, setting: Choice) -> Result<(), IntegrateError> {
         let clock = Instant::now();
         self.bench.run(setting)?;
@@ -289,7 +290,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// What a run within the bound lacks.
+    /// Which requirement a run within the bound does not meet, if any.
     fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
         let Bench { wanted, dense, problem, .. } = self.bench;
         if wanted.keep_k && trial.k_drift > ROUNDING * dense.scale(problem)? {
@@ -300,28 +301,28 @@ impl<'a> Search<'a> {
     }
 }
 
-/// How far a search came.
+/// The result of the search for the number of steps.
 enum Reached {
-    /// So many steps are within the bound.
+    /// This many steps are within the bound.
     Within(u64),
-    /// The nearest run, and why there is no nearer one.
+    /// The nearest run, and why none is nearer.
     Not(Option<Box<Trial>>, String),
 }
 
-/// What was tried beside a setting.
+/// The check of a setting.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Checked {
-    /// Settings: neighbours, and the finer one.
+    /// The number of settings tried: the neighbours and the finer one.
     pub settings: u64,
-    /// The largest error of the setting and of those beside it.
+    /// The largest error of the setting and its neighbours.
     pub most: f64,
 }
 
 pub(super) const INTERRUPTED: &str = "interrupted before it was found or checked";
-/// K moves by no more than this beside the largest of its terms where it is kept to rounding.
+/// The largest deviation of K, relative to its largest term, that counts as rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// What is wanted of a method that it does not promise.
+/// The requirement that a method does not promise to meet, if any.
 fn lack(keeps_k: bool, passive: bool, wanted: Wanted) -> Option<&'static str> {
     match (wanted.keep_k && !keeps_k, wanted.passive && !passive) {
         (true, _) => Some("it does not keep K"),

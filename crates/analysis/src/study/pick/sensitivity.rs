@@ -1,4 +1,4 @@
-//! How far a rounding grows along the solution, and whether an error can be had at all.
+//! The growth of roundings along the solution, and whether an error bound can be met at all.
 
 use super::Wanted;
 use super::dense::Dense;
@@ -8,22 +8,22 @@ use afterbay_core::{IntegrateError, Quad, Scalar, State, StateRef};
 use serde::Serialize;
 use std::fmt;
 
-/// Why no method can be said to have the wanted error.
+/// The reason why no method can be shown to meet the wanted error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "cause")]
 pub enum TooSensitive {
     /// A rounding in `f64` grows beyond the wanted error.
     Roundings {
-        /// By how much a small change of the state grows along the solution.
+        /// The factor by which a small change of the state grows along the solution.
         growth: f64,
-        /// What a rounding grows to.
+        /// The size to which a rounding grows.
         error: f64,
-        /// Until when it stays below the wanted error.
+        /// The time until which it stays below the wanted error.
         until: f64,
     },
-    /// The reference itself is not known as well as that.
+    /// The doubt of the reference exceeds the wanted error.
     Reference {
-        /// Its doubt.
+        /// The doubt.
         doubt: f64,
     },
 }
@@ -33,8 +33,8 @@ impl fmt::Display for TooSensitive {
         match self {
             Self::Roundings { growth, error, until } => write!(
                 f,
-                "a change of the state grows by {growth:.0e} on the way, a rounding to {error:.0e}; up \
-                 to t = {until:.3} it stays below the wanted error"
+                "a change of the state grows by {growth:.0e} on the way, a rounding to \
+                 {error:.0e}; up to t = {until:.3} it stays below the wanted error"
             ),
             Self::Reference { doubt } => {
                 write!(f, "the reference itself is known to {doubt:.0e} only")
@@ -43,17 +43,17 @@ impl fmt::Display for TooSensitive {
     }
 }
 
-/// Times at which the growth is looked at.
+/// The number of times at which the growth is measured.
 const TIMES: usize = 512;
-/// The change of the state at the start: its square is no longer seen in 106 bits.
+/// The initial change of the state. Its square is below the resolution of 106 bits.
 const CHANGE: f64 = 1e-18;
-/// A change counts as shrunk by no more than this: below it the rounding of the solution is seen.
+/// The least growth factor. Below it, the rounding of the solution dominates.
 const SHRUNK: f64 = 1e-6;
 
-/// Is the scene too sensitive for the wanted error?
+/// Whether the scene is too sensitive for the wanted error, and why.
 ///
 /// # Errors
-/// Those of the reference.
+/// Errors of the reference.
 pub(super) fn judge(
     problem: &Problem,
     wanted: Wanted,
@@ -67,7 +67,7 @@ pub(super) fn judge(
         return Ok(by_doubt);
     }
     let (start, h) = (problem.start::<Quad>()?, Quad::from_f64(problem.end / TIMES as f64));
-    // Every entry its own share, so that no direction is left out for its symmetry.
+    // Each entry changes by another share, so that symmetry hides no direction.
     let mut changed = start.clone();
     let entries = changed.q.iter_mut().chain(&mut changed.p);
     for (i, x) in entries.enumerate() {
@@ -79,7 +79,7 @@ pub(super) fn judge(
         (Err(IntegrateError::Interrupted), _) | (_, Err(IntegrateError::Interrupted)) => {
             return Err(IntegrateError::Interrupted);
         }
-        // At a kink series end; the doubt of the reference that stands in is all that is known.
+        // Series end at a kink. Only the doubt of the substitute reference is known then.
         _ => return Ok(by_doubt),
     };
     let (mut least, mut growth, mut size, mut error) = (1.0_f64, 1.0_f64, 0.0_f64, 0.0);

@@ -1,4 +1,4 @@
-//! A method with its step or its tolerance, and what lies beside it.
+//! A method with its step or its tolerance, and the neighbouring settings.
 
 use super::super::work_precision;
 use crate::progress::Progress;
@@ -7,27 +7,28 @@ use afterbay_core::{Grid, InputError, IntegrateError, Scalar, Tolerance};
 use afterbay_methods::registry::{Row, Setting};
 use std::time::Duration;
 
-/// What a run is made by, found by searching.
+/// The setting of a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Choice {
-    /// So many equal steps.
+    /// This many equal steps.
     Steps(&'static Row, u64),
     /// Steps that follow from a tolerance.
     Tolerance(&'static Row, f64),
 }
 
-/// The neighbours of a step within 5 %, the longest first, as they are the first to fail.
+/// Ratios of a step's neighbours within 5 %. The longest comes first, since it is the first to
+/// fail.
 const NEAR: [f64; 10] = [1.05, 1.04, 1.03, 1.02, 1.01, 0.99, 0.98, 0.97, 0.96, 0.95];
-/// The neighbours of a tolerance.
+/// Ratios of a tolerance's neighbours.
 const LOOSER: [f64; 6] = [2.0, 1.25, 1.05, 0.95, 0.8, 0.5];
-/// What follows where a neighbour fails: more steps, a tighter tolerance.
+/// The factors of the number of steps and of the tolerance after a neighbour fails.
 const MORE_STEPS: f64 = 1.06;
 const TIGHTER: f64 = 0.7;
-/// No tolerance is tighter than this.
+/// The tightest tolerance.
 pub(super) const TIGHTEST: f64 = 64.0 * <f64 as Scalar>::EPSILON;
 
 impl Choice {
-    /// What tells this setting from others of its method.
+    /// A key that identifies the setting among those of its method.
     pub(super) fn key(self) -> u64 {
         match self {
             Self::Steps(_, steps) => steps,
@@ -35,8 +36,8 @@ impl Choice {
         }
     }
 
-    /// Steps within 5 % that divide the end, and the next ones where none is so near; tolerances
-    /// up to twice and down to half as large.
+    /// The neighbours: steps within 5 % that divide the end, or the nearest ones if none is that
+    /// near; tolerances from half to twice.
     pub(super) fn neighbours(self) -> Vec<Self> {
         match self {
             Self::Steps(row, steps) => {
@@ -64,7 +65,7 @@ impl Choice {
         }
     }
 
-    /// What is tried where a neighbour fails.
+    /// The setting to try after a neighbour fails.
     pub(super) fn safer(self) -> Option<Self> {
         match self {
             Self::Steps(row, steps) => {
@@ -77,7 +78,7 @@ impl Choice {
         }
     }
 
-    /// The time of a run that no one looks at, the fastest of several.
+    /// The time of the fastest of several unobserved runs.
     pub(super) fn time(
         self,
         problem: &Problem,

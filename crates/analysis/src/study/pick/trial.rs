@@ -1,4 +1,4 @@
-//! One run, beside the reference all along.
+//! One run, compared with the reference along the way.
 
 use super::Wanted;
 use super::dense::Dense;
@@ -14,17 +14,17 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// States of a run that are compared with the reference, at the most. With fewer steps the state
-/// after each of them is.
+/// The most states of a run that are compared with the reference. A run with fewer steps is
+/// compared after each.
 pub const SAMPLES: u64 = 2048;
 
-/// The errors of a run. Those of (q, p) are max(|Δq_j|, |Δp_j|) over the degrees of freedom, those
-/// of w max |Δw_j|.
+/// The errors of a run: for (q, p) max(|Δq_j|, |Δp_j|), and for w max |Δw_j|, over the degrees of
+/// freedom.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trial {
     /// Name of the method.
     pub method: &'static str,
-    /// The step, the mean one where it follows from a tolerance.
+    /// The step; the mean one where it follows from a tolerance.
     pub h: f64,
     /// The relative and absolute tolerance of q, p and w, where the steps follow from it.
     pub tolerance: Option<f64>,
@@ -32,25 +32,25 @@ pub struct Trial {
     pub outcome: &'static str,
     /// The largest error of (q, p) on the way and at the end; none if the run did not reach it.
     pub error_qp: Option<f64>,
-    /// The same of w.
+    /// The largest error of w on the way and at the end.
     pub error_w: Option<f64>,
-    /// When the largest of both occurs.
+    /// The time of the largest of both errors.
     pub worst_t: f64,
     /// The error of (q, p) at the end.
     pub end_qp: Option<f64>,
     /// The error of w at the end.
     pub end_w: Option<f64>,
-    /// The largest doubt of the q and p the run was compared with.
+    /// The largest doubt of q and p in the reference, over the states compared.
     pub doubt_qp: f64,
-    /// The same of w.
+    /// The largest doubt of w.
     pub doubt_w: f64,
-    /// States that were compared.
+    /// The number of states compared.
     pub samples: u64,
     /// max |K - K0| over all steps done.
     pub k_drift: f64,
     /// Steps that violate passivity; none where the system is not known to be passive.
     pub passivity_violations: Option<u64>,
-    /// Wall-clock time of a run that no one looks at.
+    /// Wall-clock time of an unobserved run.
     pub seconds: Option<f64>,
     /// Steps done.
     pub steps: u64,
@@ -58,10 +58,10 @@ pub struct Trial {
     pub evaluations: Option<u64>,
     /// Iterations of a nonlinear solver.
     pub iterations: Option<u64>,
-    /// What went wrong, in words.
+    /// The failure in words.
     pub failure: Option<String>,
-    /// What decides: the larger of both errors with its doubt, on the way or at the end, infinite
-    /// where the run did not reach its end.
+    /// The error that decides: the larger of both with its doubt, on the way or at the end, and
+    /// infinite if the run did not reach its end.
     #[serde(skip)]
     pub decisive: f64,
 }
@@ -86,7 +86,7 @@ impl Trial {
     }
 }
 
-/// What runs are compared with.
+/// The reference and the requirements, common to all runs.
 pub(super) struct Bench<'a> {
     pub(super) problem: &'a Problem,
     pub(super) wanted: Wanted,
@@ -96,13 +96,13 @@ pub(super) struct Bench<'a> {
     total: f64,
 }
 
-/// What is seen of a run on its way.
+/// Observes a run.
 struct Watch<'a> {
     bench: &'a Bench<'a>,
     drift: f64,
     passivity: Passivity,
     steps: u64,
-    /// When the next state is compared.
+    /// The time of the next comparison.
     next: f64,
     samples: u64,
     qp: Measured,
@@ -111,7 +111,7 @@ struct Watch<'a> {
     z: Vec<f64>,
 }
 
-/// The error of q and p, and that of w.
+/// The errors of (q, p) and of w.
 fn off(found: StateRef<'_, f64>, z: &[f64]) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
@@ -133,7 +133,7 @@ impl Watch<'_> {
         if state.t >= self.next && state.t < problem.end {
             self.next = state.t + problem.end / SAMPLES as f64;
             let [known, between] = dense.at(state.t, &mut self.z);
-            // Beside a kink the reference is known at its own times only.
+            // Beside a kink the reference is known only at its own times.
             if between.most() <= BETWEEN * wanted.error {
                 let errors = off(state, &self.z);
                 let doubt = Doubt { qp: known.qp + between.qp, w: known.w + between.w };
@@ -153,8 +153,7 @@ impl Watch<'_> {
     }
 }
 
-/// States are compared where the interpolation of the reference errs by no more than this share of
-/// the wanted error.
+/// The largest interpolation error, as a share of the wanted error, at which states are compared.
 const BETWEEN: f64 = 0.1;
 
 impl<'a> Bench<'a> {
@@ -169,10 +168,10 @@ impl<'a> Bench<'a> {
         Ok(Self { problem, wanted, dense, progress, system, total })
     }
 
-    /// Runs once. What goes wrong is in the trial.
+    /// Runs once. A failure of the run is recorded in the trial.
     ///
     /// # Errors
-    /// Those of the input.
+    /// Invalid input.
     pub(super) fn run(&self, choice: Choice) -> Result<Trial, IntegrateError> {
         let (problem, mut state) = (self.problem, self.problem.start::<f64>()?);
         let mut watch = Watch {

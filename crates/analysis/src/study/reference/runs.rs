@@ -1,5 +1,6 @@
-//! References from runs: increment-8 at steps halved again and again, and methods of two other families
-//! at tight tolerances. The two that agree best are the reference and its check.
+//! References from runs: increment-8 with steps halved repeatedly, and methods of two other
+//! families at tight tolerances. Of the two runs that agree best, one is the reference and the
+//! other its check.
 
 use super::super::Problem;
 use crate::Solution;
@@ -9,22 +10,22 @@ use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef, Tolerance
 use afterbay_methods::registry::{self, Setting};
 use std::ops::ControlFlow;
 
-/// Runs that differ by no more than this, beside the largest number in them, agree.
+/// The largest difference of two runs that agree, relative to the largest number in them.
 const AGREEMENT: f64 = 1e-12;
-/// Below this share of the largest number differences that no longer fall are those of roundings. Above
-/// it errors may not have begun to fall as they will, and the search goes on.
+/// Differences below this share of the largest number that no longer fall are roundings. Above it
+/// the errors may not have reached their order yet, and the search goes on.
 const ROUNDINGS: f64 = 1e-9;
-/// So many differences, one after the other, that do not fall are the last.
+/// The number of successive differences without a decrease after which the search ends.
 const IDLE: u32 = 2;
 /// The longest step tried.
 const COARSEST: f64 = 0.1;
-/// Steps of a run, times the number of degrees of freedom.
+/// The most steps of a run, times the number of degrees of freedom.
 const MOST_WORK: u64 = 4_000_000;
-/// Tolerances of the methods that choose their steps.
+/// Tolerances for the methods that choose their steps.
 const TOLERANCES: [f64; 2] = [1e-10, 1e-12];
 /// Methods of other families: explicit, and for stiff systems.
 const FAMILIES: [&str; 2] = ["adaptive-dop853", "adaptive-collocation"];
-/// An implicit run solves dense equations: no more degrees of freedom than this.
+/// The most degrees of freedom of an implicit run, which solves dense equations.
 const LARGEST_DENSE: usize = 64;
 
 /// The reference at the times `i h`, i = 0..=count.
@@ -50,7 +51,7 @@ pub(super) fn by_runs(
             match by_tolerance(problem, name, tolerance, (h, count), progress) {
                 Ok(found) => others.push(found),
                 Err(IntegrateError::Interrupted) => return Err(IntegrateError::Interrupted),
-                // A run that fails is no reference; the others may be.
+                // A run that fails is no reference, but the others may be.
                 Err(_) => {}
             }
         }
@@ -72,7 +73,8 @@ pub(super) fn by_runs(
     }
 }
 
-/// A run whose doubt is its distance from another, so far along it, times a factor.
+/// The solution `found`, with a doubt at each time of `factor` times its largest distance from
+/// `other` up to then.
 fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solution<f64> {
     let (mut checked, mut most) = (found.without_doubt(), Doubt::default());
     for i in 0..found.len() {
@@ -83,10 +85,10 @@ fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solutio
     checked
 }
 
-/// A run of increment-8 with a step halved until it no longer matters, and whether it came to that. The
-/// doubt is the difference of the last two runs: halving the step of a method of order 8 makes the error
-/// 256 times smaller. Where a kink comes first errors do not fall evenly, and the larger of the last two
-/// differences counts.
+/// A run of increment-8 with the step halved until the result no longer changes, and whether this
+/// was reached. The doubt is the difference of the last two runs, since halving the step of a
+/// method of order 8 divides the error by 256. If a kink prevents this, errors do not fall evenly,
+/// and the larger of the last two differences counts.
 fn halved(
     problem: &Problem,
     h: f64,
@@ -108,7 +110,8 @@ fn halved(
         })?;
         if progress.stopped() { Err(IntegrateError::Interrupted) } else { Ok(solution) }
     };
-    // An odd number of parts to begin with: no run whose step is h halved is compared with itself.
+    // The number of parts is odd at first, so that no run whose step is h halved repeatedly is
+    // compared with itself.
     let mut parts = (h / COARSEST).ceil().max(3.0) as u64 | 1;
     let mut before = follow(parts);
     let (mut last, mut idle) = (f64::INFINITY, 0);

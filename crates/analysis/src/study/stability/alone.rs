@@ -1,4 +1,4 @@
-//! A run looked at on its way, and one cell by itself.
+//! A run observed on its way, and one cell alone.
 
 use super::measure::{Looks, Room, Scales, Seen};
 use super::side::Side;
@@ -15,38 +15,38 @@ pub(super) struct Ending {
     pub(super) failure: Option<StepFailure>,
 }
 
-/// The steps of a run and when it is looked at.
+/// The steps of a run, and those after which it is observed.
 #[derive(Clone, Copy)]
 pub(super) struct Course<'a> {
     pub(super) h: f64,
     pub(super) looks: &'a Looks,
-    /// Is w to be seen after every step? Else it is seen where the run is looked at.
+    /// Whether w is checked after every step. Otherwise it is checked where the run is observed.
     pub(super) watched: bool,
     pub(super) progress: &'a dyn Progress,
 }
 
-/// A run on its way.
+/// A run in progress.
 #[derive(Clone)]
 pub(super) struct Traveller<T: Side> {
     pub(super) state: State<Vec<T>>,
     pub(super) seen: Seen<T>,
 }
 
-/// The run of a method.
+/// A method, its system, and the scales by which its runs are measured.
 pub(super) struct Vehicle<'a, T: Side> {
     pub(super) run: &'a Run<T>,
     pub(super) system: &'a dyn System<T>,
     pub(super) scales: &'a Scales<T>,
 }
 
-/// A step that failed, and the number of good ones.
+/// A failed step, and the number of good steps before it.
 pub(super) struct Broken {
     pub(super) good: u64,
     pub(super) failure: StepFailure,
 }
 
 impl<T: Side> Vehicle<'_, T> {
-    /// Takes the steps after `from` up to `to`, and looks where the course says.
+    /// Takes the steps after `from` up to `to`, and observes the run where the course says.
     pub(super) fn carry(
         &self,
         course: Course<'_>,
@@ -87,7 +87,7 @@ impl<T: Side> Vehicle<'_, T> {
     }
 }
 
-/// Up to where steps can be taken without a change in what is shown, and every how many of them one is.
+/// The step up to which observations are equally spaced, and their spacing.
 fn stretch(looks: &Looks, watched: bool, at: u64, to: u64) -> (u64, u64) {
     let Looks { first, every, .. } = *looks;
     if watched {
@@ -104,7 +104,7 @@ fn stretch(looks: &Looks, watched: bool, at: u64, to: u64) -> (u64, u64) {
     (at + whole, every)
 }
 
-/// A cell by itself.
+/// Runs one cell alone.
 pub(super) fn alone(
     problem: &Problem,
     vehicle: &Vehicle<'_, f64>,

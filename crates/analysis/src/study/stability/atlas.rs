@@ -4,27 +4,27 @@ use super::piece::StabilityRow;
 use super::verdict::Verdict;
 use serde::Serialize;
 
-/// The first verdict of a method that is not [`Verdict::Right`] as h grows: over all values of the parameter, and at the one in their middle.
-/// Cells without a reference ([`Verdict::Unjudged`]) count as neither.
+/// The first verdict of a method that is not [`Verdict::Right`] as h grows, over all values of the
+/// parameter and at the middle one. Cells without a reference ([`Verdict::Unjudged`]) are ignored.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AtlasRow {
     /// Name of the method.
     pub method: &'static str,
     /// Name of the parameter.
     pub parameter: String,
-    /// The least h at which a cell is not right; none where all are.
+    /// The least h at which a cell is not right; none if all are right.
     pub h: Option<f64>,
-    /// The verdict there, of the least such value.
+    /// The verdict at this h and the least such value.
     pub verdict: Option<Verdict>,
-    /// The least and the largest value that has this verdict at this h.
+    /// The least value with this verdict at this h.
     pub from: Option<f64>,
-    /// See `from`.
+    /// The largest value with this verdict at this h.
     pub to: Option<f64>,
-    /// The value in the middle of those there are.
+    /// The middle value of the parameter.
     pub middle: f64,
-    /// The least h at which that value is not right.
+    /// The least h at which the middle value is not right.
     pub middle_h: Option<f64>,
-    /// Its verdict there.
+    /// The verdict there.
     pub middle_verdict: Option<Verdict>,
 }
 
@@ -60,7 +60,7 @@ pub fn atlas(rows: &[StabilityRow]) -> Vec<AtlasRow> {
         .collect()
 }
 
-/// The one with the least h, and the least value there.
+/// The failed cell with the least h, and among these with the least value.
 fn first_failure<'a>(cells: impl Iterator<Item = &'a StabilityRow>) -> Option<&'a StabilityRow> {
     cells
         .filter(|cell| !matches!(cell.verdict, Verdict::Right | Verdict::Unjudged))

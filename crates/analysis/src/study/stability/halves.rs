@@ -2,11 +2,11 @@
 
 use super::side::{Side, lane_of, put_lane};
 
-/// The weighted means of z - z_0 and of its square over each half of a run, number by number. The
-/// weights of a half have the sum 1.
+/// The weighted means of z - z_0 and of its square over each half of a run, componentwise. The
+/// weights of a half sum to 1.
 #[derive(Clone, Debug)]
 pub(super) struct Halves<T> {
-    /// Of each half the means and then the means of the squares.
+    /// The means of each half, followed by the means of its squares.
     sums: Vec<T>,
 }
 
@@ -15,7 +15,7 @@ impl<T: Side> Halves<T> {
         Self { sums: vec![T::zero(); 4 * size] }
     }
 
-    /// Takes in z at a look in one of the halves.
+    /// Adds an observation of z in one of the halves.
     #[inline]
     pub(super) fn add(&mut self, half: usize, weight: T, z: &[T], origin: &[T]) {
         let size = z.len();
@@ -43,8 +43,8 @@ impl Halves<f64> {
         &self.sums[2 * size..3 * size]
     }
 
-    /// Is each mean, and each root of the mean square about it, that of another run within what is
-    /// allowed for each number?
+    /// Whether each mean, and each root mean square about it, agrees with that of another run
+    /// within the tolerance of its component.
     pub(super) fn agree(&self, other: &Self, allowed: &[f64]) -> bool {
         let size = allowed.len();
         (0..2).all(|half| {
@@ -63,7 +63,7 @@ impl Halves<f64> {
 mod tests {
     use super::*;
 
-    /// sin of a phase and amplitude, over both halves.
+    /// sin of a phase, with an amplitude, over both halves.
     fn waves(amplitude: f64, phase: f64) -> Halves<f64> {
         let mut halves = Halves::nothing(1);
         for half in 0..2 {

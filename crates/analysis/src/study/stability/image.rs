@@ -1,11 +1,11 @@
-//! What of a state is compared: coordinates that wind are points of a circle.
+//! The components of a state that are compared. Periodic coordinates become points of a circle.
 
 use super::side::Side;
 use afterbay_core::StateRef;
 
-/// The map from a state to the numbers that are compared, z = (x, p, w): x holds q_j, or where the
-/// system recurs with the period P of q_j the point (P/2π) (cos 2πq_j/P, sin 2πq_j/P), which has
-/// the length of q_j and does not know how often it has gone round.
+/// The map from a state to the components compared, z = (x, p, w). For most coordinates x holds
+/// q_j. For a coordinate of period P it holds the point (P/2π) (cos 2πq_j/P, sin 2πq_j/P), which
+/// has the scale of q_j and does not depend on the number of turns.
 #[derive(Clone, Debug)]
 pub(super) struct Image<T> {
     /// 2π/P of each coordinate.
@@ -19,7 +19,7 @@ impl Image<f64> {
         }
     }
 
-    /// Images side by side; none where they have not the same coordinates on circles.
+    /// Images side by side; `None` if they differ in which coordinates are periodic.
     pub(super) fn beside<T: Side>(images: impl Fn(usize) -> Self) -> Option<Image<T>> {
         let all: Vec<Self> = (0..T::LANES).map(images).collect();
         let turn = |j: usize| {
@@ -33,8 +33,7 @@ impl Image<f64> {
         Some(Image { turns })
     }
 
-    /// For each number of z the kind it is compared with, 0..3 for x, p and w, and the coordinate
-    /// it belongs to.
+    /// The kind of each component of z (0, 1, 2 for x, p, w) and the coordinate it belongs to.
     pub(super) fn kinds(&self) -> Vec<(usize, usize)> {
         let places = self.turns.iter().enumerate().flat_map(|(j, turn)| {
             let numbers = if turn.is_some() { 2 } else { 1 };
@@ -47,12 +46,12 @@ impl Image<f64> {
 }
 
 impl<T: Side> Image<T> {
-    /// Numbers of x.
+    /// The number of components of x.
     pub(super) fn places(&self) -> usize {
         self.turns.len() + self.turns.iter().flatten().count()
     }
 
-    /// Numbers of z.
+    /// The number of components of z.
     pub(super) fn size(&self) -> usize {
         self.places() + 2 * self.turns.len()
     }

@@ -1,10 +1,11 @@
-//! Eight cells side by side, with the endings they have one at a time.
+//! Eight cells side by side, with the endings they have alone.
 //!
-//! A step that fails in one lane fails in all and changes none. It is then taken one at a time, which tells who fails: that cell has
-//! ended as it would have alone, and a living one takes its lane. Where such
-//! steps follow each other more and more of them are taken one at a time, up to a thousand, before lanes are tried again.
-//! Endings are the same to the bit but for exp and sin, whose last digits differ in lanes, and for numbers below 1e-290, which come to rest
-//! a few steps earlier or later.
+//! A step that fails in one lane fails in all and changes no state. The step is then taken cell by
+//! cell to find the one that fails. This cell ends as it would alone, and a running cell takes its
+//! lane. While such steps follow each other, increasing numbers of steps are taken cell by cell, up
+//! to a thousand, before lanes are tried again. Endings are the same to the bit with two
+//! exceptions: the last digits of exp and sin differ in lanes, and numbers below 1e-290 come to
+//! rest a few steps earlier or later.
 
 use super::alone::{Course, Ending, Traveller, Vehicle, alone};
 use super::measure::{Scales, Seen};
@@ -15,14 +16,14 @@ use crate::study::Problem;
 use afterbay_core::{InputError, Scalar, System, f64x8};
 use afterbay_methods::registry::{Row, Run};
 
-/// Lanes there are.
+/// The number of lanes.
 pub(super) const WIDTH: usize = 8;
-/// The most steps taken one at a time before lanes are tried again.
+/// The most steps taken cell by cell before lanes are tried again.
 const LONGEST: u64 = 1024;
-/// With fewer living cells than this the rest is taken one at a time.
+/// The least number of running cells for which lanes are used.
 const FEWEST: usize = 3;
 
-/// A cell of those that run side by side: one method, one step, neighbouring values.
+/// One of the cells that run side by side: one method, one step, neighbouring values.
 pub(super) struct Cell<'a> {
     pub(super) problem: &'a Problem,
     pub(super) value: f64,
@@ -36,13 +37,13 @@ impl Cell<'_> {
         Vehicle { run: self.run, system: self.system, scales: &self.exact.scales }
     }
 
-    /// The cell by itself.
+    /// Runs the cell alone.
     pub(super) fn alone(&self, course: Course<'_>) -> Result<Ending, InputError> {
         alone(self.problem, &self.vehicle(), course)
     }
 }
 
-/// Runs up to eight cells side by side; none where the method has no such form.
+/// Runs up to eight cells side by side; `None` if the method has no such form.
 pub(super) fn together(
     cells: &[Cell<'_>],
     row: &Row,
@@ -52,7 +53,7 @@ pub(super) fn together(
     let Some(first) = cells.first().filter(|_| (FEWEST..=WIDTH).contains(&cells.len())) else {
         return Ok(None);
     };
-    // Who is in a lane: those there are too few of stand in for themselves.
+    // The cell in each lane. If there are fewer cells than lanes, the last one is repeated.
     let mut seats: [usize; WIDTH] = std::array::from_fn(|k| k.min(cells.len() - 1));
     let Some(mut bound) = bind(cells, seats, row, parameter)? else { return Ok(None) };
     let state = first.problem.start::<f64x8>()?;

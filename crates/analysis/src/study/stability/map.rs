@@ -15,45 +15,45 @@ use std::cmp::Reverse;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use thiserror::Error;
 
-/// The most steps a run may have.
+/// The most steps of a run.
 pub const MOST_STEPS: f64 = 1e7;
 
 /// A map over steps and the values of one parameter.
 #[derive(Clone, Debug)]
 pub struct Map<'a> {
-    /// The system and where runs start.
+    /// The system and the initial state.
     pub problem: Problem,
     /// The parameter that is varied, see [`Model::with`](crate::Model::with).
     pub parameter: &'a str,
-    /// Its values.
+    /// The values of the parameter.
     pub values: &'a [f64],
     /// The steps.
     pub steps: &'a [f64],
-    /// The time a run covers, rounded up to whole steps, [`Map::least_steps`] at least.
+    /// The time of a run, rounded up to whole steps, at least [`Map::least_steps`] of them.
     pub end: f64,
     /// The least number of steps of a run.
     pub least_steps: u64,
 }
 
-/// Why there is no map. What goes wrong in a cell is its verdict.
+/// An error that prevents a map. A failure in a cell is a verdict instead.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MapError {
-    /// The parameter is none of the system, or can't have a value.
+    /// The system has no such parameter, or the value is not valid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A step, a state or a method the system does not take.
+    /// A step or a state is not valid, or a method does not apply.
     #[error(transparent)]
     Input(#[from] InputError),
 }
 
 impl Map<'_> {
-    /// Pieces of work, as they are told to [`Progress`].
+    /// The number of pieces of work reported to [`Progress`].
     pub fn pieces(&self, methods: usize) -> usize {
         self.values.len().div_ceil(WIDTH) * (1 + methods * self.steps.len())
     }
 
-    /// The cells, method after method, value after value, step after step. Where
-    /// [`Progress::stopped`] says so, cells that are not done are left out.
+    /// The cells, ordered by method, value and step. If [`Progress::stopped`], cells that are not
+    /// done are left out.
     ///
     /// # Errors
     /// [`MapError`]
@@ -65,7 +65,7 @@ impl Map<'_> {
         self.judge(methods, &self.references(progress)?, progress)
     }
 
-    /// The exact solutions the cells are judged by.
+    /// The exact solutions by which the cells are judged.
     ///
     /// # Errors
     /// [`MapError`]
@@ -90,7 +90,7 @@ impl Map<'_> {
         Ok(References(of_groups.into_iter().flatten().collect()))
     }
 
-    /// The cells, with references of this map. Those without one are left out.
+    /// Judges the cells by references of this map. Cells without a reference are left out.
     ///
     /// # Errors
     /// [`MapError`]
@@ -103,7 +103,7 @@ impl Map<'_> {
         self.judged(methods, references, progress, Way::Together)
     }
 
-    /// The same one cell at a time: what the others are measured by.
+    /// Judges the cells one at a time, as a check of [`Map::judge`].
     ///
     /// # Errors
     /// [`MapError`]
@@ -132,7 +132,7 @@ impl Map<'_> {
         self.steps.iter().map(|&h| Ok(Looks::new(self.steps_of(h)?))).collect()
     }
 
-    /// How many steps of size h a run takes.
+    /// The number of steps of size h of a run.
     fn steps_of(&self, h: f64) -> Result<u64, InputError> {
         Grid::<f64>::of(h, self.least_steps)?;
         let steps = (self.end / h).ceil();
@@ -162,7 +162,7 @@ impl Map<'_> {
         Ok(all.into_iter().map(in_order).collect())
     }
 
-    /// The same for a batch of steps.
+    /// The references of up to eight values, for a batch of steps.
     fn exact_of(
         &self,
         group: &[Place],
@@ -204,7 +204,7 @@ impl Map<'_> {
         let (places, looks) = (self.places()?, self.looks()?);
         let (values, steps) = (places.len(), self.steps.len());
         let groups = values.div_ceil(WIDTH);
-        // The dearest first, so that no long run is left for the end.
+        // The most expensive tasks come first, so that no long run is left for the end.
         let mut tasks: Vec<[usize; 3]> = (0..methods.len())
             .flat_map(|i| (0..steps).flat_map(move |j| (0..groups).map(move |k| [i, j, k])))
             .collect();

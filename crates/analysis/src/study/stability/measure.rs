@@ -1,28 +1,29 @@
-//! What is looked at along a run.
+//! Quantities measured along a run.
 //!
-//! Energies can't be compared in logarithm where H may be negative, as in a double well. What no
-//! system has negative is the size
+//! Energies cannot be compared in logarithm where H may be negative, as in a double well. The size
+//! of the motion is nonnegative for every system:
 //!
 //! ```text
 //! A = T/T_max + |x - c|²/Q²        T = ½ p·∂H/∂p        c = mean of x of the exact solution
 //! ```
 //!
-//! with the place x of the state ([`Image`]), the largest T and |x| of the exact solution,
-//! Q = |x|_max, and its mean over the second half of the run as the centre c. The mean of A over
-//! the second half tells decay, growth and the size of an oscillation, wherever it takes place;
-//! the mean of x tells where: around which attractor, in which well. The means of q, p and w and
-//! of their squares over each half ([`Halves`]) tell the amplitude of each. Of a harmonic
-//! oscillation A is constant, so that its mean does not depend on the phase. All are means over
-//! the same times of the run and of the exact solution, with weights sin² that vanish at the ends
-//! of a half: at which phase a run is cut off makes no difference.
+//! Here x is the place of the state ([`Image`]). T_max and Q = |x|_max are the largest T and |x| of
+//! the exact solution, and c is its mean of x over the second half of the run. The mean of A over
+//! the second half measures decay, growth and the size of an oscillation, wherever it takes place.
+//! The mean of x shows where it takes place: around which attractor, in which well. The means of q,
+//! p and w and of their squares over each half ([`Halves`]) give the amplitude of each. For a
+//! harmonic oscillation A is constant, so that its mean does not depend on the phase. All means are
+//! taken over the same times of the run and of the exact solution, with weights sin² that vanish at
+//! the ends of a half, so that the phase at which a run ends does not matter.
 //!
-//! What depends on the phase is seen at stations: up to [`MOST_STATIONS`] of the looks, at which
-//! x, p and w are compared one by one with the exact solution ([`Track`]).
+//! Quantities that depend on the phase are compared at stations. These are up to [`MOST_STATIONS`]
+//! of the observations, at which x, p and w are compared componentwise with the exact solution
+//! ([`Track`]).
 //!
-//! At most [`MOST_LOOKS`] times are looked at, equally spaced: a mean over 1024 points that are no
-//! nearer to each other than the steps has an error of their discreteness only, and run and
-//! solution share it. Motion that repeats itself between two looks, a relaxation much shorter than
-//! a thousandth of the run, is seen by chance.
+//! A run is observed at no more than [`MOST_LOOKS`] equally spaced times. A mean over 1024 points
+//! no closer than the steps has only a discretization error, which run and solution share. Motion
+//! that repeats itself between two observations, such as a relaxation much shorter than a
+//! thousandth of the run, is seen only by chance.
 
 use super::halves::Halves;
 use super::image::Image;
@@ -30,32 +31,32 @@ use super::side::{Side, lane_of, put_lane};
 use super::track::Track;
 use afterbay_core::{Passive, Scalar, StateRef, System};
 
-/// The most times a run is looked at.
+/// The most observations of a run.
 pub const MOST_LOOKS: u64 = 2048;
-/// The most times it is compared with the exact solution number by number.
+/// The most observations that are compared with the exact solution componentwise.
 pub const MOST_STATIONS: u64 = 64;
 
-/// A time at which a run is looked at.
+/// An observation of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
     /// 0 in the first half of the run, 1 in the second.
     pub(super) half: usize,
     /// Its weight among the looks of its half.
     pub(super) weight: f64,
-    /// Which station it is.
+    /// The index of its station, if it is one.
     pub(super) station: Option<usize>,
 }
 
-/// The steps of a run after which it is looked at.
+/// The steps of a run after which it is observed.
 #[derive(Clone, Debug)]
 pub(super) struct Looks {
     /// Steps of the run.
     pub(super) count: u64,
-    /// The first look.
+    /// The first observation.
     pub(super) first: u64,
-    /// Steps from one look to the next.
+    /// Steps between two observations.
     pub(super) every: u64,
-    /// The last is at the end.
+    /// The observations. The last one is at the end.
     looks: Vec<Look>,
 }
 
@@ -82,23 +83,23 @@ impl Looks {
         Self { count, first: count - (total - 1) * every, every, looks }
     }
 
-    /// The look after a step, if there is one.
+    /// The observation after a step, if there is one.
     pub(super) fn after(&self, step: u64) -> Option<Look> {
         let since = step.checked_sub(self.first)?;
         let index = usize::try_from(since / self.every).ok()?;
         if since.is_multiple_of(self.every) { self.looks.get(index).copied() } else { None }
     }
 
-    /// The steps and their looks.
+    /// The steps with their observations.
     pub(super) fn all(&self) -> impl Iterator<Item = (u64, Look)> {
         (0..).zip(&self.looks).map(|(i, &look)| (self.first + i * self.every, look))
     }
 }
 
-/// What sizes are measured by.
+/// The scales by which sizes are measured.
 #[derive(Clone, Debug)]
 pub(super) struct Scales<T> {
-    /// 1/T_max, 0 where nothing moves.
+    /// 1/T_max; 0 if nothing moves.
     pub(super) by_kinetic: T,
     /// 1/Q²
     pub(super) by_reach: T,
@@ -109,7 +110,7 @@ pub(super) struct Scales<T> {
 }
 
 impl<T: Side> Scales<T> {
-    /// Those of eight cells side by side; none where they do not compare the same numbers.
+    /// The scales of eight cells side by side; `None` if they compare different components.
     pub(super) fn beside<'a>(of: impl Fn(usize) -> &'a Scales<f64>) -> Option<Self> {
         let track = Track::beside(|k| &of(k).track)?;
         Some(Self {
@@ -121,7 +122,7 @@ impl<T: Side> Scales<T> {
     }
 }
 
-/// Numbers a look needs room for.
+/// Workspace of an observation.
 pub(super) struct Room<T> {
     hq: Vec<T>,
     hp: Vec<T>,
@@ -135,7 +136,7 @@ impl<T: Side> Room<T> {
     }
 }
 
-/// What has been seen of a run so far.
+/// What has been observed of a run so far.
 #[derive(Clone, Debug)]
 pub(super) struct Seen<T> {
     /// The mean of A over the second half.
@@ -143,12 +144,12 @@ pub(super) struct Seen<T> {
     /// The largest A.
     pub(super) largest: T,
     pub(super) halves: Halves<T>,
-    /// At the stations: the largest difference of a number of z to the exact solution, as a
-    /// multiple of what is allowed, and the largest |K - K_0| and |H| + Σ |w_j| + T.
+    /// Over the stations: the largest deviation of a component of z from the exact solution, as a
+    /// multiple of the allowed one, the largest |K - K_0|, and the largest |H| + Σ |w_j| + T.
     stations: [T; 3],
-    /// w when it was seen last.
+    /// w at the last observation.
     filled: Vec<T>,
-    /// 1 where a step has violated the passivity of each entry of w, and of their sum, else 0.
+    /// 1 if a step has violated the passivity of each entry of w, and of their sum, else 0.
     fallen: [T; 2],
 }
 
@@ -164,7 +165,7 @@ impl<T: Side> Seen<T> {
         }
     }
 
-    /// Takes in a state.
+    /// Observes a state.
     #[inline]
     pub(super) fn look(
         &mut self,
@@ -204,7 +205,7 @@ impl<T: Side> Seen<T> {
         }
     }
 
-    /// Takes in the reservoir after a step, or after several where each is known to be passive.
+    /// Observes the reservoir after a step, or after several if each is known to be passive.
     #[inline]
     pub(super) fn watch(&mut self, w: &[T]) {
         for (fallen, owed) in self.fallen.iter_mut().zip([Passive::Each, Passive::InSum]) {
@@ -213,7 +214,7 @@ impl<T: Side> Seen<T> {
         self.filled.copy_from_slice(w);
     }
 
-    /// One lane of it.
+    /// Lane k.
     pub(super) fn lane(&self, k: usize) -> Seen<f64> {
         Seen {
             size: self.size.lane(k),
@@ -225,7 +226,7 @@ impl<T: Side> Seen<T> {
         }
     }
 
-    /// Puts one into a lane.
+    /// Replaces lane k.
     pub(super) fn put(&mut self, k: usize, one: &Seen<f64>) {
         self.size = self.size.with(k, one.size);
         self.largest = self.largest.with(k, one.largest);
@@ -241,12 +242,12 @@ pub(super) fn larger<T: Scalar>(a: T, b: T) -> T {
     T::select(a.lt(b), b, a)
 }
 
-/// K is kept where it moves by no more than this share of |H| + Σ |w_j| + T: the roundings of 1e7
-/// steps stay below it, and an edge that is not resolved does not.
+/// K counts as kept if it moves by at most this share of |H| + Σ |w_j| + T. The roundings of 1e7
+/// steps stay below this share, the error of an unresolved edge does not.
 pub const KEPT: f64 = 1e-8;
 
 impl Seen<f64> {
-    /// Has a step violated the passivity of the system?
+    /// Whether a step has violated the passivity of the system.
     pub(super) fn robbed(&self, owed: Passive) -> bool {
         match owed {
             Passive::No => false,
@@ -255,12 +256,12 @@ impl Seen<f64> {
         }
     }
 
-    /// Were q, p and w within what is allowed at every station?
+    /// Whether q, p and w were within the allowed deviation at every station.
     pub(super) fn follows(&self) -> bool {
         self.stations[0] <= 1.0
     }
 
-    /// Was K the same at every station, but for rounding?
+    /// Whether K was constant at every station, up to rounding.
     pub(super) fn keeps_k(&self) -> bool {
         self.stations[1] <= KEPT * self.stations[2]
     }

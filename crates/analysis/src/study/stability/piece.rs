@@ -1,4 +1,4 @@
-//! The cells of a method and a step at neighbouring values: one piece of work.
+//! The cells of a method and a step at neighbouring values, as one piece of work.
 
 use super::alone::Course;
 use super::image::Image;
@@ -25,11 +25,11 @@ pub struct StabilityRow {
     pub h: f64,
     /// Name of the parameter that is varied.
     pub parameter: String,
-    /// Its value.
+    /// The value of the parameter.
     pub value: f64,
     /// The verdict.
     pub verdict: Verdict,
-    /// Of the matrix of one step, where the step is linear.
+    /// The spectral radius of one step, where it is linear.
     pub spectral_radius: Option<f64>,
     /// Steps done.
     pub steps_done: u64,
@@ -45,7 +45,7 @@ pub(super) struct Place {
     pub(super) image: Image<f64>,
 }
 
-/// Do cells run side by side?
+/// Whether cells run side by side.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Way {
     Together,

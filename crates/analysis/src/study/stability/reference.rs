@@ -1,8 +1,10 @@
-//! What the exact solution does: RK4 over the whole time, its steps halved until nothing that is compared changes.
+//! The exact solution by RK4 over the whole time, with steps halved until no compared quantity
+//! changes.
 //!
-//! One solution serves all methods and all steps h whose runs are about as long at a value of the parameter, and nothing of it is kept: it is looked at for all of them
-//! on its way, between two of its own steps by cubics through values and slopes. Eight values run side by side where the system allows it; where one of them leaves the numbers, each
-//! runs alone.
+//! One solution serves all methods and all steps h whose runs are about as long, at one value of
+//! the parameter. It is not stored: it is observed on its way for all of them, between its own
+//! steps by cubic interpolation of values and slopes. Eight values run side by side where the
+//! system allows it. If one of them ceases to be finite, each runs alone.
 
 use super::halves::Halves;
 use super::image::Image;
@@ -16,22 +18,22 @@ use afterbay_core::{Grid, InputError, IntegrateError, System};
 use afterbay_methods::registry::Run;
 use std::ops::ControlFlow;
 
-/// What is known of the exact solution.
+/// How well the exact solution is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Standing {
-    /// Halving the step changes what is compared by no more than a hundredth of what is allowed.
+    /// Halving the step changes the compared quantities by at most a hundredth of what is allowed.
     Resolved,
-    /// It still changes more at the shortest step.
+    /// The compared quantities still change by more at the shortest step.
     Unsettled,
-    /// The solution leaves the numbers.
+    /// The solution ceases to be finite.
     Leaves,
 }
 
-/// The exact solution as runs are compared with it.
+/// The exact solution, as runs are compared with it.
 #[derive(Clone, Debug)]
 pub(super) struct Reference {
     pub(super) standing: Standing,
-    /// Is it known as well as that at each station?
+    /// Whether it is resolved at each station.
     pub(super) followed: bool,
     pub(super) scales: Scales<f64>,
     /// The mean of A over the second half.
@@ -44,19 +46,19 @@ pub(super) struct Reference {
 pub struct References(pub(super) Vec<Option<Vec<Reference>>>);
 
 impl Reference {
-    /// Has a run the size and the place of this solution?
+    /// Whether a run has the size and the place of this solution.
     pub(super) fn is_as_large(&self, seen: &Seen<f64>) -> bool {
         let means = seen.halves.last_mean().iter().zip(&self.scales.track.origin);
         let mean: Vec<f64> = means.map(|(off, origin)| off + origin).collect();
         self.agrees(seen.size, &mean, [TOLERANCE, SHARE])
     }
 
-    /// Are size and mean the same, within shares of what a verdict allows?
+    /// Whether size and mean agree, within shares of what a verdict allows.
     pub(super) fn agrees(&self, size: f64, mean: &[f64], [tolerance, share]: [f64; 2]) -> bool {
         let Scales { by_reach, centre, .. } = &self.scales;
         let square =
             |parts: &mut dyn Iterator<Item = f64>| parts.map(|x| x * x).sum::<f64>() * by_reach;
-        // Rounding does not let rest be more quiet than this.
+        // Rounding keeps a state of rest from being quieter than this.
         let rounding = (1024.0 * f64::EPSILON).powi(2) * square(&mut centre.iter().copied());
         let [found, exact] = [size, self.size].map(|size| size.max(rounding).max(1e-300).ln());
         let off = square(&mut mean.iter().zip(centre).map(|(mean, centre)| mean - centre));
@@ -64,37 +66,40 @@ impl Reference {
     }
 }
 
-/// Steps of the first solution, in their length and number, and the most of the last.
+/// The length of a step of the first solution, its least number of steps, and the most steps of the
+/// last.
 const COARSEST: f64 = 0.02;
 const LEAST_STEPS: u64 = 256;
 const MOST_STEPS: u64 = 1 << 21;
 
-/// What cutting the step may change, as a share of what a verdict allows: of size and mean, and of
-/// the numbers at the stations. RK4 of half the step has a sixteenth of the error.
+/// The change on halving the step at which a solution is resolved, as a share of what a verdict
+/// allows: for size and mean, and for the components at the stations. RK4 with half the step has a
+/// sixteenth of the error.
 const SETTLED: f64 = 0.01;
 const STEADY: f64 = 0.1;
-/// Steps after which it is asked whether to stop.
+/// The number of steps between two checks whether to stop.
 const PAUSE: u64 = 1024;
 
-/// A look at the solution, for a step of a batch.
+/// An observation of the solution, for one step of a batch.
 pub(super) struct Event {
     pub(super) t: f64,
     pub(super) step: usize,
     pub(super) look: Look,
 }
 
-/// Steps of the map whose runs end at about the same time: longer ones would ask for longer steps of RK4.
+/// Steps of the map whose runs end at about the same time. Longer runs would ask for longer steps
+/// of RK4.
 pub(super) struct Batch {
-    /// Which of the map's.
+    /// Their indices in the map.
     pub(super) steps: Vec<usize>,
-    /// Their looks in the order of time.
+    /// Their observations in order of time.
     events: Vec<Event>,
 }
 
-/// How many times longer than its shortest a run of a batch may be.
+/// The largest ratio of the lengths of two runs in a batch.
 const SPAN: f64 = 4.0;
 
-/// All steps of a map in batches.
+/// Groups all steps of a map into batches.
 pub(super) fn batches(steps: &[(f64, &Looks)]) -> Vec<Batch> {
     let end = |&i: &usize| steps[i].0 * steps[i].1.count as f64;
     let mut order: Vec<usize> = (0..steps.len()).collect();
@@ -114,20 +119,20 @@ pub(super) fn batches(steps: &[(f64, &Looks)]) -> Vec<Batch> {
     batches
 }
 
-/// Eight values, or one, of which references are made for a batch of steps.
+/// One value or eight, with the batch of steps for which references are computed.
 pub(super) struct Exact<'a, T: Side> {
     pub(super) problem: &'a Problem,
     pub(super) run: &'a Run<T>,
     pub(super) system: &'a dyn System<T>,
     pub(super) batch: &'a Batch,
-    /// Of each lane.
+    /// The image of each lane.
     pub(super) images: &'a [Image<f64>],
     pub(super) progress: &'a dyn Progress,
 }
 
 impl<T: Side> Exact<'_, T> {
-    /// The references of every lane and step; none where a solution leaves the numbers, where the
-    /// lanes do not compare the same numbers, and where it is stopped.
+    /// The references of every lane and step. `None` if a solution ceases to be finite, if the
+    /// lanes compare different components, or if the user asked to stop.
     pub(super) fn references(&self) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
         let Some(end) = self.batch.events.last().map(|event| event.t) else {
             return Ok(Some(vec![vec![]; T::LANES]));
@@ -151,7 +156,7 @@ impl<T: Side> Exact<'_, T> {
         }
     }
 
-    /// Those of RK4 with `count` steps; none where a number is not finite.
+    /// The references by RK4 with `count` steps; `None` if a number is not finite.
     fn solution(&self, end: f64, count: u64) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
         let mut state = self.problem.start::<T>()?;
         let dof = state.dof();
@@ -162,7 +167,7 @@ impl<T: Side> Exact<'_, T> {
         let mut events = self.batch.events.iter().peekable();
         let ended = self.run.run(Grid::<T>::of(length, count)?, &mut state, 1, &mut |n, state| {
             walk.arrive(state);
-            // The last step ends at the end but for rounding.
+            // The last step reaches the end only up to rounding.
             let t = if n < count { length * n as f64 } else { f64::INFINITY };
             while let Some(event) = events.next_if(|event| n > 0 && event.t <= t) {
                 walk.look(event, event.t / length - (n - 1) as f64, length);
@@ -181,7 +186,7 @@ impl<T: Side> Exact<'_, T> {
     }
 }
 
-/// Those that are the same as before are resolved. Are all?
+/// Marks the references that agree with the ones before as resolved. Returns whether all are.
 fn settle(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bool {
     let Some(before) = before else { return false };
     let mut all = true;
@@ -196,7 +201,7 @@ fn settle(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bo
     all
 }
 
-/// The references where the solution leaves the numbers: sizes are those of the start.
+/// References where the solution ceases to be finite. Their sizes are those of the start.
 pub(super) fn of_start(
     problem: &Problem,
     system: &dyn System<f64>,

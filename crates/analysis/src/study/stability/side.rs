@@ -1,12 +1,12 @@
-//! Numbers side by side, taken apart.
+//! Numbers side by side, with access to each.
 
 use afterbay_core::{Scalar, State, f64x8};
 
-/// A number, or eight of them, each of which can be looked at alone.
+/// A number, or eight side by side with access to each.
 pub(super) trait Side: Scalar {
-    /// This with another number in a lane.
+    /// The same with lane k replaced.
     fn with(self, k: usize, x: f64) -> Self;
-    /// Made of a number for each lane.
+    /// Built from the number of each lane.
     fn gather(each: impl Fn(usize) -> f64) -> Self {
         (0..Self::LANES).fold(Self::zero(), |all, k| all.with(k, each(k)))
     }
@@ -26,22 +26,22 @@ impl Side for f64x8 {
     }
 }
 
-/// One lane of many numbers.
+/// Lane k of many numbers.
 pub(super) fn lane_of<T: Side>(all: &[T], k: usize) -> Vec<f64> {
     all.iter().map(|x| x.lane(k)).collect()
 }
 
-/// Puts numbers in a lane.
+/// Puts numbers into lane k.
 pub(super) fn put_lane<T: Side>(all: &mut [T], k: usize, one: &[f64]) {
     all.iter_mut().zip(one).for_each(|(x, &one)| *x = x.with(k, one));
 }
 
-/// The state in a lane.
+/// The state in lane k.
 pub(super) fn state_of<T: Side>(all: &State<Vec<T>>, k: usize) -> State<Vec<f64>> {
     State { q: lane_of(&all.q, k), p: lane_of(&all.p, k), w: lane_of(&all.w, k), t: all.t.lane(k) }
 }
 
-/// Puts a state in a lane.
+/// Puts a state into lane k.
 pub(super) fn put_state<T: Side>(all: &mut State<Vec<T>>, k: usize, one: &State<Vec<f64>>) {
     let parts = [(&mut all.q, &one.q), (&mut all.p, &one.p), (&mut all.w, &one.w)];
     parts.into_iter().for_each(|(all, one)| put_lane(all, k, one));

@@ -4,16 +4,17 @@ use afterbay_core::{InputError, IntegrateError, State};
 use afterbay_methods::registry::Run;
 use nalgebra::{DMatrix, Schur};
 
-/// How far the image of a sum may be from the sum of the images, as a share of the largest number in them.
+/// The largest difference between the image of a sum and the sum of the images, as a share of the
+/// largest number in them, at which a step counts as linear.
 const LINEAR: f64 = 1e-9;
-/// Sweeps of the eigenvalue iteration for each row.
+/// The most sweeps of the eigenvalue iteration per row.
 const SWEEPS: usize = 100;
 
-/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on unit vectors; none where the step fails on
-/// one of them or is not linear.
+/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on unit
+/// vectors. `None` if the step fails on one of them or is not linear.
 ///
 /// # Errors
-/// Those of the input.
+/// Invalid input.
 pub(super) fn spectral_radius(
     method: &Run<f64>,
     dof: usize,
@@ -28,7 +29,7 @@ pub(super) fn spectral_radius(
             Err(IntegrateError::Run(_) | IntegrateError::Interrupted) => Ok(None),
         }
     };
-    // A sum in which no two have the same weight.
+    // A sum in which all weights differ.
     let weights: Vec<f64> = (0..size).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect();
     let Some(mut off) = image(&weights)? else { return Ok(None) };
     let mut matrix = DMatrix::zeros(size, size);

@@ -1,4 +1,4 @@
-//! The exact solution at the stations of a run, and how far from it a run may be.
+//! The exact solution at the stations of a run, and the deviations allowed there.
 
 use super::image::Image;
 use super::side::Side;
@@ -11,20 +11,20 @@ pub(super) struct Track<T> {
     pub(super) origin: Vec<T>,
     /// K at the start.
     pub(super) total: T,
-    /// 1 by what is allowed of each number of z.
+    /// 1 divided by the deviation allowed to each component of z.
     by_allowed: Vec<T>,
     /// z at each station, one after the other.
     stations: Vec<T>,
 }
 
-/// A number that is smaller than others of its kind has at least this share of their size.
+/// The least size of a component, as a share of the largest of its kind.
 const LEAST: f64 = 0.01;
-/// A size that is this share of the largest number is rounding: that of rest.
+/// A size below this share of the largest number is rounding; the component is at rest.
 const ROUNDING: f64 = 1e-12;
 
-/// The own size of each number of z, from the least and the largest value of each along the exact
-/// solution: half of what x and p sweep, and the largest |w|. Both numbers of a point on a circle
-/// have the size of the larger, and none is less than [`LEAST`] of the largest of its kind.
+/// The size of each component of z, from its least and its largest value along the exact solution:
+/// half the range of x and p, and the largest |w|. Both components of a point on a circle have the
+/// larger size. No size is less than [`LEAST`] of the largest of its kind.
 pub(super) fn sizes(image: &Image<f64>, low: &[f64], high: &[f64]) -> Vec<f64> {
     let kinds = image.kinds();
     let largest = low.iter().chain(high).fold(0.0, |most: f64, z| most.max(z.abs()));
@@ -37,7 +37,7 @@ pub(super) fn sizes(image: &Image<f64>, low: &[f64], high: &[f64]) -> Vec<f64> {
     };
     let of_kind = [0, 1, 2].map(|kind| most(&|i| kinds[i].0 == kind));
     let size = |i: usize| {
-        // The two numbers of a point on a circle stand side by side.
+        // The two components of a point on a circle are neighbours.
         let beside = [i.saturating_sub(1), (i + 1).min(kinds.len() - 1)];
         let of_point = beside.into_iter().filter(|&k| kinds[k] == kinds[i]).map(own);
         let joint = of_point.fold(own(i), f64::max);
@@ -59,12 +59,12 @@ impl Track<f64> {
         Self { image, origin, total, by_allowed: by_allowed.collect(), stations }
     }
 
-    /// What is allowed of each number of z.
+    /// The deviation allowed to each component of z.
     pub(super) fn allowed(&self) -> Vec<f64> {
         self.by_allowed.iter().map(|by| if *by > 0.0 { by.recip() } else { 0.0 }).collect()
     }
 
-    /// Is another solution within a share of what is allowed at every station?
+    /// Whether another solution agrees within a share of the allowed deviation at every station.
     pub(super) fn agrees(&self, other: &Self, share: f64) -> bool {
         let size = self.by_allowed.len();
         let apart = |(i, z): (usize, &[f64])| self.off(i, z);
@@ -74,7 +74,7 @@ impl Track<f64> {
 }
 
 impl<T: Side> Track<T> {
-    /// Those of eight cells side by side; none where they do not compare the same numbers.
+    /// The tracks of eight cells side by side; `None` if they compare different components.
     pub(super) fn beside<'a>(of: impl Fn(usize) -> &'a Track<f64>) -> Option<Self> {
         let image = Image::beside(|k| of(k).image.clone())?;
         let gather = |part: &dyn Fn(&'a Track<f64>) -> &'a [f64]| -> Option<Vec<T>> {
@@ -91,8 +91,8 @@ impl<T: Side> Track<T> {
         })
     }
 
-    /// The largest difference of a number of z to the exact solution at a station, as a multiple
-    /// of what is allowed; none where the solution has no such station.
+    /// The largest deviation of a component of z from the exact solution at a station, as a
+    /// multiple of the allowed one; `None` if the solution has no such station.
     #[inline]
     pub(super) fn off(&self, station: usize, z: &[T]) -> Option<T> {
         let size = self.by_allowed.len();

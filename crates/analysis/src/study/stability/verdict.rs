@@ -1,4 +1,4 @@
-//! How a run ended.
+//! Verdicts on runs.
 
 use super::alone::Ending;
 use super::measure::{KEPT, MOST_LOOKS, MOST_STATIONS};
@@ -6,42 +6,42 @@ use super::reference::{Reference, Standing};
 use afterbay_core::{Passive, StepFailure};
 use serde::Serialize;
 
-/// How a run behaved beside the exact solution.
+/// The behaviour of a run compared with the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Bounded; every q_j, p_j and w_j within [`SHARE`] of its own size at each of up to
-    /// [`MOST_STATIONS`](super::MOST_STATIONS) times along the run; over the second half as large
-    /// as the exact solution ([`TOLERANCE`]) and at the same place; and K kept
-    /// ([`KEPT`](super::KEPT)) where the method claims it.
+    /// Bounded. Every q_j, p_j and w_j is within [`SHARE`] of its own size at each of up to
+    /// [`MOST_STATIONS`](super::MOST_STATIONS) times along the run. Over the second half the motion
+    /// has the size ([`TOLERANCE`]) and the place of the exact solution. K is kept
+    /// ([`KEPT`](super::KEPT)) if the method claims to keep it.
     Right,
-    /// Off at some of these times, but right in all that does not depend on the phase: as large
-    /// and at the same place, the mean of every q_j, p_j and w_j and the root of the mean square
-    /// about it within [`SHARE`] of its own size over each half of the run, and K where it is
-    /// claimed.
+    /// Off at some of these times, but right in everything that does not depend on the phase: size
+    /// and place over the second half; over each half the mean and the root mean square about it of
+    /// every q_j, p_j and w_j, within [`SHARE`] of its own size; and K if the method claims to keep
+    /// it.
     Late,
-    /// Bounded, and neither; or where the exact solution leaves the numbers.
+    /// Bounded, but neither right nor late; or the exact solution ceases to be finite.
     Wrong,
-    /// Bounded, but a step violates passivity ([`Passive::violated`]). Methods that may do so are
-    /// watched step by step, those that claim passivity from look to look.
+    /// Bounded, but a step violates passivity ([`Passive::violated`]). Methods that may violate it
+    /// are checked after every step, methods that claim passivity only where a run is observed.
     PassivityViolated,
-    /// Bounded, and no reference tells whether it is right: RK4 at its shortest step does not
-    /// settle.
+    /// Bounded, but without a reference: RK4 at its shortest step does not settle.
     Unjudged,
-    /// The motion has grown beyond [`GROWTH`] times the largest the exact solution has, in energy.
+    /// The motion grows beyond [`GROWTH`] times the largest of the exact solution, in energy.
     Growing,
     /// A number was not finite.
     NotFinite,
     /// The solver of the step found no solution.
     NoConvergence,
-    /// The equation of the step has several solutions, and the one that continues from h = 0 ends on the way.
+    /// The equation of the step has several solutions, and the one continued from h = 0 ends on the
+    /// way.
     SeveralSolutions,
     /// δ met its pole, or the step equation was singular.
     Pole,
 }
 
 impl Verdict {
-    /// Every verdict, from good to bad.
+    /// All verdicts, from good to bad.
     pub const ALL: [Self; 10] = [
         Self::Right,
         Self::Late,
@@ -71,8 +71,8 @@ impl Verdict {
         }
     }
 
-    /// The verdict of a run. `owed` is where the system is passive, `keeps_k` whether the method
-    /// claims to keep K.
+    /// The verdict on a run. `owed` is the passivity of the system, and `keeps_k` is whether the
+    /// method claims to keep K.
     pub(super) fn of(ending: &Ending, exact: &Reference, owed: Passive, keeps_k: bool) -> Self {
         let seen = &ending.seen;
         match ending.failure {
@@ -114,32 +114,35 @@ impl Verdict {
     }
 }
 
-/// The size of the motion A is right if |ln(A/A_exact)| ≤ TOLERANCE (1 + |ln A_exact|), in units of the largest of the exact solution: 10 % of the decay
-/// in logarithm, and 10 % of the size where there is none. What has decayed below 1e-300, or below the rounding of the
-/// place where it rests, counts as that.
+/// The size of the motion A, in units of its largest in the exact solution, is right if
+/// |ln(A/A_exact)| ≤ TOLERANCE (1 + |ln A_exact|). This allows 10 % of the decay in logarithm, and
+/// 10 % of the size where there is no decay. Sizes below 1e-300, or below the rounding of the place
+/// of rest, count as equal to that.
 pub const TOLERANCE: f64 = 0.1;
 
-/// Each number is right within this share of its own size: half of what q_j or p_j sweeps along
-/// the exact solution, or the largest |w_j|, but no less than a hundredth of the largest such size
-/// among the degrees of freedom. A coordinate on a circle, see
-/// [`Model::periods`](crate::Model::periods), is judged as a point in the plane. The place of the
+/// Each component is right within this share of its own size: half the range of q_j or p_j along
+/// the exact solution, or the largest |w_j|, but at least a hundredth of the largest such size
+/// among the degrees of freedom. A periodic coordinate (see
+/// [`Model::periods`](crate::Model::periods)) is judged as a point in the plane. The place of the
 /// motion is right if its mean is within this share of the largest |q| of the exact solution.
 pub const SHARE: f64 = 0.1;
 
-/// A motion of more than so many times the largest energy of the exact solution (more exactly, A beyond it) is growing.
+/// A motion grows if A exceeds this number, which is about this many times the largest energy of
+/// the exact solution.
 pub const GROWTH: f64 = 1e3;
 
-/// What the verdicts mean, in words, once A, c and Q are known.
+/// The meaning of the verdicts in words, where A, c and Q are known.
 pub fn rules() -> String {
     format!(
-        "\"Right\" is a bounded run with every q_j, p_j and w_j within {SHARE} of its own size at each of up to \
-         {MOST_STATIONS} times (half of what q_j or p_j sweeps along the reference, the largest |w_j|, and \
-         no less than a hundredth of the largest of its kind); with the size of the reference, \
-         |ln(A/A_ref)| ≤ {TOLERANCE} (1 + |ln A_ref|) for the means of A over the second half, and its \
-         place, a mean q within {SHARE} Q of c; and with K kept to {KEPT:e} of its terms where the method claims \
-         to keep it. \"Right but late\" is right in all but the phase: the mean of every q_j, p_j and w_j over \
-         each half of the run and the root of the mean square about it are within {SHARE} of its size. A \
-         coordinate in which the system recurs is a point of a circle. \"Growing\" is an A beyond {GROWTH}. Run \
-         and reference are compared after the same {MOST_LOOKS} steps at most."
+        "\"Right\" means that the run is bounded and meets three conditions. Every q_j, p_j and \
+         w_j is within {SHARE} of its own size at each of up to {MOST_STATIONS} times. This size \
+         is half the range of q_j or p_j along the reference, or the largest |w_j|, and at least a \
+         hundredth of the largest of its kind. Over the second half the means of A satisfy \
+         |ln(A/A_ref)| ≤ {TOLERANCE} (1 + |ln A_ref|), and the mean of q is within {SHARE} Q of c. \
+         K is kept to {KEPT:e} of its terms if the method claims to keep it. \"Right but late\" \
+         means right in all but the phase: over each half of the run the mean of every q_j, p_j \
+         and w_j, and the root mean square about it, are within {SHARE} of its size. A periodic \
+         coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH}. \
+         Run and reference are compared after the same steps, at most {MOST_LOOKS} of them."
     )
 }

@@ -1,4 +1,4 @@
-//! An exact solution on its way, looked at for many steps h at once.
+//! An exact solution in progress, observed for many steps h at once.
 
 use super::halves::Halves;
 use super::image::Image;
@@ -13,13 +13,13 @@ use afterbay_core::{StateRef, System};
 struct Node<T> {
     /// q, p and w.
     point: [Vec<T>; 3],
-    /// q' and, once they are asked for, p' and w'; ∂H/∂q in the place of p' before.
+    /// q', and p' and w' once computed; before that ∂H/∂q is stored in place of p'.
     slopes: [Vec<T>; 3],
     asked: bool,
 }
 
 impl<T: Side> Node<T> {
-    /// Finds p' = -∂H/∂q - D and w' = D ∂H/∂p where that has not been done. `d` is room.
+    /// Computes p' = -∂H/∂q - D and w' = D ∂H/∂p where that has not been done. `d` is workspace.
     fn ask(&mut self, system: &dyn System<T>, d: &mut [T]) {
         if self.asked {
             return;
@@ -34,7 +34,7 @@ impl<T: Side> Node<T> {
     }
 }
 
-/// The last two points of the solution, and what has been seen for each step.
+/// The last two points of the solution, and the observations for each step.
 pub(super) struct Walk<'a, T> {
     system: &'a dyn System<T>,
     image: Image<T>,
@@ -48,21 +48,21 @@ pub(super) struct Walk<'a, T> {
     range: [Vec<T>; 2],
     pub(super) sums: Vec<Sums<T>>,
     between: [Vec<T>; 3],
-    /// Room for ∂H/∂q, D and ∂H/∂p.
+    /// Workspace for ∂H/∂q, D and ∂H/∂p.
     room: [Vec<T>; 3],
     z: Vec<T>,
 }
 
-/// What has been seen for a step h.
+/// The observations for a step h.
 pub(super) struct Sums<T> {
-    /// x at the first look in the second half; what follows is measured from there, as the mean is
-    /// not known yet.
+    /// x at the first observation in the second half. Means are taken relative to it, since the
+    /// mean is not known yet.
     origin: Option<Vec<T>>,
     mean: Vec<T>,
     /// The means of |x - origin|² and T.
     away: T,
     kinetic: T,
-    /// Those of the walk at the last look.
+    /// The largest T and |x|² at the last observation.
     largest: [T; 2],
     range: [Vec<T>; 2],
     halves: Halves<T>,
@@ -96,7 +96,7 @@ impl<'a, T: Side> Walk<'a, T> {
         }
     }
 
-    /// Takes in the next point.
+    /// Adds the next point.
     pub(super) fn arrive(&mut self, state: StateRef<'_, T>) {
         let Self { image, z, range: [low, high], .. } = self;
         std::mem::swap(&mut self.before, &mut self.now);
@@ -124,7 +124,8 @@ impl<'a, T: Side> Walk<'a, T> {
         }
     }
 
-    /// Looks at the share u of the way between the last two points, a time `length` apart.
+    /// Observes the solution at the share u of the way between the last two points, a time `length`
+    /// apart.
     pub(super) fn look(&mut self, event: &Event, u: f64, length: f64) {
         let v = 1.0 - u;
         let of_points = [v * v * (1.0 + 2.0 * u), u * u * (1.0 + 2.0 * v)].map(T::from_f64);
@@ -155,7 +156,7 @@ impl<'a, T: Side> Walk<'a, T> {
         }
     }
 
-    /// The reference of a lane for each step, its standing not known.
+    /// The reference of a lane for each step, its standing not yet known.
     pub(super) fn references(&self, k: usize, image: &Image<f64>) -> Vec<Reference> {
         let (origin, total) = match &self.start {
             Some((origin, total)) => (lane_of(origin, k), total.lane(k)),
@@ -165,7 +166,7 @@ impl<'a, T: Side> Walk<'a, T> {
         self.sums.iter().map(of).collect()
     }
 
-    /// The reference of a lane where there is nothing but the start.
+    /// The reference of a lane where only the start is known.
     pub(super) fn of_start(mut self, k: usize, image: &Image<f64>) -> Option<Reference> {
         let sums = self.sums.first_mut()?;
         (sums.largest, sums.range) = (self.largest, self.range.clone());

@@ -1,4 +1,4 @@
-//! Systems made of expressions, and places inside these.
+//! Custom systems that are not valid, and places inside their expressions.
 
 use super::{Bad, Change};
 
@@ -151,21 +151,23 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     (
         "[run]",
-        "[study.stability]\nsteps = [0.1]\nparameter = { name = \"d\", from = 0, to = 1, count = 2 }\n[run]",
+        "[study.stability]\nsteps = [0.1]\n\
+         parameter = { name = \"d\", from = 0, to = 1, count = 2 }\n[run]",
         "name = \"d\"",
         "there is no parameter d",
         "there are c",
     ),
     (
         "mass = [1.0, 2.0]",
-        "mass = [\"c\", 2.0]\n[study.stability]\nsteps = [0.1]\nparameter = { name = \"c\", from = 0, to = 1, count = 2 }\n[system.x]",
+        "mass = [\"c\", 2.0]\n[study.stability]\nsteps = [0.1]\n\
+         parameter = { name = \"c\", from = 0, to = 1, count = 2 }\n[system.x]",
         "x",
         "there is no key x",
         "the keys are",
     ),
 ];
 
-/// Places in expressions that are written in every way TOML has.
+/// Errors in expressions that are quoted in every form of TOML.
 pub(super) fn places() -> impl Iterator<Item = Bad> {
     let line = format!("potential = \"{V}\"");
     let written = [

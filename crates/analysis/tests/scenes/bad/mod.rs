@@ -1,25 +1,27 @@
-//! Scenes with one thing wrong, and what is said of each.
+//! Scenes with one mistake, and the message for each.
 
 mod custom;
+mod form;
 mod named;
 mod nested;
 
-/// A text that is no scene.
+/// A text that is not a valid scene.
 pub(crate) struct Bad {
     /// The text.
     pub(crate) text: String,
-    /// What is pointed at, its first line.
+    /// The first line of the part that the message points at.
     pub(crate) at: String,
     /// A part of the message.
     pub(crate) says: &'static str,
-    /// A part of the advice; nothing where the message says it all.
+    /// A part of the advice; empty if there is none.
     pub(crate) help: &'static str,
 }
 
-/// A change of a good scene: what is replaced and by what, what is pointed at, said and advised.
+/// A change of a valid scene: the text replaced, its replacement, the part pointed at, and parts of
+/// the message and of the advice.
 type Change = (&'static str, &'static str, &'static str, &'static str, &'static str);
 
-/// The good scenes the others are made of.
+/// The valid scenes from which the others are made.
 pub(crate) const GOOD: [&str; 2] = [named::GOOD, custom::GOOD];
 
 fn changed<'a>(good: &'a str, changes: &'a [Change]) -> impl Iterator<Item = Bad> + 'a {
@@ -29,8 +31,10 @@ fn changed<'a>(good: &'a str, changes: &'a [Change]) -> impl Iterator<Item = Bad
     })
 }
 
-/// All of them.
+/// All bad scenes.
 pub(crate) fn all() -> Vec<Bad> {
-    let small = changed(named::GOOD, named::CHANGES).chain(changed(custom::GOOD, custom::CHANGES));
-    small.chain(custom::places()).chain(nested::texts()).collect()
+    let form = changed(named::GOOD, form::CHANGES);
+    let named = changed(named::GOOD, named::CHANGES);
+    let custom = changed(custom::GOOD, custom::CHANGES);
+    form.chain(named).chain(custom).chain(custom::places()).chain(nested::texts()).collect()
 }

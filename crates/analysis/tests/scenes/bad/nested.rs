@@ -1,4 +1,4 @@
-//! Brackets and dots without end, and other texts that are no scene at all.
+//! Endless brackets and dots, and other texts that are not scenes.
 
 use super::{Bad, named};
 

@@ -1,0 +1,244 @@
+//! Plans from the tables of a scene.
+
+mod budget;
+mod values;
+
+use super::document::{Document, Spacing, Spread};
+use super::plan::{
+    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
+    WorkPrecisionPlan,
+};
+use super::problem::{SceneError, SceneProblem};
+use super::source::Source;
+use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
+use afterbay_core::{Grid, InputError, Tolerance};
+use afterbay_methods::registry::{self, FIXED, Row};
+use budget::{MOST_CELLS, MOST_TOLERANCES};
+use values::entry;
+
+/// Checks the tables of a scene and makes plans of them.
+pub(super) struct Planner<'a> {
+    pub(super) source: &'a Source<'a>,
+    pub(super) document: &'a Document,
+    pub(super) problem: &'a Problem,
+    /// The number of steps of a run.
+    pub(super) steps: u64,
+}
+
+type Planned<T> = Result<T, SceneError>;
+
+impl Planner<'_> {
+    fn refuse<T>(&self, path: &str, problem: impl Into<SceneProblem>) -> Planned<T> {
+        Err(SceneError { problem: problem.into(), span: self.source.span(path) })
+    }
+
+    fn within<T>(&self, path: &str, result: Result<T, InputError>) -> Planned<T> {
+        result.or_else(|error| self.refuse(path, error))
+    }
+
+    pub(super) fn run(&self) -> Planned<Option<RunPlan>> {
+        let Some(table) = &self.document.run else { return Ok(None) };
+        let methods = self.methods("run.methods", &table.methods)?;
+        let every = self.every("run.every", table.every, self.steps)?;
+        self.steps_fit("time.step", self.steps as f64 * methods.len() as f64)?;
+        let columns = trajectory::columns(self.problem.model.dof()).len();
+        self.table_fits("run.every", self.steps / every, methods.len() * columns)?;
+        if let Some(tolerance) = table.tolerance {
+            self.within("run.tolerance", Tolerance::all(tolerance).check::<f64>())?;
+        }
+        Ok(Some(RunPlan { methods, every, tolerance: table.tolerance }))
+    }
+
+    pub(super) fn studies(&self) -> Planned<Studies> {
+        let tables = &self.document.study;
+        let mut studies = Studies::default();
+        if let Some(table) = &tables.local_order {
+            let path = "study.local-order";
+            let methods = self.own_methods(path, table.methods.as_ref())?;
+            let steps = self.spread(&format!("{path}.steps"), &table.steps)?;
+            let base = format!("{path}.base_step");
+            let grid = self.within(&base, Grid::<f64>::new(table.base_step, self.problem.end))?;
+            for (i, &h) in steps.iter().enumerate() {
+                self.within(&entry(path, &table.steps, i), Grid::<f64>::new(table.base_step, h))?;
+            }
+            self.steps_fit(&base, grid.steps as f64 * (methods.len() * steps.len()) as f64)?;
+            // The exact solution is stored along the grid.
+            self.table_fits(&base, grid.steps, 3 * self.problem.model.dof() + 1)?;
+            studies.local_order = Some(LocalOrderPlan {
+                methods,
+                study: LocalOrder { base_step: table.base_step, steps },
+            });
+        }
+        if let Some(table) = &tables.global_order {
+            let plan = self.at_steps("study.global-order", table.methods.as_ref(), &table.steps)?;
+            studies.global_order = Some(plan);
+        }
+        if let Some(table) = &tables.energy {
+            let path = "study.energy";
+            let methods = self.own_methods(path, table.methods.as_ref())?;
+            let step = table.step.unwrap_or(self.document.time.step);
+            let grid =
+                self.within(&format!("{path}.step"), Grid::<f64>::new(step, self.problem.end))?;
+            let every = self.every(&format!("{path}.every"), table.every, grid.steps)?;
+            self.steps_fit(path, grid.steps as f64 * methods.len() as f64)?;
+            let dof = self.problem.model.dof();
+            self.table_fits(path, grid.steps / every, methods.len() * (8 + dof))?;
+            // The exact solution is stored at every step.
+            self.table_fits(path, grid.steps, 3 * dof + 1)?;
+            studies.energy = Some(EnergyPlan { methods, step, every });
+        }
+        if let Some(table) = &tables.work_precision {
+            let path = "study.work-precision";
+            let StepsPlan { methods, steps } =
+                self.at_steps(path, table.methods.as_ref(), &table.steps)?;
+            let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
+            let size = (tolerances.len() as f64, MOST_TOLERANCES);
+            self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
+            self.list(&path, &tolerances, |tolerance| Tolerance::all(tolerance).check::<f64>())?;
+            studies.work_precision = Some(WorkPrecisionPlan { methods, steps, tolerances });
+        }
+        if let Some(table) = &tables.long_run {
+            let path = "study.long-run";
+            let methods = self.own_methods(path, table.methods.as_ref())?;
+            let step = table.step.unwrap_or(self.document.time.step);
+            self.within(&format!("{path}.step"), Grid::<f64>::of(step, table.count))?;
+            if table.count == 0 {
+                let range = "at least 1";
+                return self.refuse(
+                    &format!("{path}.count"),
+                    SceneProblem::Range { name: "count", value: 0.0, range },
+                );
+            }
+            self.steps_fit(&format!("{path}.count"), table.count as f64 * methods.len() as f64)?;
+            studies.long_run = Some(LongRunPlan {
+                methods,
+                step,
+                count: table.count,
+                compensated: table.compensated,
+            });
+        }
+        studies.stability = self.stability()?;
+        Ok(studies)
+    }
+
+    fn stability(&self) -> Planned<Option<StabilityPlan>> {
+        let Some(table) = &self.document.study.stability else { return Ok(None) };
+        let path = "study.stability";
+        let methods = self.own_methods(path, table.methods.as_ref())?;
+        let mut steps = self.spread(&format!("{path}.steps"), &table.steps)?;
+        let (varied, named) = (&table.parameter, format!("{path}.parameter"));
+        let mut values = self.range(
+            &named,
+            (varied.from, varied.to),
+            varied.count,
+            varied.scale,
+            f64::NEG_INFINITY,
+        )?;
+        steps.sort_by(f64::total_cmp);
+        values.sort_by(f64::total_cmp);
+        let known = self.problem.model.parameters();
+        if !known.contains(&varied.name.as_str()) {
+            let known = known.into_iter().map(str::to_owned).collect();
+            let problem =
+                SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
+            return self.refuse(&format!("{named}.name"), problem);
+        }
+        let cells = (steps.len() * values.len() * methods.len()) as f64;
+        self.budget(
+            path,
+            "the number of cells",
+            (cells, MOST_CELLS),
+            "give fewer steps or values",
+        )?;
+        for value in &values {
+            let model = self
+                .problem
+                .model
+                .with(&varied.name, *value)
+                .or_else(|error| self.refuse(&named, error))?;
+            self.within(&named, model.system::<f64>().map(drop))?;
+            if model.dof() != self.problem.model.dof() {
+                let why =
+                    "it changes the number of degrees of freedom, and with it the initial state";
+                return self
+                    .refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
+            }
+        }
+        let end = table.end.unwrap_or(self.problem.end);
+        if end <= 0.0 {
+            return self.refuse(&format!("{path}.end"), InputError::End { end });
+        }
+        if let Some(finest) = steps.first() {
+            let (size, change) = ((end / finest).ceil(), "take larger steps or an earlier end");
+            self.budget(
+                path,
+                "the number of steps of a cell",
+                (size, stability::MOST_STEPS),
+                change,
+            )?;
+        }
+        let all: f64 = steps.iter().map(|h| (end / h).ceil()).sum::<f64>()
+            * (values.len() * methods.len()) as f64;
+        self.steps_fit(path, all)?;
+        let (parameter, spacing) = (varied.name.clone(), varied.scale);
+        let step_spacing = match &table.steps {
+            Spread::List(_) => Spacing::Log,
+            Spread::Range(range) => range.scale,
+        };
+        Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
+    }
+
+    fn at_steps(
+        &self,
+        path: &str,
+        methods: Option<&Vec<String>>,
+        steps: &Spread,
+    ) -> Planned<StepsPlan> {
+        let methods = self.own_methods(path, methods)?;
+        let spread = self.spread(&format!("{path}.steps"), steps)?;
+        let mut all = 0.0;
+        for (i, &h) in spread.iter().enumerate() {
+            let grid =
+                self.within(&entry(path, steps, i), Grid::<f64>::new(h, self.problem.end))?;
+            all += grid.steps as f64 * methods.len() as f64;
+        }
+        self.steps_fit(&format!("{path}.steps"), all)?;
+        Ok(StepsPlan { methods, steps: spread })
+    }
+
+    fn own_methods(&self, path: &str, own: Option<&Vec<String>>) -> Planned<Vec<&'static Row>> {
+        match (own, &self.document.run) {
+            (Some(names), _) => self.methods(&format!("{path}.methods"), names),
+            (None, Some(run)) => self.methods("run.methods", &run.methods),
+            (None, None) => self.refuse(path, SceneProblem::NoMethods),
+        }
+    }
+
+    /// The rows of the named methods, if all apply.
+    fn methods(&self, path: &str, names: &[String]) -> Planned<Vec<&'static Row>> {
+        let mut rows: Vec<&'static Row> = Vec::with_capacity(names.len());
+        for (i, name) in names.iter().enumerate() {
+            let path = format!("{path}.{i}");
+            let Some(row) = registry::find(name) else {
+                let known = FIXED.iter().map(|row| row.name.to_owned()).collect();
+                return self.refuse(
+                    &path,
+                    SceneProblem::Unknown { what: "method", name: name.clone(), known },
+                );
+            };
+            if row.is_adaptive() {
+                return self.refuse(&path, SceneProblem::Adaptive { name: row.name });
+            }
+            if rows.iter().any(|other| other.name == row.name) {
+                return self.refuse(&path, SceneProblem::Twice { name: name.clone() });
+            }
+            self.within(&path, self.problem.model.bind(row).map(drop))?;
+            rows.push(row);
+        }
+        if rows.is_empty() {
+            self.refuse(path, SceneProblem::Empty { what: "method" })
+        } else {
+            Ok(rows)
+        }
+    }
+}
