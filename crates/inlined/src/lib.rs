@@ -1,8 +1,8 @@
-//! Methods compiled for one system each, where that was measured to pay: cheap steps of few degrees of
-//! freedom, in which calls through a table of functions would take as long as the step.
+//! Methods compiled for one system each, where that was measured to pay: cheap steps of few degrees
+//! of freedom, in which calls through a table of functions would take as long as the step.
 //!
-//! Each form computes what that of [`afterbay_methods::registry::bind`] does, to the bit. A system needs no
-//! row here.
+//! Each form computes what that of [`afterbay_methods::registry::bind`] does, to the bit. A system
+//! needs no row here.
 
 use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform};
 use afterbay_methods::registry::{Row, Run, inlined};

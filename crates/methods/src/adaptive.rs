@@ -1,5 +1,5 @@
-//! What methods with steps as long as a tolerance allows share: how much error a step may make, K made exact, and how fast a system
-//! can move.
+//! What methods with steps as long as a tolerance allows share: how much error a step may make, K
+//! made exact, and how fast a system can move.
 
 mod budget;
 mod projection;

@@ -5,16 +5,19 @@
 //! w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i)                             v = ∂H/∂p
 //! ```
 //!
-//! The twelve stages of order 8, their error told by weights of order 5 and 3: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential
-//! Equations I, II.5 and II.10. Then (q1, p1) goes onto `H = H(q0, p0) - Σ Δw_j` along ∇H, scaled by the tolerances, which takes about
-//! the error of the step: K is exact, w remains the quadrature. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric
-//! Numerical Integration, IV.4.)
+//! The twelve stages of order 8, their error told by weights of order 5 and 3: E. Hairer, S. P.
+//! Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and II.10. Then (q1, p1)
+//! goes onto `H = H(q0, p0) - Σ Δw_j` along ∇H, scaled by the tolerances, which takes about the
+//! error of the step: K is exact, w remains the quadrature. (Projection: E. Hairer, C. Lubich, G.
+//! Wanner, Geometric Numerical Integration, IV.4.)
 //!
-//! Order 8 in q, p and w, at the times between steps as well: a sample is a step of its own from where the step began, with K
-//! exact. Two weights are negative: not passive. Stable for |hλ| < 5.96, where no eigenvalue λ grows: steps stay below that, and on stiff
-//! systems [`crate::AdaptiveCollocation`] is the one to take. Steps allocate nothing.
+//! Order 8 in q, p and w, at the times between steps as well: a sample is a step of its own from
+//! where the step began, with K exact. Two weights are negative: not passive. Stable for |hλ| <
+//! 5.96, where no eigenvalue λ grows: steps stay below that, and on stiff systems
+//! [`crate::AdaptiveCollocation`] is the one to take. Steps allocate nothing.
 //!
-//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or `Vanishes`.
+//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or
+//! `Vanishes`.
 
 use crate::adaptive::{Budget, Projection, Rates, largest};
 use crate::bend::bend;
@@ -24,7 +27,8 @@ use afterbay_core::{
     Tolerance, Vector,
 };
 
-/// DOP853 for [`afterbay_core::integrate_within`] and [`afterbay_core::sample_within`], projected onto the K it began with.
+/// DOP853 for [`afterbay_core::integrate_within`] and [`afterbay_core::sample_within`], projected
+/// onto the K it began with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveDop853;
 
@@ -38,8 +42,8 @@ const REFUSED: f64 = 2.0;
 const DOUBT: f64 = 0.01;
 /// and the roundings of H that then may be, if a shorter step leaves as many.
 const NOISE: f64 = 64.0;
-/// The half disc |hλ| < 5.96, Re λ ≤ 0 is where |R(hλ)| ≤ 1: what h |λ| may be, and how much longer a
-/// step may be where |λ| is worth knowing better.
+/// The half disc |hλ| < 5.96, Re λ ≤ 0 is where |R(hλ)| ≤ 1: what h |λ| may be, and how much longer
+/// a step may be where |λ| is worth knowing better.
 const STABLE: f64 = 5.8;
 const NEAR: f64 = 1.25;
 
@@ -130,8 +134,8 @@ impl<V: Vector> Workspace<V> {
         projection.apply(system, [q, p], &mut found).map(|_| ())
     }
 
-    /// Is K off by no more than what roundings of z make of H, and by no less after a shorter step? Next to a point of rest away from
-    /// the origin no change of z that is small makes up for them.
+    /// Is K off by no more than what roundings of z make of H, and by no less after a shorter step?
+    /// Next to a point of rest away from the origin no change of z that is small makes up for them.
     #[cold]
     fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
         let (q, p) = (self.q.as_slice(), self.p.as_slice());

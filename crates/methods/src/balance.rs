@@ -3,8 +3,8 @@
 
 use afterbay_core::{Mask, Scalar, Separable, StepFailure};
 
-/// K may move by so many roundings of what it is made of: those of the equations of a step, and of the
-/// terms of H, of which no more is known than their sum.
+/// K may move by so many roundings of what it is made of: those of the equations of a step, and of
+/// the terms of H, of which no more is known than their sum.
 const ROUNDINGS: f64 = 1e4;
 
 /// What K has been made of before a step, or is after it.
@@ -16,8 +16,8 @@ pub(crate) struct Account<T> {
     pub(crate) size: T,
 }
 
-/// The rounding of V at q, measured: the largest difference between its change along short edges and
-/// the means along them, times 1/ε. Terms that cancel inside V are not seen in any other way.
+/// The rounding of V at q, measured: the largest difference between its change along short edges
+/// and the means along them, times 1/ε. Terms that cancel inside V are not seen in any other way.
 ///
 /// The edges are 2^-18 to 2^-24 of each coordinate, short enough to be resolved and long enough for
 /// roundings to differ.
@@ -41,8 +41,8 @@ pub(crate) fn grain<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) ->
     most / T::from_f64(T::EPSILON)
 }
 
-/// Looks whether H and the reservoirs, which gain `gained`, add up. `bends` gives what H changes by where
-/// the state is rounded, times 1/ε; it is asked where the rest is not enough.
+/// Looks whether H and the reservoirs, which gain `gained`, add up. `bends` gives what H changes by
+/// where the state is rounded, times 1/ε; it is asked where the rest is not enough.
 #[inline]
 pub(crate) fn check<T: Scalar>(
     before: Account<T>,

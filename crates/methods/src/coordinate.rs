@@ -1,4 +1,5 @@
-//! One coordinate moved along its edge: the equation of modDG and of each coordinate of a sweep, for the mean momentum v.
+//! One coordinate moved along its edge: the equation of modDG and of each coordinate of a sweep,
+//! for the mean momentum v.
 //!
 //! ```text
 //! v = p0 - δ(p)/2 (mean of ∂V/∂q along the edge + D̄)        q1 = q0 + δ(q) v/m        p1 = 2 v - p0
@@ -15,7 +16,8 @@ pub(crate) struct Coordinate<T> {
     pub(crate) p: T,
     /// δ(q)/m, δ(p) and δ(w)/m.
     pub(crate) steps: [T; 3],
-    /// The largest |q_i| of those that act on it. Forces of that size may cancel here, and what is left has their rounding.
+    /// The largest |q_i| of those that act on it. Forces of that size may cancel here, and what is
+    /// left has their rounding.
     pub(crate) reach: T,
     /// Is there a D?
     pub(crate) dissipative: bool,
@@ -51,7 +53,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
     }
 }
 
-/// F of the equation v = p0 - F(v). The step sizes shrink with `share`, from the step wanted (1) to none (0).
+/// F of the equation v = p0 - F(v). The step sizes shrink with `share`, from the step wanted (1) to
+/// none (0).
 pub(crate) struct Pull<'a, 'b, T, S: ?Sized> {
     pub(crate) coordinate: &'a Coordinate<T>,
     pub(crate) along: &'a mut Along<'b, T, S>,
@@ -88,8 +91,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
     }
 }
 
-/// The same equation, on this side of all singularities: beyond them its slope is such that no solver
-/// takes a step.
+/// The same equation, on this side of all singularities: beyond them its slope is such that no
+/// solver takes a step.
 struct Guarded<'a, 'b, T, S: ?Sized>(Pull<'a, 'b, T, S>);
 
 impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> {
@@ -149,8 +152,8 @@ impl<T: Scalar> Coordinate<T> {
         self.steps[0].mul_add(v, self.q)
     }
 
-    /// Where the equation was not solved, or the solution lies beyond a singularity: the solution on this
-    /// side of it, or the failure that says what is in the way.
+    /// Where the equation was not solved, or the solution lies beyond a singularity: the solution
+    /// on this side of it, or the failure that says what is in the way.
     #[cold]
     #[inline(never)]
     fn around<S: Separable<T> + ?Sized>(

@@ -1,4 +1,5 @@
-//! Gonzalez's midpoint discrete gradient, for any H(q, p), any D and any number of degrees of freedom.
+//! Gonzalez's midpoint discrete gradient, for any H(q, p), any D and any number of degrees of
+//! freedom.
 //!
 //! ```text
 //! q1 - q0 = h ∇̄H_p        p1 - p0 = -h (∇̄H_q + D̄)        w1_j - w0_j = h D̄_j ∇̄H_p,j = D̄_j (q1 - q0)_j
@@ -6,21 +7,25 @@
 //! z̄ = (z0 + z1)/2         D̄ = D(z̄), with the velocity ∇̄H_p for ∂H/∂p         z = (q, p)
 //! ```
 //!
-//! O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467, with the reservoir of the paper. Order 2 in q, p and w,
-//! symmetric, A-stable on linear systems but not L-stable. K is exact at any step: `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`.
-//! Passive where the system is: with D = R(z) ∂H/∂p, `Σ Δw_j = h ∇̄H_p·R(z̄) ∇̄H_p ≥ 0`.
+//! O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467, with the reservoir of the paper. Order 2 in q,
+//! p and w, symmetric, A-stable on linear systems but not L-stable. K is exact at any step:
+//! `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`. Passive where the system is: with D = R(z) ∂H/∂p,
+//! `Σ Δw_j = h ∇̄H_p·R(z̄) ∇̄H_p ≥ 0`.
 //!
-//! **Rounding.** λ is of the size of Δz, but its numerator is only known to ε|H|. What that does to H1 is ε|H| again, which K
-//! has anyway; to z1 it does h ε|H|/|Δz|, a rounding of z where |H| is about |∇H||z|. Beside an equilibrium where H is not 0 it is
-//! more: the last digits of K decide the last digits of z, so let H be 0 where the system comes to rest.
-//! Where the noise of λ would be felt by the iteration, h ε|H|/|Δz|² > 1e-3, and λ |Δz|², which is what K changes by without it, is at
-//! most 16 roundings of H, λ = 0 is taken (the midpoint rule); so it is at rest, Δz = 0.
+//! **Rounding.** λ is of the size of Δz, but its numerator is only known to ε|H|. What that does to
+//! H1 is ε|H| again, which K has anyway; to z1 it does h ε|H|/|Δz|, a rounding of z where |H| is
+//! about |∇H||z|. Beside an equilibrium where H is not 0 it is more: the last digits of K decide
+//! the last digits of z, so let H be 0 where the system comes to rest. Where the noise of λ would
+//! be felt by the iteration, h ε|H|/|Δz|² > 1e-3, and λ |Δz|², which is what K changes by without
+//! it, is at most 16 roundings of H, λ = 0 is taken (the midpoint rule); so it is at rest, Δz = 0.
 //!
-//! **Several solutions** there may be where h is beyond the system's own time scale. Newton's iteration from Δz = 0 may then
-//! take one that does not continue from h = 0; this is not checked. K is exact and the step passive on any of them.
+//! **Several solutions** there may be where h is beyond the system's own time scale. Newton's
+//! iteration from Δz = 0 may then take one that does not continue from h = 0; this is not checked.
+//! K is exact and the step passive on any of them.
 //!
-//! **Fails** by name, with the state as it was, where Newton's iteration finds no solution, also when it is followed
-//! from h = 0. For scalars that hold one number: the linear equations are solved in `f64`.
+//! **Fails** by name, with the state as it was, where Newton's iteration finds no solution, also
+//! when it is followed from h = 0. For scalars that hold one number: the linear equations are
+//! solved in `f64`.
 
 mod equation;
 mod iteration;
@@ -36,9 +41,9 @@ use equation::Workspace;
 /// Gonzalez's discrete gradient.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gonzalez {
-    /// How its linear equations are solved. `None` chooses by what the system says of itself: Thomas' algorithm for a
-    /// separable chain, elimination written out for up to 32 unknowns, faer's dense LU where everyone acts on everyone,
-    /// its sparse LU otherwise.
+    /// How its linear equations are solved. `None` chooses by what the system says of itself:
+    /// Thomas' algorithm for a separable chain, elimination written out for up to 32 unknowns,
+    /// faer's dense LU where everyone acts on everyone, its sparse LU otherwise.
     pub solver: Option<LinearSolver>,
 }
 

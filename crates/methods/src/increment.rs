@@ -1,16 +1,19 @@
-//! The coordinate-increment discrete gradient (Itoh-Abe) with a vector reservoir, for N degrees of freedom.
+//! The coordinate-increment discrete gradient (Itoh-Abe) with a vector reservoir, for N degrees of
+//! freedom.
 //!
-//! The coordinates move one after the other, each along an edge of the box between the old state and the new one:
+//! The coordinates move one after the other, each along an edge of the box between the old state
+//! and the new one:
 //!
 //! ```text
 //! q1_j - q0_j = h p̄_j/m_j        p1_j - p0_j = -h (ΔV_j/Δq_j + D̄_j)        w1_j - w0_j = h D̄_j p̄_j/m_j
 //! ΔV_j = V(q1_1 .. q1_j, q0_{j+1} ..) - V(q1_1 .. q1_{j-1}, q0_j ..)        D̄_j = D_j at the middle of the edge, p̄_j
 //! ```
 //!
-//! The ΔV_j add up to V(q1) - V(q0), so K is kept exactly, for any step, any N and any D. Each equation is a scalar one:
-//! no linear algebra, O(N) a sweep where V couples neighbours only. One sweep has order 1; its adjoint is the sweep in
-//! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
-//! is, as long as no part of the step runs backwards, which beyond order 2 some do.
+//! The ΔV_j add up to V(q1) - V(q0), so K is kept exactly, for any step, any N and any D. Each
+//! equation is a scalar one: no linear algebra, O(N) a sweep where V couples neighbours only. One
+//! sweep has order 1; its adjoint is the sweep in reversed order; half a step of each is symmetric
+//! and has order 2; [`Composition`]s of these go higher. Passive where D is, as long as no part of
+//! the step runs backwards, which beyond order 2 some do.
 //!
 //! Where D = C(q) p couples the momenta it acts between the sweeps: see [`friction`], and there why
 //! that keeps K, the orders and passivity in sum, for D = R(q) ∂H/∂p with R symmetric or not. What
@@ -52,7 +55,8 @@ impl Increment {
         Self { composition, order: None }
     }
 
-    /// The same with the coordinates in another order, for instance coloured ([`afterbay_core::Coupling::coloured`]).
+    /// The same with the coordinates in another order, for instance coloured
+    /// ([`afterbay_core::Coupling::coloured`]).
     pub fn in_order(self, order: Vec<usize>) -> Self {
         Self { order: Some(order), ..self }
     }
@@ -64,7 +68,8 @@ impl Increment {
     }
 }
 
-/// The state before the step, the order of the coordinates, and what friction between the sweeps needs.
+/// The state before the step, the order of the coordinates, and what friction between the sweeps
+/// needs.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     before: Before<V>,
@@ -222,7 +227,8 @@ where
     Ok(Effort { evaluations, iterations: evaluations })
 }
 
-/// The largest |q_j| where every one acts on every other, else 0: neighbours are looked at in time, by [`beside`].
+/// The largest |q_j| where every one acts on every other, else 0: neighbours are looked at in time,
+/// by [`beside`].
 fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
     if *coupling != Coupling::Dense {
         return T::zero();
@@ -240,7 +246,8 @@ fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
     each.iter().fold(most, larger)
 }
 
-/// The largest |q_i| of those that act on j: of itself and its neighbours, or of all as it was before the step.
+/// The largest |q_i| of those that act on j: of itself and its neighbours, or of all as it was
+/// before the step.
 #[inline(always)]
 fn beside<T: Scalar>(coupling: &Coupling, overall: T, q: &[T], j: usize) -> T {
     let last = q.len() - 1;

@@ -5,10 +5,10 @@
 //! w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
 //! ```
 //!
-//! Order 2, symmetric, explicit where D is linear in its momentum. The forces at q1 are those the next step begins with. Keeps K
-//! only up to O(h²). Passive where D is:
-//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one momentum at a
-//! time, so D that couples them is refused.
+//! Order 2, symmetric, explicit where D is linear in its momentum. The forces at q1 are those the
+//! next step begins with. Keeps K only up to O(h²). Passive where D is: Δw ≥ 0 by its form.
+//! Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one
+//! momentum at a time, so D that couples them is refused.
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
@@ -21,7 +21,8 @@ use std::hint::cold_path;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leapfrog;
 
-/// The new state while it is being made, and the forces where the last step ended: the next one begins there.
+/// The new state while it is being made, and the forces where the last step ended: the next one
+/// begins there.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
     /// The q of `force` and `rate`; not a number before the first step.
@@ -91,7 +92,8 @@ where
         let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
         let unit_mass = system.unit_mass();
         let over_mass = |x: V::Scalar, j: usize| if unit_mass { x } else { x / system.mass(j) };
-        // Many forces are computed at once, and kept. A single one stays in a register, and costs less than to ask if it is known.
+        // Many forces are computed at once, and kept. A single one stays in a register, and costs
+        // less than to ask if it is known.
         let single = V::LEN == Some(1);
         let known = !single && at == q0;
         let mut effort = Effort { evaluations: if known { 1 } else { 2 }, iterations: 0 };
@@ -163,7 +165,8 @@ where
     }
 }
 
-/// Why the new state is not finite. Inlined, so that the address of the state stays with the loop, and the state in registers.
+/// Why the new state is not finite. Inlined, so that the address of the state stays with the loop,
+/// and the state in registers.
 #[inline(always)]
 fn failure<V, S>(
     system: &S,

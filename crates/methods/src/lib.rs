@@ -1,9 +1,10 @@
 //! One-step methods for dissipative Hamiltonian systems, one a file.
 //!
-//! Each file opens with the discrete equations, their source, the order, what is kept and when the method fails.
-//! [`registry`] lists them all by name. [`Increment`] has two siblings that share its [`Composition`]s: [`GeneralIncrement`] where
-//! H is not separable, [`Tiled`] for chains and rings of equal members; the registry takes the one a system has.
-//! [`Compensated`] is for runs so long that roundings add up.
+//! Each file opens with the discrete equations, their source, the order, what is kept and when the
+//! method fails. [`registry`] lists them all by name. [`Increment`] has two siblings that share its
+//! [`Composition`]s: [`GeneralIncrement`] where H is not separable, [`Tiled`] for chains and rings
+//! of equal members; the registry takes the one a system has. [`Compensated`] is for runs so long
+//! that roundings add up.
 
 mod adaptive;
 mod adaptive_dop853;

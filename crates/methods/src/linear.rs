@@ -1,7 +1,8 @@
 //! The linear equations of an implicit step, one solver a file.
 //!
-//! The matrix is the Jacobian of Newton's iteration: always of `f64`, or of pairs of them where it is complex, since an approximate
-//! one costs corrections, never digits. Everything is laid out once; filling, factorising and solving allocate nothing.
+//! The matrix is the Jacobian of Newton's iteration: always of `f64`, or of pairs of them where it
+//! is complex, since an approximate one costs corrections, never digits. Everything is laid out
+//! once; filling, factorising and solving allocate nothing.
 
 mod dense;
 mod gmres;
@@ -23,7 +24,8 @@ use tridiagonal::Tridiagonal;
 pub enum LinearSolver {
     /// Gauss with partial pivoting, written out: a few unknowns.
     Small,
-    /// Thomas' algorithm, without pivoting: neighbours in a row, H without mixed derivatives and a diagonal ∂²H/∂p².
+    /// Thomas' algorithm, without pivoting: neighbours in a row, H without mixed derivatives and a
+    /// diagonal ∂²H/∂p².
     Chain,
     /// Sparse LU of faer with one symbolic analysis: anything with few entries a row.
     Sparse,
@@ -42,10 +44,12 @@ pub(crate) trait Solver<T> {
     /// The entries. Factorising may overwrite them all.
     fn values(&mut self) -> &mut [T];
 
-    /// Factorises. The row of a pivot that is zero or not finite is the failure, or else solutions are not finite.
+    /// Factorises. The row of a pivot that is zero or not finite is the failure, or else solutions
+    /// are not finite.
     fn factorise(&mut self) -> Result<(), usize>;
 
-    /// Subtracts from x the product of a with the matrix that has `values` where this one has its own.
+    /// Subtracts from x the product of a with the matrix that has `values` where this one has its
+    /// own.
     fn subtract(&self, values: &[T], a: &[T], x: &mut [T]);
 
     /// Replaces the right-hand side by the solution.

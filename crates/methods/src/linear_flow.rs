@@ -4,9 +4,10 @@
 //! u' = A u        y(τ) = ∫_0^τ u = Σ_k t_k        t_0 = τ u(0)        t_k = τ/(k+1) A t_{k-1}
 //! ```
 //!
-//! The time is cut into spans short enough for the series to end in roundings, and in each span y is shown at Gauss nodes, so that
-//! integrals of quadratic functions along the flow are known to rounding too. No norm is needed: the terms say how
-//! long a span may be, in q and in p apart, whatever their units.
+//! The time is cut into spans short enough for the series to end in roundings, and in each span y
+//! is shown at Gauss nodes, so that integrals of quadratic functions along the flow are known to
+//! rounding too. No norm is needed: the terms say how long a span may be, in q and in p apart,
+//! whatever their units.
 
 use crate::collocation::gauss;
 use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector};
@@ -61,8 +62,8 @@ impl<V: Vector> LinearFlow<V> {
         }
     }
 
-    /// Follows y from 0 over the time h, `multiply` giving A x, `show` being given the nodes on the way as (weight, y). The
-    /// weights add up to h.
+    /// Follows y from 0 over the time h, `multiply` giving A x, `show` being given the nodes on the
+    /// way as (weight, y). The weights add up to h.
     ///
     /// The number of products; `None` where h |A| is larger than about 1000, or not finite.
     pub(crate) fn follow(

@@ -5,12 +5,14 @@
 //! p̄ = (p0 + p1)/2        ΔV/Δq = [V(q1) - V(q0)]/(q1 - q0)        D̄ = D((q0 + q1)/2, p̄)
 //! ```
 //!
-//! With δ = h in all three (the plain scheme): order 2, symmetric, passive where D is, A-stable on linear systems but
-//! not L-stable. K is exact, for any step and any system, as long as the *same* δ stands in all three equations
-//! ([`steps`] has the others): `H1 - H0 = p̄/m Δp + (ΔV/Δq) Δq = -δ D̄ p̄/m = -Δw`.
+//! With δ = h in all three (the plain scheme): order 2, symmetric, passive where D is, A-stable on
+//! linear systems but not L-stable. K is exact, for any step and any system, as long as the *same*
+//! δ stands in all three equations ([`steps`] has the others):
+//! `H1 - H0 = p̄/m Δp + (ΔV/Δq) Δq = -δ D̄ p̄/m = -Δw`.
 //!
-//! The mean momentum v = p̄ is solved for: `v = p0 - δ(p)/2 (ΔV/Δq + D̄)(v)` is regular at turning points, where Δq = 0.
-//! [`ClosedForm`] writes the solution down for linear systems; a [`Solver`](afterbay_core::solver::Solver) finds it for the others.
+//! The mean momentum v = p̄ is solved for: `v = p0 - δ(p)/2 (ΔV/Δq + D̄)(v)` is regular at turning
+//! points, where Δq = 0. [`ClosedForm`] writes the solution down for linear systems; a
+//! [`Solver`](afterbay_core::solver::Solver) finds it for the others.
 
 pub mod steps;
 
@@ -25,8 +27,9 @@ use afterbay_core::{
 };
 use steps::Plain;
 
-/// The modified discrete gradient with the step sizes `D` ([`Plain`], [`steps::Raised`], [`steps::Printed`]), its
-/// equation solved by `E` ([`ClosedForm`], or a [`Solver`](afterbay_core::solver::Solver)).
+/// The modified discrete gradient with the step sizes `D` ([`Plain`], [`steps::Raised`],
+/// [`steps::Printed`]), its equation solved by `E` ([`ClosedForm`], or a
+/// [`Solver`](afterbay_core::solver::Solver)).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ModDg<D = Plain, E = Newton> {
     /// δ in each equation.

@@ -27,22 +27,27 @@ pub struct Row {
     pub name: &'static str,
     /// One line on what it is.
     pub about: &'static str,
-    /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, where H is separable if it need be
-    /// no more general, [`EXACT`] where there are none; some systems see higher ones. The order of the method is the least of them, on any system it applies to.
+    /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, where H is
+    /// separable if it need be no more general, [`EXACT`] where there are none; some systems see
+    /// higher ones. The order of the method is the least of them, on any system it applies to.
     pub local_order: [u32; 3],
-    /// Every step that is taken keeps K to roundings of what it is made of, at every step size, on every system the method applies to; what
-    /// cannot is a failure. `linear-exact` adds h |A| of them beyond 12 degrees of freedom.
+    /// Every step that is taken keeps K to roundings of what it is made of, at every step size, on
+    /// every system the method applies to; what cannot is a failure. `linear-exact` adds h |A| of
+    /// them beyond 12 degrees of freedom.
     pub keeps_k: bool,
-    /// At every step size, Δw_j ≥ 0 for each j where the system is [`Passive::Each`], and Σ Δw_j ≥ 0, to a rounding of Σ |w_j|, where it is
-    /// [`Passive::InSum`]; for friction computed from the velocity that [`System::dissipation`] is given.
+    /// At every step size, Δw_j ≥ 0 for each j where the system is [`Passive::Each`], and Σ Δw_j ≥
+    /// 0, to a rounding of Σ |w_j|, where it is [`Passive::InSum`]; for friction computed from the
+    /// velocity that [`System::dissipation`] is given.
     ///
     /// [`Passive::Each`]: afterbay_core::Passive::Each
     /// [`Passive::InSum`]: afterbay_core::Passive::InSum
     /// [`System::dissipation`]: afterbay_core::System::dissipation
     pub passive: bool,
-    /// (q, p) stays bounded on every linear system with H positive definite and friction that only takes energy, at every step
-    /// size, however many degrees of freedom are coupled: the eigenvalues of the step are in the unit circle where those of
-    /// the flow are in the left half-plane. What fails there is not stable, except by [`StepFailure::TooLong`], which is not judged.
+    /// (q, p) stays bounded on every linear system with H positive definite and friction that only
+    /// takes energy, at every step size, however many degrees of freedom are coupled: the
+    /// eigenvalues of the step are in the unit circle where those of the flow are in the left
+    /// half-plane. What fails there is not stable, except by [`StepFailure::TooLong`], which is not
+    /// judged.
     ///
     /// [`StepFailure::TooLong`]: afterbay_core::StepFailure::TooLong
     pub a_stable: bool,
@@ -96,8 +101,8 @@ pub enum Needs {
     Linear,
     /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
     Separable,
-    /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and p_j (`PhasePlane`), D_j free
-    /// of the other velocities.
+    /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and
+    /// p_j (`PhasePlane`), D_j free of the other velocities.
     SeparableOrPlanes,
     /// H = p²/(2m) + V(q), one degree of freedom.
     OneDegree,
@@ -145,11 +150,12 @@ pub fn find(name: &str) -> Option<&'static Row> {
     METHODS.iter().find(|row| row.name == name)
 }
 
-/// Binds a method to a system by the shortest way its abilities allow, in the form that serves every system.
+/// Binds a method to a system by the shortest way its abilities allow, in the form that serves
+/// every system.
 ///
 /// # Errors
-/// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method does not
-/// run in this scalar.
+/// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method
+/// does not run in this scalar.
 pub fn bind<T: Number>(row: &Row, system: Arc<dyn Abilities<T>>) -> Result<Run<T>, InputError> {
     T::bind(row, &system)
 }

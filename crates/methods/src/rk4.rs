@@ -5,8 +5,8 @@
 //! f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)
 //! ```
 //!
-//! Order 4, explicit, any system. K is kept to O(h⁴) only. The weights are positive, so Δw ≥ 0 where the system is passive,
-//! whatever H does. Diverges beyond |hλ| ≈ 2.8.
+//! Order 4, explicit, any system. K is kept to O(h⁴) only. The weights are positive, so Δw ≥ 0
+//! where the system is passive, whatever H does. Diverges beyond |hλ| ≈ 2.8.
 
 use afterbay_core::{
     Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector,
@@ -136,7 +136,8 @@ where
     Ok(Effort { evaluations: 4, iterations: 0 })
 }
 
-/// Which of q, p and w is not finite, told by copies: the address of the workspace stays with the loop, and the workspace in registers.
+/// Which of q, p and w is not finite, told by copies: the address of the workspace stays with the
+/// loop, and the workspace in registers.
 #[inline(always)]
 fn failure<V: Vector>(parts: [&[V::Scalar]; 3]) -> StepFailure {
     cold_path();

@@ -3,9 +3,11 @@
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 use std::array::from_fn;
 
-/// What is allowed of a step, over its share of the error of the run: steps aim at a fifth of what is allowed, and so at their share.
-/// Calibrated, not derived: where steps err to one side and nothing fades, as on an oscillator without friction, the error at the
-/// end is then what was asked for, and over the test set nowhere above ten times that (`adaptive_accuracy` in the tests prints both).
+/// What is allowed of a step, over its share of the error of the run: steps aim at a fifth of what
+/// is allowed, and so at their share. Calibrated, not derived: where steps err to one side and
+/// nothing fades, as on an oscillator without friction, the error at the end is then what was asked
+/// for, and over the test set nowhere above ten times that (`adaptive_accuracy` in the tests prints
+/// both).
 const SHARES: f64 = 5.0;
 /// Roundings of q, p and w that are allowed of any step.
 const ROUNDINGS: f64 = 4.0;
@@ -33,8 +35,8 @@ impl Budget {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// What is allowed of q, p and w at the end of the run, of which this share is allowed of a step: no step is asked to err by less than
-    /// a few roundings of what it moves.
+    /// What is allowed of q, p and w at the end of the run, of which this share is allowed of a
+    /// step: no step is asked to err by less than a few roundings of what it moves.
     #[inline]
     pub(crate) fn scales<V: Vector>(&self, state: &State<V>, allowed: f64) -> [f64; 3] {
         let Tolerance { relative, absolute, w } = self.tolerance;

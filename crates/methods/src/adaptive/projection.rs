@@ -19,8 +19,9 @@ pub(crate) struct Projection<'a, T> {
 }
 
 impl<T: Scalar> Projection<'_, T> {
-    /// Moves (q, p), where H is `energy`, by the smallest change that makes it the target, in units of what is allowed, and tells
-    /// whether they moved. Where it would be more than allowed, how much more.
+    /// Moves (q, p), where H is `energy`, by the smallest change that makes it the target, in units
+    /// of what is allowed, and tells whether they moved. Where it would be more than allowed, how
+    /// much more.
     #[inline]
     pub(crate) fn apply<S: System<T> + ?Sized>(
         &self,

@@ -40,11 +40,11 @@ impl<V: Vector> Rates<V> {
     /// |λ| ≤ (a + d + √((a - d)² + 4 b c)) / 2
     /// ```
     ///
-    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, Hpp is not negative, and the diagonal of Hqq is at least the rest
-    /// of each row, so that Hqq is positive semidefinite, `|λ| ≤ max(√(bc), d)`: with x the q of an
-    /// eigenvector, λ² + r λ + k = 0 for a real r of at most d and a real k ≥ 0 of at most b c, the
-    /// quotients of x with Hpp⁻¹. Friction that is skew, or a potential that falls, has no such
-    /// bound.
+    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, Hpp is not negative, and the diagonal of Hqq
+    /// is at least the rest of each row, so that Hqq is positive semidefinite,
+    /// `|λ| ≤ max(√(bc), d)`: with x the q of an eigenvector, λ² + r λ + k = 0 for a real r of at
+    /// most d and a real k ≥ 0 of at most b c, the quotients of x with Hpp⁻¹. Friction that is
+    /// skew, or a potential that falls, has no such bound.
     #[inline]
     pub(crate) fn see<S>(&mut self, system: &S, q: &V, p: &V) -> [f64; 2]
     where

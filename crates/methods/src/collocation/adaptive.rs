@@ -7,23 +7,27 @@
 //! p1 = p0 - h Σ b_i f_i            q1 = q0 + h Σ b_i v_i            w1 = w0 + h Σ b_i D(q_i, p_i, v_i) v_i
 //! ```
 //!
-//! is solved by sweeps until a tenth of what is allowed of the step is left. Then (q1, p1) goes onto `H = H(q0, p0) - Σ Δw_j` along
-//! the gradient of H, scaled by the tolerances, which takes about the error of the step: K is exact, w remains the quadrature,
-//! and with weights above 0 Δw ≥ 0 where the system is passive. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
-//! Integration, IV.4.) Steps that cannot be corrected so, next to a point of rest, and steps of stiff systems are those of
-//! [`super::Collocation`], which keeps K of itself.
+//! is solved by sweeps until a tenth of what is allowed of the step is left. Then (q1, p1) goes
+//! onto `H = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by the tolerances, which takes
+//! about the error of the step: K is exact, w remains the quadrature, and with weights above 0 Δw ≥
+//! 0 where the system is passive. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
+//! Integration, IV.4.) Steps that cannot be corrected so, next to a point of rest, and steps of
+//! stiff systems are those of [`super::Collocation`], which keeps K of itself.
 //!
-//! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, at the times between steps as well: a sample
-//! is a step of its own from where the step began, with K exact. A-stable. Sweeps are left for Newton's method where they hold steps back for
-//! long.
+//! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, at the
+//! times between steps as well: a sample is a step of its own from where the step began, with K
+//! exact. A-stable. Sweeps are left for Newton's method where they hold steps back for long.
 //!
-//! A step aims at an error of its share of what is allowed at the end, by its length. That is what is spent where errors stay; where
-//! solutions draw together, or errors cancel, the error at the end is smaller, down to a hundredth and less.
+//! A step aims at an error of its share of what is allowed at the end, by its length. That is what
+//! is spent where errors stay; where solutions draw together, or errors cancel, the error at the
+//! end is smaller, down to a hundredth and less.
 //!
-//! Steps allocate nothing, but one: the first that is made by Newton's method, or next to a point of rest, makes the workspace of
-//! [`super::Collocation`] for itself. Runs that never need it, and most do not, are spared its memory.
+//! Steps allocate nothing, but one: the first that is made by Newton's method, or next to a point
+//! of rest, makes the workspace of [`super::Collocation`] for itself. Runs that never need it, and
+//! most do not, are spared its memory.
 //!
-//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or `Vanishes`.
+//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or
+//! `Vanishes`.
 
 use super::engine::Engine;
 use super::gauss::Gauss;
@@ -32,8 +36,8 @@ use afterbay_core::{
 };
 use std::sync::LazyLock;
 
-/// Adaptive collocation, of order 8 or 16 by the tolerance: for [`afterbay_core::integrate_within`] and
-/// [`afterbay_core::sample_within`].
+/// Adaptive collocation, of order 8 or 16 by the tolerance: for [`afterbay_core::integrate_within`]
+/// and [`afterbay_core::sample_within`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveCollocation;
 

@@ -1,8 +1,9 @@
 //! One step of Gauss's collocation, solved as well as the tolerance asks, and K made exact.
 //!
-//! Sweeps end where what they leave is a tenth of what is allowed of the step; then (q, p) is moved onto
-//! `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by what is allowed of q and p. Where that would take more than
-//! is allowed the step is rejected, or, next to a point of rest, made anew by [`super::Collocation`], which keeps K of itself.
+//! Sweeps end where what they leave is a tenth of what is allowed of the step; then (q, p) is moved
+//! onto `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by what is allowed of q and
+//! p. Where that would take more than is allowed the step is rejected, or, next to a point of rest,
+//! made anew by [`super::Collocation`], which keeps K of itself.
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
@@ -17,16 +18,18 @@ use std::array::from_fn;
 
 /// Sweeps before a step is given up.
 const SWEEPS: u32 = 12;
-/// What a sweep should leave of the change before. It shrinks like h², and `-h ln (κ h²)`, what sweeps gain for a step of
-/// length h, is largest where κ h² is e⁻².
+/// What a sweep should leave of the change before. It shrinks like h², and `-h ln (κ h²)`, what
+/// sweeps gain for a step of length h, is largest where κ h² is e⁻².
 const BEST: f64 = 0.135;
-/// The most h ω may be: sweeps multiply roundings of the fastest oscillation by up to e^(h ω) before they contract.
+/// The most h ω may be: sweeps multiply roundings of the fastest oscillation by up to e^(h ω)
+/// before they contract.
 const PHASE: f64 = 4.0;
 /// How much a step may be shorter or longer for the sake of sweeps.
 const STRETCH: [f64; 2] = [0.5, 2.0];
 /// The error of the solver, over what is allowed of the step.
 const SOLVED: f64 = 0.1;
-/// An error, over what is allowed, that may be as large as K says, and one that does not hold steps back.
+/// An error, over what is allowed, that may be as large as K says, and one that does not hold steps
+/// back.
 const DOUBT: f64 = 0.01;
 /// The least error of a step of which K cannot be made exact.
 const REFUSED: f64 = 2.0;
@@ -123,7 +126,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if error <= 1.0 {
             match self.correct(system, before, scales, allowed) {
                 Ok(()) => {}
-                // K is off because the step is long, or because next to a point of rest no change of (q, p) changes it.
+                // K is off because the step is long, or because next to a point of rest no change
+                // of (q, p) changes it.
                 Err(way) if error > DOUBT => error = way.max(REFUSED),
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
@@ -253,8 +257,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             if sweeps == 1 {
                 first = change;
             }
-            // Of the fastest oscillation n sweeps leave (h ω)²ⁿ/(2n)!, and slower ones may hide it. The first change says nothing
-            // of the next.
+            // Of the fastest oscillation n sweeps leave (h ω)²ⁿ/(2n)!, and slower ones may hide it.
+            // The first change says nothing of the next.
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
             if change <= noise || change * rate <= SOLVED * allowed {

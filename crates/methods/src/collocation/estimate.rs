@@ -1,9 +1,11 @@
-//! The error of a step, from how far the polynomials of the slopes are from the slopes at both ends.
+//! The error of a step, from how far the polynomials of the slopes are from the slopes at both
+//! ends.
 //!
-//! Collocation leaves a defect `d = c P_K + ..`, P_K the polynomial that vanishes at the nodes, and at the end of the step the
-//! error `h ∫ Φ(1, τ) d(τ) dτ = h c κ`, κ the K-th coefficient of the flow Φ of the linearised system: all lower ones are
-//! orthogonal to P_K. At the ends |P_K| = √(2K+1), so that c is seen there. Φ is as smooth as the solution, κ the share that c
-//! has of the slope; but Φ also has oscillations that the solution does not show.
+//! Collocation leaves a defect `d = c P_K + ..`, P_K the polynomial that vanishes at the nodes, and
+//! at the end of the step the error `h ∫ Φ(1, τ) d(τ) dτ = h c κ`, κ the K-th coefficient of the
+//! flow Φ of the linearised system: all lower ones are orthogonal to P_K. At the ends |P_K| =
+//! √(2K+1), so that c is seen there. Φ is as smooth as the solution, κ the share that c has of the
+//! slope; but Φ also has oscillations that the solution does not show.
 
 use super::engine::Engine;
 use super::stages::weighted;
@@ -33,8 +35,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let velocity = if *unit_mass { [0.0; 2] } else { miss(&trial.v, [&start.v, &end.v]) };
         let loss = miss(&trial.loss, [&start.loss, &end.loss]);
         let length = h.to_f64().abs();
-        // How much of a defect is felt at the end: as the slopes themselves are told by their polynomial, or as the fastest
-        // oscillation there is, which need not be excited: of frequency ω, √(2K+1) j_K(h ω/2).
+        // How much of a defect is felt at the end: as the slopes themselves are told by their
+        // polynomial, or as the fastest oscillation there is, which need not be excited: of
+        // frequency ω, √(2K+1) j_K(h ω/2).
         let fastest = if self.stiff.on { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
         let kernel = share(force).max(share(velocity)).max(fastest);
         // A stiff system forgets: what a defect leaves is what it is over the Jacobian.

@@ -10,7 +10,8 @@ use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 const LOST: f64 = 64.0;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// Makes K exact by the smallest change of (q, p) that does, in units of what is allowed. Where it would be more than allowed, how much more.
+    /// Makes K exact by the smallest change of (q, p) that does, in units of what is allowed. Where
+    /// it would be more than allowed, how much more.
     #[inline]
     pub(super) fn correct<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,

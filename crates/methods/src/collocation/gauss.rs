@@ -1,4 +1,5 @@
-//! The tables of Gauss's collocation with K nodes on [0, 1]: K(τ) of degree K - 1 through its values at the nodes.
+//! The tables of Gauss's collocation with K nodes on [0, 1]: K(τ) of degree K - 1 through its
+//! values at the nodes.
 
 use super::legendre::{MODES, gauss, integrals, values};
 use super::rule::narrow;
@@ -81,7 +82,8 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
         (((2 * K + 1) as f64).sqrt() * theta.powi(K as i32) / odd).min(1.0)
     }
 
-    /// P_0 .. P_{K-1} at the τ_i of an interval `ratio` times as long that begins at `offset` times this one, by l.
+    /// P_0 .. P_{K-1} at the τ_i of an interval `ratio` times as long that begins at `offset` times
+    /// this one, by l.
     #[inline(always)]
     fn basis(&self, offset: T, ratio: T) -> [[T; K]; K] {
         let two = T::one() + T::one();
@@ -98,7 +100,8 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
         l
     }
 
-    /// What takes values at the nodes to those of the same polynomial, cut off at `count` coefficients, on another interval.
+    /// What takes values at the nodes to those of the same polynomial, cut off at `count`
+    /// coefficients, on another interval.
     #[inline(never)]
     pub(super) fn continuation(&self, offset: T, ratio: T, count: usize) -> Columns<T, K> {
         let basis = self.basis(offset, ratio);

@@ -1,8 +1,9 @@
 //! The coefficients of a step by simple iteration, q and p in turn.
 //!
-//! A sweep takes ĝ_p from the p there is, makes q of it at once, and then the forces at the new q: its error shrinks by
-//! (hω)² where all at a time would leave hω. It begins with the polynomial of the step before, continued, where this step
-//! starts where that one ended, bit by bit; otherwise from rest.
+//! A sweep takes ĝ_p from the p there is, makes q of it at once, and then the forces at the new q:
+//! its error shrinks by (hω)² where all at a time would leave hω. It begins with the polynomial of
+//! the step before, continued, where this step starts where that one ended, bit by bit; otherwise
+//! from rest.
 
 use super::equations::Equations;
 use super::krylov::Krylov;
@@ -17,7 +18,8 @@ use std::hint::cold_path;
 const PATIENCE: u32 = 3;
 /// Roundings of what K is made of that are not yet an error of the quadrature.
 const ROUNDINGS: f64 = 16.0;
-/// The same of all that roundings of z may make of it: the new state is rounded once more after this.
+/// The same of all that roundings of z may make of it: the new state is rounded once more after
+/// this.
 const BENT: f64 = 8.0;
 
 /// The roundings that each of the N terms of a sum may add to it.
@@ -42,7 +44,8 @@ pub struct Workspace<V: Vector> {
     pub(super) next: Vec<Modes<V::Scalar>>,
     pub(super) next_q: Vec<Modes<V::Scalar>>,
     pub(super) stages: usize,
-    /// Newton's equations, made beforehand where they are few, and whether the last step needed them.
+    /// Newton's equations, made beforehand where they are few, and whether the last step needed
+    /// them.
     pub(super) equations: Option<Box<Equations>>,
     pub(super) stiff: bool,
     /// The memory of the iteration with the whole derivative, and whether this step needed it.
@@ -99,8 +102,9 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// How far the last step moved K, in roundings of H, w and the terms of `∇H·z` at its ends. Beyond 16 it is the second
-    /// derivatives that make roundings so large: H itself is no better known.
+    /// How far the last step moved K, in roundings of H, w and the terms of `∇H·z` at its ends.
+    /// Beyond 16 it is the second derivatives that make roundings so large: H itself is no better
+    /// known.
     pub fn defect(&self) -> f64 {
         self.defect
     }
@@ -351,8 +355,8 @@ impl<V: Vector> Workspace<V> {
         scale
     }
 
-    /// Moves the new state along ∇H until K is what it was to roundings of its ends. The roundings of
-    /// a long step are those of the work along it, which may be much larger.
+    /// Moves the new state along ∇H until K is what it was to roundings of its ends. The roundings
+    /// of a long step are those of the work along it, which may be much larger.
     #[cold]
     fn restore<S>(
         &mut self,

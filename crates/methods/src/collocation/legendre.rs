@@ -1,4 +1,5 @@
-//! Legendre polynomials on [0, 1] and Gauss's nodes, in 31 digits: a table is made once and rounded afterwards.
+//! Legendre polynomials on [0, 1] and Gauss's nodes, in 31 digits: a table is made once and rounded
+//! afterwards.
 //!
 //! P_j(τ) = √(2j+1) L_j(2τ - 1) with `∫ P_i P_j = δ_ij`, and with τ = (1 + x)/2
 //!
@@ -36,7 +37,8 @@ pub(super) fn values(x: Quad) -> [Quad; MODES] {
     std::array::from_fn(|j| norm(j) * l[j])
 }
 
-/// `∫_{1/2}^τ P_0` and, for j ≥ 1, `∫_0^τ P_j` at τ = (1 + x)/2: odd in x where P_j is even and the other way round.
+/// `∫_{1/2}^τ P_0` and, for j ≥ 1, `∫_0^τ P_j` at τ = (1 + x)/2: odd in x where P_j is even and the
+/// other way round.
 pub(super) fn integrals(x: Quad) -> [Quad; MODES] {
     let l = legendre::<{ MODES + 1 }>(x);
     std::array::from_fn(|j| match j {
@@ -45,7 +47,8 @@ pub(super) fn integrals(x: Quad) -> [Quad; MODES] {
     })
 }
 
-/// Of the Gauss rule with `count` nodes on [0, 1], `count` even, the nodes (1 + x)/2 with x > 0 and the weight of each.
+/// Of the Gauss rule with `count` nodes on [0, 1], `count` even, the nodes (1 + x)/2 with x > 0 and
+/// the weight of each.
 pub(crate) fn gauss(count: usize) -> Vec<[Quad; 2]> {
     (0..count / 2).map(|i| node(count, i)).collect()
 }
@@ -54,7 +57,8 @@ fn node(count: usize, i: usize) -> [Quad; 2] {
     let guess = std::f64::consts::PI * (i as f64 + 0.75) / (count as f64 + 0.5);
     let mut x = Quad::from_f64(guess.cos());
     let mut slope = Quad::ONE;
-    // Each correction doubles the digits, from the 2 or more of the guess. The slope is that of one before the last.
+    // Each correction doubles the digits, from the 2 or more of the guess. The slope is that of one
+    // before the last.
     for _ in 0..7 {
         let (mut l, mut before) = (x, Quad::ONE);
         for n in 1..count {

@@ -1,7 +1,7 @@
 //! The state and the system at the nodes, and the coefficients they come from and go to.
 //!
-//! The functions here are kept whole: a compiler that sees them inside of a step can no longer tell what they write from
-//! what they read, and does without vectors.
+//! The functions here are kept whole: a compiler that sees them inside of a step can no longer tell
+//! what they write from what they read, and does without vectors.
 
 use super::rule::{Modes, NODES, Panel, none};
 use afterbay_core::{Scalar, System, Vector};
@@ -155,7 +155,8 @@ pub(super) fn velocities<V, S>(
     }
 }
 
-/// The q of its coefficients, and with the p there is and the velocity of coefficients those of ∂H/∂q + D.
+/// The q of its coefficients, and with the p there is and the velocity of coefficients those of
+/// ∂H/∂q + D.
 #[inline]
 pub(super) fn forces<V, S>(
     system: &S,

@@ -1,17 +1,20 @@
 //! Has an iteration arrived?
 //!
-//! Changes shrink until they are noise. An iteration ends where the next change would be lost, where changes of a few
-//! roundings no longer shrink, and is given up where larger ones do not.
+//! Changes shrink until they are noise. An iteration ends where the next change would be lost,
+//! where changes of a few roundings no longer shrink, and is given up where larger ones do not.
 
 /// Iterations before one is given up.
 pub(super) const LIMIT: u32 = 100;
-/// Changes without a smaller one among them that end an iteration, within the first and the second of [`NOISE`].
+/// Changes without a smaller one among them that end an iteration, within the first and the second
+/// of [`NOISE`].
 const PATIENCE: [u32; 2] = [3, 10];
-/// The most that changes may be, in roundings, where they no longer shrink. Slow ones may rest on the way.
+/// The most that changes may be, in roundings, where they no longer shrink. Slow ones may rest on
+/// the way.
 const NOISE: [f64; 2] = [8.0, 1024.0];
 /// A change of so many roundings may be noise.
 const CLEAR: f64 = 64.0;
-/// The next change that is not made, in roundings. Left out at every step, it is what K would drift by.
+/// The next change that is not made, in roundings. Left out at every step, it is what K would drift
+/// by.
 const UNSEEN: f64 = 0.015625;
 
 /// The changes so far, each relative to the size of z.
@@ -48,7 +51,8 @@ impl Progress {
         self.last > CLEAR * self.epsilon
     }
 
-    /// Do changes that shrink by `rate` leave less than can be seen of what is `left`? Are they noise?
+    /// Do changes that shrink by `rate` leave less than can be seen of what is `left`? Are they
+    /// noise?
     #[inline(always)]
     pub(super) fn has_arrived(&self, rate: f64, left: f64) -> bool {
         let roundings = self.last / self.epsilon;

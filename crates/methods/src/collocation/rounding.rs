@@ -8,9 +8,10 @@ use afterbay_core::{Curvature, Scalar, State, Vector};
 const NOISE: f64 = 64.0;
 
 impl<V: Vector> Workspace<V> {
-    /// What K is made of at both ends of the step, each rounding of z as large as the second derivatives make it over h:
-    /// `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)`. A rounding of the forces moves K by no more than one of these terms
-    /// does; what moves it further is a quadrature that does not resolve H.
+    /// What K is made of at both ends of the step, each rounding of z as large as the second
+    /// derivatives make it over h: `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)`. A
+    /// rounding of the forces moves K by no more than one of these terms does; what moves it
+    /// further is a quadrature that does not resolve H.
     #[cold]
     pub(super) fn terms<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> f64
     where
@@ -36,8 +37,9 @@ impl<V: Vector> Workspace<V> {
         terms
     }
 
-    /// Are changes that no longer shrink, this share of the size of p, the rounding of the forces? Next to a point of rest away from the
-    /// origin these are differences of large terms, and p is small beside what their rounding makes of it: `ε h |H''| |z|`.
+    /// Are changes that no longer shrink, this share of the size of p, the rounding of the forces?
+    /// Next to a point of rest away from the origin these are differences of large terms, and p is
+    /// small beside what their rounding makes of it: `ε h |H''| |z|`.
     #[cold]
     pub(super) fn is_noise<S>(
         &self,

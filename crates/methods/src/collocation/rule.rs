@@ -1,7 +1,8 @@
 //! The Gauss nodes of a step and the polynomials there, as tables.
 //!
-//! Nodes come in pairs (1 ∓ x)/2, at which P_j is the same up to the sign (-1)^j: even and odd j are kept apart and summed
-//! once for both. That halves the work, and rounding then does not know before from after.
+//! Nodes come in pairs (1 ∓ x)/2, at which P_j is the same up to the sign (-1)^j: even and odd j
+//! are kept apart and summed once for both. That halves the work, and rounding then does not know
+//! before from after.
 
 use super::legendre::{MODES, gauss, integrals, values};
 use afterbay_core::{Quad, Scalar};
@@ -45,7 +46,8 @@ pub(super) fn narrow<T: Scalar>(x: Quad) -> T {
     T::from_f64(x.0) + T::from_f64(x.1)
 }
 
-/// Σ c_j γ_j over the j of one parity, at the pairs. Two sums side by side: what follows waits for them.
+/// Σ c_j γ_j over the j of one parity, at the pairs. Two sums side by side: what follows waits for
+/// them.
 #[inline(always)]
 fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pairs<T> {
     let mut total = [T::zero(); PAIRS];
@@ -57,7 +59,8 @@ fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pa
     total
 }
 
-/// The panels of the rules with 8, 16, 32 and 64 nodes, for all coefficients, and what continues a polynomial.
+/// The panels of the rules with 8, 16, 32 and 64 nodes, for all coefficients, and what continues a
+/// polynomial.
 struct Tables {
     rules: [Vec<Panel<Quad>>; RULES],
     continuation: [Modes<Quad>; MODES],
@@ -92,7 +95,8 @@ fn panels(count: usize) -> Vec<Panel<Quad>> {
     pairs.iter().map(panel).collect()
 }
 
-/// The panels of the smallest rule that has so many nodes and of all beyond it, for polynomials of `stages` coefficients.
+/// The panels of the smallest rule that has so many nodes and of all beyond it, for polynomials of
+/// `stages` coefficients.
 pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>> {
     let known = |parity: usize, m: usize, x: Quad| {
         if 2 * m + parity < stages { narrow(x) } else { T::zero() }
@@ -112,7 +116,8 @@ pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>
     enough.map(|panels| panels.iter().map(panel).collect()).collect()
 }
 
-/// `P_l(1 + τ) = Σ_j s_lj P_j(τ)`: what continues a polynomial onto the next interval. Rows l as [parity][m].
+/// `P_l(1 + τ) = Σ_j s_lj P_j(τ)`: what continues a polynomial onto the next interval. Rows l as
+/// [parity][m].
 pub(super) fn continuation<T: Scalar>() -> [Modes<T>; MODES] {
     TABLES.continuation.map(|row| row.map(|half| half.map(narrow)))
 }

@@ -46,8 +46,8 @@ fn spectrum(stages: usize) -> Vec<Eigenvalue> {
 /// Newton's corrections of an eigenvalue, whose matrix is far from normal.
 const POLISHED: u32 = 3;
 
-/// The eigenvector of first entry 1 row by row, and what the last row misses, with its derivative by
-/// the eigenvalue: that vanishes at an eigenvalue.
+/// The eigenvector of first entry 1 row by row, and what the last row misses, with its derivative
+/// by the eigenvalue: that vanishes at an eigenvalue.
 fn eigenvector(stages: usize, value: c64) -> ([c64; MODES], [c64; 2]) {
     let (x, zero) = (integration(), c64 { re: 0.0, im: 0.0 });
     let (mut right, mut slopes) = ([zero; MODES], [zero; MODES]);
@@ -89,8 +89,8 @@ mod tests {
         for stages in 1..=MODES {
             let spectrum = of(stages);
             assert_eq!(spectrum.len(), stages.div_ceil(2));
-            // The eigenvectors are far from orthogonal: with κ = |u||v| the sums lose κ of their digits, and
-            // the eigenvectors themselves as many.
+            // The eigenvectors are far from orthogonal: with κ = |u||v| the sums lose κ of their
+            // digits, and the eigenvectors themselves as many.
             let largest = |v: &[c64]| v.iter().map(|x| x.re.hypot(x.im)).fold(0.0, f64::max);
             let size: f64 = spectrum.iter().map(|e| largest(&e.right) * largest(&e.left)).sum();
             let bound = 4.0 * f64::EPSILON * size * size;

@@ -4,13 +4,15 @@
 //! p_i = p0 - h Σ a_ij f_j        q_i = q0 + h Σ a_ij v_j        v = ∂H/∂p        f = ∂H/∂q + D(q, p, v)
 //! ```
 //!
-//! Where v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j in one go. The functions here are kept whole, as in `nodes`.
+//! Where v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j in one go. The functions here are kept
+//! whole, as in `nodes`.
 
 use super::gauss::{Columns, Gauss};
 use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
 use std::array::from_fn;
 
-/// Degrees of freedom computed side by side, where there are so many; else it is the nodes that are.
+/// Degrees of freedom computed side by side, where there are so many; else it is the nodes that
+/// are.
 const BLOCK: usize = 8;
 
 /// The system at the nodes.
@@ -160,7 +162,8 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         [length * moved_q, length * moved_p, length * moved_w]
     }
 
-    /// Velocities and losses where forces and velocities are given, after which positions are theirs.
+    /// Velocities and losses where forces and velocities are given, after which positions are
+    /// theirs.
     pub(super) fn settle<S: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -180,7 +183,8 @@ impl<V: Vector, const K: usize> Stages<V, K> {
 }
 
 impl<V: Vector, const K: usize> Stages<V, K> {
-    /// The degree of freedom that the next sweep would move the most, of what is left of it by the last.
+    /// The degree of freedom that the next sweep would move the most, of what is left of it by the
+    /// last.
     #[cold]
     pub(super) fn restless<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) -> usize {
         let Self { q, p, v, f, hq, hp, d, .. } = self;
@@ -260,7 +264,8 @@ fn multiply<V: Vector, const K: usize>(to: &mut [V; K], v: &[V; K], n: usize) {
     }
 }
 
-/// `to` becomes `from`. The largest Σ b_i |change| of a degree of freedom; not a number where one is not.
+/// `to` becomes `from`. The largest Σ b_i |change| of a degree of freedom; not a number where one
+/// is not.
 #[inline(never)]
 fn exchange<V: Vector, const K: usize>(
     weights: &[V::Scalar; K],

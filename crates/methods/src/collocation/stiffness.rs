@@ -1,10 +1,11 @@
 //! Is it sweeps that hold steps back?
 //!
-//! Where many steps are as long as sweeps allow and much shorter than their error would, Newton's method is tried. If it does
-//! not soon lead to much longer ones, sweeps take over again, and the next trial waits twice as long.
+//! Where many steps are as long as sweeps allow and much shorter than their error would, Newton's
+//! method is tried. If it does not soon lead to much longer ones, sweeps take over again, and the
+//! next trial waits twice as long.
 
-/// Steps held back before the first trial, for one degree of freedom: what a trial costs grows like the square of their number, in
-/// sweeps.
+/// Steps held back before the first trial, for one degree of freedom: what a trial costs grows like
+/// the square of their number, in sweeps.
 const WAIT: u64 = 8;
 /// How much longer steps should become, likewise, and in how many of them.
 const LONGER: f64 = 8.0;

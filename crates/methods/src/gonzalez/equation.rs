@@ -1,4 +1,5 @@
-//! The equation of the step, Δz = h (∇̄H_p, -∇̄H_q - D̄): what it misses at Δz, and the correction of Δz.
+//! The equation of the step, Δz = h (∇̄H_p, -∇̄H_q - D̄): what it misses at Δz, and the correction
+//! of Δz.
 
 use super::jacobian::Jacobian;
 use crate::linear::LinearSolver;
@@ -32,10 +33,12 @@ pub struct Workspace<V: Vector> {
     pub(super) kept: [V; 2],
     /// The residual of each equation, then the correction to it
     pub(super) missing: [Vec<f64>; 2],
-    /// ∂λ/∂Δz and h (-Δp, Δq): the part of the Jacobian that is of rank one, the latter divided by the rest of the Jacobian
+    /// ∂λ/∂Δz and h (-Δp, Δq): the part of the Jacobian that is of rank one, the latter divided by
+    /// the rest of the Jacobian
     slope: [Vec<f64>; 2],
     turned: [Vec<f64>; 2],
-    /// h/2 times the largest second derivative where the iteration began: what rounding of q makes of p, and of p of q
+    /// h/2 times the largest second derivative where the iteration began: what rounding of q makes
+    /// of p, and of p of q
     pub(super) gain: f64,
     /// The largest entry of R Δp when the Jacobian was last made, R = ∂D/∂v: what λ makes of D
     pub(super) dragged: f64,
@@ -198,7 +201,8 @@ impl<V: Vector> Workspace<V> {
         Ok(())
     }
 
-    /// Adds h R Δp, the change of h D̄ with λ: as the difference of D it is exact where D is linear in v.
+    /// Adds h R Δp, the change of h D̄ with λ: as the difference of D it is exact where D is linear
+    /// in v.
     fn drag_along<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, h: f64) {
         let [near, far] = &mut self.ends;
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_mut_slice());

@@ -1,16 +1,18 @@
 //! Newton's iteration for Δz, from Δz = 0, or where that fails along the solution from h = 0.
 //!
-//! The Jacobian of z0 serves the whole step, as long as each correction leaves less than a sixteenth of itself; after that
-//! it is made anew at z̄, the change of λ included. The first correction is the linearly implicit midpoint rule, off by h³.
-//! (A Jacobian at the explicit z0 + h/2 f(z0) saves few corrections of short steps, and on long ones may be so far
-//! out that corrections are small because it is large.)
+//! The Jacobian of z0 serves the whole step, as long as each correction leaves less than a
+//! sixteenth of itself; after that it is made anew at z̄, the change of λ included. The first
+//! correction is the linearly implicit midpoint rule, off by h³. (A Jacobian at the explicit z0 +
+//! h/2 f(z0) saves few corrections of short steps, and on long ones may be so far out that
+//! corrections are small because it is large.)
 
 use super::equation::Workspace;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// Corrections before an iteration is given up.
 const LIMIT: u32 = 40;
-/// Corrections without a smaller one among them that end it: in the noise of the equation, and far from it.
+/// Corrections without a smaller one among them that end it: in the noise of the equation, and far
+/// from it.
 const PATIENCE: [u32; 2] = [2, 8];
 /// The shortest stride in s where the solution is followed from s h = 0 to h.
 const SHORTEST: f64 = 1e-3;
@@ -20,9 +22,11 @@ const SLOW: f64 = 0.0625;
 const FAR: f64 = 0.01;
 /// Unless it is a few roundings itself, and may be noise.
 const FLOOR: f64 = 1e3;
-/// The most that corrections may be, in roundings of what the equation is made of, where they no longer shrink.
+/// The most that corrections may be, in roundings of what the equation is made of, where they no
+/// longer shrink.
 const NOISE: f64 = 64.0;
-/// The next correction that is not made, in roundings. Left out at every step, it is what K would drift by.
+/// The next correction that is not made, in roundings. Left out at every step, it is what K would
+/// drift by.
 const UNSEEN: f64 = 1.0 / 1024.0;
 /// The most noise in h λ that is let into the iteration,
 const NOISY: f64 = 1e-3;
@@ -73,7 +77,8 @@ impl<V: Vector> Workspace<V> {
         Stalled { failure: StepFailure::NewtonStalled { dof, iterations, update }, iterations }
     }
 
-    /// The direct iteration from the Δz, z̄ and z1 there are, which are then those found. Gives the number of corrections.
+    /// The direct iteration from the Δz, z̄ and z1 there are, which are then those found. Gives the
+    /// number of corrections.
     fn iterate<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Result<u32, Stalled>
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -108,7 +113,8 @@ impl<V: Vector> Workspace<V> {
                 return stalled(self.not_finite());
             }
 
-            // Each correction leaves the share `ratio` of itself, unless it is the noise of the equation.
+            // Each correction leaves the share `ratio` of itself, unless it is the noise of the
+            // equation.
             let ratio = update.size / before;
             let lost =
                 update.size <= epsilon || (ratio < 0.5 && ratio * update.size <= UNSEEN * epsilon);
@@ -116,12 +122,13 @@ impl<V: Vector> Workspace<V> {
             least = least.min(update.size);
             let small = update.reach <= NOISE * epsilon;
             let done = lost || (small && waited >= PATIENCE[0]);
-            // On a way that needed new Jacobians, only the correction by one made there is believed.
+            // On a way that needed new Jacobians, only the correction by one made there is
+            // believed.
             if done && (!renewed || (fresh && small)) {
                 return Ok(iterations);
             }
-            // Next to a point of rest the noise of λ goes on and on beside p, and is nothing beside the forces. A Jacobian made there
-            // has to say so first.
+            // Next to a point of rest the noise of λ goes on and on beside p, and is nothing beside
+            // the forces. A Jacobian made there has to say so first.
             quiet = if small && (fresh || quiet > 0) { quiet + 1 } else { 0 };
             if quiet > PATIENCE[1] {
                 return Ok(iterations);

@@ -6,15 +6,16 @@
 //! δq - c Hpq δq - (c Hpp + hλ) δp = a        δp + (c (Hqq + Dq) + hλ) δq + c (Hqp + Dp) δp = b
 //! ```
 //!
-//! What λ itself changes is left out here. Where H has no mixed derivatives and Hpp is diagonal, δq = a + C δp with
-//! C = c Hpp + hλ is eliminated, and N unknowns are left:
+//! What λ itself changes is left out here. Where H has no mixed derivatives and Hpp is diagonal, δq
+//! = a + C δp with C = c Hpp + hλ is eliminated, and N unknowns are left:
 //!
 //! ```text
 //! [1 + R C + S C] δp = b - S a        S = c (Hqq + Dq) + hλ        R = Dp Hpp⁻¹
 //! ```
 //!
-//! R = ∂D/∂v, since D̄ is made of the mean velocity, which has λ Δp in it; where Hpp is 0, R C stands for c Dp.
-//! Elsewhere hλR is left out: a matrix R is not to be had from Dp without solving, and costs corrections only.
+//! R = ∂D/∂v, since D̄ is made of the mean velocity, which has λ Δp in it; where Hpp is 0, R C
+//! stands for c Dp. Elsewhere hλR is left out: a matrix R is not to be had from Dp without solving,
+//! and costs corrections only.
 
 use crate::linear::{LinearSolver, Matrix, SMALL, Solver};
 use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
@@ -44,7 +45,8 @@ pub(super) struct Jacobian {
     values: Vec<f64>,
     /// What is needed where δq is eliminated.
     eliminated: Option<Eliminated>,
-    /// The places of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; the same four times where δq is eliminated.
+    /// The places of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; the same four times where δq is
+    /// eliminated.
     diagonal: Vec<[usize; 4]>,
     matrix: Matrix,
     unknowns: Vec<f64>,
@@ -115,7 +117,8 @@ impl Jacobian {
         })
     }
 
-    /// Evaluates the derivatives at (q, p) and factorises. The degree of freedom of a vanishing pivot is the failure.
+    /// Evaluates the derivatives at (q, p) and factorises. The degree of freedom of a vanishing
+    /// pivot is the failure.
     pub(super) fn factorise<T, S>(
         &mut self,
         system: &S,

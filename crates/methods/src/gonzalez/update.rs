@@ -4,14 +4,16 @@ use super::equation::{Correction, Workspace};
 use crate::adaptive::Projection;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
-/// K is near what it was if it is off by less than this share of H, of what it is made of and of Δw.
+/// K is near what it was if it is off by less than this share of H, of what it is made of and of
+/// Δw.
 const NEAR: f64 = 1e-3;
 /// K is restored where it is off by more than so many roundings of these,
 const ROUNDINGS: f64 = 16.0;
 /// by a move of z no longer than this share of its largest entry.
 const FURTHEST: f64 = 1e-8;
 
-/// The size of a correction beside what it corrects, and beside what rounding of q makes of p and of p makes of q too.
+/// The size of a correction beside what it corrects, and beside what rounding of q makes of p and
+/// of p makes of q too.
 pub(super) struct Update {
     pub(super) size: f64,
     pub(super) reach: f64,
@@ -36,7 +38,8 @@ impl<V: Vector> Workspace<V> {
         let [a, b] = &self.missing;
         let q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
         let p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
-        // The rounding of λ, through h λ Δp in q and h λ (Δq + R Δp) in p, is as lost as that of q and p.
+        // The rounding of λ, through h λ Δp in q and h λ (Δq + R Δp) in p, is as lost as that of q
+        // and p.
         let rough = h.to_f64().abs() * correction.rough;
         let q_scale = rough.mul_add(p.increment, q.z);
         let p_scale = rough.mul_add(q.increment + self.dragged, p.z);
@@ -50,7 +53,8 @@ impl<V: Vector> Workspace<V> {
         Update { size, reach }
     }
 
-    /// w1, and whether K is anywhere near what it was. It is not where corrections were small because the Jacobian, far out, was large.
+    /// w1, and whether K is anywhere near what it was. It is not where corrections were small
+    /// because the Jacobian, far out, was large.
     pub(super) fn balances<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
     where
         S: System<V::Scalar> + ?Sized,
@@ -58,7 +62,8 @@ impl<V: Vector> Workspace<V> {
         let zero = V::Scalar::zero();
         let mut spent = [zero; 2];
         if self.dissipative {
-            // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
+            // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is
+            // positive.
             for (v, &dq) in self.v.as_mut_slice().iter_mut().zip(self.dq.as_slice()) {
                 *v = dq / h;
             }
@@ -108,13 +113,14 @@ impl<V: Vector> Workspace<V> {
         let made_of = before + slopes(&self.q, &self.p, hq, hp);
         let size = start.abs() + self.energy.abs() + spent + made_of;
         let off = (self.energy - start + gained).abs();
-        // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h of
-        // the gain.
+        // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h
+        // of the gain.
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
         let most = V::Scalar::from_f64(NEAR) * size + square;
         let lost = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
-        // Far out H may be infinite where z is not. A state that is not finite is reported with the step.
+        // Far out H may be infinite where z is not. A state that is not finite is reported with the
+        // step.
         if lost.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
             return false;
         }

@@ -15,7 +15,8 @@ impl<V: Vector> Before<V> {
         Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n) }
     }
 
-    /// Takes the state through `sweeps`. Where they fail, or lead to what is not finite, it is as it was.
+    /// Takes the state through `sweeps`. Where they fail, or lead to what is not finite, it is as
+    /// it was.
     #[inline(always)]
     pub(super) fn attempt(
         &mut self,
@@ -25,7 +26,8 @@ impl<V: Vector> Before<V> {
         self.attempt_and(state, sweeps, |_, _| Ok(()))
     }
 
-    /// Takes the state through `sweeps`, and back where `check` of (q, p, w) before and after fails.
+    /// Takes the state through `sweeps`, and back where `check` of (q, p, w) before and after
+    /// fails.
     #[inline(always)]
     pub(super) fn attempt_and(
         &mut self,

@@ -1,7 +1,8 @@
 //! Coordinate increments whose roundings do not add up, for very long runs.
 //!
-//! What a step of [`Increment`] moves K by is a few roundings, and these need not be independent: the one of q1 = q0 + h v/m
-//! and the force it meets next lean to one side where steps are long, and K drifts in proportion to time. Here
+//! What a step of [`Increment`] moves K by is a few roundings, and these need not be independent:
+//! the one of q1 = q0 + h v/m and the force it meets next lean to one side where steps are long,
+//! and K drifts in proportion to time. Here
 //!
 //! ```text
 //! v = p0 - F(v)                solved in f64, at the state in f64
@@ -15,12 +16,14 @@
 //! produced, number by number: given any other, in any entry, it is 0 again. Several numbers side
 //! by side are each moved as they would be alone.
 //!
-//! Sources: the carried state as in E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving Brouwer's law with implicit
-//! Runge-Kutta methods*, BIT 48 (2008), for whom the compensated sum was enough: here the equation itself has to
-//! be exact. The correction is iterative refinement with the residual in higher precision (Wilkinson 1963; N. J. Higham,
-//! *Accuracy and Stability of Numerical Algorithms*, chapter 12).
+//! Sources: the carried state as in E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving
+//! Brouwer's law with implicit Runge-Kutta methods*, BIT 48 (2008), for whom the compensated sum
+//! was enough: here the equation itself has to be exact. The correction is iterative refinement
+//! with the residual in higher precision (Wilkinson 1963; N. J. Higham, *Accuracy and Stability of
+//! Numerical Algorithms*, chapter 12).
 //!
-//! It fails where [`Increment`] does, and where a correction is no small one: `exact` is then not the same system.
+//! It fails where [`Increment`] does, and where a correction is no small one: `exact` is then not
+//! the same system.
 
 use super::{Before, Friction, Increment, coordinate, ordering, overall};
 use crate::coordinate::{Along, Pull};
@@ -140,7 +143,8 @@ where
 }
 
 impl<P> Compensated<P> {
-    /// A sweep there; where friction couples the momenta, half of it before and half after, on the way back.
+    /// A sweep there; where friction couples the momenta, half of it before and half after, on the
+    /// way back.
     fn travel<V, S>(
         &self,
         system: &S,

@@ -2,7 +2,8 @@
 
 use afterbay_core::{InputError, Scalar};
 
-/// The fractions of the step its sweeps take: forward, back, forward, ... in turn. They add up to 1.
+/// The fractions of the step its sweeps take: forward, back, forward, ... in turn. They add up to
+/// 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Composition {
     fractions: Vec<[f64; 2]>,
@@ -73,7 +74,8 @@ impl Composition {
         Self { fractions: weights.iter().flat_map(halves).collect() }
     }
 
-    /// The fraction of the step that each sweep takes, in the order of the sweeps. They add up to 1.
+    /// The fraction of the step that each sweep takes, in the order of the sweeps. They add up to
+    /// 1.
     pub fn fractions<T: Scalar>(&self) -> impl Iterator<Item = T> {
         self.fractions.iter().map(|&[high, low]| T::from_f64(high) + T::from_f64(low))
     }

@@ -1,19 +1,22 @@
 //! Friction that couples the momenta, D = C(q) p, as a flow of its own between the sweeps.
 //!
-//! A sweep needs D̄_j of the means of momenta that have not moved yet. Taken at a mixed state instead, D̄ loses its sign; so
-//! friction is split off. With q at rest the momenta move one after the other,
+//! A sweep needs D̄_j of the means of momenta that have not moved yet. Taken at a mixed state
+//! instead, D̄ loses its sign; so friction is split off. With q at rest the momenta move one after
+//! the other,
 //!
 //! ```text
 //! p1_j - p0_j = -h D̄_j        w1_j - w0_j = h D̄_j p̄_j/m_j        p̄ = (p0 + p1)/2
 //! D̄_j = D_j(q, P)             P_k = 2 p̄_k for k moved, p̄_j for j itself, 0 for k to come
 //! ```
 //!
-//! K is exact, each equation is solved by one division, and with D = R(q) ∂H/∂p, R symmetric, the D̄_j p̄_j/m_j add up to
-//! v̄ᵀ R(q) v̄, v̄_j = p̄_j/m_j: the reservoirs fill in sum where R is positive semidefinite, at any h > 0. One pass sees C and the
-//! difference of its lower and upper triangle, which exerts no power; the pass in reversed order sees the opposite. Either is
-//! the implicit midpoint rule for what it sees, hence its own adjoint. A sweep with half a step of one before and half a step
-//! of the other after it is consistent, and its adjoint is the same with every order reversed: what holds of sweeps alone, and
-//! of every composition of them, holds of these.
+//! K is exact, each equation is solved by one division, and with D = R(q) ∂H/∂p, R symmetric, the
+//! D̄_j p̄_j/m_j add up to v̄ᵀ R(q) v̄, v̄_j = p̄_j/m_j: the reservoirs fill in sum where R is
+//! positive semidefinite, at any h > 0. One pass sees C and the difference of its lower and upper
+//! triangle, which exerts no power; the pass in reversed order sees the opposite. Either is the
+//! implicit midpoint rule for what it sees, hence its own adjoint. A sweep with half a step of one
+//! before and half a step of the other after it is consistent, and its adjoint is the same with
+//! every order reversed: what holds of sweeps alone, and of every composition of them, holds of
+//! these.
 //!
 //! Where R has a skew part S, the difference of its triangles is symmetric and does exert power,
 //! 2 Σ_{k<j} S_jk v̄_j v̄_k, which S itself does not: the momenta would grow like e^(h|S|), with K
@@ -94,9 +97,9 @@ impl<V: Vector> Friction<V> {
     }
 }
 
-/// Whether R is symmetric. It is looked at at q = 0 and at two more points of each of some sizes, made by a
-/// generator: an R(q) of analytic functions that is symmetric at points without a pattern is so
-/// everywhere. Where it is not finite it is not looked at.
+/// Whether R is symmetric. It is looked at at q = 0 and at two more points of each of some sizes,
+/// made by a generator: an R(q) of analytic functions that is symmetric at points without a pattern
+/// is so everywhere. Where it is not finite it is not looked at.
 ///
 /// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. To rounding, beside the diagonal
 /// too: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
@@ -241,8 +244,8 @@ where
             return Err(StepFailure::Singular { dof: j, slope: slope.to_f64() });
         }
         let mean = (-half).mul_add(drag.value, p[j]) / slope;
-        // The rounding of the slope is the same in every step, and K would drift by its share of p0². What is left of the
-        // equation knows it.
+        // The rounding of the slope is the same in every step, and K would drift by its share of
+        // p0². What is left of the equation knows it.
         let left = p[j] - mean - half * drag.by_p.mul_add(mean, drag.value);
         let mean = mean + left / slope;
         let force = drag.by_p.mul_add(mean, drag.value);

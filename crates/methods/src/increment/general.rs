@@ -7,15 +7,18 @@
 //! ā_j = mean of ∂H/∂q_j from (q0_j, p0_j) to (q1_j, p0_j)        b̄_j = mean of ∂H/∂p_j from (q1_j, p0_j) to (q1_j, p1_j)
 //! ```
 //!
-//! The others stand where they are. H changes by `ā Δq + b̄ Δp = -D̄ Δq`, so K is kept exactly, for any step, any N and any D,
-//! as far as ā and b̄ are means to rounding ([`PhasePlane`]). Two equations for each degree of freedom, no linear algebra, O(N)
-//! a sweep where the coupling is local. One sweep has order 1, also with one degree of freedom. Its adjoint is the same read
-//! from the end: the degrees of freedom in reversed order, and in each p_j first, at q0_j, then q_j at p1_j. Half a step of each
-//! is symmetric and has order 2; [`Composition`]s go higher. Where H is separable this is [`super::Increment`].
+//! The others stand where they are. H changes by `ā Δq + b̄ Δp = -D̄ Δq`, so K is kept exactly, for
+//! any step, any N and any D, as far as ā and b̄ are means to rounding ([`PhasePlane`]). Two
+//! equations for each degree of freedom, no linear algebra, O(N) a sweep where the coupling is
+//! local. One sweep has order 1, also with one degree of freedom. Its adjoint is the same read from
+//! the end: the degrees of freedom in reversed order, and in each p_j first, at q0_j, then q_j at
+//! p1_j. Half a step of each is symmetric and has order 2; [`Composition`]s go higher. Where H is
+//! separable this is [`super::Increment`].
 //!
-//! Passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no part of the step runs backwards, which
-//! beyond order 2 some do. D that couples the velocities is refused. **Fails** by name, with the state as it was, where the
-//! equations have no solution that continues from h = 0.
+//! Passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no part of the
+//! step runs backwards, which beyond order 2 some do. D that couples the velocities is refused.
+//! **Fails** by name, with the state as it was, where the equations have no solution that continues
+//! from h = 0.
 
 mod newton;
 mod plane;

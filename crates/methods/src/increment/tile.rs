@@ -1,4 +1,5 @@
-//! A tile of a chain or a ring: some members in a row and their neighbours on both sides, apart by colour.
+//! A tile of a chain or a ring: some members in a row and their neighbours on both sides, apart by
+//! colour.
 
 use afterbay_core::{Quantity, State, StepFailure};
 use std::ops::Range;
@@ -23,7 +24,8 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// A tile of a system of `n` members, for steps that change colour up to `changes` times, an even number.
+    /// A tile of a system of `n` members, for steps that change colour up to `changes` times, an
+    /// even number.
     pub(super) fn new(n: usize, ring: bool, changes: usize) -> Self {
         let margin = changes + 2;
         let zeros =
@@ -31,7 +33,8 @@ impl Tile {
         Self { q: zeros(), p: zeros(), w: zeros(), n, ring, margin, first: 0, len: 0 }
     }
 
-    /// Takes in the members `first..first + len`, and the neighbours they need to change colour so many times.
+    /// Takes in the members `first..first + len`, and the neighbours they need to change colour so
+    /// many times.
     pub(super) fn load(
         &mut self,
         state: &State<Vec<f64>>,
@@ -69,7 +72,8 @@ impl Tile {
         }
     }
 
-    /// The entries of a colour that belong to the tile, and to `beyond` members on either side of it.
+    /// The entries of a colour that belong to the tile, and to `beyond` members on either side of
+    /// it.
     pub(super) fn range(&self, colour: usize, beyond: usize) -> Range<usize> {
         let (mut start, mut end) = (self.margin - beyond, self.margin + self.len + beyond);
         if !self.ring {

@@ -1,13 +1,16 @@
 //! The coloured sweeps of a chain or a ring of equal members, eight of them at a time.
 //!
-//! No two members of a colour act on each other, so a colour is moved in lanes and by any number of threads. The coordinates
-//! are cut into tiles that fit the nearest cache. Each change of colour carries what lies beyond a tile's ends one member further
-//! in: a tile is loaded with one neighbour more than there are changes on either side, takes several steps alone and gives back its own
-//! part. So memory is read once and written once in up to eight steps; what is redone beyond the ends is up to 3 % of
-//! a tile. The tiles are the same for any number of threads, and a lane computes what it would alone: so are the results, to
-//! the bit, however many steps are taken at once. Where one of them fails, they are redone one by one from the state before.
+//! No two members of a colour act on each other, so a colour is moved in lanes and by any number of
+//! threads. The coordinates are cut into tiles that fit the nearest cache. Each change of colour
+//! carries what lies beyond a tile's ends one member further in: a tile is loaded with one
+//! neighbour more than there are changes on either side, takes several steps alone and gives back
+//! its own part. So memory is read once and written once in up to eight steps; what is redone
+//! beyond the ends is up to 3 % of a tile. The tiles are the same for any number of threads, and a
+//! lane computes what it would alone: so are the results, to the bit, however many steps are taken
+//! at once. Where one of them fails, they are redone one by one from the state before.
 //!
-//! [`Effort`] counts what is computed: beyond the ends too, and eight for lanes of which some have no member.
+//! [`Effort`] counts what is computed: beyond the ends too, and eight for lanes of which some have
+//! no member.
 
 use super::tile::{TILE, Tile};
 use super::{Composition, advance};
@@ -24,10 +27,12 @@ const LANES: usize = 8;
 
 /// Steps a tile takes at once, at most.
 const MOST: usize = 8;
-/// Changes of colour in them, at most, unless a single step has more: so many members are redone with those of a tile.
+/// Changes of colour in them, at most, unless a single step has more: so many members are redone
+/// with those of a tile.
 const REDONE: usize = TILE / 32;
 
-/// The coordinate-increment discrete gradient with red-black sweeps ([`Coupling::coloured`]), vectorised.
+/// The coordinate-increment discrete gradient with red-black sweeps ([`Coupling::coloured`]),
+/// vectorised.
 #[derive(Clone, Debug)]
 pub struct Tiled {
     composition: Composition,
@@ -185,7 +190,8 @@ struct Steps<'a, S: Uniform + ?Sized> {
 }
 
 impl<S: Uniform + ?Sized> Steps<'_, S> {
-    /// Carries the members from `first` on to their new places, tile by tile. Gives the number of evaluations.
+    /// Carries the members from `first` on to their new places, tile by tile. Gives the number of
+    /// evaluations.
     fn carry(
         &self,
         composition: &Composition,
@@ -215,7 +221,8 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         Ok(evaluations)
     }
 
-    /// Moves the members of a colour: the tile's own, and as many beyond its ends as there are changes of colour to come.
+    /// Moves the members of a colour: the tile's own, and as many beyond its ends as there are
+    /// changes of colour to come.
     #[inline]
     fn sweep(
         &self,

@@ -7,7 +7,8 @@ use faer::perm::PermRef;
 use faer::{Conj, MatMut, MatRef, Par};
 use std::mem::MaybeUninit;
 
-/// The largest matrix that is factorised beforehand: a larger one takes every path of faer that this one does.
+/// The largest matrix that is factorised beforehand: a larger one takes every path of faer that
+/// this one does.
 const READY: usize = 256;
 
 /// A dense matrix by columns, then its factors.

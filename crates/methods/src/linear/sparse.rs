@@ -1,8 +1,9 @@
 //! A few entries a row: faer's sparse LU, its symbolic analysis done once.
 //!
-//! The simplicial factorisation keeps the memory of the one before, so refactorising does not allocate unless
-//! pivoting fills in more than it ever has: two factorisations when the matrix is laid out, one that pivots on the diagonal
-//! and one that pivots at random, see to it. A pivot of 0 is divided by: what is solved then is not finite.
+//! The simplicial factorisation keeps the memory of the one before, so refactorising does not
+//! allocate unless pivoting fills in more than it ever has: two factorisations when the matrix is
+//! laid out, one that pivots on the diagonal and one that pivots at random, see to it. A pivot of 0
+//! is divided by: what is solved then is not finite.
 
 use super::{Number, Solver};
 use afterbay_core::InputError;

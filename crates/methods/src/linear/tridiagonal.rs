@@ -1,14 +1,15 @@
 //! Neighbours in a row: Thomas' algorithm, from both ends to the middle.
 //!
-//! Each row waits for the one before, so two of them at a time take half as long. Without pivoting, so it wants a diagonal
-//! that outweighs the rest. The matrix of a step is I + h/2 Dp + h²/4 Hqq Hpp and has it for short steps, and for any step
-//! where V is convex and couples neighbours by springs. Elsewhere a vanishing pivot is a failure, and a small one costs
-//! corrections.
+//! Each row waits for the one before, so two of them at a time take half as long. Without pivoting,
+//! so it wants a diagonal that outweighs the rest. The matrix of a step is I + h/2 Dp + h²/4 Hqq
+//! Hpp and has it for short steps, and for any step where V is convex and couples neighbours by
+//! springs. Elsewhere a vanishing pivot is a failure, and a small one costs corrections.
 
 use super::{Number, Solver, usable};
 
-/// Rows of three entries: below the diagonal, on it, above it; then, on the side of the nearer end, the factor, the
-/// reciprocal pivot, and on the other side the entry over the pivot. The row in the middle has two factors.
+/// Rows of three entries: below the diagonal, on it, above it; then, on the side of the nearer end,
+/// the factor, the reciprocal pivot, and on the other side the entry over the pivot. The row in the
+/// middle has two factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Tridiagonal<T> {
     values: Vec<T>,
@@ -21,13 +22,15 @@ impl<T: Number> Tridiagonal<T> {
     }
 }
 
-/// What is left of `row`, of which the entry at `near` meets the row that ended in `pivot` and `beyond`.
+/// What is left of `row`, of which the entry at `near` meets the row that ended in `pivot` and
+/// `beyond`.
 fn eliminate<T: Number>(row: &mut [T; 3], near: usize, [inverse, beyond]: [T; 2]) -> T {
     row[near] *= inverse;
     (-row[near]).fused(beyond, row[1])
 }
 
-/// The rows from one end, where `near` is the entry towards it: the last reciprocal pivot and the entry beyond it.
+/// The rows from one end, where `near` is the entry towards it: the last reciprocal pivot and the
+/// entry beyond it.
 fn eliminate_all<'a, T: Number + 'a>(
     rows: impl Iterator<Item = (usize, &'a mut [T; 3])>,
     near: usize,

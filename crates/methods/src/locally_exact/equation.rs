@@ -1,4 +1,5 @@
-//! The equation of the step at a Δz: the system at z̄, its second derivatives, and the product with A.
+//! The equation of the step at a Δz: the system at z̄, its second derivatives, and the product with
+//! A.
 
 use super::slopes::Slopes;
 use crate::linear_flow::LinearFlow;

@@ -7,7 +7,8 @@ use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The most iterations. An iteration that contracts by 0.93 reaches 31 digits within them.
 const LIMIT: u32 = 1000;
-/// Updates in a row none of which is the smallest so far: in the noise of the equation, and far from it.
+/// Updates in a row none of which is the smallest so far: in the noise of the equation, and far
+/// from it.
 const STALLED: [u32; 2] = [2, 8];
 /// K is restored where it is off by more than so many roundings of its ends,
 const RESTORED: f64 = 16.0;
@@ -95,8 +96,9 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// Moves the new state along ∇H where K is off by more than roundings of its ends, which those of
-    /// a long step may be. What K is off by after that is the error, where it is more than rounding.
+    /// Moves the new state along ∇H where K is off by more than roundings of its ends, which those
+    /// of a long step may be. What K is off by after that is the error, where it is more than
+    /// rounding.
     fn restore<S>(
         &mut self,
         system: &S,
@@ -144,8 +146,9 @@ impl<V: Vector> Workspace<V> {
         if restored || roundings(energy) <= KEPT { Ok(()) } else { Err((energy - target).to_f64()) }
     }
 
-    /// Is what an end moved by the rounding of the forces? Next to a point of rest away from the origin these are differences of
-    /// large terms, and p is small beside what their rounding makes of it: `ε h |H''| |z|`.
+    /// Is what an end moved by the rounding of the forces? Next to a point of rest away from the
+    /// origin these are differences of large terms, and p is small beside what their rounding makes
+    /// of it: `ε h |H''| |z|`.
     #[cold]
     fn is_noise<S>(&self, system: &S, h: V::Scalar, state: &State<V>, moved: f64) -> bool
     where
@@ -215,7 +218,8 @@ impl<V: Vector> Workspace<V> {
         if moved == 0.0 { 0.0 } else { V::Scalar::EPSILON * start.to_f64().abs() / (moved * size) }
     }
 
-    /// Takes the Δz of the path: by how much it moved beside z and by itself, and which degree of freedom the most.
+    /// Takes the Δz of the path: by how much it moved beside z and by itself, and which degree of
+    /// freedom the most.
     fn take(&mut self, state: &State<V>) -> (f64, f64, usize) {
         let mut most = (0.0_f64, 0.0, 0);
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {

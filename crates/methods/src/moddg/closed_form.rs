@@ -12,8 +12,8 @@ use std::hint::cold_path;
 /// v = (p0 - δ(p)/2 k q0) / σ        σ = 1 + δ(p)/2 (b + δ(q) k/2)
 /// ```
 ///
-/// The increments of q and p are written on (q0, p0) directly. Their coefficients depend on the step alone, so a loop
-/// computes them once, and being O(h) they spoil K by O(h) roundings only.
+/// The increments of q and p are written on (q0, p0) directly. Their coefficients depend on the
+/// step alone, so a loop computes them once, and being O(h) they spoil K by O(h) roundings only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClosedForm;
 
@@ -64,7 +64,8 @@ where
                     value: sigma.to_f64(),
                 });
             }
-            // Beside a singular step the coefficients lose digits. All from one v, the equations keep K all the same.
+            // Beside a singular step the coefficients lose digits. All from one v, the equations
+            // keep K all the same.
             let regular = one.half().le(sigma);
             q1 = V::Scalar::select(regular, q1, delta_q.mul_add(v, q0));
             p1 = V::Scalar::select(regular, p1, (one + one).mul_add(v, -p0));

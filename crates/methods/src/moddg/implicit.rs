@@ -59,7 +59,8 @@ where
     }
 }
 
-/// Compares the increment of V from q0 to q1 with the mean of ∂V/∂q between them, beside all terms of H.
+/// Compares the increment of V from q0 to q1 with the mean of ∂V/∂q between them, beside all terms
+/// of H.
 fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     system: &S,
     [q0, q1]: [T; 2],

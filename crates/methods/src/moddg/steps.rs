@@ -1,8 +1,8 @@
 //! The step sizes δ in the three equations of the scheme.
 //!
-//! The paper replaces h by δ = h + δ₃h³ + δ₄h⁴ to raise the order. δ is chosen to make *one* equation more accurate;
-//! put into all three ("shared") it keeps K, put into its own alone ("single") it does not. δ has a pole where p = 0,
-//! or where V' + D = 0.
+//! The paper replaces h by δ = h + δ₃h³ + δ₄h⁴ to raise the order. δ is chosen to make *one*
+//! equation more accurate; put into all three ("shared") it keeps K, put into its own alone
+//! ("single") it does not. δ has a pole where p = 0, or where V' + D = 0.
 
 use afterbay_core::{Mask, Misprinted, OrderRaising, Scalar, Separable, StepFailure};
 

@@ -138,10 +138,10 @@ pub(super) fn in_f64(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Result<Run<
     }
 }
 
-/// Binds a method to eight systems side by side, each moved as it would be alone, to the bit, as far as
-/// functions are those of the scalar. Methods whose implicit step is in all degrees of freedom at once
-/// run alone: pivots and the number of iterations are those of one system. A step that fails in one
-/// lane changes none.
+/// Binds a method to eight systems side by side, each moved as it would be alone, to the bit, as
+/// far as functions are those of the scalar. Methods whose implicit step is in all degrees of
+/// freedom at once run alone: pivots and the number of iterations are those of one system. A step
+/// that fails in one lane changes none.
 pub(super) fn in_lanes(
     row: &Row,
     system: &Arc<dyn Abilities<f64x8>>,
@@ -181,7 +181,8 @@ where
     }
 }
 
-/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour by colour.
+/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour
+/// by colour.
 pub(super) fn compensated<T: Lanewise>(
     row: &Row,
     system: &Arc<dyn Abilities<T>>,

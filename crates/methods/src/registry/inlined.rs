@@ -1,5 +1,5 @@
-//! Methods compiled for one system each. [`bind`](super::bind) serves every system; these serve those whose
-//! steps are so cheap that calls through a table of functions would show.
+//! Methods compiled for one system each. [`bind`](super::bind) serves every system; these serve
+//! those whose steps are so cheap that calls through a table of functions would show.
 
 use super::run::{Run, chosen, fixed};
 use super::{Kind, Row};
@@ -12,8 +12,8 @@ use afterbay_core::solver::FixedPoint;
 use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform, Vector};
 use std::sync::Arc;
 
-/// Binds a method to a separable system with one degree of freedom; none where [`bind`](super::bind) is as
-/// fast.
+/// Binds a method to a separable system with one degree of freedom; none where
+/// [`bind`](super::bind) is as fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -39,8 +39,8 @@ where
     }
 }
 
-/// Binds a method to a linear system with one degree of freedom, implicit steps in their closed form; none
-/// where [`bind`](super::bind) is as fast.
+/// Binds a method to a linear system with one degree of freedom, implicit steps in their closed
+/// form; none where [`bind`](super::bind) is as fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -54,8 +54,8 @@ where
     }
 }
 
-/// Binds a method to any system with few degrees of freedom, its states stored in `V` while it steps, and in
-/// `W` while `adaptive-dop853` does; none where [`bind`](super::bind) is as fast.
+/// Binds a method to any system with few degrees of freedom, its states stored in `V` while it
+/// steps, and in `W` while `adaptive-dop853` does; none where [`bind`](super::bind) is as fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -76,8 +76,8 @@ where
     }
 }
 
-/// Binds a method to a chain or a ring of equal members; none where [`bind`](super::bind) is as fast, and none
-/// for increments where two colours are not enough.
+/// Binds a method to a chain or a ring of equal members; none where [`bind`](super::bind) is as
+/// fast, and none for increments where two colours are not enough.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).

@@ -1,5 +1,5 @@
-//! The scalars methods are bound in. What is bound is compiled here, once a scalar, and not in the crates
-//! that ask for it.
+//! The scalars methods are bound in. What is bound is compiled here, once a scalar, and not in the
+//! crates that ask for it.
 
 use super::{Row, Run, forms};
 use afterbay_core::{
@@ -82,8 +82,8 @@ impl Compensable for f64x8 {
 }
 
 /// Binds coordinate increments whose roundings do not add up
-/// ([`Increment::compensated`](crate::Increment::compensated)), colour by colour, to a system and the same
-/// in [`Corrected`] numbers. A row knows no scalar, so these are no rows of their own.
+/// ([`Increment::compensated`](crate::Increment::compensated)), colour by colour, to a system and
+/// the same in [`Corrected`] numbers. A row knows no scalar, so these are no rows of their own.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where it is another method or the system is not separable,

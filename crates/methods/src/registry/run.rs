@@ -90,8 +90,9 @@ impl<T: Scalar> Run<T> {
     /// Takes one step, of a method that takes a step; time stays where it is.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where the method takes a tolerance, those of [`State::check`] and of
-    /// [`Method::step`], the latter as those of a run of one step; the state is then as it was.
+    /// [`InputError::Unsupported`] where the method takes a tolerance, those of [`State::check`]
+    /// and of [`Method::step`], the latter as those of a run of one step; the state is then as it
+    /// was.
     pub fn step<V: Vector<Scalar = T>>(
         &self,
         h: T,
@@ -198,7 +199,8 @@ where
     M: Method<V, S>,
     M::Workspace: Clone,
 {
-    /// Does something in a workspace as good as new. Of runs side by side one has the spare, and none waits.
+    /// Does something in a workspace as good as new. Of runs side by side one has the spare, and
+    /// none waits.
     #[inline(always)]
     fn within<R>(&self, run: impl FnOnce(&mut M::Workspace) -> R) -> R {
         let spare = || if self.method.is_memoryless() { self.spare.try_lock().ok() } else { None };
@@ -360,8 +362,8 @@ where
 
 /// A method whose step is compiled once for all of its callers.
 ///
-/// [`integrate_in`] takes a step in two places and [`Run::step`] in a third. The steps of a system whose
-/// type is forgotten are long, and a call costs nothing beside those they make.
+/// [`integrate_in`] takes a step in two places and [`Run::step`] in a third. The steps of a system
+/// whose type is forgotten are long, and a call costs nothing beside those they make.
 #[derive(Clone, Copy)]
 pub(super) struct Once<M>(pub(super) M);
 

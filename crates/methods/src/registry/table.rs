@@ -234,9 +234,10 @@ const fn collocation(name: &'static str, stages: usize) -> Row {
     }
 }
 
-/// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and of order 1 in w where D_j
-/// feels its neighbours. With one degree of freedom and H separable it is its own adjoint, and all of its orders are 2. With
-/// phase planes the velocity is taken at a corner too, and q is of order 1 as well. Where all of the sweeps go `forward` in time none takes
+/// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and
+/// of order 1 in w where D_j feels its neighbours. With one degree of freedom and H separable it is
+/// its own adjoint, and all of its orders are 2. With phase planes the velocity is taken at a
+/// corner too, and q is of order 1 as well. Where all of the sweeps go `forward` in time none takes
 /// energy back, and with K kept H cannot grow.
 const fn increment(
     name: &'static str,
@@ -297,8 +298,8 @@ const fn raised(
     };
     let keeps_k = matches!(placement, Placement::Shared(_));
     let kind = Kind::Raised(Raised(placement, degree));
-    // δ may be negative near a pole, and a shared negative step takes energy back from the reservoir. The others have h
-    // in the equation for w. On linear systems too: none is A-stable.
+    // δ may be negative near a pole, and a shared negative step takes energy back from the
+    // reservoir. The others have h in the equation for w. On linear systems too: none is A-stable.
     let passive = !keeps_k;
     Row {
         name,

@@ -63,7 +63,8 @@ impl<V: Vector> Chord<V> {
         Err(StepFailure::NoRelaxationRoot { excess })
     }
 
-    /// The point near 1 where K is met best: by the parabola through the start, with its slope there, and γ = 1, then by secants.
+    /// The point near 1 where K is met best: by the parabola through the start, with its slope
+    /// there, and γ = 1, then by secants.
     fn search<S>(
         &mut self,
         system: &S,

@@ -1,4 +1,5 @@
-//! What one step leaves for the next: how far it went past its grid point, its γ, and the K to be met.
+//! What one step leaves for the next: how far it went past its grid point, its γ, and the K to be
+//! met.
 
 use afterbay_core::{Scalar, State, Vector};
 

@@ -157,7 +157,8 @@ fn combine<V: Vector, const PART: usize>(
     }
 }
 
-/// The same of as many blocks of W numbers as there are after those that are done; how many numbers are done then.
+/// The same of as many blocks of W numbers as there are after those that are done; how many numbers
+/// are done then.
 #[inline(never)]
 fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
     terms: Terms,

@@ -37,8 +37,9 @@ impl Tableau for Classical {
 const SIXTH: [f64; 2] = [1.0 / 6.0, 9.25185853854297e-18];
 const THIRD: [f64; 2] = [1.0 / 3.0, 1.850371707708594e-17];
 
-/// DOP853, order 8: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, second edition, section II.5,
-/// its 30 published digits corrected by up to 4e-29 to meet the order conditions (`tests/data/dop853.py` prints them).
+/// DOP853, order 8: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+/// second edition, section II.5, its 30 published digits corrected by up to 4e-29 to meet the order
+/// conditions (`tests/data/dop853.py` prints them).
 pub(crate) struct Dop853;
 
 impl Tableau for Dop853 {
@@ -194,7 +195,8 @@ mod tests {
         }
     }
 
-    /// The rooted trees of order 1, 2 and on: a branch grown on the root of a smaller tree, in every way.
+    /// The rooted trees of order 1, 2 and on: a branch grown on the root of a smaller tree, in
+    /// every way.
     fn trees(order: usize) -> Vec<Vec<Tree>> {
         let mut all = vec![vec![Tree(vec![])]];
         while all.len() < order {

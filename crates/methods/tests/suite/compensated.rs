@@ -1,4 +1,5 @@
-//! Increments whose roundings do not add up: K over long runs, the same method as without, what is carried and when.
+//! Increments whose roundings do not add up: K over long runs, the same method as without, what is
+//! carried and when.
 
 use crate::rubbed;
 use afterbay_core::{
@@ -33,8 +34,8 @@ fn lift<V: Vector<Scalar = f64>>(state: &State<V>) -> State<Vec<Quad>> {
     State { q: lift(&state.q), p: lift(&state.p), w: lift(&state.w), t: Quad::from_f64(state.t) }
 }
 
-/// What the rounding of each number of a state by itself makes of K, in `f64`, and a share of what K is made of for the steps
-/// themselves, which are good to 1e-31 of it.
+/// What the rounding of each number of a state by itself makes of K, in `f64`, and a share of what
+/// K is made of for the steps themselves, which are good to 1e-31 of it.
 fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
     let n = state.q.len();
     let [mut hq, mut hp] = [0; 2].map(|_| vec![Quad::ZERO; n]);
@@ -49,7 +50,8 @@ fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
         + f64::MIN_POSITIVE
 }
 
-/// The largest deviation of K over a run, in roundings of the state it is seen at, and at the end beside K.
+/// The largest deviation of K over a run, in roundings of the state it is seen at, and at the end
+/// beside K.
 fn deviation<const M: usize, S, P, A>(
     method: &A,
     system: &S,
@@ -124,11 +126,13 @@ fn friction_that_couples_momenta_is_compensated_too() {
     let [plain, _] = deviation(&pair(), &system, &system, &start, grid());
     let [most, _] = deviation(&pair().compensated(system), &system, &system, &start, grid());
     println!("{most:.2} roundings, without {plain:.0}");
-    // Without compensation they add up, but like √t: with the rounding of the slope of friction in them they were 2e5.
+    // Without compensation they add up, but like √t: with the rounding of the slope of friction in
+    // them they were 2e5.
     assert!(most <= 1.0 && (20.0..5e3).contains(&plain), "{most} and {plain} roundings");
 }
 
-/// How far a run in `f64` is from the same in `Quad`, in roundings of the largest number in each part.
+/// How far a run in `f64` is from the same in `Quad`, in roundings of the largest number in each
+/// part.
 fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> f64 {
     let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
     let of = |(found, exact): (&V, &Vec<Quad>)| {
@@ -141,7 +145,8 @@ fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> 
     parts.map(of).into_iter().fold(0.0, f64::max)
 }
 
-/// The run in `Quad`, rounded; the one without compensation is 1e-13 of it at most and further off than that.
+/// The run in `Quad`, rounded; the one without compensation is 1e-13 of it at most and further off
+/// than that.
 fn check_against_quad<S, P, C>(
     system: &S,
     exact: &P,
@@ -415,7 +420,8 @@ fn another_system_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// After a few steps of any length K is off by the rounding of the state alone, and Δw ≥ 0 where it is owed.
+    /// After a few steps of any length K is off by the rounding of the state alone, and Δw ≥ 0
+    /// where it is owed.
     #[test]
     fn k_is_kept_to_a_rounding_of_the_state(
         q in prop::collection::vec(-3.0..3.0_f64, 1..10),

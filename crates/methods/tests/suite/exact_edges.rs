@@ -334,7 +334,8 @@ const TERMS: [&str; 14] = [
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// In 106 bits nothing is hidden by roundings: a mean that is off in its 16th digit moves K there.
+    /// In 106 bits nothing is hidden by roundings: a mean that is off in its 16th digit moves K
+    /// there.
     #[test]
     fn k_is_kept_on_random_systems_at_any_step(
         picks in prop::collection::vec((0..TERMS.len(), 0.1..2.0_f64), 1..4),

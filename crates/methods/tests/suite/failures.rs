@@ -11,7 +11,8 @@ use afterbay_methods::registry::{FIXED, Needs, Run, find};
 use afterbay_methods::{Gonzalez, Leapfrog, LinearSolver, ModDg, Rk4};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 
-/// A free particle that meets a wall, beyond which the force is no number: V = 0 up to q = 1, D = 0.1 p.
+/// A free particle that meets a wall, beyond which the force is no number: V = 0 up to q = 1, D =
+/// 0.1 p.
 struct Wall;
 
 impl Wall {
@@ -178,7 +179,8 @@ fn a_stiff_simple_iteration_does_not_contract() {
 
 #[test]
 fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
-    // ∂F/∂v is -2e12 here: what q loses to rounding in F is as large as the updates, and must not pass for convergence.
+    // ∂F/∂v is -2e12 here: what q loses to rounding in F is as large as the updates, and must not
+    // pass for convergence.
     let (mu, alpha, beta) = (-4.639779684474526, 3.7658394849613304, -8.126693682460336e-12);
     let system = ModifiedVanDerPol::new(mu, alpha, beta).unwrap();
     let run = bound("moddg-fixed-point", system);
@@ -188,7 +190,8 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
 
 #[test]
 fn a_solution_that_does_not_last_to_the_end_of_the_step_is_none() {
-    // V = -q²/2 - 5 q⁴/4 has no bottom: the solution that continues from h = 0 meets another on the way, and both are gone.
+    // V = -q²/2 - 5 q⁴/4 has no bottom: the solution that continues from h = 0 meets another on the
+    // way, and both are gone.
     let found =
         failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
     let StepFailure::SeveralSolutions { dof: 0, share } = found else { panic!("{found}") };

@@ -65,8 +65,8 @@ fn order_2_in_q_p_and_w() {
 
 /// One step from `state`, and |ΔK| over a rounding of what K is made of.
 ///
-/// With the equations solved but for (a, b), `ΔK = ∇̄H_q·a + ∇̄H_p·b` and the roundings of H and w. Rounding leaves in a and b
-/// that of z, of z1 and of h ∇H, which is h ∇∇H z.
+/// With the equations solved but for (a, b), `ΔK = ∇̄H_q·a + ∇̄H_p·b` and the roundings of H and w.
+/// Rounding leaves in a and b that of z, of z1 and of h ∇H, which is h ∇∇H z.
 fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,
@@ -194,8 +194,9 @@ proptest! {
         }
     }
 
-    /// D = R v, R coupled and positive definite, so one reservoir may drain into the other. What is computed of Δq·R Δq/h is
-    /// positive, the roundings of its products being less than a part of it; each w_j then is rounded once.
+    /// D = R v, R coupled and positive definite, so one reservoir may drain into the other. What is
+    /// computed of Δq·R Δq/h is positive, the roundings of its products being less than a part of
+    /// it; each w_j then is rounded once.
     #[test]
     fn the_reservoirs_together_only_fill_where_r_is_coupled(
         h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),

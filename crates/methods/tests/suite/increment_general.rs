@@ -142,11 +142,11 @@ fn step<S: PhasePlane<f64>>(
     method.step(system, h, state, &mut workspace).map(|_| ())
 }
 
-/// How far a step moves K, in roundings of what K and the step are made of. `sizes` gives what bounds the terms of ∂H/∂q, of
-/// ∂H/∂p and of H where |q| and |p| are up to the numbers given.
+/// How far a step moves K, in roundings of what K and the step are made of. `sizes` gives what
+/// bounds the terms of ∂H/∂q, of ∂H/∂p and of H where |q| and |p| are up to the numbers given.
 ///
-/// With equations solved but for a in q and b in p, ΔK = a ∂H/∂q + b ∂H/∂p and the roundings of H and w. Rounding leaves in a that of q
-/// and of h ∂H/∂p, in b that of p and of h (∂H/∂q + D).
+/// With equations solved but for a in q and b in p, ΔK = a ∂H/∂q + b ∂H/∂p and the roundings of H
+/// and w. Rounding leaves in a that of q and of h ∂H/∂p, in b that of p and of h (∂H/∂q + D).
 fn drift<S: PhasePlane<f64>>(
     system: &S,
     h: f64,
@@ -165,7 +165,8 @@ fn drift<S: PhasePlane<f64>>(
         / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
 }
 
-/// For the pendulum with friction up to 1: T ≤ |p1|² + |p2|², since M⁻¹ ≤ 2/(3 - √5) < 3 at unit masses and lengths.
+/// For the pendulum with friction up to 1: T ≤ |p1|² + |p2|², since M⁻¹ ≤ 2/(3 - √5) < 3 at unit
+/// masses and lengths.
 fn pendulum_sizes(_q: [f64; 2], [p1, p2]: [f64; 2]) -> [f64; 3] {
     let v = 3.0 * (p1 + p2);
     [2.0 * 9.81 + v * v + v, v, 6.0 * 9.81 + v * (p1 + p2)]

@@ -31,10 +31,11 @@ const MOST: u32 = 10_000;
 /// Updates of so many roundings may be noise.
 const ROUNDINGS: f64 = 64.0;
 
-/// The solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where `equations(s, x) = x + O(s)`. x is what is
-/// added to `start`; numbers up to `reach` stand behind the equations, and what their rounding does is lost: up to 64 roundings of
-/// them, where updates no longer shrink. The determinant is looked at at the iterates alone: a long step may jump over a pair of
-/// folds to a solution that does not continue from there.
+/// The solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where
+/// `equations(s, x) = x + O(s)`. x is what is added to `start`; numbers up to `reach` stand behind
+/// the equations, and what their rounding does is lost: up to 64 roundings of them, where updates
+/// no longer shrink. The determinant is looked at at the iterates alone: a long step may jump over
+/// a pair of folds to a solution that does not continue from there.
 ///
 /// # Errors
 /// A [`StepFailure`] of degree of freedom `dof`.
@@ -82,7 +83,8 @@ fn iterate<T: Scalar>(
         };
         let previous = size;
         size = share(scale);
-        // Where updates shrink by a factor, the next is smaller by it at least: done where that would be lost in rounding.
+        // Where updates shrink by a factor, the next is smaller by it at least: done where that
+        // would be lost in rounding.
         let lost = (size * size).le(T::from_f64(T::EPSILON) * previous);
         // Updates that shrink, however slowly, are none of noise; those of noise grow now and then.
         let grows = previous.le(size);
@@ -175,7 +177,8 @@ mod tests {
 
     #[test]
     fn slow_convergence_is_no_noise() {
-        // x + 1.4 x + 4 y = 1 with the derivative 1.4 not known, and y = 0; something far away is 1e8.
+        // x + 1.4 x + 4 y = 1 with the derivative 1.4 not known, and y = 0; something far away is
+        // 1e8.
         let root = solve(0, [1.0, 0.0], [1e8; 2], |s: f64, [x, y]: [f64; 2]| Equations {
             residual: [x + s * (1.4 * x + 4.0 * y - 1.0), y],
             excess: [[s * 0.7, s * 4.0], [0.0; 2]],
@@ -197,7 +200,8 @@ mod tests {
 
     #[test]
     fn the_solution_taken_continues_from_none() {
-        // x - 11 x + 0.1 x³ = 1 has solutions about -10, -0.1 and 10.05; only the last is led to with a positive slope.
+        // x - 11 x + 0.1 x³ = 1 has solutions about -10, -0.1 and 10.05; only the last is led to
+        // with a positive slope.
         let root = solve(0, [0.0; 2], [1.0; 2], |s: f64, [x, y]: [f64; 2]| Equations {
             residual: [x - 1.0 + s * (-11.0 * x + 0.1 * x.powi(3)), y],
             excess: [[s * (-11.0 + 0.3 * x * x), 0.0], [0.0; 2]],

@@ -73,7 +73,8 @@ impl<T: Scalar> Plane<T> {
         });
         let root = root.map_err(|failure| self.named(failure, system, q, p))?;
         let [x, y] = root.x;
-        // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
+        // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is
+        // positive.
         let dw = if dissipative { resistance(h, [x, y]).value * x } else { T::zero() };
         Ok(Moved { to: [q0 + x, p0 + y], dw, evaluations: u64::from(root.evaluations) })
     }
