@@ -33,6 +33,7 @@
 
 mod adaptive;
 mod corrections;
+mod defect;
 mod end;
 mod engine;
 mod equations;

@@ -7,11 +7,10 @@
 
 use super::equations::Equations;
 use super::krylov::Krylov;
-use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
+use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{LIMIT, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
-use crate::adaptive::Projection;
-use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
 /// Changes without a smaller one among them after which sweeps are given up.
@@ -24,8 +23,6 @@ const BENT: f64 = 8.0;
 
 /// The roundings that each of the N terms of a sum may add to it.
 const SUMMED: f64 = 0.5;
-/// The furthest that restoring K may move z, as a share of its largest entry.
-const FURTHEST: f64 = 1e-8;
 /// Unknowns up to which the equations are made with the workspace, so that no step allocates.
 const FEW: usize = 2048;
 
@@ -35,7 +32,7 @@ pub struct Workspace<V: Vector> {
     /// The quadrature rules, each with twice the nodes of the one before.
     pub(super) rules: Vec<Vec<Panel<V::Scalar>>>,
     ahead: [Modes<V::Scalar>; 8],
-    dissipative: bool,
+    pub(super) dissipative: bool,
     pub(super) nodes: Vec<Nodes<V>>,
     pub(super) slopes: Slopes<V>,
     /// The coefficients of q' and of -p' by degree of freedom, and the next ones.
@@ -60,8 +57,8 @@ pub struct Workspace<V: Vector> {
     /// The step that made it, if there was one.
     made_by: Option<V::Scalar>,
     /// Σ Δw_j
-    gained: V::Scalar,
-    defect: f64,
+    pub(super) gained: V::Scalar,
+    pub(super) defect: f64,
 }
 
 impl<V: Vector> Workspace<V> {
@@ -290,103 +287,6 @@ impl<V: Vector> Workspace<V> {
         forces(system, panels, nodes, slopes, q, [q_modes, q_modes], next);
         let change_p = exchange(next, p_modes, sizes[1], length);
         change_q.max(change_p) + 0.0 * (change_q + change_p)
-    }
-
-    /// z1, w1 and what K has moved by. What a rounding of it is a share of.
-    #[inline(never)]
-    fn end<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        start: V::Scalar,
-    ) -> Result<f64, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let zero = V::Scalar::zero();
-        let Self { rules, nodes, slopes, q_modes, p_modes, q, p, w, .. } = self;
-        if self.dissipative {
-            losses(system, &rules[level], nodes, slopes, q_modes, w);
-        }
-        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
-        let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
-        let mut finite = zero.is_finite();
-        for j in 0..n {
-            q[j] = h.mul_add(q_modes[j][0][0], q0[j]);
-            p[j] = (-h).mul_add(p_modes[j][0][0], p0[j]);
-            finite = finite.and(q[j].is_finite()).and(p[j].is_finite());
-        }
-        let mut gained = zero;
-        if self.dissipative {
-            for j in 0..n {
-                gained = h.mul_add(w[j], gained);
-                w[j] = h.mul_add(w[j], w0[j]);
-                finite = finite.and(w[j].is_finite());
-            }
-        }
-        if !finite.all() {
-            let parts = [
-                (Quantity::Coordinate, &*q),
-                (Quantity::Momentum, &*p),
-                (Quantity::Reservoir, &*w),
-            ];
-            return Err(StepFailure::non_finite(&parts));
-        }
-        self.gained = gained;
-        Ok(self.weigh(system, start))
-    }
-
-    /// Sets the defect of the new state. Returns what a rounding of K is a share of.
-    #[inline]
-    fn weigh<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, start: V::Scalar) -> f64 {
-        let Self { slopes, q, p, gained, .. } = self;
-        let (q, p, zero) = (q.as_slice(), p.as_slice(), V::Scalar::zero());
-        let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
-        system.gradient(q, p, hq, hp);
-        let terms =
-            (0..q.len()).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
-        let end = system.energy(q, p);
-        let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
-        let defect = (end - start + *gained).abs().to_f64();
-        self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale) };
-        scale
-    }
-
-    /// Moves the new state along ∇H until K is what it was to roundings of its ends. The roundings
-    /// of a long step are those of the work along it, which may be much larger.
-    #[cold]
-    fn restore<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        start: V::Scalar,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let before = self.defect;
-        let Self { slopes, q, p, gained, .. } = self;
-        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
-        let mut end = system.energy(q, p);
-        let projection = Projection {
-            slope: [slopes.hq[0].as_slice(), slopes.hp[0].as_slice()],
-            target: start - *gained,
-            size: start.abs().to_f64() + gained.abs().to_f64(),
-            scales: [1.0; 2],
-            allowed: FURTHEST * largest(q).max(largest(p)),
-        };
-        let moved = projection.apply(system, [q, p], &mut end).is_ok();
-        self.weigh(system, start);
-        // Not a number is worse as well.
-        if !(moved || self.defect <= before) {
-            self.end(system, h, state, level, start)?;
-        }
-        Ok(())
     }
 }
 
