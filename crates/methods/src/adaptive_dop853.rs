@@ -44,8 +44,8 @@ const REFUSED: f64 = 2.0;
 const DOUBT: f64 = 0.01;
 /// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
 const NOISE: f64 = 64.0;
-/// On the half disc |hλ| < 5.96, Re λ ≤ 0, |R(hλ)| ≤ 1. The bound imposed on h |λ|, and the factor
-/// of the step length at which |λ| is evaluated again.
+/// The bound imposed on h |λ|, since |R(hλ)| ≤ 1 for |hλ| < 5.96, Re λ ≤ 0. |λ| is evaluated anew if
+/// the bound is less than the factor `NEAR` away.
 const STABLE: f64 = 5.8;
 const NEAR: f64 = 1.25;
 

@@ -8,11 +8,12 @@ use super::nodes::losses;
 use crate::adaptive::Projection;
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// The furthest that restoring K may move z, as a share of its largest entry.
+/// The largest change of z that restoring K may cause, as a share of the largest entry of z.
 const FURTHEST: f64 = 1e-8;
 
 impl<V: Vector> Workspace<V> {
-    /// z1, w1 and what K has moved by. What a rounding of it is a share of.
+    /// Computes z1, w1 and the defect. Returns the sum of the terms of K, whose rounding is the
+    /// unit of the defect.
     #[inline(never)]
     pub(super) fn end<S>(
         &mut self,
@@ -59,7 +60,7 @@ impl<V: Vector> Workspace<V> {
         Ok(self.weigh(system, start))
     }
 
-    /// Sets the defect of the new state. Returns what a rounding of K is a share of.
+    /// Computes the defect of the new state. Returns the sum of the terms of K.
     #[inline]
     fn weigh<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, start: V::Scalar) -> f64 {
         let Self { slopes, q, p, gained, .. } = self;
@@ -75,8 +76,8 @@ impl<V: Vector> Workspace<V> {
         scale
     }
 
-    /// Moves the new state along ∇H until K is what it was to roundings of its ends. The roundings
-    /// of a long step are those of the work along it, which may be much larger.
+    /// Moves the new state along ∇H until K equals its old value to rounding at both ends. The
+    /// error that a long step leaves is a rounding of the work along it, which may be much larger.
     #[cold]
     pub(super) fn restore<S>(
         &mut self,
@@ -102,7 +103,7 @@ impl<V: Vector> Workspace<V> {
         };
         let moved = projection.apply(system, [q, p], &mut end).is_ok();
         self.weigh(system, start);
-        // Not a number is worse as well.
+        // NaN counts as worse.
         if !(moved || self.defect <= before) {
             self.end(system, h, state, level, start)?;
         }

@@ -145,8 +145,8 @@ where
 }
 
 impl<P> Compensated<P> {
-    /// Takes one sweep. If friction couples the momenta, a forward sweep is preceded by half of it
-    /// and a backward sweep followed by half of it.
+    /// Takes one sweep; if friction couples the momenta, between two half steps of friction that
+    /// visit them in the orders `there` and `back`.
     fn travel<V, S>(
         &self,
         system: &S,

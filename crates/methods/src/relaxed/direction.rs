@@ -58,7 +58,7 @@ impl<V: Vector> Direction<V> {
         along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
     }
 
-    /// The sum of the absolute terms of K at the start.
+    /// Σ |z_j ∂H/∂z_j| + Σ |w_j| at the start, the scale of the rounding of K.
     pub(super) fn size(&self, state: &State<V>) -> f64 {
         let terms = |z: &V, slope: &V| {
             let terms = z.as_slice().iter().zip(slope.as_slice());
