@@ -1,6 +1,8 @@
-//! The damped β-chain against the number of its members: what a degree of freedom costs in a step of order 2.
+//! The damped β-chain against the number of its members: what a degree of freedom costs in a step
+//! of order 2.
 //!
-//! Runs are timed in turn, and a figure is the median over the turns; ratios are medians of the ratios within a turn.
+//! Runs are timed in turn, and a figure is the median over the turns; ratios are medians of the
+//! ratios within a turn.
 
 use afterbay_benches::chain::Colours;
 use afterbay_core::{Coupling, Grid, Method, State, integrate};

@@ -1,5 +1,6 @@
-//! Which composition of sweeps is the cheapest: errors of q, p and w at equal numbers of sweeps, on a damped FPUT-β chain
-//! and a ring of Van der Pol oscillators. One table; no timing, since a sweep costs the same in each of them.
+//! Which composition of sweeps is the cheapest: errors of q, p and w at equal numbers of sweeps, on
+//! a damped FPUT-β chain and a ring of Van der Pol oscillators. One table; no timing, since a sweep
+//! costs the same in each of them.
 
 use afterbay_core::System;
 use afterbay_core::{Grid, Separable, Series, State, integrate, taylor};

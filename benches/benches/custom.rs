@@ -1,8 +1,10 @@
-//! Systems written as expressions beside the same systems built in or written in Rust, through the same methods: what a scene of one's own costs.
+//! Systems written as expressions beside the same systems built in or written in Rust, through the
+//! same methods: what a scene of one's own costs.
 //!
-//! The two are run in turn. A figure is the least over the turns, as a busy machine makes a run slower and never faster, and what else
-//! runs on the core may slow the one more than the other: all are gone through a few times, far apart. A ratio is that of the least.
-//! They end in the same state.
+//! The two are run in turn. A figure is the least over the turns, as a busy machine makes a run
+//! slower and never faster, and what else runs on the core may slow the one more than the other:
+//! all are gone through a few times, far apart. A ratio is that of the least. They end in the same
+//! state.
 
 use afterbay_benches::written::{HenonHeiles, Morse, Pendulum};
 use afterbay_core::{Curvature, Grid, Method, Separable, State, Vector, integrate};

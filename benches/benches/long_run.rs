@@ -1,6 +1,6 @@
-//! Ten million steps of a chain of 8 without friction: how |K - K0| grows with t, as it is and compensated, and what that costs.
-//! And a tenth as many of Van der Pol's oscillator on its limit cycle. `-- 1000000 2` asks for another number of steps,
-//! and of starts.
+//! Ten million steps of a chain of 8 without friction: how |K - K0| grows with t, as it is and
+//! compensated, and what that costs. And a tenth as many of Van der Pol's oscillator on its limit
+//! cycle. `-- 1000000 2` asks for another number of steps, and of starts.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
@@ -26,7 +26,8 @@ const RUNS: [(&str, f64, bool); 6] = [
 const STARTS: u64 = 4;
 
 fn main() {
-    // `cargo test` runs benches too, without this argument: a short run is enough to see that they work.
+    // `cargo test` runs benches too, without this argument: a short run is enough to see that they
+    // work.
     let full = std::env::args().any(|argument| argument == "--bench");
     let mut asked = std::env::args().filter_map(|argument| argument.parse().ok());
     let steps = asked.next().unwrap_or(if full { 10_000_000 } else { 10_000 });
@@ -70,7 +71,8 @@ fn table(found: &[LongRun]) {
     }
 }
 
-/// The time of a step of increment-2 of the chain, compensated beside plain: the best of so many short rounds, in turn.
+/// The time of a step of increment-2 of the chain, compensated beside plain: the best of so many
+/// short rounds, in turn.
 fn cost(rounds: u32) {
     let steps = 500;
     let Problem { q, .. } = start(0);

@@ -1,7 +1,8 @@
-//! Maps of stability: eight cells side by side beside one at a time, two cores beside one, and a whole map.
+//! Maps of stability: eight cells side by side beside one at a time, two cores beside one, and a
+//! whole map.
 //!
-//! Ways that are compared are run in turn, and a figure is the least over the turns, as a busy machine makes a run slower and never
-//! faster. The cells are the same, and so are their rows.
+//! Ways that are compared are run in turn, and a figure is the least over the turns, as a busy
+//! machine makes a run slower and never faster. The cells are the same, and so are their rows.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;

@@ -1,7 +1,9 @@
-//! One table of ratios: the generic step over the one written by hand, and over RK4 for the damped oscillator.
+//! One table of ratios: the generic step over the one written by hand, and over RK4 for the damped
+//! oscillator.
 //!
-//! The three are run in turn, and a ratio is the median over the turns of the ratio within one: what slows the
-//! machine for longer than a millisecond slows all three. Each figure in ns is the median of its own times.
+//! The three are run in turn, and a ratio is the median over the turns of the ratio within one:
+//! what slows the machine for longer than a millisecond slows all three. Each figure in ns is the
+//! median of its own times.
 
 use afterbay_benches::{Pair, Run, STEPS, pairs};
 use std::time::Instant;

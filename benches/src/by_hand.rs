@@ -1,9 +1,11 @@
-//! The steps as one would write them for one system: plain `f64` variables in a loop, every constant before it.
+//! The steps as one would write them for one system: plain `f64` variables in a loop, every
+//! constant before it.
 //!
-//! What they share with the generic steps: the discrete equations and the order in which these are evaluated (one
-//! force at each position; nothing that only a linear force would allow), the iterations and the stopping test of the
-//! implicit one, and the check that a new state is finite before it is taken. What they do without: types to be
-//! generic over, the time, counts of evaluations, an observer, and a look every 1024 steps for a state at rest.
+//! What they share with the generic steps: the discrete equations and the order in which these are
+//! evaluated (one force at each position; nothing that only a linear force would allow), the
+//! iterations and the stopping test of the implicit one, and the check that a new state is finite
+//! before it is taken. What they do without: types to be generic over, the time, counts of
+//! evaluations, an observer, and a look every 1024 steps for a state at rest.
 
 use std::hint::cold_path;
 
@@ -260,8 +262,9 @@ impl Duffing {
 
 const EPSILON: f64 = f64::EPSILON / 2.0;
 
-/// Solves `x = start - F(x)` to rounding, with the iteration and the stopping test of `afterbay_core::solver::Newton`
-/// but without the path it takes where these fail; `f` gives F and F'. As a rule two evaluations do.
+/// Solves `x = start - F(x)` to rounding, with the iteration and the stopping test of
+/// `afterbay_core::solver::Newton` but without the path it takes where these fail; `f` gives F and
+/// F'. As a rule two evaluations do.
 #[inline(always)]
 fn solve(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let (value, slope) = f(start);

@@ -1,4 +1,5 @@
-//! The red-black step of the damped β-chain written by hand: eight members at a time, the colours apart from the start.
+//! The red-black step of the damped β-chain written by hand: eight members at a time, the colours
+//! apart from the start.
 
 use std::f64::consts::PI;
 use std::hint::cold_path;
@@ -19,8 +20,8 @@ pub struct Colours {
 const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 impl Colours {
-    /// `n` members on the first mode, a multiple of 16. Lane k holds the k-th eighth of the chain, so that neighbours are in the
-    /// same lane but for the ends of the eighths.
+    /// `n` members on the first mode, a multiple of 16. Lane k holds the k-th eighth of the chain,
+    /// so that neighbours are in the same lane but for the ends of the eighths.
     pub fn new(n: usize, beta: f64, c: f64) -> Self {
         let rows = n / 16;
         let site = |colour: usize, row: usize| {
@@ -61,7 +62,8 @@ impl Colours {
         let (q, beside) = if colour == 0 { (red, &*black) } else { (black, &*red) };
         let (p, w) = (&mut self.p[colour], &mut self.w[colour]);
         let (beta, c) = (self.beta, self.c);
-        // What is beyond the end of an eighth is in the next lane, and beyond the last there is a wall.
+        // What is beyond the end of an eighth is in the next lane, and beyond the last there is a
+        // wall.
         let lanes = beside[if colour == 0 { last } else { 0 }].to_array();
         let turned = f64x8::new(std::array::from_fn(|lane| match (colour, lane) {
             (0, 0) | (1, 7) => 0.0,

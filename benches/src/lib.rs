@@ -1,7 +1,8 @@
-//! What the cost of a step is measured on: runs through the public API beside the same runs written by hand.
+//! What the cost of a step is measured on: runs through the public API beside the same runs written
+//! by hand.
 //!
-//! `benches/step.rs` times each with criterion; `benches/ratios.rs` times the two of a pair in turn and prints one
-//! table of ratios, which a noisy machine disturbs less.
+//! `benches/step.rs` times each with criterion; `benches/ratios.rs` times the two of a pair in turn
+//! and prints one table of ratios, which a noisy machine disturbs less.
 
 mod by_hand;
 pub mod chain;

@@ -1,12 +1,14 @@
-//! Work against precision beside other libraries: a table of ratios, and `out/peers` with every figure.
+//! Work against precision beside other libraries: a table of ratios, and `out/peers` with every
+//! figure.
 //!
 //! ```text
 //! cargo bench -p afterbay-peers [-- SCENE ...]
 //! ```
 //!
-//! Run it on a machine with nothing else to do: all runs of a scene are timed in turns and the least of their times
-//! counts, but a machine that is busy throughout slows some loops more than others. A run that takes longer than 0.3 s ends its
-//! line: of the explicit methods on C2 little more than one tolerance is left.
+//! Run it on a machine with nothing else to do: all runs of a scene are timed in turns and the
+//! least of their times counts, but a machine that is busy throughout slows some loops more than
+//! others. A run that takes longer than 0.3 s ends its line: of the explicit methods on C2 little
+//! more than one tolerance is left.
 
 use afterbay_peers::measure::{self, Patience};
 use afterbay_peers::{lines, ours, ratios, report, scenes};
@@ -14,7 +16,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // `cargo test` runs benches too, without this argument: a short run is enough to see that they work.
+    // `cargo test` runs benches too, without this argument: a short run is enough to see that they
+    // work.
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let full = arguments.iter().any(|argument| argument == "--bench");
     let patience = if full {

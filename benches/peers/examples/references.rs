@@ -4,10 +4,12 @@
 //! cargo run --release -p afterbay-peers --example references > benches/peers/data/references.csv
 //! ```
 //!
-//! takes minutes, C2 longer than the rest together: the row of C2 in the repository is the end state of heyoka
-//! (`data/references.py`), which this example has yet to confirm. With names of scenes behind `--` it prints these alone.
+//! takes minutes, C2 longer than the rest together: the row of C2 in the repository is the end
+//! state of heyoka (`data/references.py`), which this example has yet to confirm. With names of
+//! scenes behind `--` it prints these alone.
 //!
-//! Two numbers of terms take different steps; how far they end apart goes to stderr, beside the largest number.
+//! Two numbers of terms take different steps; how far they end apart goes to stderr, beside the
+//! largest number.
 
 use afterbay_analysis::Model;
 use afterbay_core::{ExactFlow, Quad, Scalar, Series, State, System, taylor};

@@ -1,8 +1,10 @@
-//! `differential-equations`: dop853, rkv988e (Verner's 9(8) pair, 16 stages) and radau5, in arrays, a chain's in vectors.
+//! `differential-equations`: dop853, rkv988e (Verner's 9(8) pair, 16 stages) and radau5, in arrays,
+//! a chain's in vectors.
 //!
-//! An output that keeps nothing is given to the solver. The stages of the interpolant are computed all the same: there is no
-//! switch; of the two pairs of order 9 rkv988e is the one with fewer of them. radau5 has the Jacobian in closed form; its matrices
-//! are dense. It takes its tolerances as vectors: a scalar one is rescaled once for every entry of y (0.7.0).
+//! An output that keeps nothing is given to the solver. The stages of the interpolant are computed
+//! all the same: there is no switch; of the two pairs of order 9 rkv988e is the one with fewer of
+//! them. radau5 has the Jacobian in closed form; its matrices are dense. It takes its tolerances as
+//! vectors: a scalar one is rescaled once for every entry of y (0.7.0).
 
 use super::measure::{Line, Run, Spent, Watch};
 use super::{Field, Scene, tolerances};
@@ -111,7 +113,8 @@ fn explicit<F: Field, Y: Storage>(scene: &Scene, field: F, start: Y) -> Vec<Line
     vec![eighth, ninth]
 }
 
-/// radau5 with y in N numbers on the stack. In vectors it panics (0.7.0: its stages are made with the length 0).
+/// radau5 with y in N numbers on the stack. In vectors it panics (0.7.0: its stages are made with
+/// the length 0).
 pub fn radau5<const N: usize, F: Field>(scene: &Scene, field: F) -> Line {
     let (start, end) = (stack::<N>(scene), scene.problem.end);
     Line::peer("de-radau5", tolerances(), move |tolerance| {

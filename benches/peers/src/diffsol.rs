@@ -1,7 +1,8 @@
-//! `diffsol`: tsit45 and bdf, in nalgebra's dense matrices, a chain's in faer's sparse ones, its Jacobian coloured.
+//! `diffsol`: tsit45 and bdf, in nalgebra's dense matrices, a chain's in faer's sparse ones, its
+//! Jacobian coloured.
 //!
-//! Steps are taken one by one, so that nothing is kept. What the solver counts as calls of the right-hand side are the
-//! evaluations.
+//! Steps are taken one by one, so that nothing is kept. What the solver counts as calls of the
+//! right-hand side are the evaluations.
 
 use super::measure::{Line, Run, Spent, Watch};
 use super::{Field, Scene, tolerances};

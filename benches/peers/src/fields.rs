@@ -1,4 +1,5 @@
-//! The equations of motion as other libraries want them, y' = f(y) for y = (q, p, w), written by hand for each scene.
+//! The equations of motion as other libraries want them, y' = f(y) for y = (q, p, w), written by
+//! hand for each scene.
 
 /// A right-hand side with its derivative. Entries of y: q, then p, then w.
 pub trait Field: Copy + 'static {

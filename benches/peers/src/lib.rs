@@ -1,7 +1,9 @@
-//! Work against precision: our methods and other people's libraries on the same problems in the same run.
+//! Work against precision: our methods and other people's libraries on the same problems in the
+//! same run.
 //!
-//! A [`Line`] is a method on a [`Scene`] with the steps or tolerances it is run at. [`measure::all`] runs every line of a
-//! scene and gives the rows of one table; [`ratios`] reads the time to a wanted error from them, [`report`] draws them.
+//! A [`Line`] is a method on a [`Scene`] with the steps or tolerances it is run at.
+//! [`measure::all`] runs every line of a scene and gives the rows of one table; [`ratios`] reads
+//! the time to a wanted error from them, [`report`] draws them.
 
 mod adaptive;
 pub mod differential_equations;

@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 /// Sees y = (q, p, w) after each accepted step.
 pub type Watch<'a> = &'a mut dyn FnMut(&[f64]);
 
-/// Follows a scene to its end and writes y = (q, p, w) there; the second run is shown to a watcher, others keep nothing.
+/// Follows a scene to its end and writes y = (q, p, w) there; the second run is shown to a watcher,
+/// others keep nothing.
 pub type Run = Box<dyn Fn(&mut [f64], Option<Watch<'_>>) -> Result<Spent, String>>;
 
 /// What a run took.
@@ -67,7 +68,8 @@ pub struct Row {
     pub seconds: Option<f64>,
     /// Steps accepted.
     pub steps: Option<u64>,
-    /// Evaluations of the right-hand side; of ours the force or its mean, as the method counts them.
+    /// Evaluations of the right-hand side; of ours the force or its mean, as the method counts
+    /// them.
     pub evaluations: Option<u64>,
     /// Iterations of a nonlinear solver.
     pub iterations: Option<u64>,
@@ -105,7 +107,8 @@ struct Timed {
     best: Duration,
 }
 
-/// The rows of a scene: errors and drift from a first run of each, watched, which also warms it up, then times in turns.
+/// The rows of a scene: errors and drift from a first run of each, watched, which also warms it up,
+/// then times in turns.
 ///
 /// # Errors
 /// Where the scene has no reference or no system.
@@ -178,7 +181,8 @@ fn blank(scene: &Scene, line: &Line, setting: Setting) -> Row {
     }
 }
 
-/// Runs once, looks at every step, and fills in what there is to see; the time is that of an unwatched run.
+/// Runs once, looks at every step, and fills in what there is to see; the time is that of an
+/// unwatched run.
 fn watched(
     scene: &Scene,
     exact: &[f64],

@@ -1,7 +1,8 @@
 //! `ode_solvers`: Dopri5 and Dop853, their steps in static vectors, a chain's in dynamic ones.
 //!
-//! `OutputType::Sparse` keeps the state after each step and interpolates nothing; there is no way to keep less. The test for
-//! stiffness is off and the number of steps as good as unlimited, so that stiff runs end where the tolerance lets them.
+//! `OutputType::Sparse` keeps the state after each step and interpolates nothing; there is no way
+//! to keep less. The test for stiffness is off and the number of steps as good as unlimited, so
+//! that stiff runs end where the tolerance lets them.
 
 use super::measure::{Line, Run, Spent, Watch};
 use super::{Field, Scene, tolerances};

@@ -1,4 +1,5 @@
-//! The time to a wanted error, read from the points of a run, and what it is as a multiple of another's.
+//! The time to a wanted error, read from the points of a run, and what it is as a multiple of
+//! another's.
 
 use super::measure::Row;
 

@@ -17,8 +17,8 @@ pub struct Scene {
     pub about: &'static str,
     /// System, start and end.
     pub problem: Arc<Problem>,
-    /// Steps of the coarsest run of a method of high order; a method of order 4 begins with 4 times as many, one of
-    /// order 2 with 16 times.
+    /// Steps of the coarsest run of a method of high order; a method of order 4 begins with 4 times
+    /// as many, one of order 2 with 16 times.
     pub coarsest: u64,
 }
 

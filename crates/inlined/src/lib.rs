@@ -1,8 +1,8 @@
-//! Methods compiled for one system each, where that was measured to pay: cheap steps of few degrees of
-//! freedom, in which calls through a table of functions would take as long as the step.
+//! Methods compiled for one system each, where measurements show a gain: for cheap steps of few
+//! degrees of freedom, calls through a table of functions would take as long as the step itself.
 //!
-//! Each form computes what that of [`afterbay_methods::registry::bind`] does, to the bit. A system needs no
-//! row here.
+//! Each form computes to the bit what the form of [`afterbay_methods::registry::bind`] computes. A
+//! system without a row here uses that form.
 
 use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform};
 use afterbay_methods::registry::{Row, Run, inlined};
@@ -16,7 +16,7 @@ use std::sync::Arc;
 type Untyped = Arc<dyn Any + Send + Sync>;
 type Form = Option<Result<Run<f64>, InputError>>;
 
-/// Binds a method to a system in the form compiled for it; none where there is none.
+/// Binds a method to a system in the form compiled for it, or returns `None` if there is none.
 pub fn bind(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Form {
     const FORMS: [fn(&Row, Untyped) -> Form; 8] = [
         linear::<DampedOscillator<f64>>,

@@ -1,5 +1,5 @@
-//! What methods with steps as long as a tolerance allows share: how much error a step may make, K made exact, and how fast a system
-//! can move.
+//! Step size control, shared by the adaptive methods: the error allowed of a step, the projection
+//! onto K, and bounds of a system's frequencies.
 
 mod budget;
 mod projection;

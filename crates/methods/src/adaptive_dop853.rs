@@ -1,20 +1,24 @@
-//! DOP853 with steps as long as a tolerance allows, K exact at every one of them.
+//! DOP853 with step size control, and K exact after every step.
 //!
 //! ```text
-//! Z_i = z0 + h Σ_j a_ij f(Z_j)        z1 = z0 + h Σ_i b_i f(Z_i)        f = (∂H/∂p, -∂H/∂q - D)        z = (q, p)
-//! w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i)                             v = ∂H/∂p
+//!
+//! z = (q, p)        f = (∂H/∂p, -∂H/∂q - D)        v = ∂H/∂p        Z_i = z0 + h Σ_j a_ij f(Z_j)
+//! z1 = z0 + h Σ_i b_i f(Z_i)        w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i)
 //! ```
 //!
-//! The twelve stages of order 8, their error told by weights of order 5 and 3: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential
-//! Equations I, II.5 and II.10. Then (q1, p1) goes onto `H = H(q0, p0) - Σ Δw_j` along ∇H, scaled by the tolerances, which takes about
-//! the error of the step: K is exact, w remains the quadrature. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric
-//! Numerical Integration, IV.4.)
+//! The twelve stages of order 8, with error estimates from embedded weights of order 5 and 3: E.
+//! Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and II.10.
+//! Then (q1, p1) is projected onto `H = H(q0, p0) - Σ Δw_j` along ∇H, scaled by the tolerances. The
+//! projection is of the size of the error of the step. K is exact; w is the quadrature, unchanged.
+//! (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.4.)
 //!
-//! Order 8 in q, p and w, at the times between steps as well: a sample is a step of its own from where the step began, with K
-//! exact. Two weights are negative: not passive. Stable for |hλ| < 5.96, where no eigenvalue λ grows: steps stay below that, and on stiff
-//! systems [`crate::AdaptiveCollocation`] is the one to take. Steps allocate nothing.
+//! Order 8 in q, p and w, also between steps: a sample is a step of its own from the beginning of
+//! the current step, with K exact. Two weights are negative, so the method is not passive. The
+//! stability region contains the half disc |hλ| < 5.96, Re λ ≤ 0; steps stay within it. For stiff
+//! systems use [`crate::AdaptiveCollocation`]. Steps do not allocate.
 //!
-//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or `Vanishes`.
+//! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
+//! step tried, or `Vanishes`.
 
 use crate::adaptive::{Budget, Projection, Rates, largest};
 use crate::bend::bend;
@@ -24,48 +28,50 @@ use afterbay_core::{
     Tolerance, Vector,
 };
 
-/// DOP853 for [`afterbay_core::integrate_within`] and [`afterbay_core::sample_within`], projected onto the K it began with.
+/// DOP853 for [`afterbay_core::integrate_within`] and [`afterbay_core::sample_within`], projected
+/// onto the initial value of K.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveDop853;
 
-/// The stage at the end of the step: ∇H there is ∇H at z1, or nearly.
+/// The stage at the end of the step: ∇H there approximates ∇H at z1.
 const LAST: usize = 11;
-/// How much of the square of the less accurate error is felt beside that of the more accurate one.
+/// The weight of the squared ratio of the two error estimates in their combination.
 const SHARE: f64 = 0.01;
-/// The least error of a step of which K cannot be made exact.
+/// The smallest error assigned to a step whose projection fails.
 const REFUSED: f64 = 2.0;
-/// An error, over what is allowed, that is not why K cannot be made exact,
+/// A failed projection is attributed to rounding if the error is below this share of the allowed
+/// error,
 const DOUBT: f64 = 0.01;
-/// and the roundings of H that then may be, if a shorter step leaves as many.
+/// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
 const NOISE: f64 = 64.0;
-/// The half disc |hλ| < 5.96, Re λ ≤ 0 is where |R(hλ)| ≤ 1: what h |λ| may be, and how much longer a
-/// step may be where |λ| is worth knowing better.
+/// The bound imposed on h |λ|, since |R(hλ)| ≤ 1 for |hλ| < 5.96, Re λ ≤ 0. |λ| is evaluated anew if
+/// the bound is less than the factor `NEAR` away.
 const STABLE: f64 = 5.8;
 const NEAR: f64 = 1.25;
 
-/// A step while it is made.
+/// The memory of a step.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     stages: Stages<V>,
-    /// Are the first stage and H those of the state?
+    /// Whether the first stage and H belong to the current state.
     begun: bool,
     energy: V::Scalar,
     /// The end of the step.
     q: V,
     p: V,
     gain: V,
-    /// The difference of two ends.
+    /// The difference of two solutions.
     miss: V,
-    /// What K was off by at the end of a longer step from this state, next to a point of rest.
+    /// The error of K at the end of a longer step from this state, near an equilibrium.
     off: f64,
-    /// A bound of |λ| ([`Rates::see`]); 0 where there is none.
+    /// An upper bound of |λ| ([`Rates::see`]); 0 if none is known.
     fastest: f64,
     rates: Rates<V>,
     budget: Budget,
 }
 
 impl<V: Vector> Workspace<V> {
-    /// Computes what does not depend on h.
+    /// Computes the quantities that do not depend on h.
     #[inline]
     fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         self.stages.begin(system, state);
@@ -74,7 +80,7 @@ impl<V: Vector> Workspace<V> {
         self.begun = true;
     }
 
-    /// The end of the step h, as the stages give it.
+    /// Computes the end of the step h from the stages.
     #[inline]
     fn finish(&mut self, h: V::Scalar, state: &State<V>) {
         let Self { stages, q, p, gain, .. } = self;
@@ -83,7 +89,7 @@ impl<V: Vector> Workspace<V> {
         stages.sum::<W>(Dop853::WEIGHTS, h, gain);
     }
 
-    /// The error of the step over what is allowed of the whole run.
+    /// The error estimate of the step relative to the error allowed of the whole run.
     #[inline]
     fn error(&mut self, h: V::Scalar, scales: [f64; 3]) -> f64 {
         let Self { stages, miss, .. } = self;
@@ -102,13 +108,14 @@ impl<V: Vector> Workspace<V> {
         if fine == 0.0 { 0.0 } else { fine / (1.0 + SHARE * ratio * ratio).sqrt() }
     }
 
-    /// What H should be at the end.
+    /// The target value of H at the end.
     #[inline]
     fn target(&self) -> V::Scalar {
         self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
     }
 
-    /// Makes K exact; where that would take more than is allowed, how much more.
+    /// Projects the new state onto K. If the change exceeds the allowed one, returns the ratio of
+    /// the two as the error.
     #[inline]
     fn project<S: System<V::Scalar> + ?Sized>(
         &mut self,
@@ -130,8 +137,8 @@ impl<V: Vector> Workspace<V> {
         projection.apply(system, [q, p], &mut found).map(|_| ())
     }
 
-    /// Is K off by no more than what roundings of z make of H, and by no less after a shorter step? Next to a point of rest away from
-    /// the origin no change of z that is small makes up for them.
+    /// Whether the error of K is within the rounding of z in H, and not reduced by a shorter step.
+    /// Near an equilibrium away from the origin no small change of z can correct it.
     #[cold]
     fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
         let (q, p) = (self.q.as_slice(), self.p.as_slice());
@@ -143,7 +150,7 @@ impl<V: Vector> Workspace<V> {
         off > 0.5 * before && off <= NOISE * V::Scalar::EPSILON * terms
     }
 
-    /// How much longer a step from here may be and be stable.
+    /// The largest factor by which the step may be lengthened while staying stable.
     #[inline]
     fn reach(&self, length: f64) -> f64 {
         STABLE / (length * self.fastest)
@@ -153,11 +160,12 @@ impl<V: Vector> Workspace<V> {
     #[cold]
     fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         let [_, fastest] = self.rates.see(system, &state.q, &state.p);
-        // What is not finite says nothing.
+        // A bound that is not finite is discarded.
         self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
     }
 
-    /// The step h from the state that was begun with, and its error over what is allowed of it.
+    /// Takes the step h from the state of `begin`, and returns its error relative to the allowed
+    /// one.
     #[inline]
     fn step<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -189,7 +197,7 @@ impl<V: Vector> Workspace<V> {
         Ok(error)
     }
 
-    /// The end of the step; what the reservoirs gained goes to what `to` has of them.
+    /// Writes the end of the step; the gains of the reservoirs are added to the w of `to`.
     #[inline]
     fn write(&self, to: &mut State<V>) {
         to.q.as_mut_slice().copy_from_slice(self.q.as_slice());
@@ -285,7 +293,7 @@ where
     ) -> Result<Effort, StepFailure> {
         workspace.begin(system, before);
         workspace.begun = false;
-        // There is no shorter step to compare with.
+        // There is no longer step to compare with.
         workspace.off = 0.0;
         if workspace.step(system, h, before)? > 1.0 {
             let found = system.energy(workspace.q.as_slice(), workspace.p.as_slice());

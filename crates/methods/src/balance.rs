@@ -1,26 +1,28 @@
-//! Does K stay where it was? Asked where the means along edges come from quadrature, which does not
-//! see what H does between its nodes.
+//! A check that K is conserved, for means along edges computed by quadrature, which does not
+//! resolve features of H between its nodes.
 
 use afterbay_core::{Mask, Scalar, Separable, StepFailure};
 
-/// K may move by so many roundings of what it is made of: those of the equations of a step, and of the
-/// terms of H, of which no more is known than their sum.
+/// The change of K, in roundings of its terms, that a step may make. It allows for the error of the
+/// equations of the step and for cancellation between the terms of H, of which only the sum is
+/// known.
 const ROUNDINGS: f64 = 1e4;
 
-/// What K has been made of before a step, or is after it.
+/// The terms of K before or after a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Account<T> {
     /// H
     pub(crate) energy: T,
-    /// The sum of the sizes of what H is made of, as far as they are known.
+    /// The sum of the absolute terms of H, as far as they are known.
     pub(crate) size: T,
 }
 
-/// The rounding of V at q, measured: the largest difference between its change along short edges and
-/// the means along them, times 1/ε. Terms that cancel inside V are not seen in any other way.
+/// Measures the rounding error of V at q, times 1/ε: the largest difference between the change of V
+/// along short edges and the mean of ∂V/∂q times their length. Cancellation between terms inside V
+/// cannot be detected otherwise.
 ///
 /// The edges are 2^-18 to 2^-24 of each coordinate, short enough to be resolved and long enough for
-/// roundings to differ.
+/// their rounding errors to differ.
 #[cold]
 pub(crate) fn grain<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) -> T {
     let at_rest = vec![T::zero(); q.len()];
@@ -41,8 +43,9 @@ pub(crate) fn grain<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) ->
     most / T::from_f64(T::EPSILON)
 }
 
-/// Looks whether H and the reservoirs, which gain `gained`, add up. `bends` gives what H changes by where
-/// the state is rounded, times 1/ε; it is asked where the rest is not enough.
+/// Checks that the change of H and the reservoirs' gain `gained` cancel. `bends` gives the change
+/// of H due to the rounding of the state, times 1/ε; it is evaluated only if the other terms do not
+/// explain the difference.
 #[inline]
 pub(crate) fn check<T: Scalar>(
     before: Account<T>,

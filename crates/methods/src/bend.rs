@@ -1,8 +1,9 @@
-//! What roundings of z become where H bends.
+//! The effect of rounding of z on the forces.
 
 use afterbay_core::{Curvature, Scalar};
 
-/// The largest second derivative at (q, p), |H''| or |∂D|: forces are off by ε |H''| |z| where z is rounded.
+/// The largest absolute entry of H'' and ∂D at (q, p). A rounding of z changes the forces by ε
+/// |H''| |z|.
 pub(crate) fn bend<T: Scalar, S: Curvature<T> + ?Sized>(system: &S, q: &[T], p: &[T]) -> f64 {
     let mut most = 0.0_f64;
     system.curvature(q, p, |_, _, _, entry| most = most.max(entry.to_f64().abs()));

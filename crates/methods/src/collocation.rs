@@ -5,34 +5,36 @@
 //!
 //! ```text
 //! z(τ) = z0 + h Σ_{j<s} γ_j ∫_0^τ P_j             z = (q, p)         z1 = z0 + h γ_0
+//!
 //! ĝ_j = Σ_i b_i P_j(τ_i) ∇H(z(τ_i))               v(τ) = Σ_{j<s} ĝ_{p,j} P_j(τ)
-//! γ_{q,j} = ĝ_{p,j}                               γ_{p,j} = -ĝ_{q,j} - Σ_i b_i P_j(τ_i) D(z(τ_i), v(τ_i))
+//! γ_{q,j} = ĝ_{p,j}            γ_{p,j} = -ĝ_{q,j} - Σ_i b_i P_j(τ_i) D(z(τ_i), v(τ_i))
 //! w1 - w0 = h Σ_i b_i D(z(τ_i), v(τ_i)) · v(τ_i)   for each degree of freedom
 //! ```
 //!
-//! L. Brugnano, F. Iavernaro, D. Trigiante, J. Numer. Anal. Ind. Appl. Math. 5 (2010) 17-37
-//! (HBVM(k, s)) and E. Hairer, the same volume, 73-84, for D = 0, with the reservoir of the paper.
-//! z' = Σ γ_j P_j, so that v = q' and Δq = h ∫ v: where the nodes integrate ∇H·z' exactly, `ΔH = h
-//! Σ γ_j·ĝ_j = -h Σ_i b_i D·v = -Σ Δw_j`, and K is exact at any step. That is so for polynomial H
-//! of degree up to 2k/s. For others the quadrature's error is that of 2k-th order, and where it
-//! exceeds rounding the step is taken anew with twice the nodes, up to 64, and fails where these do
-//! not resolve H either. `defect` of the workspace says how well K was kept.
+//! Sources, for D = 0: L. Brugnano, F. Iavernaro, D. Trigiante, J. Numer. Anal. Ind. Appl. Math. 5
+//! (2010) 17-37 (HBVM(k, s)) and E. Hairer, the same volume, 73-84; the reservoir is that of the
+//! paper. Since z' = Σ γ_j P_j, v = q' and Δq = h ∫ v. If the quadrature integrates ∇H·z' exactly,
+//! `ΔH = h Σ γ_j·ĝ_j = -h Σ_i b_i D·v = -Σ Δw_j`, and K is exact for any step size. This holds for
+//! polynomial H of degree up to 2k/s. For other H the quadrature error is of order 2k. If it
+//! exceeds rounding, the step is repeated with twice the nodes, up to 64, and fails if these do not
+//! resolve H either. [`Workspace::defect`] returns the error of K.
 //!
 //! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where
-//! the system is, at every order: weights are positive, and with D = R v each D·v is.
+//! the system is, at every order, since the weights are positive and D·v ≥ 0 for D = R v with
+//! passive R.
 //!
-//! Steps are solved by simple iteration where that contracts, else by Newton's method for any
-//! number of degrees of freedom: the equations of the s coefficients fall apart into ones of N
-//! unknowns, and cost O(N) where neighbours alone act on each other. A step that is the first to
-//! need Newton's method with more than 2048 unknowns, or with the derivative all along the step,
-//! allocates its memory.
+//! The equations are solved by fixed-point iteration where it contracts, else by Newton's method.
+//! Its linear equations decouple into one system per eigenvalue, with N unknowns each, and cost
+//! O(N) if only neighbours are coupled. The first step that needs Newton's method with more than
+//! 2048 unknowns, or with the exact derivative over the step, allocates memory.
 //!
-//! **Fails** by name, with the state as it was, where Newton's iteration finds no solution that
-//! continues from h = 0, and where everyone acts on everyone and the matrices would take more than
-//! 4 GB. For scalars that hold one number: iterations stop by its `f64`.
+//! A step **fails** and leaves the state unchanged where Newton's iteration finds no solution that
+//! continues from h = 0, and where the coupling is all-to-all and the matrices would need more than
+//! 4 GB. For scalars that hold one number: convergence is tested in `f64`.
 
 mod adaptive;
 mod corrections;
+mod defect;
 mod end;
 mod engine;
 mod equations;
@@ -56,18 +58,18 @@ use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, V
 use iteration::Workspace;
 pub(crate) use legendre::gauss;
 
-/// Energy-preserving collocation.
+/// Energy-preserving collocation with s stages and k quadrature nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Collocation {
-    /// s, 1 to 8: the order is 2s.
+    /// The number of stages s, 1 to 8; the order is 2s.
     pub stages: usize,
-    /// k, 2s to 64. The least of 8, 16, 32 and 64 that is not below is taken: nodes are computed
-    /// eight at a time.
+    /// The number of quadrature nodes k, 2s to 64, rounded up to 8, 16, 32 or 64, since nodes are
+    /// computed eight at a time.
     pub nodes: usize,
 }
 
 impl Collocation {
-    /// s stages and 2s nodes, enough for an H of degree 4.
+    /// Uses s stages and 2s nodes, sufficient for H of degree 4.
     pub const fn new(stages: usize) -> Self {
         Self { stages, nodes: 2 * stages }
     }

@@ -1,8 +1,10 @@
-//! One coordinate moved along its edge: the equation of modDG and of each coordinate of a sweep, for the mean momentum v.
+//! The step of one coordinate along its edge: the equation of modDG, and of each coordinate in a
+//! sweep, for the mean momentum v.
 //!
 //! ```text
-//! v = p0 - δ(p)/2 (mean of ∂V/∂q along the edge + D̄)        q1 = q0 + δ(q) v/m        p1 = 2 v - p0
-//! Δw = δ(w)/m D̄ v        D̄ = D((q0 + q1)/2, v)
+//!
+//! v = p0 - δ(p)/2 (mean of ∂V/∂q along the edge + D̄)        D̄ = D((q0 + q1)/2, v)
+//! q1 = q0 + δ(q) v/m        p1 = 2 v - p0        Δw = δ(w)/m D̄ v
 //! ```
 
 use afterbay_core::solver::{Equation, Root, Sample, Solver};
@@ -15,22 +17,23 @@ pub(crate) struct Coordinate<T> {
     pub(crate) p: T,
     /// δ(q)/m, δ(p) and δ(w)/m.
     pub(crate) steps: [T; 3],
-    /// The largest |q_i| of those that act on it. Forces of that size may cancel here, and what is left has their rounding.
+    /// The largest |q_i| of the coordinates coupled to this one. Forces of that size may cancel,
+    /// and their sum carries their rounding error.
     pub(crate) reach: T,
-    /// Is there a D?
+    /// Whether the system is dissipative.
     pub(crate) dissipative: bool,
 }
 
-/// The same coordinate after it.
+/// The coordinate after its step.
 pub(crate) struct Moved<T> {
     pub(crate) q: T,
     pub(crate) p: T,
-    /// What the reservoir gains; 0 without dissipation.
+    /// The increment of the reservoir; 0 without dissipation.
     pub(crate) dw: T,
     pub(crate) evaluations: u64,
 }
 
-/// The edge of coordinate j from the point q. Entry j of p is left changed.
+/// The edge of coordinate j through the point q. Entry j of p is overwritten.
 pub(crate) struct Along<'a, T, S: ?Sized> {
     pub(crate) system: &'a S,
     pub(crate) j: usize,
@@ -39,7 +42,7 @@ pub(crate) struct Along<'a, T, S: ?Sized> {
 }
 
 impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
-    /// D at the middle of the edge and the mean momentum v.
+    /// D at the midpoint of the edge and the mean momentum v.
     #[inline(always)]
     fn dissipation_of(&mut self, middle: T, v: T) -> Dissipation<T> {
         let Self { system, j, ref mut q, ref mut p } = *self;
@@ -51,7 +54,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
     }
 }
 
-/// F of the equation v = p0 - F(v). The step sizes shrink with `share`, from the step wanted (1) to none (0).
+/// The function F of the equation v = p0 - F(v). The step sizes are scaled by `share`, from 1 (the
+/// full step) to 0.
 pub(crate) struct Pull<'a, 'b, T, S: ?Sized> {
     pub(crate) coordinate: &'a Coordinate<T>,
     pub(crate) along: &'a mut Along<'b, T, S>,
@@ -80,7 +84,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
         let by_q = pull.half().mul_add(drag.by_q, by_q);
         Sample {
             value: pull.mul_add(edge.value, pull * drag.value),
-            // The slope of the mean last: all else waits for it.
+            // The slope of the mean comes last, because the other terms wait for it.
             slope: bend.mul_add(edge.slope, bend.half().mul_add(drag.by_q, pull * drag.by_p)),
             argument_rounding: (by_q * q0).abs(),
             value_rounding: by_q.abs() * reach,
@@ -88,8 +92,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
     }
 }
 
-/// The same equation, on this side of all singularities: beyond them its slope is such that no solver
-/// takes a step.
+/// The same equation, restricted to one side of all singularities: beyond them its slope makes
+/// every solver refuse the step.
 struct Guarded<'a, 'b, T, S: ?Sized>(Pull<'a, 'b, T, S>);
 
 impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> {
@@ -110,7 +114,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> 
 }
 
 impl<T: Scalar> Coordinate<T> {
-    /// Moves it along its edge.
+    /// Moves the coordinate along its edge.
     #[inline(always)]
     pub(crate) fn advance<S: Separable<T> + ?Sized>(
         self,
@@ -125,7 +129,7 @@ impl<T: Scalar> Coordinate<T> {
         self.advance_with_care(solver, along)
     }
 
-    /// The same where the edge may not be resolved, or V be singular on it.
+    /// Moves the coordinate where the edge may not be resolved, or V may be singular on it.
     #[inline(never)]
     fn advance_with_care<S: Separable<T> + ?Sized>(
         &self,
@@ -138,7 +142,7 @@ impl<T: Scalar> Coordinate<T> {
         }
     }
 
-    /// Is V singular on the edge this mean momentum leads along?
+    /// Whether V is singular on the edge to which this mean momentum leads.
     #[inline(always)]
     fn is_singular<S: Separable<T> + ?Sized>(&self, along: &Along<'_, T, S>, v: T) -> bool {
         along.system.is_singular_along(along.q, along.j, self.end(v))
@@ -149,8 +153,8 @@ impl<T: Scalar> Coordinate<T> {
         self.steps[0].mul_add(v, self.q)
     }
 
-    /// Where the equation was not solved, or the solution lies beyond a singularity: the solution on this
-    /// side of it, or the failure that says what is in the way.
+    /// Called if the equation was not solved, or its solution lies beyond a singularity. Finds the
+    /// solution on this side of the singularity, or returns the failure that names it.
     #[cold]
     #[inline(never)]
     fn around<S: Separable<T> + ?Sized>(
@@ -159,7 +163,8 @@ impl<T: Scalar> Coordinate<T> {
         mut along: Along<'_, T, S>,
         outcome: Result<Root<T>, StepFailure>,
     ) -> Result<Moved<T>, StepFailure> {
-        // A root beyond, or the end of free flight, where the iteration starts.
+        // The solution beyond the singularity, or the end of free flight, where the iteration
+        // starts.
         let (v, failure) = match outcome {
             Ok(root) => (root.x, None),
             Err(failure) => (self.p, Some(failure)),
@@ -187,7 +192,7 @@ impl<T: Scalar> Coordinate<T> {
         }
     }
 
-    /// Where the mean momentum leads.
+    /// The coordinate after a step with mean momentum v.
     #[inline(always)]
     pub(crate) fn moved<S: Separable<T> + ?Sized>(
         &self,

@@ -1,21 +1,26 @@
-//! The coordinate-increment discrete gradient (Itoh-Abe) with a vector reservoir, for N degrees of freedom.
+//! The coordinate-increment discrete gradient (Itoh-Abe) with a vector reservoir, for N degrees of
+//! freedom.
 //!
-//! The coordinates move one after the other, each along an edge of the box between the old state and the new one:
+//! The coordinates are updated one after the other. Each moves along one edge of the box spanned by
+//! the old and the new state:
 //!
 //! ```text
+//!
 //! q1_j - q0_j = h p̄_j/m_j        p1_j - p0_j = -h (ΔV_j/Δq_j + D̄_j)        w1_j - w0_j = h D̄_j p̄_j/m_j
-//! ΔV_j = V(q1_1 .. q1_j, q0_{j+1} ..) - V(q1_1 .. q1_{j-1}, q0_j ..)        D̄_j = D_j at the middle of the edge, p̄_j
+//! ΔV_j = V(q1_1 .. q1_j, q0_{j+1} ..) - V(q1_1 .. q1_{j-1}, q0_j ..)
+//! D̄_j = D_j at the midpoint of the edge and p̄_j
 //! ```
 //!
-//! The ΔV_j add up to V(q1) - V(q0), so K is kept exactly, for any step, any N and any D. Each equation is a scalar one:
-//! no linear algebra, O(N) a sweep where V couples neighbours only. One sweep has order 1; its adjoint is the sweep in
-//! reversed order; half a step of each is symmetric and has order 2; [`Composition`]s of these go higher. Passive where D
-//! is, as long as no part of the step runs backwards, which beyond order 2 some do.
+//! The ΔV_j sum to V(q1) - V(q0), so K is exact for any step size, any N and any D. Each equation
+//! is scalar: no linear algebra is needed, and a sweep costs O(N) if V couples neighbours only. One
+//! sweep has order 1. Its adjoint is the sweep in reversed order. Half a step of each gives a
+//! symmetric method of order 2; [`Composition`]s of these have higher orders. Passive where D is,
+//! as long as no substep runs backwards in time; beyond order 2 some substeps do.
 //!
-//! Where D = C(q) p couples the momenta it acts between the sweeps: see [`friction`], and there why
-//! that keeps K, the orders and passivity in sum, for D = R(q) ∂H/∂p with R symmetric or not. What
-//! is coupled and not linear is refused, and so is an R that is not symmetric beyond 512 degrees of
-//! freedom.
+//! If D = C(q) p couples the momenta, friction acts between the sweeps; [`friction`] shows that
+//! this conserves K, the orders, and passivity of Σ Δw_j, for D = R(q) ∂H/∂p with R symmetric or
+//! not. Coupled D that is not linear in the momenta is refused, and so is an unsymmetric R with
+//! more than 512 degrees of freedom.
 
 mod before;
 mod compensated;
@@ -39,7 +44,7 @@ use afterbay_core::{
 use before::Before;
 use friction::Friction;
 
-/// The coordinate-increment discrete gradient, composed of sweeps to and fro.
+/// The coordinate-increment discrete gradient, a composition of forward and backward sweeps.
 #[derive(Clone, Debug)]
 pub struct Increment {
     composition: Composition,
@@ -47,29 +52,31 @@ pub struct Increment {
 }
 
 impl Increment {
-    /// The composition given, the coordinates in their natural order.
+    /// Uses `composition` with the coordinates in their natural order.
     pub fn new(composition: Composition) -> Self {
         Self { composition, order: None }
     }
 
-    /// The same with the coordinates in another order, for instance coloured ([`afterbay_core::Coupling::coloured`]).
+    /// Updates the coordinates in the given order, for instance coloured
+    /// ([`afterbay_core::Coupling::coloured`]).
     pub fn in_order(self, order: Vec<usize>) -> Self {
         Self { order: Some(order), ..self }
     }
 
-    /// The same without the roundings that add up over long runs. `exact` is the system in
-    /// [`afterbay_core::Corrected`] numbers, for instance `system.map(Corrected::from)`.
+    /// Returns the compensated method, whose rounding errors do not accumulate over long runs.
+    /// `exact` is the same system in [`afterbay_core::Corrected`] numbers, for instance
+    /// `system.map(Corrected::from)`.
     pub fn compensated<P>(self, exact: P) -> Compensated<P> {
         Compensated::new(self, exact)
     }
 }
 
-/// The state before the step, the order of the coordinates, and what friction between the sweeps needs.
+/// The state before the step, the order of the coordinates, and the memory for coupled friction.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     before: Before<V>,
     order: Vec<usize>,
-    /// Where friction couples the momenta.
+    /// Present if friction couples the momenta.
     friction: Option<Friction<V>>,
 }
 
@@ -129,7 +136,7 @@ where
     }
 }
 
-/// Has K stayed where it was, where the edges of the system are not exact?
+/// Checks K over a step of a system whose edges are not exact.
 #[inline(always)]
 fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     system: &S,
@@ -158,7 +165,7 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     balance::check(Account { size, ..before }, after, sum(&mut gains.into_iter()), bends)
 }
 
-/// The order given, or the natural one.
+/// The given order, or the natural one.
 fn ordering(
     method: &'static str,
     order: Option<&Vec<usize>>,
@@ -174,7 +181,8 @@ fn ordering(
     Ok(order)
 }
 
-/// A sweep there, with half of the friction before it and half after it, on the way back.
+/// Takes a sweep between two half steps of friction. The first half step visits the momenta in the
+/// order `there`, the second in the order `back`.
 fn rubbed<V, S>(
     system: &S,
     [h, overall]: [V::Scalar; 2],
@@ -193,7 +201,7 @@ where
     Ok(effort)
 }
 
-/// Moves every coordinate once, in the order given.
+/// Updates every coordinate once, in the given order.
 #[inline]
 fn sweep<V, S>(
     system: &S,
@@ -207,7 +215,7 @@ where
     S: Separable<V::Scalar> + ?Sized,
 {
     let damping = system.dissipation_form();
-    // Friction that couples the momenta is not the sweep's.
+    // Friction that couples the momenta acts outside the sweep.
     let dissipative = !damping.zero && !damping.coupled;
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
@@ -222,7 +230,8 @@ where
     Ok(Effort { evaluations, iterations: evaluations })
 }
 
-/// The largest |q_j| where every one acts on every other, else 0: neighbours are looked at in time, by [`beside`].
+/// The largest |q_j| if every coordinate is coupled to every other, else 0: for local coupling,
+/// [`beside`] computes the maximum over neighbours.
 fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
     if *coupling != Coupling::Dense {
         return T::zero();
@@ -232,7 +241,7 @@ fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
     if chunks.is_empty() {
         return most;
     }
-    // Sixteen at a time, so that none waits for the one before.
+    // Sixteen independent maxima avoid a chain of dependent operations.
     let mut each = [most; 16];
     for chunk in chunks {
         each = std::array::from_fn(|k| larger(each[k], &chunk[k]));
@@ -240,7 +249,8 @@ fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
     each.iter().fold(most, larger)
 }
 
-/// The largest |q_i| of those that act on j: of itself and its neighbours, or of all as it was before the step.
+/// The largest |q_i| among the coordinates coupled to j: j and its neighbours, or for dense
+/// coupling all coordinates as they were before the step.
 #[inline(always)]
 fn beside<T: Scalar>(coupling: &Coupling, overall: T, q: &[T], j: usize) -> T {
     let last = q.len() - 1;
@@ -252,13 +262,13 @@ fn beside<T: Scalar>(coupling: &Coupling, overall: T, q: &[T], j: usize) -> T {
     [q[left], q[j], q[right]].iter().fold(T::zero(), larger)
 }
 
-/// The larger of a size and |x|.
+/// max(most, |x|).
 #[inline(always)]
 fn larger<T: Scalar>(most: T, x: &T) -> T {
     T::select(most.lt(x.abs()), x.abs(), most)
 }
 
-/// Coordinate j moved along its edge; failures call it `dof`. Entry j of p is left changed.
+/// Moves coordinate j along its edge. Failures report it as `dof`. Entry j of p is overwritten.
 #[inline(always)]
 fn advance<T, S>(
     system: &S,
@@ -276,7 +286,7 @@ where
         .advance(solver, Along { system, j, q, p })
 }
 
-/// Coordinate j before it moves.
+/// Collects the data of coordinate j before it moves.
 #[inline(always)]
 fn coordinate<T, S>(
     system: &S,

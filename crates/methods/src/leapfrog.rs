@@ -1,14 +1,15 @@
-//! Leap-frog (Störmer-Verlet) with a reservoir, the paper's pqpLF (section 5, after its ref. AK).
+//! The leapfrog (Störmer-Verlet) method with a reservoir, called pqpLF in the paper (section 5).
 //!
 //! ```text
-//! p½ = p0 - h/2 (V'(q0) + D(q0, p½))        q1 = q0 + h p½/m        p1 = p½ - h/2 (V'(q1) + D(q1, p½))
-//! w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
+//!
+//! p½ = p0 - h/2 (V'(q0) + D(q0, p½))        q1 = q0 + h p½/m
+//! p1 = p½ - h/2 (V'(q1) + D(q1, p½))        w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
 //! ```
 //!
-//! Order 2, symmetric, explicit where D is linear in its momentum. The forces at q1 are those the next step begins with. Keeps K
-//! only up to O(h²). Passive where D is:
-//! Δw ≥ 0 by its form. Diverges beyond h ω = 2 (less with damping), whatever D. Its equation for p½ is solved one momentum at a
-//! time, so D that couples them is refused.
+//! Order 2, symmetric, explicit if D is linear in its momentum. The forces at q1 are reused by the
+//! next step. The error of K is O(h²). If D is passive, Δw ≥ 0. Unstable for hω larger than 2 (less
+//! with damping), for any D. The equation for p½ is solved separately for each momentum, so systems
+//! whose D couples the momenta are refused.
 
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
@@ -17,18 +18,19 @@ use afterbay_core::{
 };
 use std::hint::cold_path;
 
-/// The paper's pqpLF. Applies to separable systems with any number of degrees of freedom.
+/// The leapfrog method (pqpLF of the paper), for separable systems with any number of degrees of
+/// freedom.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leapfrog;
 
-/// The new state while it is being made, and the forces where the last step ended: the next one begins there.
+/// The new state, and the forces at the end of the last step, which the next step reuses.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
-    /// The q of `force` and `rate`; not a number before the first step.
+    /// The q at which `force` and `rate` were evaluated; NaN before the first step.
     at: V,
     /// ∂V/∂q
     force: V,
-    /// γ_j, where D_j = γ_j p_j
+    /// The friction coefficient γ_j, where D_j = γ_j p_j
     rate: V,
     velocity: V,
     p_half: V,
@@ -91,7 +93,9 @@ where
         let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
         let unit_mass = system.unit_mass();
         let over_mass = |x: V::Scalar, j: usize| if unit_mass { x } else { x / system.mass(j) };
-        // Many forces are computed at once, and kept. A single one stays in a register, and costs less than to ask if it is known.
+        // With several degrees of freedom the forces are computed together and stored. A single
+        // force stays in a register; recomputing it costs less than checking whether the stored
+        // value is valid.
         let single = V::LEN == Some(1);
         let known = !single && at == q0;
         let mut effort = Effort { evaluations: if known { 1 } else { 2 }, iterations: 0 };
@@ -163,7 +167,8 @@ where
     }
 }
 
-/// Why the new state is not finite. Inlined, so that the address of the state stays with the loop, and the state in registers.
+/// Reports why the new state is not finite. Inlining keeps the state in registers: its address does
+/// not escape from the loop.
 #[inline(always)]
 fn failure<V, S>(
     system: &S,

@@ -1,9 +1,11 @@
-//! One-step methods for dissipative Hamiltonian systems, one a file.
+//! One-step methods for dissipative Hamiltonian systems, one method per file.
 //!
-//! Each file opens with the discrete equations, their source, the order, what is kept and when the method fails.
-//! [`registry`] lists them all by name. [`Increment`] has two siblings that share its [`Composition`]s: [`GeneralIncrement`] where
-//! H is not separable, [`Tiled`] for chains and rings of equal members; the registry takes the one a system has.
-//! [`Compensated`] is for runs so long that roundings add up.
+//! Each module states its discrete equations, their source, the order, the quantities the method
+//! conserves and the conditions under which a step fails. [`registry`] lists all methods by name.
+//! Two variants of [`Increment`] share its [`Composition`]s: [`GeneralIncrement`] for H that is not
+//! separable, and [`Tiled`] for chains and rings of equal members; the registry chooses the variant
+//! that fits a system. [`Compensated`] prevents rounding errors from accumulating over very long
+//! runs.
 
 mod adaptive;
 mod adaptive_dop853;
@@ -36,12 +38,12 @@ pub use moddg::ModDg;
 pub use relaxed::Relaxed;
 pub use rk4::Rk4;
 
-/// The README's code runs with the doc tests.
+/// Runs the code of the README as doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
-/// The guide's code runs with the doc tests.
+/// Runs the code of the guide as doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/guide.md")]
 struct Guide;

@@ -1,7 +1,8 @@
-//! The linear equations of an implicit step, one solver a file.
+//! The linear equations of an implicit step, with one solver per file.
 //!
-//! The matrix is the Jacobian of Newton's iteration: always of `f64`, or of pairs of them where it is complex, since an approximate
-//! one costs corrections, never digits. Everything is laid out once; filling, factorising and solving allocate nothing.
+//! The matrix is the Jacobian of a Newton iteration. Its entries are always `f64`, or complex
+//! numbers of two `f64`, since an approximate Jacobian costs corrections but no accuracy. Memory is
+//! allocated once; filling, factorising and solving do not allocate.
 
 mod dense;
 mod gmres;
@@ -18,37 +19,40 @@ use small::Small;
 use sparse::Sparse;
 use tridiagonal::Tridiagonal;
 
-/// How the linear equations of an implicit step are solved.
+/// The solver of the linear equations of an implicit step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinearSolver {
-    /// Gauss with partial pivoting, written out: a few unknowns.
+    /// Gaussian elimination with partial pivoting, for few unknowns.
     Small,
-    /// Thomas' algorithm, without pivoting: neighbours in a row, H without mixed derivatives and a diagonal ∂²H/∂p².
+    /// Thomas' algorithm without pivoting, for nearest-neighbour coupling, H without mixed
+    /// derivatives and diagonal ∂²H/∂p².
     Chain,
-    /// Sparse LU of faer with one symbolic analysis: anything with few entries a row.
+    /// faer's sparse LU with one symbolic analysis, for matrices with few entries per row.
     Sparse,
-    /// LU of faer with partial pivoting: everyone acts on everyone.
+    /// faer's dense LU with partial pivoting, for all-to-all coupling.
     Dense,
 }
 
-/// Unknowns from which faer's dense LU is faster than the one written out.
+/// The number of unknowns from which faer's dense LU is faster than `Small`.
 pub(crate) const SMALL: usize = 32;
 
-/// A square matrix: entries to be filled in, then factorised in place.
+/// A square matrix whose entries are filled in and then factorised in place.
 pub(crate) trait Solver<T> {
-    /// Where in [`Solver::values`] an entry is; `None` outside the pattern.
+    /// The index of an entry in [`Solver::values`]; `None` outside the pattern.
     fn slot(&self, row: usize, column: usize) -> Option<usize>;
 
-    /// The entries. Factorising may overwrite them all.
+    /// The entries. Factorising may overwrite all of them.
     fn values(&mut self) -> &mut [T];
 
-    /// Factorises. The row of a pivot that is zero or not finite is the failure, or else solutions are not finite.
+    /// Factorises the matrix. For a pivot that is zero or not finite, either its row is returned as
+    /// the error, or the solutions are not finite.
     fn factorise(&mut self) -> Result<(), usize>;
 
-    /// Subtracts from x the product of a with the matrix that has `values` where this one has its own.
+    /// Subtracts from x the product of a with the matrix of the same pattern whose entries are
+    /// `values`.
     fn subtract(&self, values: &[T], a: &[T], x: &mut [T]);
 
-    /// Replaces the right-hand side by the solution.
+    /// Replaces the right-hand side x by the solution.
     fn solve(&mut self, x: &mut [T]);
 }
 
@@ -62,7 +66,7 @@ pub(crate) enum Matrix<T = f64> {
 }
 
 impl<T: Number> Matrix<T> {
-    /// A matrix with entries at `pattern` and on the diagonal.
+    /// Creates a matrix with entries at `pattern` and on the diagonal.
     pub(crate) fn new(
         solver: LinearSolver,
         size: usize,
@@ -117,7 +121,7 @@ impl<T: Number> Solver<T> for Matrix<T> {
     }
 }
 
-/// Subtracts from x the product of a with a dense matrix by columns.
+/// Subtracts from x the product of a with a dense matrix stored by columns.
 fn subtract_columns<T: Number>(values: &[T], a: &[T], x: &mut [T]) {
     for (column, &a) in values.chunks_exact(x.len().max(1)).zip(a) {
         for (x, &value) in x.iter_mut().zip(column) {
@@ -126,7 +130,7 @@ fn subtract_columns<T: Number>(values: &[T], a: &[T], x: &mut [T]) {
     }
 }
 
-/// Is this a number one can divide by?
+/// Whether the pivot is finite and nonzero.
 fn usable<T: Number>(pivot: T) -> bool {
     let size = pivot.size();
     size != 0.0 && size.is_finite()
@@ -136,7 +140,7 @@ fn usable<T: Number>(pivot: T) -> bool {
 mod tests {
     use super::*;
 
-    /// Tridiagonal and not symmetric, with one small pivot.
+    /// A tridiagonal matrix that is not symmetric and has one small pivot.
     fn entries(n: usize) -> Vec<(usize, usize, f64)> {
         let value = |i: usize, j: usize| match (i, j) {
             (i, j) if i == j => 2.0 + (i as f64).sin() - if i == 2 { 1.9 } else { 0.0 },
@@ -160,7 +164,7 @@ mod tests {
             ] {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::<f64>::new(solver, n, pattern).unwrap();
-                // The second time over the first factors.
+                // The second factorisation overwrites the first.
                 for scale in [1.0, -3.0] {
                     let mut x = vec![0.0; n];
                     matrix.values().fill(0.0);

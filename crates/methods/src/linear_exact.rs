@@ -6,19 +6,21 @@
 //! ```
 //!
 //! for H quadratic and D linear ([`Curvature::is_linear`]), constant forces included. K is exact
-//! because the flow is. Both lines are bilinear in (z0, 1), so with up to 12 degrees of freedom
-//! they are matrices, computed once for each h by doubling a short step (`table.rs`): a step is one
-//! product for z and one quadratic form for each reservoir, whether h is 1e-3 or 100. With more the
-//! quadratic forms would be larger than the matrix is worth, and the flow is the Taylor series of
-//! the system itself over spans short against its rates, with Gauss nodes for w: O(N) for each
+//! because the flow is. The first line is linear and the second quadratic in (z0, 1). With up to 12
+//! degrees of freedom both are tabulated as matrices, computed once for each h by doubling a short
+//! step (`table.rs`): a step is one matrix-vector product for z and one quadratic form for each
+//! reservoir, whether h is 1e-3 or 100. With more degrees of freedom the quadratic forms would be
+//! too large. The flow is then the Taylor series of the system over spans that are short compared
+//! with 1/|A|, with Gauss nodes for w: O(N) for each product if only neighbours are coupled, up to
+//! h |A| of about 1000.
 //! product where neighbours alone act on each other, up to h |A| of about 1000.
 //!
-//! What is off is rounding. With up to 12 degrees of freedom long steps are made in 31 digits, and
-//! q, p, w and K of a step are off by roundings of what they are made of, however long it is. With
-//! more, a step feels the roundings of the series h |A|-fold: K is kept to about 1 + h |A|
-//! roundings, and steps with h |A| beyond 1000 are refused. What a step does to K is the same from
-//! step to step: over a time t it may add up to t |A| roundings. Passive where the system is: what
-//! rounding makes negative of a Δw_j ≥ 0 is set to 0.
+//! The only error is rounding. With up to 12 degrees of freedom long steps are computed in 31
+//! digits, and the errors of q, p, w and K in one step are roundings of their terms, for any step
+//! size. With more, a step amplifies the rounding errors of the series by h |A|: K is conserved to
+//! about 1 + h |A| roundings, and steps with h |A| beyond 1000 are refused. The error of K is the
+//! same in every step, so over a time t it may accumulate to t |A| roundings. Passive where the
+//! system is: where Δw_j ≥ 0 is required, a negative Δw_j caused by rounding is set to 0.
 //!
 //! A system that is not linear is refused.
 
@@ -36,17 +38,17 @@ use table::Table;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinearExact;
 
-/// The most degrees of freedom whose steps are tabulated.
+/// The largest number of degrees of freedom for which steps are tabulated.
 const TABULATED: usize = 12;
 
-/// How the flow is known.
+/// The representation of the flow.
 #[derive(Clone, Debug)]
 enum Flow<V: Vector> {
     Table(Box<Table<V::Scalar>>),
     Series(Box<LinearFlow<V>>),
 }
 
-/// The flow, the new state while it is being made, and the system on the way.
+/// The flow, the new state, and intermediate values.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     flow: Flow<V>,
@@ -57,7 +59,7 @@ pub struct Workspace<V: Vector> {
     at: [V; 2],
     slope: [V; 2],
     d: V,
-    /// The same for the products with A
+    /// The same vectors for products with A
     inner: ([V; 2], V),
     constant: [V; 2],
 }

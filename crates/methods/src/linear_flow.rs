@@ -1,38 +1,39 @@
-//! The flow of a linear equation as a Taylor series in time, from products with the matrix alone.
+//! The flow of a linear equation as a Taylor series in time, using only products with the matrix.
 //!
 //! ```text
 //! u' = A u        y(τ) = ∫_0^τ u = Σ_k t_k        t_0 = τ u(0)        t_k = τ/(k+1) A t_{k-1}
 //! ```
 //!
-//! The time is cut into spans short enough for the series to end in roundings, and in each span y is shown at Gauss nodes, so that
-//! integrals of quadratic functions along the flow are known to rounding too. No norm is needed: the terms say how
-//! long a span may be, in q and in p apart, whatever their units.
+//! The time is divided into spans short enough for the series to converge to rounding. In each span
+//! y is evaluated at Gauss nodes, so that integrals of quadratic functions along the flow are
+//! accurate to rounding too. No matrix norm is needed: the terms of the series determine the length
+//! of a span, separately for q and p and thus independently of their units.
 
 use crate::collocation::gauss;
 use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector};
 use std::sync::LazyLock;
 
-/// The most spans, and with it about the largest h |A|.
+/// The largest number of spans, and hence about the largest h |A|.
 const SPANS: f64 = 1000.0;
 
-/// y(h), and the terms of the series in the span at hand.
+/// y(h), and the terms of the series in the current span.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearFlow<V: Vector> {
     terms: Vec<[V; 2]>,
     /// Nodes in [0, 1] and weights
     nodes: Vec<[V::Scalar; 2]>,
-    /// u at the beginning; to be set before following it
+    /// u at the start; to be set before calling `follow`
     pub(crate) u: [V; 2],
-    /// y as far as it has been followed
+    /// y at the end of the current span
     pub(crate) y: [V; 2],
     at: [V; 2],
 }
 
-/// Enough for a span in 16 and in 31 digits. They take a hundred steps to find.
+/// Rules for a span, for 16 and for 31 digits. Computing them takes as long as a hundred steps.
 static RULES: [LazyLock<Vec<[Quad; 2]>>; 2] =
     [LazyLock::new(|| gauss(10)), LazyLock::new(|| gauss(16))];
 
-/// Gauss nodes in [0, 1] and their weights, enough for a span.
+/// Gauss nodes in [0, 1] and their weights, sufficient for a span.
 pub(crate) fn nodes<T: Scalar>() -> Vec<[T; 2]> {
     let [short, long] = &RULES;
     let rule = if T::EPSILON < 1e-20 { long } else { short };
@@ -44,7 +45,7 @@ pub(crate) fn nodes<T: Scalar>() -> Vec<[T; 2]> {
     rule.iter().flat_map(pair).collect()
 }
 
-/// Terms of the series: the last is a rounding of the first where |A| τ is about 1.4.
+/// The number of terms of the series. The last is a rounding of the first where |A| τ is about 1.4.
 pub(crate) fn terms<T: Scalar>() -> usize {
     if T::EPSILON < 1e-20 { 32 } else { 20 }
 }
@@ -61,10 +62,10 @@ impl<V: Vector> LinearFlow<V> {
         }
     }
 
-    /// Follows y from 0 over the time h, `multiply` giving A x, `show` being given the nodes on the way as (weight, y). The
-    /// weights add up to h.
+    /// Integrates y from 0 over the time h. `multiply` computes A x. `show` receives (weight, y) at
+    /// each Gauss node; the weights sum to h.
     ///
-    /// The number of products; `None` where h |A| is larger than about 1000, or not finite.
+    /// Returns the number of products, or `None` if h |A| is larger than about 1000 or not finite.
     pub(crate) fn follow(
         &mut self,
         h: V::Scalar,
@@ -104,7 +105,7 @@ impl<V: Vector> LinearFlow<V> {
         Some(products)
     }
 
-    /// Why the flow could not be followed: u is not finite, or the time is too long.
+    /// The reason for a failed `follow`: u is not finite, or the time is too long.
     #[cold]
     pub(crate) fn too_long(&self) -> StepFailure {
         let parts =
@@ -113,7 +114,8 @@ impl<V: Vector> LinearFlow<V> {
         if finite { StepFailure::TooLong { limit: SPANS } } else { StepFailure::non_finite(&parts) }
     }
 
-    /// The terms at the end of the span, as many as do something: their number.
+    /// Computes the terms at the end of the span until they are negligible, and returns their
+    /// number.
     fn expand(
         &mut self,
         span: V::Scalar,
@@ -144,7 +146,7 @@ impl<V: Vector> LinearFlow<V> {
         self.terms.len()
     }
 
-    /// How many times too long the span is.
+    /// The factor by which the span is too long.
     fn excess(&self, count: usize) -> f64 {
         if count < self.terms.len() {
             return 1.0;
@@ -154,7 +156,7 @@ impl<V: Vector> LinearFlow<V> {
             let now = self.sizes(k);
             [0, 1].map(|i| if now[i] > most[i] || now[i].is_nan() { now[i] } else { most[i] })
         });
-        // A term that grows all along says how fast, which is |A| span over its number.
+        // If the terms grow throughout, their ratio estimates |A| span divided by their number.
         let one = |i: usize| {
             let share = last[i] / (V::Scalar::EPSILON * largest[i]);
             if last[i] == 0.0 { 1.0 } else { share.powf(1.0 / (count - 1) as f64) }
@@ -163,7 +165,7 @@ impl<V: Vector> LinearFlow<V> {
         if q.is_nan() || p.is_nan() { f64::NAN } else { q.max(p).max(1.0) }
     }
 
-    /// The largest entries of a term, NaN where one is.
+    /// The largest absolute entries of a term, or NaN if an entry is NaN.
     fn sizes(&self, k: usize) -> [f64; 2] {
         [0, 1].map(|i| {
             self.terms[k][i].as_slice().iter().fold(0.0, |most: f64, x| {
@@ -173,7 +175,7 @@ impl<V: Vector> LinearFlow<V> {
         })
     }
 
-    /// The terms of a span shorter by this share.
+    /// Rescales the terms to a span shortened by this factor.
     fn shrink(&mut self, count: usize, share: V::Scalar) {
         let mut power = share;
         for term in &mut self.terms[..count] {
@@ -184,7 +186,7 @@ impl<V: Vector> LinearFlow<V> {
         }
     }
 
-    /// y at the share `node` of the span.
+    /// Evaluates y at the fraction `node` of the span.
     fn place(&mut self, node: V::Scalar, count: usize) {
         for i in [0, 1] {
             let at = self.at[i].as_mut_slice();
@@ -199,7 +201,7 @@ impl<V: Vector> LinearFlow<V> {
         }
     }
 
-    /// y and u at the end of the span.
+    /// Advances y and u to the end of the span.
     fn advance(&mut self, span: V::Scalar, count: usize) {
         for i in [0, 1] {
             let (u, y, at) =

@@ -2,43 +2,45 @@
 //! freedom.
 //!
 //! ```text
-//! z1 - z0 = h φ(hA) f̄        φ(X) = 2 X⁻¹ tanh(X/2)        A = B S - [ 0 0 ; E 0 ]        S = H''(z̄)        B = [ 0 1 ; -1 -R ]
-//! f̄ = (∇̄H_p, -∇̄H_q - D̄)       D̄ = D(z̄) with the velocity ∇̄H_p     z̄ = (z0 + z1)/2     z = (q, p)
-//! ∇̄H = ∇H(z̄) + λ (z1 - z0),  the midpoint discrete gradient
+//!
+//! z1 - z0 = h φ(hA) f̄        φ(X) = 2 X⁻¹ tanh(X/2)        z̄ = (z0 + z1)/2        z = (q, p)
+//! A = B S - [ 0 0 ; E 0 ]    S = H''(z̄)    B = [ 0 1 ; -1 -R ]
+//! f̄ = (∇̄H_p, -∇̄H_q - D̄)     D̄ = D(z̄) with the velocity ∇̄H_p
+//! ∇̄H = ∇H(z̄) + λ (z1 - z0), the midpoint discrete gradient
 //! ```
 //!
-//! J. L. Cieslinski, B. Ratkiewicz, Phys. Rev. E 81 (2010) 016704 for D = 0. The scheme is the path
-//! u' = A u from z0 to z1 whose velocity has the mean f̄ at its ends: with u(0) = f̄ - ½ A Δz and y
-//! = ∫ u it reads
+//! J. L. Cieslinski, B. Ratkiewicz, Phys. Rev. E 81 (2010) 016704 for D = 0. The step follows the
+//! path u' = A u from z0 to z1 for which f̄ is the mean of u at both ends. With u(0) = f̄ - ½ A Δz
+//! and y = ∫ u it reads
 //!
 //! ```text
 //! Δz = y(h) = h φ₁(hA) u(0)        φ₁(X) = X⁻¹ (e^X - 1)
 //! ```
 //!
-//! which has none of the poles of tanh, and is how it is solved: by simple iteration, of which a
-//! linear system needs one. Along that path the gradient is g(τ) = ∇̄H + S (y - ½ Δz), the velocity
-//! v = g_p and the friction D̂ = D̄ + R (v - ∇̄H_p) + E (y_q - ½ Δq), so that y' = (v, -g_q - D̂),
-//! and
+//! This form has none of the poles of tanh. It is solved by fixed-point iteration, which needs one
+//! iteration for a linear system. Along the path the gradient is g(τ) = ∇̄H + S (y - ½ Δz), the
+//! velocity v = g_p and the friction D̂ = D̄ + R (v - ∇̄H_p) + E (y_q - ½ Δq), so that y' = (v,
+//! -g_q - D̂), and
 //!
 //! ```text
 //! w1_j - w0_j = ∫_0^h D̂_j v_j dτ
 //! ```
 //!
-//! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`: the means at the ends cancel what S y adds. So
-//! `H1 - H0 = ∇̄H·Δz = -Σ Δw_j` and K is exact at any step, for any S, R and E. Order 2 in q, p
-//! and w, symmetric; exact, w included, where H is quadratic and D linear in (q, v).
+//! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`, since the contributions of S y cancel between the
+//! ends. So `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`, and K is exact for any step size and any S, R and E.
+//! Order 2 in q, p and w, symmetric; exact, including w, if H is quadratic and D linear in (q, v).
 //!
-//! R is such that D̄ = D(z̄, v = 0) + R ∇̄H_p and, where the system is passive, its symmetric part
-//! positive semidefinite (`slopes.rs`): the matrix itself where D is linear in v, a diagonal of
-//! secants where each reservoir only fills, and else a multiple of 1 with a skew part. E is ∂D/∂q
-//! where the system is linear, else 0. So D̂ = R v, and the steps are passive where the system is,
-//! in each degree of freedom or in the sum: the nodes of the integral have positive weights.
-//! Friction has to be computed from the velocity v, as [`afterbay_core::System::dissipation`] asks;
-//! what is computed from p has R = 0, keeps K and order 2, and is neither passive nor exact on
-//! linear systems.
+//! R satisfies D̄ = D(z̄, v = 0) + R ∇̄H_p, and its symmetric part is positive semidefinite where
+//! the system is passive (`slopes.rs`). R is the matrix itself if D is linear in v, a diagonal
+//! matrix of secants if each reservoir is passive by itself, and otherwise a multiple of 1 plus a
+//! skew part. E is ∂D/∂q if the system is linear, else 0. Then D̂ = R v, and the steps are passive
+//! where the system is, in each degree of freedom or in the sum, because the quadrature weights are
+//! positive. Friction must be computed from the velocity v, as
+//! [`afterbay_core::System::dissipation`] requires. Friction computed from p has R = 0; K and order
+//! 2 are retained, but the step is neither passive nor exact on linear systems.
 //!
-//! **Fails** by name, with the state as it was, where the iteration does not contract or h |A| is
-//! beyond 1000. For scalars that hold one number.
+//! A step **fails** and leaves the state unchanged where the iteration does not contract or h |A|
+//! exceeds 1000. For scalars that hold one number.
 
 mod equation;
 mod iteration;
@@ -49,7 +51,7 @@ use afterbay_core::{
 };
 use equation::Workspace;
 
-/// The locally exact discrete gradient.
+/// The locally exact discrete gradient method.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LocallyExact;
 

@@ -1,16 +1,18 @@
-//! The paper's modified discrete gradient, for one degree of freedom (eq. modgr).
+//! The modified discrete gradient of the paper, for one degree of freedom (eq. modgr).
 //!
 //! ```text
 //! q1 - q0 = δ(q) p̄/m        p1 - p0 = -δ(p) (ΔV/Δq + D̄)        w1 - w0 = δ(w) D̄ p̄/m
 //! p̄ = (p0 + p1)/2        ΔV/Δq = [V(q1) - V(q0)]/(q1 - q0)        D̄ = D((q0 + q1)/2, p̄)
 //! ```
 //!
-//! With δ = h in all three (the plain scheme): order 2, symmetric, passive where D is, A-stable on linear systems but
-//! not L-stable. K is exact, for any step and any system, as long as the *same* δ stands in all three equations
-//! ([`steps`] has the others): `H1 - H0 = p̄/m Δp + (ΔV/Δq) Δq = -δ D̄ p̄/m = -Δw`.
+//! With δ = h in all three equations (the plain scheme) the method has order 2, is symmetric, is
+//! passive where D is, and is A-stable on linear systems but not L-stable. K is exact for any step
+//! size and any system if the *same* δ stands in all three equations ([`steps`] describes other
+//! choices): `H1 - H0 = p̄/m Δp + (ΔV/Δq) Δq = -δ D̄ p̄/m = -Δw`.
 //!
-//! The mean momentum v = p̄ is solved for: `v = p0 - δ(p)/2 (ΔV/Δq + D̄)(v)` is regular at turning points, where Δq = 0.
-//! [`ClosedForm`] writes the solution down for linear systems; a [`Solver`](afterbay_core::solver::Solver) finds it for the others.
+//! The unknown is the mean momentum v = p̄. Its equation `v = p0 - δ(p)/2 (ΔV/Δq + D̄)(v)` is
+//! regular at turning points, where Δq = 0. [`ClosedForm`] evaluates the solution for linear
+//! systems; a [`Solver`](afterbay_core::solver::Solver) computes it for all others.
 
 pub mod steps;
 
@@ -25,31 +27,32 @@ use afterbay_core::{
 };
 use steps::Plain;
 
-/// The modified discrete gradient with the step sizes `D` ([`Plain`], [`steps::Raised`], [`steps::Printed`]), its
-/// equation solved by `E` ([`ClosedForm`], or a [`Solver`](afterbay_core::solver::Solver)).
+/// The modified discrete gradient with step sizes `D` ([`Plain`], [`steps::Raised`] or
+/// [`steps::Printed`]). `E` solves its equation: [`ClosedForm`] or a
+/// [`Solver`](afterbay_core::solver::Solver).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ModDg<D = Plain, E = Newton> {
-    /// δ in each equation.
+    /// The step sizes δ in the three equations.
     pub steps: D,
-    /// How the equation is solved.
+    /// The solver of the equation for the mean momentum.
     pub solver: E,
 }
 
 impl ModDg {
-    /// The plain scheme for any system, solved by Newton's method.
+    /// The plain scheme for any system, with Newton's method.
     pub const fn newton() -> Self {
         Self { steps: Plain, solver: Newton }
     }
 }
 
 impl ModDg<Plain, ClosedForm> {
-    /// The plain scheme for linear systems.
+    /// The plain scheme for linear systems, in closed form.
     pub const fn linear() -> Self {
         Self { steps: Plain, solver: ClosedForm }
     }
 }
 
-/// [`ModDg`] has one degree of freedom, and it has a mass.
+/// Checks that the system has one degree of freedom and a valid mass.
 fn one_degree_of_freedom<T: Scalar>(
     system: &(impl Separable<T> + ?Sized),
 ) -> Result<(), InputError> {
@@ -60,7 +63,7 @@ fn one_degree_of_freedom<T: Scalar>(
     validate::masses(system)
 }
 
-/// Takes the new state if it is finite. A system without dissipation has no reservoir to write.
+/// Writes the new state if it is finite. Without dissipation w is not written.
 #[inline(always)]
 fn commit<V: Vector>(
     state: &mut State<V>,

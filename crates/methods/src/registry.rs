@@ -1,4 +1,5 @@
-//! Every method by name: its order, what it keeps, what it needs, and how it is bound to a system.
+//! The registry of all methods by name: their orders, conserved quantities, requirements and costs,
+//! and the binding of a method to a system.
 
 mod cost;
 mod forms;
@@ -17,40 +18,46 @@ pub use number::{Compensable, Number, compensated};
 pub use run::{Run, Setting, Show};
 pub use table::{ADAPTIVE, FIXED, METHODS};
 
-/// The order of what has no error but rounding.
+/// The order of a method whose only error is rounding.
 pub const EXACT: u32 = u32::MAX;
 
 /// A method in the registry.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// Its name in scenes and tables.
+    /// The name in scenes and tables.
     pub name: &'static str,
-    /// One line on what it is.
+    /// A one-line description.
     pub about: &'static str,
-    /// The orders of its local errors (x(t + h) - x1)/h in q, p and w, away from poles, where H is separable if it need be
-    /// no more general, [`EXACT`] where there are none; some systems see higher ones. The order of the method is the least of them, on any system it applies to.
+    /// The orders of the local errors (x(t + h) - x1)/h in q, p and w, away from poles; [`EXACT`]
+    /// for a method without error. For methods that do not require a separable H, the orders on
+    /// separable H; some systems have higher ones. The order of the method is the least of them, on
+    /// any system to which it applies.
     pub local_order: [u32; 3],
-    /// Every step that is taken keeps K to roundings of what it is made of, at every step size, on every system the method applies to; what
-    /// cannot is a failure. `linear-exact` adds h |A| of them beyond 12 degrees of freedom.
+    /// Whether every accepted step conserves K to roundings of its terms, for every step size and
+    /// every system to which the method applies. A step that cannot conserve K fails.
+    /// `linear-exact` adds h |A| roundings beyond 12 degrees of freedom.
     pub keeps_k: bool,
-    /// At every step size, Δw_j ≥ 0 for each j where the system is [`Passive::Each`], and Σ Δw_j ≥ 0, to a rounding of Σ |w_j|, where it is
-    /// [`Passive::InSum`]; for friction computed from the velocity that [`System::dissipation`] is given.
+    /// Whether, for every step size, Δw_j ≥ 0 for each j where the system is [`Passive::Each`], and
+    /// Σ Δw_j ≥ 0, to a rounding of Σ |w_j|, where it is [`Passive::InSum`]. Friction must be
+    /// computed from the velocity passed to [`System::dissipation`].
     ///
     /// [`Passive::Each`]: afterbay_core::Passive::Each
     /// [`Passive::InSum`]: afterbay_core::Passive::InSum
     /// [`System::dissipation`]: afterbay_core::System::dissipation
     pub passive: bool,
-    /// (q, p) stays bounded on every linear system with H positive definite and friction that only takes energy, at every step
-    /// size, however many degrees of freedom are coupled: the eigenvalues of the step are in the unit circle where those of
-    /// the flow are in the left half-plane. What fails there is not stable, except by [`StepFailure::TooLong`], which is not judged.
+    /// Whether (q, p) stays bounded on every linear system with positive definite H and passive
+    /// friction, for every step size and any number of coupled degrees of freedom: the eigenvalues
+    /// of the step lie in the closed unit disc if those of the flow lie in the left half-plane. A
+    /// failing step counts as unstable, except for [`StepFailure::TooLong`], which is not judged.
     ///
     /// [`StepFailure::TooLong`]: afterbay_core::StepFailure::TooLong
     pub a_stable: bool,
-    /// The same, and R(∞) = 0: (q, p) vanishes in one step where h λ → -∞ for every λ of the flow.
+    /// Whether, in addition, R(∞) = 0: (q, p) vanishes in one step as h λ → -∞ for every λ of the
+    /// flow.
     pub l_stable: bool,
-    /// What a step costs.
+    /// The cost of a step.
     pub cost: Cost,
-    /// What a system must be for the method to apply.
+    /// The class of systems to which the method applies.
     pub needs: Needs,
     kind: Kind,
 }
@@ -61,17 +68,18 @@ impl Row {
         self.local_order.into_iter().min().unwrap_or(0)
     }
 
-    /// Does it choose its steps, by a tolerance?
+    /// Whether the method chooses its steps by a tolerance.
     pub const fn is_adaptive(&self) -> bool {
         matches!(self.kind, Kind::AdaptiveCollocation | Kind::AdaptiveDop853)
     }
 
-    /// Does it run eight systems side by side? Whether it applies to them is told when it is bound.
+    /// Whether the method can step eight systems side by side. Whether it can for a given system is
+    /// determined when it is bound.
     pub const fn has_lanes(&self) -> bool {
         matches!(self.kind, Kind::Leapfrog | Kind::Rk4 | Kind::Increment(_) | Kind::ModDg)
     }
 
-    /// The equations whose δ it uses: its poles are there.
+    /// The equations whose δ the method uses; the δ have poles.
     pub fn poles(&self) -> &'static [Equation] {
         let (Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _))) = self.kind
         else {
@@ -85,19 +93,20 @@ impl Row {
     }
 }
 
-/// What a system must be for a method to apply.
+/// The class of systems to which a method applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing.
+    /// Any system.
     Any,
-    /// Its second derivatives.
+    /// A system that provides its second derivatives.
     Curvature,
-    /// The same at every state: H quadratic and D linear.
+    /// A system whose second derivatives are constant: H quadratic and D linear.
     Linear,
-    /// H = Σ p²/(2m) + V(q), D_j free of the other momenta.
+    /// H = Σ p²/(2m) + V(q), and D_j independent of the other momenta.
     Separable,
-    /// The same, or D linear in the momenta it couples; or H followed in the plane of each q_j and p_j (`PhasePlane`), D_j free
-    /// of the other velocities.
+    /// As `Separable`, or D linear in the momenta that it couples; or any H that provides the means
+    /// of its derivatives in the plane of each (q_j, p_j) (`PhasePlane`), with D_j independent of
+    /// the other velocities.
     SeparableOrPlanes,
     /// H = p²/(2m) + V(q), one degree of freedom.
     OneDegree,
@@ -106,7 +115,7 @@ pub enum Needs {
 }
 
 impl Needs {
-    /// In words.
+    /// A description in words.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Any => "any system",
@@ -132,7 +141,7 @@ enum Kind {
     LinearExact,
     LocallyExact,
     Gonzalez,
-    /// s
+    /// The number of stages s.
     Collocation(usize),
     /// A composition of sweeps.
     Increment(fn() -> Composition),
@@ -140,16 +149,17 @@ enum Kind {
     AdaptiveDop853,
 }
 
-/// The row of a method.
+/// Finds the row of a method by its name.
 pub fn find(name: &str) -> Option<&'static Row> {
     METHODS.iter().find(|row| row.name == name)
 }
 
-/// Binds a method to a system by the shortest way its abilities allow, in the form that serves every system.
+/// Binds a method to a system, in the form compiled for every system. Closed forms are used where
+/// the abilities of the system allow them.
 ///
 /// # Errors
-/// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method does not
-/// run in this scalar.
+/// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method
+/// does not run in this scalar.
 pub fn bind<T: Number>(row: &Row, system: Arc<dyn Abilities<T>>) -> Result<Run<T>, InputError> {
     T::bind(row, &system)
 }

@@ -1,27 +1,34 @@
-//! Explicit Runge-Kutta methods with relaxation, for any system.
+//! Explicit Runge-Kutta methods with relaxation, which conserve K on any system.
 //!
 //! ```text
-//! Z_i = z0 + η Σ_j a_ij f(Z_j)        d = η Σ_i b_i f(Z_i)        f = (∂H/∂p, -∂H/∂q - D)        z = (q, p)
-//! e_j = η Σ_i b_i D_j(Z_i) v_j(Z_i)                               v = ∂H/∂p
+//!
+//! z = (q, p)        f = (∂H/∂p, -∂H/∂q - D)        v = ∂H/∂p
+//! Z_i = z0 + η Σ_j a_ij f(Z_j)        d = η Σ_i b_i f(Z_i)        e_j = η Σ_i b_i D_j(Z_i) v_j(Z_i)
 //! z1 = z0 + γ d        w1 = w0 + γ e        with γ near 1 such that H(z1) + Σ w1_j = K
 //! ```
 //!
-//! D. I. Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850-2870; H. Ranocha and others, SIAM J. Sci. Comput. 42 (2020) A612-A638. With
-//! a tableau of order r, γ = 1 + O(h^{r-1}), and (z1, w1) is accurate to O(h^{r+1}) at the time t0 + γη, not at t0 + η. The
-//! grid has fixed times, so η is chosen such that γη ends there: η = (h - lag)/γ', where γ' is the last step's γ and the lag the time the last
-//! step went too far. γ changes by O(h^r) from step to step, which leaves a lag of O(h^{r+1}) that does not add up; where γ' foretells γ
-//! badly, and at the start, the stages are computed a second time with the γ just found. So the orders at the grid points are r in q, p and w.
+//! Sources: D. I. Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850-2870; H. Ranocha and others, SIAM
+//! J. Sci. Comput. 42 (2020) A612-A638. With a tableau of order r, γ = 1 + O(h^{r-1}), and (z1, w1)
+//! is accurate to O(h^{r+1}) at the time t0 + γη, not at t0 + η. Since the grid times are fixed, η
+//! is chosen such that γη ends at the grid point: η = (h - lag)/γ', where γ' is the γ of the last
+//! step and the lag is the time by which the last step ended late. γ changes by O(h^r) from step to
+//! step, which leaves a lag of O(h^{r+1}) that does not accumulate. Where γ' predicts γ badly, and
+//! at the start, the stages are computed a second time with the γ just found. The orders at the
+//! grid points are therefore r in q, p and w.
 //!
-//! The lag, γ' and the K to be met are kept in the workspace and believed only while the state is the one the last step
-//! left there: K is then that of the first step, and its roundings do not add up. Any other state has its own K and no lag.
+//! The workspace stores the lag, γ' and the target K. They are used only if the state is the one
+//! with which the last step ended. K is then that of the first step, so its rounding errors do not
+//! accumulate. For any other state K is computed anew and the lag is 0.
 //!
-//! [`Relaxed::rk4`], the classical tableau, has positive weights and γ > 0: passive where the system is. [`Relaxed::dop853`] of
-//! order 8 has two negative weights, and is not.
+//! [`Relaxed::rk4`], the classical tableau, has positive weights and γ > 0, so it is passive where
+//! the system is. [`Relaxed::dop853`] of order 8 has two negative weights and is not passive.
 //!
-//! **Fails** by name, with the state as it was, where no γ within ½ of 1 keeps K ([`StepFailure::NoRelaxationRoot`]): on steps beyond the limit of
-//! stability, which relaxation does not move (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
-//! small that K hardly feels γ; it passes through 0 on the flanks of a double well. Where the step is so short that rounding hides what γ does,
-//! γ = 1 and K is kept as well as rounding lets it. For scalars that hold one number.
+//! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where
+//! no γ within ½ of 1 conserves K. This happens beyond the limit of stability, which relaxation
+//! does not change (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
+//! small that K hardly depends on γ; for example on the flanks of a double well, where it changes
+//! sign. On steps so short that the effect of γ is below rounding, γ = 1 and K is conserved to
+//! rounding. For scalars that hold one number.
 
 mod direction;
 mod root;
@@ -51,16 +58,18 @@ impl Relaxed {
         Self(Of::Classical)
     }
 
-    /// The twelve stages of DOP853, order 8.
+    /// The twelve-stage method DOP853, order 8.
     pub const fn dop853() -> Self {
         Self(Of::Dop853)
     }
 }
 
-/// The share of γ - 1 by which the last γ may miss the next one, and with it of h (γ - 1) that a step may lag.
+/// The stages are recomputed if the last γ differs from the new one by more than this share of γ -
+/// 1. It bounds the lag of a step by the same share of h (γ - 1).
 const FORETOLD: f64 = 0.125;
 
-/// The direction of a step, the chord from the old state to the new one, and what is known from the last step.
+/// The direction of a step, the chord from the old state to the new one, and the data of the last
+/// step.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     direction: Direction<V>,

@@ -1,23 +1,27 @@
-//! The classical Runge-Kutta method on (q, p, w), the paper's eRK4.
+//! The classical fourth-order Runge-Kutta method on (q, p, w), called eRK4 in the paper.
 //!
 //! ```text
-//! z1 = z0 + h/6 (f(z0) + 2 f(Z2) + 2 f(Z3) + f(Z4))      Z2 = z0 + h/2 f(z0)   Z3 = z0 + h/2 f(Z2)   Z4 = z0 + h f(Z3)
+//!
+//! Z2 = z0 + h/2 f(z0)        Z3 = z0 + h/2 f(Z2)        Z4 = z0 + h f(Z3)
+//! z1 = z0 + h/6 (f(z0) + 2 f(Z2) + 2 f(Z3) + f(Z4))
 //! f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)
 //! ```
 //!
-//! Order 4, explicit, any system. K is kept to O(h⁴) only. The weights are positive, so Δw ≥ 0 where the system is passive,
-//! whatever H does. Diverges beyond |hλ| ≈ 2.8.
+//! Order 4, explicit, applies to any system. The error of K is O(h⁴). Since the weights are
+//! positive, Δw ≥ 0 for every passive system, whatever H is. Unstable for |hλ| larger than about
+//! 2.8.
 
 use afterbay_core::{
     Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector,
 };
 use std::hint::cold_path;
 
-/// The paper's eRK4.
+/// The classical Runge-Kutta method of order 4 (eRK4 of the paper).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rk4;
 
-/// The point of a stage, the system there, and what q and w gain and p loses, summed up so far.
+/// The point of the current stage, the derivatives there, and the weighted sums of the stage
+/// increments so far; the sum for p has the opposite sign.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
     q: V,
@@ -30,7 +34,8 @@ pub struct Workspace<V> {
     dw: V,
 }
 
-/// Where the next stage lies, in h, and the weight of this one, in h/6.
+/// For each stage, the offset of the next stage in units of h, and the weight of this stage in
+/// units of h/6.
 const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
 
 impl<V, S> Method<V, S> for Rk4
@@ -67,7 +72,7 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        // Asked once, not at every stage.
+        // Hoisted out of the stages.
         if system.dissipation_form().zero {
             advance::<V, S, false>(system, h, state, workspace)
         } else {
@@ -76,7 +81,7 @@ where
     }
 }
 
-/// The step of a system that is DISSIPATIVE or not.
+/// Takes one step. `DISSIPATIVE` is false for systems with D = 0.
 #[inline(always)]
 fn advance<V, S, const DISSIPATIVE: bool>(
     system: &S,
@@ -113,7 +118,7 @@ where
             q[j] = ahead.mul_add(hp[j], q0[j]);
             p[j] = (-ahead).mul_add(hq[j], p0[j]);
             if DISSIPATIVE {
-                // After ∂H/∂q, which is known earlier: q lags a stage behind p.
+                // The sum over ∂H/∂q is formed first because q is updated one stage after p.
                 dp[j] = weight.mul_add(d[j], dp[j]);
                 p[j] = (-ahead).mul_add(d[j], p[j]);
                 dw[j] = weight.mul_add(d[j] * hp[j], dw[j]);
@@ -136,7 +141,8 @@ where
     Ok(Effort { evaluations: 4, iterations: 0 })
 }
 
-/// Which of q, p and w is not finite, told by copies: the address of the workspace stays with the loop, and the workspace in registers.
+/// Reports which of q, p and w is not finite. Taking copies keeps the workspace in registers: its
+/// address does not escape from the loop.
 #[inline(always)]
 fn failure<V: Vector>(parts: [&[V::Scalar]; 3]) -> StepFailure {
     cold_path();

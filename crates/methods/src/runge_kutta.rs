@@ -1,4 +1,4 @@
-//! What explicit Runge-Kutta methods share: coefficients, and the stages of a step.
+//! Explicit Runge-Kutta methods: the tableaus, and the stages of a step.
 
 mod stages;
 mod tableau;

@@ -1,18 +1,20 @@
-//! How much of the error of a run a step may make.
+//! The error allowed of a step, given the tolerance of the run.
 
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 use std::array::from_fn;
 
-/// What is allowed of a step, over its share of the error of the run: steps aim at a fifth of what is allowed, and so at their share.
-/// Calibrated, not derived: where steps err to one side and nothing fades, as on an oscillator without friction, the error at the
-/// end is then what was asked for, and over the test set nowhere above ten times that (`adaptive_accuracy` in the tests prints both).
+/// The error allowed of a step relative to its share of the error of the run. Steps aim at a fifth
+/// of the allowed error, that is, at their share. The value is calibrated, not derived: where
+/// errors have one sign and are not damped, as on an oscillator without friction, the error at the
+/// end then equals the tolerance, and over the test set it is nowhere above ten times the tolerance
+/// (`adaptive_accuracy` in the tests prints both).
 const SHARES: f64 = 5.0;
 /// Roundings of q, p and w that are allowed of any step.
 const ROUNDINGS: f64 = 4.0;
-/// Numbers looked at side by side.
+/// The number of entries processed side by side.
 const LANES: usize = 8;
 
-/// The tolerance of a run over a time.
+/// The tolerance of a run over a time span.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
     tolerance: Tolerance,
@@ -28,13 +30,13 @@ impl Budget {
         self.tolerance.relative
     }
 
-    /// How much of the error of the run is allowed of a step of this length.
+    /// The share of the run's error that a step of this length is allowed.
     pub(crate) fn allowed(&self, length: f64) -> f64 {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// What is allowed of q, p and w at the end of the run, of which this share is allowed of a step: no step is asked to err by less than
-    /// a few roundings of what it moves.
+    /// The errors allowed of q, p and w at the end of the run, of which the share `allowed` is
+    /// allowed of a step. A step is always allowed a few roundings of the state.
     #[inline]
     pub(crate) fn scales<V: Vector>(&self, state: &State<V>, allowed: f64) -> [f64; 3] {
         let Tolerance { relative, absolute, w } = self.tolerance;
@@ -51,10 +53,10 @@ impl Budget {
     }
 }
 
-/// max |x_j|; not a number where one of them is not.
+/// max |x_j|, or NaN if an entry is not finite.
 #[inline(always)]
 pub(crate) fn largest<V: Vector>(x: &V) -> f64 {
-    // Comparisons know no order of what is not a number: it is carried along by itself.
+    // Comparisons ignore NaN, so it is accumulated separately.
     let see = |[most, poison]: [f64; 2], x: &V::Scalar| {
         let x = x.to_f64().abs();
         [if x > most { x } else { most }, poison + 0.0 * x]

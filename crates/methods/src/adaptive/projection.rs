@@ -1,26 +1,28 @@
-//! K made exact by a small change of (q, p).
+//! The projection of (q, p) onto a given value of H, which makes K exact.
 
 use afterbay_core::{Scalar, System};
 
-/// Roundings of K that are not corrected, and those that are left where corrections change nothing.
+/// The error of K, in roundings, that is not corrected, and the error accepted where corrections no
+/// longer reduce it.
 const ROUNDINGS: [f64; 2] = [2.0, 16.0];
 
-/// A change of (q, p) along ∇H, scaled by what is allowed of q and p.
+/// The projection of (q, p) along ∇H, scaled by the tolerances of q and p.
 pub(crate) struct Projection<'a, T> {
-    /// ∂H/∂q and ∂H/∂p, at (q, p) or next to it
+    /// ∂H/∂q and ∂H/∂p, at (q, p) or near it
     pub(crate) slope: [&'a [T]; 2],
-    /// What H should be.
+    /// The target value of H.
     pub(crate) target: T,
-    /// The largest number among those that the target is made of.
+    /// The largest absolute term of the target.
     pub(crate) size: f64,
-    /// What is allowed of q and p in the whole run, and how much of that in this step.
+    /// The errors allowed of q and p in the whole run, and the share of them allowed of this step.
     pub(crate) scales: [f64; 2],
     pub(crate) allowed: f64,
 }
 
 impl<T: Scalar> Projection<'_, T> {
-    /// Moves (q, p), where H is `energy`, by the smallest change that makes it the target, in units of what is allowed, and tells
-    /// whether they moved. Where it would be more than allowed, how much more.
+    /// Moves (q, p), at which H is `energy`, onto the target by the smallest change in the scaled
+    /// norm. Returns whether (q, p) moved. If the change exceeds the allowed one, returns the ratio
+    /// of the two as the error.
     #[inline]
     pub(crate) fn apply<S: System<T> + ?Sized>(
         &self,
@@ -42,14 +44,14 @@ impl<T: Scalar> Projection<'_, T> {
         loop {
             let missing = *energy - self.target;
             let size = missing.abs().to_f64();
-            // What no longer shrinks is as good as q and p can be told.
+            // If the error no longer shrinks, it is due to the rounding of q and p.
             if size <= ROUNDINGS[0] * rounding
                 || (size <= ROUNDINGS[1] * rounding && size > 0.5 * before)
             {
                 return Ok(way > 0.0);
             }
             way += size / steep.to_f64().sqrt();
-            // Not a number is too large as well.
+            // NaN counts as too large.
             if !(way <= self.allowed && size <= 0.5 * before) {
                 return Err(way / self.allowed);
             }

@@ -1,11 +1,11 @@
-//! How fast a system can move.
+//! Bounds of the frequencies and eigenvalues of a system.
 
 use afterbay_core::{Block, Curvature, Mask, Scalar, Vector};
 
-/// Sums over the rows of the blocks of the Jacobian of (∂H/∂p, -∂H/∂q - D).
+/// Row sums of the blocks of the Jacobian of (∂H/∂p, -∂H/∂q - D).
 #[derive(Clone, Debug)]
 pub(crate) struct Rates<V: Vector> {
-    /// Σ_j |∂²H/∂q_i∂q_j|, and the diagonal less the rest
+    /// Σ_j |∂²H/∂q_i∂q_j|, and the diagonal entry minus the other entries of its row
     by_q: V,
     outweighed: V,
     by_p: V,
@@ -28,9 +28,9 @@ impl<V: Vector> Rates<V> {
         }
     }
 
-    /// An estimate of the largest frequency, √(b |Hqq|), which is a bound of it where H is
-    /// separable; and a bound of |λ| for the eigenvalues λ of the Jacobian J = [Hpq Hpp; -Hqq - Dq,
-    /// -Hqp - Dp] at (q, p).
+    /// Returns an estimate of the largest frequency, √(b |Hqq|), which is an upper bound if H is
+    /// separable, and an upper bound of |λ| for the eigenvalues λ of the Jacobian J = [Hpq Hpp;
+    /// -Hqq - Dq, -Hqp - Dp] at (q, p).
     ///
     /// In the norm of the largest sum of a row, with a = |Hpq|, b = |Hpp|, c = |Hqq| + |Dq| and d =
     /// |Hqp| + |Dp|, the spectral radius of J is at most that of [a b; c d] (A. M. Ostrowski, J.
@@ -40,11 +40,12 @@ impl<V: Vector> Rates<V> {
     /// |λ| ≤ (a + d + √((a - d)² + 4 b c)) / 2
     /// ```
     ///
-    /// Where Hpq = 0, Dq = 0, Hpp and Dp are diagonal, Hpp is not negative, and the diagonal of Hqq is at least the rest
-    /// of each row, so that Hqq is positive semidefinite, `|λ| ≤ max(√(bc), d)`: with x the q of an
-    /// eigenvector, λ² + r λ + k = 0 for a real r of at most d and a real k ≥ 0 of at most b c, the
-    /// quotients of x with Hpp⁻¹. Friction that is skew, or a potential that falls, has no such
-    /// bound.
+    /// Suppose Hpq = 0 and Dq = 0, Hpp and Dp are diagonal, Hpp is not negative, and each diagonal
+    /// entry of Hqq is at least the sum of the other absolute entries of its row, so that Hqq is
+    /// positive semidefinite. Then `|λ| ≤ max(√(bc), d)`: with x the q-part of an eigenvector, λ² +
+    /// r λ + k = 0, where the Rayleigh quotients r and k of x, weighted with Hpp⁻¹, are real with
+    /// |r| ≤ d and 0 ≤ k ≤ b c. This bound does not hold for skew friction or for concave
+    /// potentials.
     #[inline]
     pub(crate) fn see<S>(&mut self, system: &S, q: &V, p: &V) -> [f64; 2]
     where
@@ -86,7 +87,7 @@ impl<V: Vector> Rates<V> {
             }
             coupled |= i != j && matches!(block, Block::Hpp | Block::Dp);
         });
-        // What is not a number is larger than all.
+        // NaN counts as larger than every number.
         let larger = |most: f64, x: f64| if x <= most { most } else { x };
         let largest = |x: &[V::Scalar]| x.iter().fold(0.0, |most, x| larger(most, x.to_f64()));
         let both = |x: &[V::Scalar], y: &[V::Scalar]| {
@@ -111,7 +112,7 @@ impl<V: Vector> Rates<V> {
     }
 }
 
-/// By how many roundings a row of Hqq may miss its diagonal.
+/// The roundings by which the diagonal of Hqq may fall short of the rest of its row.
 const ROUNDINGS: f64 = 8.0;
 
 #[cfg(test)]
@@ -120,7 +121,7 @@ mod tests {
     use afterbay_core::{DissipationForm, System};
     use faer::Mat;
 
-    /// H = ½ (q·K q + 2 q·M p + p·W p) and D = E q + C p, of numbers given one after the other.
+    /// H = ½ (q·K q + 2 q·M p + p·W p) and D = E q + C p, with given matrices.
     struct Given {
         n: usize,
         blocks: [Vec<f64>; 5],
@@ -178,7 +179,7 @@ mod tests {
         }
     }
 
-    /// Random blocks, any of them symmetric, skew or missing: no eigenvalue is beyond the bound.
+    /// Random blocks, some symmetric, skew or zero: no eigenvalue exceeds the bound.
     #[test]
     fn no_eigenvalue_is_beyond_the_bound() {
         let mut seed = 1_u64;
@@ -213,8 +214,8 @@ mod tests {
             assert!(fastest <= bound * (1.0 + 1e-12), "{case}: {fastest} beyond {bound}");
             closest = closest.max(fastest / bound);
         }
-        // The bound of symmetric friction does not hold for skew friction: ω = 2, and friction that
-        // turns by 2.
+        // The bound for symmetric friction does not hold for skew friction: here ω = 2 and the
+        // friction rotates with frequency 2.
         let turning = Given {
             n: 2,
             blocks: [
@@ -231,8 +232,8 @@ mod tests {
         assert!(closest > 0.9);
     }
 
-    /// With H separable, friction of each velocity alone and a convex V the bound is that of one
-    /// oscillator: max(ω, c).
+    /// With H separable, diagonal friction and convex V, the bound is that of a single oscillator:
+    /// max(ω, c).
     #[test]
     fn ordinary_friction_has_the_sharp_bound() {
         for c in [0.0, 1.0, 2.0, 5.0] {

@@ -1,29 +1,36 @@
-//! Collocation with steps as long as a tolerance allows, K exact at every one of them.
+//! Collocation with step size control, and K exact after every step.
 //!
-//! Gauss's collocation with K nodes τ_i, weights b_i and `a_ij = ∫_0^{τ_i} ℓ_j`,
+//! Gauss collocation with K nodes τ_i, weights b_i and `a_ij = ∫_0^{τ_i} ℓ_j`,
 //!
 //! ```text
-//! p_i = p0 - h Σ_j a_ij f_j        q_i = q0 + h Σ_j a_ij v_j        v = ∂H/∂p        f = ∂H/∂q + D(q, p, v)
-//! p1 = p0 - h Σ b_i f_i            q1 = q0 + h Σ b_i v_i            w1 = w0 + h Σ b_i D(q_i, p_i, v_i) v_i
+//!
+//! v = ∂H/∂p        f = ∂H/∂q + D(q, p, v)
+//! p_i = p0 - h Σ_j a_ij f_j        q_i = q0 + h Σ_j a_ij v_j
+//! p1 = p0 - h Σ b_i f_i            q1 = q0 + h Σ b_i v_i       w1 = w0 + h Σ b_i D(q_i, p_i, v_i) v_i
 //! ```
 //!
-//! is solved by sweeps until a tenth of what is allowed of the step is left. Then (q1, p1) goes onto `H = H(q0, p0) - Σ Δw_j` along
-//! the gradient of H, scaled by the tolerances, which takes about the error of the step: K is exact, w remains the quadrature,
-//! and with weights above 0 Δw ≥ 0 where the system is passive. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
-//! Integration, IV.4.) Steps that cannot be corrected so, next to a point of rest, and steps of stiff systems are those of
-//! [`super::Collocation`], which keeps K of itself.
+//! is solved by fixed-point sweeps until the remaining error is a tenth of the error allowed of the
+//! step. Then (q1, p1) is projected onto `H = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled
+//! by the tolerances. The projection is of the size of the error of the step. K is exact, w is the
+//! quadrature unchanged, and since the weights are positive Δw ≥ 0 where the system is passive.
+//! (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.4.) Steps that
+//! cannot be projected, near an equilibrium, and steps of stiff systems are taken by
+//! [`super::Collocation`], which conserves K without projection.
 //!
-//! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, at the times between steps as well: a sample
-//! is a step of its own from where the step began, with K exact. A-stable. Sweeps are left for Newton's method where they hold steps back for
-//! long.
+//! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, also
+//! between steps: a sample is a step of its own from the beginning of the current step, with K
+//! exact. A-stable. Newton's method replaces the sweeps if these limit the step size over many
+//! steps.
 //!
-//! A step aims at an error of its share of what is allowed at the end, by its length. That is what is spent where errors stay; where
-//! solutions draw together, or errors cancel, the error at the end is smaller, down to a hundredth and less.
+//! A step aims at its share, by length, of the error allowed at the end. If errors neither decay
+//! nor cancel, the error at the end equals the tolerance; if solutions converge, or errors cancel,
+//! it is smaller, by a factor of a hundred or more.
 //!
-//! Steps allocate nothing, but one: the first that is made by Newton's method, or next to a point of rest, makes the workspace of
-//! [`super::Collocation`] for itself. Runs that never need it, and most do not, are spared its memory.
+//! Steps do not allocate, with one exception: the first step that uses Newton's method, or is taken
+//! near an equilibrium, allocates the workspace of [`super::Collocation`]. Most runs never need it.
 //!
-//! **Fails** by name, with the last good state: [`StepFailure`] of the shortest step tried, or `Vanishes`.
+//! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
+//! step tried, or `Vanishes`.
 
 use super::engine::Engine;
 use super::gauss::Gauss;
@@ -32,18 +39,18 @@ use afterbay_core::{
 };
 use std::sync::LazyLock;
 
-/// Adaptive collocation, of order 8 or 16 by the tolerance: for [`afterbay_core::integrate_within`] and
-/// [`afterbay_core::sample_within`].
+/// Adaptive collocation of order 8 or 16, depending on the tolerance, for
+/// [`afterbay_core::integrate_within`] and [`afterbay_core::sample_within`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveCollocation;
 
-/// The relative tolerance above which 4 nodes do.
+/// The relative tolerance above which 4 nodes are used.
 const COARSE: f64 = 1e-5;
 
 static FOUR: LazyLock<Gauss<Quad, 4>> = LazyLock::new(Gauss::new);
 static EIGHT: LazyLock<Gauss<Quad, 8>> = LazyLock::new(Gauss::new);
 
-/// The workspace: order 8 or 16.
+/// The workspace, of order 8 or 16.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector>(Order<V>);
 

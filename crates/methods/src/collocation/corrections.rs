@@ -1,9 +1,9 @@
-//! The coefficients of a step by Newton's iteration: where sweeps do not contract, and where they
-//! did not a step ago.
+//! Newton's iteration for the coefficients of a step, used where sweeps do not contract, and where
+//! they did not in the step before.
 //!
-//! First with the derivative at the middle of the step, from the polynomial of the last step
-//! continued and from rest; where that does not converge, or crawls, with the whole derivative
-//! (`krylov.rs`).
+//! The simplified iteration uses the Jacobian at the middle of the step. It starts from the
+//! continued polynomial of the last step, then from a constant. If it does not converge, or
+//! converges slowly, the exact derivative is used (`krylov.rs`).
 
 use super::equations::Equations;
 use super::iteration::{Workspace, largest};
@@ -12,15 +12,15 @@ use super::progress::{LIMIT, Progress};
 use super::rule::Modes;
 use afterbay_core::{Curvature, Quantity, Scalar, State, StepFailure, Vector};
 
-/// Corrections without a smaller one among them after which the iteration is given up.
+/// The number of corrections without a new smallest one after which the iteration stops.
 const PATIENCE: u32 = 7;
-/// A correction that leaves more than this of the one before asks for a new Jacobian,
+/// The Jacobian is renewed if the ratio of successive corrections exceeds this;
 const SLOW: f64 = 0.0625;
-/// and one that leaves more than this for the whole derivative, after so many corrections.
+/// the exact derivative is used if the ratio exceeds the first number after this many corrections.
 const CRAWL: (f64, u32) = (0.5, 12);
 
 impl<V: Vector> Workspace<V> {
-    /// Newton's iterations, one after the other: how many evaluations of the nodes they took.
+    /// Runs Newton's iterations in turn. Returns the number of evaluations of all nodes.
     pub(super) fn correct<S>(
         &mut self,
         system: &S,
@@ -80,7 +80,7 @@ impl<V: Vector> Workspace<V> {
         outcome.map(|()| spent)
     }
 
-    /// The Jacobian at the middle of the step, factorised.
+    /// Evaluates and factorises the Jacobian at the middle of the step.
     pub(super) fn factorise<S>(
         &mut self,
         system: &S,
@@ -102,7 +102,7 @@ impl<V: Vector> Workspace<V> {
         factorised.map_err(|dof| StepFailure::Singular { dof, slope: 0.0 })
     }
 
-    /// The force that is no number, where what γ misses is none.
+    /// The force that is not finite, if the residual is not.
     #[cold]
     pub(super) fn not_finite(&self, equations: &Equations) -> StepFailure {
         let lost = |&(most, _): &(f64, usize)| !most.is_finite();
@@ -110,7 +110,7 @@ impl<V: Vector> Workspace<V> {
         StepFailure::NonFinite { quantity: Quantity::Force, dof, value }
     }
 
-    /// Corrections to rounding, from the coefficients there are.
+    /// Corrects the current coefficients until they converge to rounding.
     fn corrections<S>(
         &mut self,
         system: &S,
@@ -164,7 +164,7 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
-/// The largest change of γ as one of z, relative to the size of z.
+/// The change of z due to the largest change of γ, relative to the size of z.
 fn share<V: Vector>(change: f64, h: f64, start: &V, modes: &[Modes<V::Scalar>]) -> f64 {
     let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
     let size = largest(start.as_slice()) + h.abs() * most;

@@ -1,13 +1,13 @@
-//! Where a step ends.
+//! The end of a step.
 
 use afterbay_core::{Curvature, Scalar, Vector};
 
-/// Where a step ends, and the system there.
+/// The end of a step, and the derivatives of H and D there.
 #[derive(Clone, Debug)]
 pub(super) struct End<V: Vector> {
     pub(super) q: V,
     pub(super) p: V,
-    /// What the reservoirs gain.
+    /// The increments of the reservoirs.
     pub(super) gain: V,
     pub(super) v: V,
     pub(super) f: V,
@@ -25,7 +25,7 @@ impl<V: Vector> End<V> {
         Self { q, p, gain, v, f, hq, loss, energy: V::Scalar::zero() }
     }
 
-    /// The system at (q, p).
+    /// Evaluates the system at (q, p).
     #[inline]
     pub(super) fn look<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let Self { q, p, v, f, hq, loss, .. } = self;

@@ -1,8 +1,10 @@
-//! One step of Gauss's collocation, solved as well as the tolerance asks, and K made exact.
+//! One step of Gauss collocation, solved to the accuracy the tolerance requires, with K exact.
 //!
-//! Sweeps end where what they leave is a tenth of what is allowed of the step; then (q, p) is moved onto
-//! `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by what is allowed of q and p. Where that would take more than
-//! is allowed the step is rejected, or, next to a point of rest, made anew by [`super::Collocation`], which keeps K of itself.
+//! The sweeps end when the remaining error is a tenth of the error allowed of the step. Then (q, p)
+//! is projected onto `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by the
+//! tolerances of q and p. If the projection would exceed the allowed error, the step is rejected,
+//! or, near an equilibrium, repeated by [`super::Collocation`], which conserves K without
+//! projection.
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
@@ -15,47 +17,49 @@ use afterbay_core::{
 };
 use std::array::from_fn;
 
-/// Sweeps before a step is given up.
+/// The largest number of sweeps of a step.
 const SWEEPS: u32 = 12;
-/// What a sweep should leave of the change before. It shrinks like h², and `-h ln (κ h²)`, what sweeps gain for a step of
-/// length h, is largest where κ h² is e⁻².
+/// The contraction factor per sweep that maximises progress. The factor is κ h² for a step of
+/// length h, and `-h ln (κ h²)`, the digits gained per sweep times h, is largest for κ h² = e⁻².
 const BEST: f64 = 0.135;
-/// The most h ω may be: sweeps multiply roundings of the fastest oscillation by up to e^(h ω) before they contract.
+/// The largest h ω. Sweeps amplify rounding errors of the fastest oscillation by up to e^(h ω)
+/// before they contract.
 const PHASE: f64 = 4.0;
-/// How much a step may be shorter or longer for the sake of sweeps.
+/// The factors by which a step may be shortened or lengthened to improve the contraction of sweeps.
 const STRETCH: [f64; 2] = [0.5, 2.0];
-/// The error of the solver, over what is allowed of the step.
+/// The error of the solver relative to the error allowed of the step.
 const SOLVED: f64 = 0.1;
-/// An error, over what is allowed, that may be as large as K says, and one that does not hold steps back.
+/// An error, relative to the allowed one, below which a failed projection is attributed to
+/// rounding, and below which the error does not limit the step size.
 const DOUBT: f64 = 0.01;
-/// The least error of a step of which K cannot be made exact.
+/// The smallest error assigned to a step whose projection fails.
 const REFUSED: f64 = 2.0;
 const FAR: f64 = 0.05;
-/// A step while it is made, with K nodes.
+/// The memory of a step with K nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) gauss: Gauss<V::Scalar, K>,
-    /// The step tried, and the one before it.
+    /// The stages of the current trial step, and of the last accepted one.
     pub(super) trial: Stages<V, K>,
     kept: Stages<V, K>,
     pub(super) end: End<V>,
     pub(super) start: End<V>,
     zero: V,
     pub(super) unit_mass: bool,
-    /// The length of the step tried, and of the one kept, if there is one.
+    /// The lengths of the trial step and of the last accepted one, if any.
     pub(super) h: V::Scalar,
     kept_h: Option<V::Scalar>,
-    /// What continues the step kept, and for which offset, ratio and count.
+    /// The matrix that continues the accepted step, and the offset, ratio and count it belongs to.
     ahead: Columns<V::Scalar, K>,
     ahead_for: Option<(V::Scalar, V::Scalar, usize)>,
     pub(super) stiff: Stiffness,
-    /// An estimate of the largest frequency there is, and what it comes from.
+    /// An estimate of the largest frequency, and the memory for computing it.
     pub(super) fastest: f64,
     pub(super) rates: Rates<V>,
-    /// What the sweeps of the last step left of each other, in the geometric mean.
+    /// The geometric mean of the contraction factors of the last step's sweeps.
     pub(super) contraction: f64,
     pub(super) budget: Budget,
-    /// The solver that goes to rounding, made when it is first needed.
+    /// The solver that iterates to rounding, allocated when it is first needed.
     pub(super) spare: Option<Box<iteration::Workspace<V>>>,
 }
 
@@ -88,7 +92,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
     }
 
-    /// The step h from `state`, where the step kept ended.
+    /// Tries the step h from `state`, where the accepted step ended.
     #[inline]
     pub(super) fn attempt<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -123,7 +127,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if error <= 1.0 {
             match self.correct(system, before, scales, allowed) {
                 Ok(()) => {}
-                // K is off because the step is long, or because next to a point of rest no change of (q, p) changes it.
+                // K is off either because the step is long, or because near an equilibrium no
+                // change of (q, p) changes it.
                 Err(way) if error > DOUBT => error = way.max(REFUSED),
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
@@ -134,7 +139,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         Ok(Attempt { error, order, largest_growth: reach, effort })
     }
 
-    /// The state the time h after `before`, which the step kept began with.
+    /// Computes the state the time h after `before`, with which the accepted step began.
     pub(super) fn between<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -166,7 +171,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         Effort { evaluations: u64::from(sweeps) * K as u64, iterations: u64::from(sweeps) }
     }
 
-    /// The polynomial of the step kept, as far as it can be trusted to go on, or a constant.
+    /// Initialises the stages from the polynomial of the accepted step, truncated to its reliable
+    /// coefficients, or from a constant.
     #[inline]
     fn guess(&mut self, h: V::Scalar, state: &State<V>, again: bool) {
         if let Some(length) = self.kept_h {
@@ -192,12 +198,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
     }
 
-    /// Coefficients of the forces that are worth continuing: P_j grows as it leaves [0, 1].
+    /// The number of coefficients of the forces that are worth continuing: P_j grows outside [0,
+    /// 1].
     #[inline]
     fn trusted(&self, ratio: f64) -> usize {
         let n = self.zero.as_slice().len();
         let mut sizes = [0.0_f64; K];
-        // A few degrees of freedom stand for all.
+        // A sample of the degrees of freedom.
         for d in (0..n).step_by(n.div_ceil(8)) {
             let mut modes = [V::Scalar::zero(); K];
             for j in 0..K {
@@ -221,11 +228,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let l = l as f64;
             (before, at) = (at, ((2.0 * l + 1.0) * x * at - l * before) / (l + 1.0));
         }
-        // What still shrinks at the end goes on to.
+        // If the coefficients still decrease at the end, all are used.
         if count == K - 1 { K } else { count }
     }
 
-    /// Sweeps until what is left is small beside what is allowed.
+    /// Sweeps until the remaining error is small relative to the allowed one.
     #[inline]
     fn sweeps<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -235,7 +242,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         allowed: f64,
     ) -> Result<u32, StepFailure> {
-        // A change that is rounding.
+        // Changes up to this size are rounding.
         let noise = 4.0 * V::Scalar::EPSILON;
         let noise = noise / self.budget.relative().max(noise);
         let shares = scales.map(f64::recip);
@@ -253,8 +260,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             if sweeps == 1 {
                 first = change;
             }
-            // Of the fastest oscillation n sweeps leave (h ω)²ⁿ/(2n)!, and slower ones may hide it. The first change says nothing
-            // of the next.
+            // After n sweeps the fastest oscillation has the error (h ω)²ⁿ/(2n)!, which slower ones
+            // may hide. The first change does not predict the next.
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
             if change <= noise || change * rate <= SOLVED * allowed {
@@ -275,7 +282,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         Err(StepFailure::NotContracting { dof, iterations: SWEEPS, ratio: f64::NAN })
     }
 
-    /// z1 and what the reservoirs gain.
+    /// Computes z1 and the increments of the reservoirs.
     #[inline]
     fn finish<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         let Self { gauss, trial, end, h, unit_mass, .. } = self;
@@ -296,7 +303,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
     }
 
-    /// The step tried becomes the step kept.
+    /// Accepts the trial step.
     #[inline]
     pub(super) fn accept(&mut self, state: &mut State<V>) {
         self.write(state, None);
@@ -305,13 +312,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         self.kept_h = Some(self.h);
     }
 
-    /// The coordinates at the end of the step tried.
+    /// The coordinates at the end of the trial step.
     #[inline]
     pub(super) fn end_of_attempt(&self) -> &[V::Scalar] {
         self.end.q.as_slice()
     }
 
-    /// The end of the step tried, from `state` or from another.
+    /// Writes the end of the trial step; it started from `state`, or from `from` if given.
     #[inline]
     pub(super) fn write(&self, state: &mut State<V>, from: Option<&State<V>>) {
         let end = &self.end;

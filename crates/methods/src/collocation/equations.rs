@@ -1,23 +1,26 @@
-//! The linear equations of a simplified Newton's iteration, in `f64`.
+//! The linear equations of the simplified Newton iteration, in `f64`.
 //!
-//! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and `X_ij = ∫ P_i(τ)
-//! ∫_0^τ P_j`, the correction δγ to what γ misses solves `(1 - h X ⊗ J) δγ = missing`: 2 s N
-//! unknowns. Each eigenvalue μ of X (`spectrum.rs`) has equations of its own, with m = h μ, of the
-//! 2 N parts (a, b) of γ_q and of -γ_p along its eigenvector:
+//! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and
+//! `X_ij = ∫ P_i(τ) ∫_0^τ P_j`, the correction δγ for the residual `missing` solves
+//! `(1 - h X ⊗ J) δγ = missing` with 2 s N unknowns. Diagonalising X (`spectrum.rs`) decouples the
+//! equations. For each eigenvalue μ, with m = h μ, the 2 N components (a, b) of γ_q and -γ_p along
+//! its eigenvector satisfy
 //!
 //! ```text
-//! a - m Hpq a + m Hpp b = missing_a        b - m S a + m (Hqp + Dp) b = missing_b        S = Hqq + Dq
+//!
+//! a - m Hpq a + m Hpp b = missing_a
+//! b - m S a + m (Hqp + Dp) b = missing_b        S = Hqq + Dq
 //! ```
 //!
-//! Where H has no mixed derivatives and Hpp is diagonal, `a = missing_a - m Hpp b` is eliminated,
-//! and N unknowns are left:
+//! If H has no mixed derivatives and Hpp is diagonal, `a = missing_a - m Hpp b` is eliminated, and
+//! N unknowns remain:
 //!
 //! ```text
 //! (1 + m Dp + m² S Hpp) b = missing_b + m S missing_a
 //! ```
 //!
-//! They are tridiagonal where neighbours in a row alone act on each other, sparse where entries are
-//! few, and dense elsewhere.
+//! The matrix is tridiagonal if only neighbours in a row are coupled, sparse if it has few entries,
+//! and dense otherwise.
 
 use super::rule::Modes;
 use super::spectrum::{self, Eigenvalue};
@@ -25,13 +28,12 @@ use crate::linear::{LinearSolver, Matrix, Number, SMALL, Solver};
 use afterbay_core::{Block, Curvature, Scalar, StepFailure};
 use faer::c64;
 
-/// Bytes that the matrices of all eigenvalues may take.
+/// The memory limit for the matrices of all eigenvalues, in bytes.
 const MEMORY: f64 = 4e9;
-/// A matrix of which fewer than one in so many entries is not 0 is sparse.
+/// A matrix is treated as sparse if fewer than one in this many entries is nonzero.
 const FEW: usize = 8;
 
-/// A derivative the system gives, and the places in a matrix its value goes to, the second one of
-/// Hqp alone.
+/// A derivative provided by the system, and its positions in the matrix; only Hqp has a second one.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     block: Block,
@@ -48,7 +50,7 @@ pub(super) struct Equations {
     spectrum: &'static [Eigenvalue],
     entries: Vec<Entry>,
     values: Vec<f64>,
-    /// Hpp, where a is eliminated
+    /// Hpp, present if a is eliminated
     inertia: Option<Vec<f64>>,
     diagonal: Vec<usize>,
     matrices: Vec<Matrix<c64>>,
@@ -64,11 +66,11 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// The equations of a system, laid out.
+    /// Allocates the equations of a system.
     ///
     /// # Errors
-    /// [`StepFailure::TooLarge`] where the matrices do not fit in the memory allowed;
-    /// [`StepFailure::Singular`] for a derivative that belongs to no degree of freedom.
+    /// [`StepFailure::TooLarge`] if the matrices exceed the memory limit; [`StepFailure::Singular`]
+    /// if a derivative names a degree of freedom that does not exist.
     pub(super) fn new<T, S>(system: &S, stages: usize) -> Result<Self, StepFailure>
     where
         T: Scalar,
@@ -139,8 +141,8 @@ impl Equations {
         })
     }
 
-    /// The derivatives at (q, p), factorised; the degree of freedom of a vanishing pivot is the
-    /// failure.
+    /// Evaluates the derivatives at (q, p) and factorises the matrices. The error is the degree of
+    /// freedom of a vanishing pivot.
     pub(super) fn factorise<T, S>(
         &mut self,
         system: &S,
@@ -195,7 +197,7 @@ impl Equations {
         Ok(())
     }
 
-    /// Solves for `missing`, in place.
+    /// Solves the equations in place of `missing`.
     pub(super) fn solve(&mut self) {
         let Self { stages, n, spectrum, matrices, missing, solution, a, unknowns, .. } = self;
         let (stages, n) = (*stages, *n);
@@ -245,7 +247,7 @@ impl Equations {
         std::mem::swap(missing, solution);
     }
 
-    /// What γ misses, `next - γ`.
+    /// Computes the residual of γ, `next - γ`.
     pub(super) fn see<T: Scalar>(&mut self, next: [&[Modes<T>]; 2], modes: [&[Modes<T>]; 2]) {
         let Self { stages, n, missing, .. } = self;
         let (q, p) = missing.split_at_mut(*stages * *n);
@@ -258,7 +260,7 @@ impl Equations {
         }
     }
 
-    /// Adds a share of `missing` to γ.
+    /// Adds `share` times `missing` to γ.
     pub(super) fn add<T: Scalar>(&self, share: f64, modes: [&mut [Modes<T>]; 2]) {
         let (q, p) = self.missing.split_at(self.stages * self.n);
         for (rows, modes) in [q, p].into_iter().zip(modes) {
@@ -270,8 +272,8 @@ impl Equations {
         }
     }
 
-    /// The largest entries of the parts of `missing`, and whose they are. What is not a number is
-    /// larger than all.
+    /// The largest entries of the two parts of `missing` with their degrees of freedom. NaN counts
+    /// as larger than every number.
     pub(super) fn largest(&self) -> [(f64, usize); 2] {
         let (q, p) = self.missing.split_at(self.stages * self.n);
         [q, p].map(|part| {
@@ -287,13 +289,14 @@ impl Equations {
     }
 }
 
-/// Where in the matrix a derivative goes, by rows and columns a_0, b_0, a_1, ..
+/// The positions of a derivative in the matrix, with rows and columns a_0, b_0, a_1, ..
 fn places(&Entry { block, i, j, .. }: &Entry) -> [(usize, usize); 2] {
     match block {
         Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
         Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
         Block::Hpp => [(2 * i, 2 * j + 1); 2],
-        // ∂²H/∂q_i∂p_j changes ∂H/∂p_j with q_i, and ∂H/∂q_i with p_j.
+        // ∂²H/∂q_i∂p_j is the derivative of ∂H/∂p_j with respect to q_i, and of ∂H/∂q_i with
+        // respect to p_j.
         Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
     }
 }

@@ -1,9 +1,11 @@
-//! The error of a step, from how far the polynomials of the slopes are from the slopes at both ends.
+//! The error estimate of a step, from the difference between the slopes and their polynomials at
+//! both ends.
 //!
-//! Collocation leaves a defect `d = c P_K + ..`, P_K the polynomial that vanishes at the nodes, and at the end of the step the
-//! error `h ∫ Φ(1, τ) d(τ) dτ = h c κ`, κ the K-th coefficient of the flow Φ of the linearised system: all lower ones are
-//! orthogonal to P_K. At the ends |P_K| = √(2K+1), so that c is seen there. Φ is as smooth as the solution, κ the share that c
-//! has of the slope; but Φ also has oscillations that the solution does not show.
+//! Collocation leaves a defect `d = c P_K + ..`, where P_K is the polynomial that vanishes at the
+//! nodes. The error at the end of the step is `h ∫ Φ(1, τ) d(τ) dτ = h c κ`, where κ is the K-th
+//! coefficient of the flow Φ of the linearised system; lower coefficients are orthogonal to P_K. At
+//! the ends |P_K| = √(2K+1), which determines c. Φ is as smooth as the solution, in which case κ is
+//! c divided by the slope; but Φ also contains oscillations that are absent from the solution.
 
 use super::engine::Engine;
 use super::stages::weighted;
@@ -11,11 +13,12 @@ use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error of the step over what is allowed of the whole run.
+    /// The error estimate of the step relative to the error allowed of the whole run.
     #[inline]
     pub(super) fn error(&self, n: usize, scales: [f64; 3]) -> Result<f64, StepFailure> {
         let Self { gauss, trial, start, end, h, unit_mass, .. } = self;
-        // How far the polynomial of a slope is from it at both ends, and the size of the slope.
+        // The difference between a slope and its polynomial at both ends, and the size of the
+        // slope.
         let miss = |x: &[V; K], ends: [&V; 2]| -> [f64; 2] {
             let (mut most, mut size) = (0.0_f64, 0.0_f64);
             for d in 0..n {
@@ -33,11 +36,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let velocity = if *unit_mass { [0.0; 2] } else { miss(&trial.v, [&start.v, &end.v]) };
         let loss = miss(&trial.loss, [&start.loss, &end.loss]);
         let length = h.to_f64().abs();
-        // How much of a defect is felt at the end: as the slopes themselves are told by their polynomial, or as the fastest
-        // oscillation there is, which need not be excited: of frequency ω, √(2K+1) j_K(h ω/2).
+        // The factor from the defect to the error at the end: the relative error of the polynomial
+        // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
+        // ω, which need not be excited.
         let fastest = if self.stiff.on { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
         let kernel = share(force).max(share(velocity)).max(fastest);
-        // A stiff system forgets: what a defect leaves is what it is over the Jacobian.
+        // In a stiff system the effect of a defect is damped: it is the defect divided by the
+        // Jacobian.
         let forgets = if self.stiff.on {
             1.0 + self.spare.as_ref().map_or(0.0, |spare| spare.gain())
         } else {
@@ -51,7 +56,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
     }
 
-    /// An estimate of the frequencies at the end of the step, a bound of them where H is separable.
+    /// Estimates the frequencies at the end of the step; an upper bound if H is separable.
     #[inline]
     pub(super) fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let Self { end, rates, .. } = self;

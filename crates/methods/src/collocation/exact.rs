@@ -1,4 +1,4 @@
-//! K made exact: by a small change of (q, p), or by the collocation that keeps K of itself.
+//! The methods that make K exact: projection of (q, p), or a step of energy-preserving collocation.
 
 use super::engine::Engine;
 use super::iteration::Workspace;
@@ -6,11 +6,12 @@ use super::rule::MOST;
 use crate::adaptive::Projection;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
-/// Roundings K may be off by where H is no better known: it cancels.
+/// The error of K, in roundings, that is accepted where the terms of H cancel.
 const LOST: f64 = 64.0;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// Makes K exact by the smallest change of (q, p) that does, in units of what is allowed. Where it would be more than allowed, how much more.
+    /// Makes K exact by the smallest change of (q, p) in the scaled norm. If it exceeds the allowed
+    /// change, returns the ratio of the two as the error.
     #[inline]
     pub(super) fn correct<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -38,7 +39,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         Ok(())
     }
 
-    /// The step by the collocation that keeps K of itself.
+    /// Takes the step by energy-preserving collocation.
     #[cold]
     pub(super) fn rounded<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -49,7 +50,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let Self { gauss, trial, end, spare, .. } = self;
         let spare = spare.get_or_insert_with(|| {
             let mut spare = Workspace::new(system, K, 2 * K);
-            // Steps that are hard to solve are made shorter.
+            // If the equations are hard to solve, a shorter step is better.
             spare.thorough = false;
             Box::new(spare)
         });

@@ -1,14 +1,15 @@
-//! The tables of Gauss's collocation with K nodes on [0, 1]: K(τ) of degree K - 1 through its values at the nodes.
+//! The tables of Gauss collocation with K nodes on [0, 1], which represents a polynomial of degree
+//! K - 1 by its values at the nodes.
 
 use super::legendre::{MODES, gauss, integrals, values};
 use super::rule::narrow;
 use afterbay_core::{Quad, Scalar};
 use std::array::from_fn;
 
-/// A matrix that takes values at the nodes to values at the nodes, column by column.
+/// A matrix that maps values at the nodes to values at the nodes, column by column.
 pub(super) type Columns<T, const K: usize> = [[T; K]; K];
 
-/// What is known of K nodes τ_i, with ℓ_j the polynomial that is 1 at τ_j and 0 at the others.
+/// The tables for K nodes τ_i, with ℓ_j the Lagrange polynomial of τ_j.
 #[derive(Clone, Debug)]
 pub(super) struct Gauss<T, const K: usize> {
     /// τ_i
@@ -20,14 +21,14 @@ pub(super) struct Gauss<T, const K: usize> {
     pub(super) twice: Columns<T, K>,
     /// `∫_0^1 (1 - τ) ℓ_j`
     pub(super) moments: [T; K],
-    /// ℓ_j(1); at 0 the same the other way round.
+    /// ℓ_j(1); ℓ_j(0) are the same numbers in reversed order.
     pub(super) end: [T; K],
-    /// b_j P_l(τ_j), by l: what takes values at the nodes to coefficients.
+    /// b_j P_l(τ_j), by l: maps values at the nodes to Legendre coefficients.
     pub(super) modes: [[T; K]; K],
 }
 
 impl<const K: usize> Gauss<Quad, K> {
-    /// In 31 digits, to be made once.
+    /// Computes the tables in 31 digits.
     pub(super) fn new() -> Self {
         let mut at: Vec<[Quad; 2]> = gauss(K);
         at.extend(gauss(K).into_iter().map(|[x, weight]| [-x, weight]));
@@ -59,7 +60,7 @@ impl<const K: usize> Gauss<Quad, K> {
         }
     }
 
-    /// Rounded.
+    /// Rounds the tables to the scalar type.
     pub(super) fn narrow<T: Scalar>(&self) -> Gauss<T, K> {
         let square = |table: &[[Quad; K]; K]| table.map(|row| row.map(narrow));
         Gauss {
@@ -75,13 +76,14 @@ impl<const K: usize> Gauss<Quad, K> {
 }
 
 impl<T: Scalar, const K: usize> Gauss<T, K> {
-    /// The coefficient of P_K in an oscillation by the phase 2θ, √(2K+1) j_K(θ), for small θ.
+    /// The coefficient of P_K in an oscillation over the phase 2θ, √(2K+1) j_K(θ), for small θ.
     pub(super) fn response(&self, theta: f64) -> f64 {
         let odd = (1..=K).fold(1.0, |product, n| product * (2 * n + 1) as f64);
         (((2 * K + 1) as f64).sqrt() * theta.powi(K as i32) / odd).min(1.0)
     }
 
-    /// P_0 .. P_{K-1} at the τ_i of an interval `ratio` times as long that begins at `offset` times this one, by l.
+    /// P_0 .. P_{K-1}, by l, at the nodes of an interval whose length is `ratio` and whose start is
+    /// `offset`, in units of this interval.
     #[inline(always)]
     fn basis(&self, offset: T, ratio: T) -> [[T; K]; K] {
         let two = T::one() + T::one();
@@ -98,7 +100,8 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
         l
     }
 
-    /// What takes values at the nodes to those of the same polynomial, cut off at `count` coefficients, on another interval.
+    /// The matrix that maps values at the nodes to those on another interval, of the same
+    /// polynomial truncated to `count` coefficients.
     #[inline(never)]
     pub(super) fn continuation(&self, offset: T, ratio: T, count: usize) -> Columns<T, K> {
         let basis = self.basis(offset, ratio);
@@ -120,7 +123,7 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
 mod tests {
     use super::*;
 
-    /// Powers up to K - 1 are integrated exactly, and continued exactly.
+    /// Powers up to K - 1 are integrated and continued exactly.
     #[test]
     fn polynomials_are_exact() {
         fn check<const K: usize>() {

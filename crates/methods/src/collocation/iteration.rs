@@ -1,64 +1,65 @@
-//! The coefficients of a step by simple iteration, q and p in turn.
+//! The coefficients of a step by fixed-point iteration, with q and p updated in turn.
 //!
-//! A sweep takes ĝ_p from the p there is, makes q of it at once, and then the forces at the new q: its error shrinks by
-//! (hω)² where all at a time would leave hω. It begins with the polynomial of the step before, continued, where this step
-//! starts where that one ended, bit by bit; otherwise from rest.
+//! A sweep computes ĝ_p from the current p, updates q with it, and evaluates the forces at the new
+//! q. Its error contracts by (hω)², whereas updating q and p together would contract by hω. The
+//! iteration starts from the continued polynomial of the last step if the state is exactly the end
+//! of that step, otherwise from a constant.
 
 use super::equations::Equations;
 use super::krylov::Krylov;
-use super::nodes::{Nodes, Slopes, Start, forces, losses, place_q, velocities};
+use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{LIMIT, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
-use crate::adaptive::Projection;
-use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
-/// Changes without a smaller one among them after which sweeps are given up.
+/// The number of changes without a new smallest one after which the sweeps stop.
 const PATIENCE: u32 = 3;
-/// Roundings of what K is made of that are not yet an error of the quadrature.
+/// The error of K, in roundings of its terms, that is not attributed to the quadrature.
 const ROUNDINGS: f64 = 16.0;
-/// The same of all that roundings of z may make of it: the new state is rounded once more after this.
+/// The error of K, in roundings of z times their effect on K, that is attributed to rounding: the
+/// new state is rounded once more after the iteration.
 const BENT: f64 = 8.0;
 
-/// The roundings that each of the N terms of a sum may add to it.
+/// The rounding error that each of the N terms of a sum may contribute.
 const SUMMED: f64 = 0.5;
-/// The furthest that restoring K may move z, as a share of its largest entry.
-const FURTHEST: f64 = 1e-8;
-/// Unknowns up to which the equations are made with the workspace, so that no step allocates.
+/// The number of unknowns up to which the equations are allocated with the workspace, so that no
+/// step allocates.
 const FEW: usize = 2048;
 
-/// A step while it is made.
+/// The memory of a step.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     /// The quadrature rules, each with twice the nodes of the one before.
     pub(super) rules: Vec<Vec<Panel<V::Scalar>>>,
     ahead: [Modes<V::Scalar>; 8],
-    dissipative: bool,
+    pub(super) dissipative: bool,
     pub(super) nodes: Vec<Nodes<V>>,
     pub(super) slopes: Slopes<V>,
-    /// The coefficients of q' and of -p' by degree of freedom, and the next ones.
+    /// The coefficients of q' and of -p' for each degree of freedom, and their next iterates.
     pub(super) q_modes: Vec<Modes<V::Scalar>>,
     pub(super) p_modes: Vec<Modes<V::Scalar>>,
     pub(super) next: Vec<Modes<V::Scalar>>,
     pub(super) next_q: Vec<Modes<V::Scalar>>,
     pub(super) stages: usize,
-    /// Newton's equations, made beforehand where they are few, and whether the last step needed them.
+    /// Newton's equations, allocated beforehand if they are few, and whether the last step needed
+    /// them.
     pub(super) equations: Option<Box<Equations>>,
     pub(super) stiff: bool,
-    /// The memory of the iteration with the whole derivative, and whether this step needed it.
+    /// The memory of the iteration with the exact derivative, and whether this step needed it.
     pub(super) krylov: Option<Box<Krylov<V::Scalar>>>,
     pub(super) hard: bool,
-    /// Is that iteration worth it? It is not where a shorter step will do.
+    /// Whether that iteration is allowed. It is not if a shorter step is an alternative.
     pub(super) thorough: bool,
     /// The new state.
     pub(super) q: V,
     pub(super) p: V,
     pub(super) w: V,
-    /// The step that made it, if there was one.
+    /// The size of the step that produced it, if any.
     made_by: Option<V::Scalar>,
     /// Σ Δw_j
-    gained: V::Scalar,
-    defect: f64,
+    pub(super) gained: V::Scalar,
+    pub(super) defect: f64,
 }
 
 impl<V: Vector> Workspace<V> {
@@ -99,8 +100,8 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// How far the last step moved K, in roundings of H, w and the terms of `∇H·z` at its ends. Beyond 16 it is the second
-    /// derivatives that make roundings so large: H itself is no better known.
+    /// The change of K in the last step, in roundings of H, w and the terms of `∇H·z` at both ends.
+    /// It exceeds 16 only if the second derivatives amplify roundings of z by that much.
     pub fn defect(&self) -> f64 {
         self.defect
     }
@@ -124,7 +125,7 @@ impl<V: Vector> Workspace<V> {
         [&self.q_modes, &self.p_modes].map(|modes| times.map(|time| value(&modes[dof], time)))
     }
 
-    /// Finds the new state.
+    /// Computes the new state.
     #[inline]
     pub(super) fn find<S>(
         &mut self,
@@ -143,7 +144,7 @@ impl<V: Vector> Workspace<V> {
             effort += self.solve(system, h, state, level)?;
             let before = self.defect;
             let scale = self.end(system, h, state, level, start)?;
-            // Where more nodes change nothing, it may be the rounding of H.
+            // If more nodes do not reduce the error, it may be due to the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
             let resolved = self.defect <= ROUNDINGS;
             if resolved
@@ -161,7 +162,7 @@ impl<V: Vector> Workspace<V> {
         Err(StepFailure::Unresolved { nodes, roundings: self.defect })
     }
 
-    /// The step is taken.
+    /// Writes the new state.
     #[inline]
     pub(super) fn hand_over(&self, state: &mut State<V>) {
         state.q.as_mut_slice().copy_from_slice(self.q.as_slice());
@@ -171,7 +172,7 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// The first guess.
+    /// Sets the initial guess.
     #[inline]
     fn begin(&mut self, h: V::Scalar, state: &State<V>) {
         let continued = self.made_by.take() == Some(h)
@@ -187,14 +188,14 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// z = z0
+    /// Sets z(τ) = z0.
     #[inline]
     pub(super) fn rest(&mut self, n: usize) {
         self.q_modes[..n].fill(none());
         self.p_modes[..n].fill(none());
     }
 
-    /// Iterates to rounding: simply where that contracts fast, else by Newton's method.
+    /// Iterates to rounding: by sweeps if they contract fast, else by Newton's method.
     #[inline]
     fn solve<S>(
         &mut self,
@@ -224,7 +225,8 @@ impl<V: Vector> Workspace<V> {
         Ok(spent(before + after))
     }
 
-    /// Sweeps to rounding. How many, also where they lead nowhere.
+    /// Sweeps until the coefficients converge to rounding. Returns the number of sweeps, as the
+    /// error if they do not converge.
     #[inline]
     fn sweeps<S>(
         &mut self,
@@ -263,7 +265,7 @@ impl<V: Vector> Workspace<V> {
         if progress.is_rounding() { Ok(LIMIT) } else { Err(LIMIT) }
     }
 
-    /// One sweep over q and p. By how much they moved, relative to their size.
+    /// Takes one sweep over q and p. Returns their change relative to their size.
     #[inline(always)]
     fn sweep<S>(
         &mut self,
@@ -287,112 +289,15 @@ impl<V: Vector> Workspace<V> {
         let change_p = exchange(next, p_modes, sizes[1], length);
         change_q.max(change_p) + 0.0 * (change_q + change_p)
     }
-
-    /// z1, w1 and what K has moved by. What a rounding of it is a share of.
-    #[inline(never)]
-    fn end<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        start: V::Scalar,
-    ) -> Result<f64, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let zero = V::Scalar::zero();
-        let Self { rules, nodes, slopes, q_modes, p_modes, q, p, w, .. } = self;
-        if self.dissipative {
-            losses(system, &rules[level], nodes, slopes, q_modes, w);
-        }
-        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
-        let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
-        let mut finite = zero.is_finite();
-        for j in 0..n {
-            q[j] = h.mul_add(q_modes[j][0][0], q0[j]);
-            p[j] = (-h).mul_add(p_modes[j][0][0], p0[j]);
-            finite = finite.and(q[j].is_finite()).and(p[j].is_finite());
-        }
-        let mut gained = zero;
-        if self.dissipative {
-            for j in 0..n {
-                gained = h.mul_add(w[j], gained);
-                w[j] = h.mul_add(w[j], w0[j]);
-                finite = finite.and(w[j].is_finite());
-            }
-        }
-        if !finite.all() {
-            let parts = [
-                (Quantity::Coordinate, &*q),
-                (Quantity::Momentum, &*p),
-                (Quantity::Reservoir, &*w),
-            ];
-            return Err(StepFailure::non_finite(&parts));
-        }
-        self.gained = gained;
-        Ok(self.weigh(system, start))
-    }
-
-    /// Sets the defect of the new state. Returns what a rounding of K is a share of.
-    #[inline]
-    fn weigh<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, start: V::Scalar) -> f64 {
-        let Self { slopes, q, p, gained, .. } = self;
-        let (q, p, zero) = (q.as_slice(), p.as_slice(), V::Scalar::zero());
-        let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
-        system.gradient(q, p, hq, hp);
-        let terms =
-            (0..q.len()).fold(zero, |sum, j| sum + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs());
-        let end = system.energy(q, p);
-        let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
-        let defect = (end - start + *gained).abs().to_f64();
-        self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale) };
-        scale
-    }
-
-    /// Moves the new state along ∇H until K is what it was to roundings of its ends. The roundings of
-    /// a long step are those of the work along it, which may be much larger.
-    #[cold]
-    fn restore<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        start: V::Scalar,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let before = self.defect;
-        let Self { slopes, q, p, gained, .. } = self;
-        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
-        let mut end = system.energy(q, p);
-        let projection = Projection {
-            slope: [slopes.hq[0].as_slice(), slopes.hp[0].as_slice()],
-            target: start - *gained,
-            size: start.abs().to_f64() + gained.abs().to_f64(),
-            scales: [1.0; 2],
-            allowed: FURTHEST * largest(q).max(largest(p)),
-        };
-        let moved = projection.apply(system, [q, p], &mut end).is_ok();
-        self.weigh(system, start);
-        // Not a number is worse as well.
-        if !(moved || self.defect <= before) {
-            self.end(system, h, state, level, start)?;
-        }
-        Ok(())
-    }
 }
 
-/// Where q and p start; p goes down by its coefficients.
+/// The initial values of q and p; the sign of h is reversed for p.
 #[inline(always)]
 pub(super) fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
     [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
 }
 
-/// The coefficients one interval later.
+/// The coefficients of the same polynomial on the next interval.
 #[inline(never)]
 fn carry<T: Scalar>(ahead: &[Modes<T>; 8], modes: &Modes<T>) -> Modes<T> {
     let mut carried = none();
@@ -407,7 +312,8 @@ fn carry<T: Scalar>(ahead: &[Modes<T>; 8], modes: &Modes<T>) -> Modes<T> {
     carried
 }
 
-/// `to` becomes `from`. The largest change over the size of z, or no number where there is none.
+/// Copies `from` to `to`. Returns the largest change relative to the size of z, or NaN if an entry
+/// is not finite.
 #[inline(never)]
 fn exchange<T: Scalar>(from: &[Modes<T>], to: &mut [Modes<T>], size: f64, h: f64) -> f64 {
     let larger = |a: f64, b: f64| if a > b { a } else { b };
@@ -423,7 +329,7 @@ fn exchange<T: Scalar>(from: &[Modes<T>], to: &mut [Modes<T>], size: f64, h: f64
         *to = *from;
     }
     let most = larger(larger(most[0], most[1]), larger(most[2], most[3]));
-    // The sum shows what comparisons skip.
+    // Comparisons ignore NaN; the sum does not.
     let sum = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     let relative = if most == 0.0 { 0.0 } else { h * most / h.mul_add(reach, size) };
     relative + 0.0 * sum

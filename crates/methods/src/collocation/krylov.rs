@@ -1,9 +1,11 @@
-//! Newton's iteration with the whole derivative, where that at one point of the step does not lead
-//! to the solution.
+//! Newton's iteration with the exact derivative, used where the Jacobian at one point of the step
+//! does not lead to the solution.
 //!
-//! The derivative of what γ misses is multiplied by differences of it, which costs one evaluation
-//! of the nodes and no memory, and the equations of the simplified iteration precondition GMRES (D.
-//! A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397). Corrections are halved until they
+//! Products with the derivative of the residual are approximated by differences, each of which
+//! costs one evaluation of the nodes and no memory. The equations of the simplified iteration
+//! precondition GMRES (D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397). A correction
+//! is halved until it reduces the residual. If the iteration does not converge from a constant, the
+//! solution is continued from h = 0.
 //! miss less. Where that leads nowhere from rest, the solution is followed from h = 0.
 
 use super::equations::Equations;
@@ -14,18 +16,19 @@ use super::rule::Modes;
 use crate::linear::Gmres;
 use afterbay_core::{Curvature, Scalar, State, StepFailure, Vector};
 
-/// Corrections before an iteration is given up, and products for each.
+/// The largest number of corrections of an iteration, and of products for each.
 const LIMIT: u32 = 30;
 const PRODUCTS: usize = 60;
-/// What the products leave of a residual.
+/// The relative residual at which the products stop.
 const LEFT: f64 = 1e-3;
-/// Halvings of a correction.
+/// The largest number of halvings of a correction.
 const HALVINGS: u32 = 6;
-/// Corrections below this share of z are believed.
+/// Corrections below this share of z are accepted without a test of the residual.
 const NEAR: f64 = 1e-6;
-/// Corrections without a smaller one among them after which the iteration is given up.
+/// The number of corrections without a new smallest one after which the iteration stops.
 const PATIENCE: u32 = 6;
-/// The first stride of the share of the step, the shortest, and the most evaluations of a step.
+/// The first and the smallest continuation step as a share of h, and the largest number of
+/// evaluations in a step.
 const STRIDE: f64 = 0.25;
 const SHORTEST: f64 = 1e-3;
 const MOST: u32 = 20_000;
@@ -34,10 +37,10 @@ const MOST: u32 = 20_000;
 #[derive(Clone, Debug)]
 pub(super) struct Krylov<T> {
     gmres: Gmres,
-    /// The γ that a correction is added to, and one to come back to
+    /// The γ to which a correction is added, and a copy to restore
     base: [Vec<Modes<T>>; 2],
     kept: [Vec<Modes<T>>; 2],
-    /// What γ misses, and the correction
+    /// The residual of γ, and the correction
     missed: Vec<f64>,
     correction: Vec<f64>,
 }
@@ -54,18 +57,18 @@ impl<T: Scalar> Krylov<T> {
         }
     }
 
-    /// Keeps these γ to come back to.
+    /// Saves γ.
     pub(super) fn keep(&mut self, modes: [&[Modes<T>]; 2]) {
         self.kept.iter_mut().zip(modes).for_each(|(to, from)| to.copy_from_slice(from));
     }
 
-    /// Comes back to them.
+    /// Restores the saved γ.
     pub(super) fn recall(&self, modes: [&mut [Modes<T>]; 2]) {
         self.kept.iter().zip(modes).for_each(|(from, to)| to.copy_from_slice(from));
     }
 }
 
-/// By what entries of the two parts are multiplied to be shares of q and p.
+/// Scales the two parts of x to shares of q and p.
 fn scaled(x: &mut [f64], weights: [f64; 2]) {
     let (q, p) = x.split_at_mut(x.len() / 2);
     for (part, weight) in [q, p].into_iter().zip(weights) {
@@ -73,7 +76,7 @@ fn scaled(x: &mut [f64], weights: [f64; 2]) {
     }
 }
 
-/// The length of a vector whose parts have these weights.
+/// The norm of a vector whose two parts have these weights.
 fn length(x: &[f64], weights: [f64; 2]) -> f64 {
     let (q, p) = x.split_at(x.len() / 2);
     let square = |part: &[f64], weight: f64| part.iter().map(|x| (weight * x).powi(2)).sum::<f64>();
@@ -85,7 +88,7 @@ fn stalled((dof, update): (usize, f64), iterations: u32) -> StepFailure {
 }
 
 impl<V: Vector> Workspace<V> {
-    /// Newton's iteration from the γ there are.
+    /// Runs Newton's iteration from the current γ.
     pub(super) fn search<S>(
         &mut self,
         system: &S,
@@ -174,7 +177,7 @@ impl<V: Vector> Workspace<V> {
         Err(stalled(last, *spent))
     }
 
-    /// Follows the solution from h = 0 to h.
+    /// Continues the solution from h = 0 to h.
     pub(super) fn follow<S>(
         &mut self,
         system: &S,
@@ -208,7 +211,7 @@ impl<V: Vector> Workspace<V> {
         Ok(())
     }
 
-    /// What changes of γ become as shares of q and p.
+    /// The factors that convert changes of γ to shares of q and p.
     fn weights(&self, h: V::Scalar, state: &State<V>) -> [f64; 2] {
         let length = h.to_f64().abs();
         [(&state.q, &self.q_modes), (&state.p, &self.p_modes)].map(|(start, modes)| {
@@ -226,7 +229,7 @@ impl<V: Vector> Workspace<V> {
         equations.add(share, [&mut self.q_modes, &mut self.p_modes]);
     }
 
-    /// What γ misses.
+    /// Computes the residual of γ.
     pub(super) fn miss<S>(
         &mut self,
         system: &S,

@@ -1,14 +1,17 @@
-//! Legendre polynomials on [0, 1] and Gauss's nodes, in 31 digits: a table is made once and rounded afterwards.
+//! Legendre polynomials on [0, 1] and Gauss nodes in 31 digits; tables are computed once and
+//! rounded afterwards.
 //!
 //! P_j(τ) = √(2j+1) L_j(2τ - 1) with `∫ P_i P_j = δ_ij`, and with τ = (1 + x)/2
 //!
 //! ```text
-//! (n+1) L_{n+1} = (2n+1) x L_n - n L_{n-1}        ∫_0^τ P_j = [L_{j+1}(x) - L_{j-1}(x)] / (2√(2j+1))        j ≥ 1
+//!
+//! (n+1) L_{n+1} = (2n+1) x L_n - n L_{n-1}
+//! ∫_0^τ P_j = [L_{j+1}(x) - L_{j-1}(x)] / (2√(2j+1))        j ≥ 1
 //! ```
 
 use afterbay_core::{Quad, Scalar};
 
-/// The most coefficients a polynomial of the method has.
+/// The largest number of coefficients of a polynomial.
 pub(super) const MODES: usize = 8;
 
 fn whole(n: usize) -> Quad {
@@ -36,7 +39,8 @@ pub(super) fn values(x: Quad) -> [Quad; MODES] {
     std::array::from_fn(|j| norm(j) * l[j])
 }
 
-/// `∫_{1/2}^τ P_0` and, for j ≥ 1, `∫_0^τ P_j` at τ = (1 + x)/2: odd in x where P_j is even and the other way round.
+/// `∫_{1/2}^τ P_0` and, for j ≥ 1, `∫_0^τ P_j` at τ = (1 + x)/2. They are odd in x where P_j is
+/// even, and even where it is odd.
 pub(super) fn integrals(x: Quad) -> [Quad; MODES] {
     let l = legendre::<{ MODES + 1 }>(x);
     std::array::from_fn(|j| match j {
@@ -45,7 +49,8 @@ pub(super) fn integrals(x: Quad) -> [Quad; MODES] {
     })
 }
 
-/// Of the Gauss rule with `count` nodes on [0, 1], `count` even, the nodes (1 + x)/2 with x > 0 and the weight of each.
+/// The nodes (1 + x)/2 with x > 0 of the Gauss rule with `count` nodes on [0, 1], `count` even, and
+/// their weights.
 pub(crate) fn gauss(count: usize) -> Vec<[Quad; 2]> {
     (0..count / 2).map(|i| node(count, i)).collect()
 }
@@ -54,7 +59,8 @@ fn node(count: usize, i: usize) -> [Quad; 2] {
     let guess = std::f64::consts::PI * (i as f64 + 0.75) / (count as f64 + 0.5);
     let mut x = Quad::from_f64(guess.cos());
     let mut slope = Quad::ONE;
-    // Each correction doubles the digits, from the 2 or more of the guess. The slope is that of one before the last.
+    // Each Newton correction doubles the number of digits, from at least 2 of the initial guess.
+    // The derivative is that of the last but one iterate.
     for _ in 0..7 {
         let (mut l, mut before) = (x, Quad::ONE);
         for n in 1..count {
@@ -71,7 +77,7 @@ fn node(count: usize, i: usize) -> [Quad; 2] {
 mod tests {
     use super::*;
 
-    /// ∫_0^1 f by the rule.
+    /// ∫_0^1 f by the Gauss rule.
     fn integral(count: usize, f: impl Fn(Quad) -> Quad) -> Quad {
         gauss(count).into_iter().fold(Quad::ZERO, |sum, [x, weight]| sum + weight * (f(x) + f(-x)))
     }
@@ -103,7 +109,7 @@ mod tests {
         }
     }
 
-    /// The rule on [0, τ] in place of [0, 1].
+    /// Applies the rule to [0, τ] instead of [0, 1].
     #[test]
     fn integrals_are_those_of_the_polynomials() {
         for x in [-1.0, -0.9, -0.3, 0.0, 0.25, 0.7, 1.0].map(Quad::from_f64) {

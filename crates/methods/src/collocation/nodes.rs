@@ -1,7 +1,7 @@
-//! The state and the system at the nodes, and the coefficients they come from and go to.
+//! The state and the system at the quadrature nodes, and the conversion from and to coefficients.
 //!
-//! The functions here are kept whole: a compiler that sees them inside of a step can no longer tell what they write from
-//! what they read, and does without vectors.
+//! The functions are not inlined into a step: there the compiler could not prove that their inputs
+//! and outputs do not alias, and would not vectorise them.
 
 use super::rule::{Modes, NODES, Panel, none};
 use afterbay_core::{Scalar, System, Vector};
@@ -64,14 +64,14 @@ impl<V: Vector> Slopes<V> {
     }
 }
 
-/// Where a variable starts, and the step it takes.
+/// The initial value of a variable, and its step size.
 #[derive(Clone, Copy)]
 pub(super) struct Start<'a, T> {
     pub(super) at: &'a [T],
     pub(super) h: T,
 }
 
-/// A variable at the nodes, from its coefficients.
+/// Evaluates a variable at the nodes from its coefficients.
 #[inline(never)]
 fn place<V: Vector>(
     panel: &Panel<V::Scalar>,
@@ -88,7 +88,7 @@ fn place<V: Vector>(
     }
 }
 
-/// The polynomial of the coefficients at the nodes.
+/// Evaluates the polynomial with the given coefficients at the nodes.
 #[inline(never)]
 fn evaluate<V: Vector>(panel: &Panel<V::Scalar>, modes: &[Modes<V::Scalar>], to: &mut [V; NODES]) {
     let n = V::LEN.unwrap_or(modes.len());
@@ -120,7 +120,7 @@ fn add<V: Vector>(d: &[V; NODES], f: &mut [V; NODES]) {
     }
 }
 
-/// The q of its coefficients.
+/// Computes q at the nodes from its coefficients.
 #[inline]
 pub(super) fn place_q<V: Vector>(
     panels: &[Panel<V::Scalar>],
@@ -133,7 +133,7 @@ pub(super) fn place_q<V: Vector>(
     }
 }
 
-/// The p of its coefficients, and with the q there is the coefficients of ∂H/∂p.
+/// Computes p at the nodes from its coefficients, and with the stored q the coefficients of ∂H/∂p.
 #[inline]
 pub(super) fn velocities<V, S>(
     system: &S,
@@ -155,7 +155,8 @@ pub(super) fn velocities<V, S>(
     }
 }
 
-/// The q of its coefficients, and with the p there is and the velocity of coefficients those of ∂H/∂q + D.
+/// Computes q at the nodes from its coefficients, and with the stored p and the velocity with the
+/// given coefficients the coefficients of ∂H/∂q + D.
 #[inline]
 pub(super) fn forces<V, S>(
     system: &S,
@@ -184,7 +185,8 @@ pub(super) fn forces<V, S>(
     }
 }
 
-/// Σ b_i D·v of each degree of freedom, at the nodes there are and the velocity of coefficients.
+/// Σ b_i D·v for each degree of freedom, at the stored nodes and the velocity with the given
+/// coefficients.
 #[inline]
 pub(super) fn losses<V, S>(
     system: &S,

@@ -1,17 +1,21 @@
-//! Has an iteration arrived?
+//! The stopping criterion of an iteration.
 //!
-//! Changes shrink until they are noise. An iteration ends where the next change would be lost, where changes of a few
-//! roundings no longer shrink, and is given up where larger ones do not.
+//! Changes shrink until they are noise. An iteration has converged if the next change would be
+//! below rounding, or if changes of a few roundings no longer shrink. It is stopped as divergent if
+//! larger changes no longer shrink.
 
-/// Iterations before one is given up.
+/// The largest number of iterations.
 pub(super) const LIMIT: u32 = 100;
-/// Changes without a smaller one among them that end an iteration, within the first and the second of [`NOISE`].
+/// The number of changes without a new smallest one that ends an iteration, for changes below the
+/// first and the second bound of [`NOISE`].
 const PATIENCE: [u32; 2] = [3, 10];
-/// The most that changes may be, in roundings, where they no longer shrink. Slow ones may rest on the way.
+/// The largest changes, in roundings, that are accepted where they no longer shrink. Slowly
+/// converging changes may pause temporarily.
 const NOISE: [f64; 2] = [8.0, 1024.0];
-/// A change of so many roundings may be noise.
+/// Changes up to this number of roundings may be noise.
 const CLEAR: f64 = 64.0;
-/// The next change that is not made, in roundings. Left out at every step, it is what K would drift by.
+/// The size of the next change, in roundings, below which it is omitted. Omitted at every step, it
+/// makes K drift by this amount.
 const UNSEEN: f64 = 0.015625;
 
 /// The changes so far, each relative to the size of z.
@@ -21,19 +25,19 @@ pub(super) struct Progress {
     /// The last change.
     pub(super) last: f64,
     least: f64,
-    /// Changes since the least.
+    /// The number of changes since the smallest.
     waited: u32,
     /// The last change over the one before.
     pub(super) ratio: f64,
 }
 
 impl Progress {
-    /// Of a scalar with the unit roundoff `epsilon`.
+    /// Starts an iteration in a scalar with unit roundoff `epsilon`.
     pub(super) fn new(epsilon: f64) -> Self {
         Self { epsilon, last: f64::NAN, least: f64::INFINITY, waited: 0, ratio: f64::NAN }
     }
 
-    /// One more change.
+    /// Records a change.
     #[inline(always)]
     pub(super) fn see(&mut self, change: f64) {
         self.ratio = change / self.last;
@@ -42,13 +46,14 @@ impl Progress {
         self.last = change;
     }
 
-    /// Is the last change more than noise?
+    /// Whether the last change is above noise level.
     #[inline(always)]
     pub(super) fn is_clear(&self) -> bool {
         self.last > CLEAR * self.epsilon
     }
 
-    /// Do changes that shrink by `rate` leave less than can be seen of what is `left`? Are they noise?
+    /// Whether the iteration has converged: changes that shrink by `rate` leave an error below
+    /// rounding after the estimate `left`, or the changes are noise.
     #[inline(always)]
     pub(super) fn has_arrived(&self, rate: f64, left: f64) -> bool {
         let roundings = self.last / self.epsilon;
@@ -58,13 +63,13 @@ impl Progress {
             || (roundings <= NOISE[1] && self.waited >= PATIENCE[1])
     }
 
-    /// Is the last change no more than roundings of z may make?
+    /// Whether the last change may be due to the rounding of z.
     #[inline(always)]
     pub(super) fn is_rounding(&self) -> bool {
         self.last <= NOISE[0] * self.epsilon
     }
 
-    /// Has no change been smaller than all before for `patience` changes, none of them noise?
+    /// Whether the last `patience` changes were above noise level and none was a new smallest one.
     #[inline(always)]
     pub(super) fn is_lost(&self, patience: u32) -> bool {
         self.waited >= patience && self.last > NOISE[1] * self.epsilon

@@ -1,16 +1,18 @@
-//! How far roundings alone may move K over a step.
+//! Bounds of the change of K that is due to rounding over a step.
 
 use super::iteration::{Workspace, largest};
 use crate::bend::bend;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
-/// Roundings that changes of the coefficients may be made of.
+/// The largest change of the coefficients, in roundings, that may be noise.
 const NOISE: f64 = 64.0;
 
 impl<V: Vector> Workspace<V> {
-    /// What K is made of at both ends of the step, each rounding of z as large as the second derivatives make it over h:
-    /// `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)`. A rounding of the forces moves K by no more than one of these terms
-    /// does; what moves it further is a quadrature that does not resolve H.
+    /// The scale of the rounding error of K over the step:
+    /// `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)` at both ends, in which the second
+    /// derivatives amplify the rounding of z. A rounding of the forces changes K by no more than a
+    /// rounding of one of these terms. A larger change is due to a quadrature that does not resolve
+    /// H.
     #[cold]
     pub(super) fn terms<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> f64
     where
@@ -28,7 +30,7 @@ impl<V: Vector> Workspace<V> {
             let (bend, z) = (bend(system, q, p), largest(q).max(largest(p)));
             let slopes = total(hq) + total(hp) + total(d);
             let reach = (1.0 + h.to_f64().abs() * bend) * z;
-            // At rest there are no slopes, and a rounding of z bends H by its square.
+            // At an equilibrium the slopes vanish, and a rounding of z changes H in second order.
             let square = bend * V::Scalar::EPSILON * z * z;
             terms +=
                 system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
@@ -36,8 +38,9 @@ impl<V: Vector> Workspace<V> {
         terms
     }
 
-    /// Are changes that no longer shrink, this share of the size of p, the rounding of the forces? Next to a point of rest away from the
-    /// origin these are differences of large terms, and p is small beside what their rounding makes of it: `ε h |H''| |z|`.
+    /// Whether changes that no longer shrink, of the given share of p, are the rounding of the
+    /// forces. Near an equilibrium away from the origin the forces are differences of large terms,
+    /// and p is small compared with the effect of their rounding: `ε h |H''| |z|`.
     #[cold]
     pub(super) fn is_noise<S>(
         &self,

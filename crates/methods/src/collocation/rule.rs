@@ -1,23 +1,24 @@
-//! The Gauss nodes of a step and the polynomials there, as tables.
+//! The Gauss nodes of a step and the values of the polynomials there, as tables.
 //!
-//! Nodes come in pairs (1 ∓ x)/2, at which P_j is the same up to the sign (-1)^j: even and odd j are kept apart and summed
-//! once for both. That halves the work, and rounding then does not know before from after.
+//! The nodes form pairs (1 ∓ x)/2, at which P_j agrees up to the sign (-1)^j. Even and odd j are
+//! therefore summed separately, once for both nodes. This halves the work, and rounding is then
+//! symmetric under time reversal.
 
 use super::legendre::{MODES, gauss, integrals, values};
 use afterbay_core::{Quad, Scalar};
 use std::array::from_fn;
 use std::sync::LazyLock;
 
-/// Pairs of nodes computed side by side: the lanes of a vector register.
+/// The number of pairs of nodes computed side by side: the lanes of a vector register.
 pub(super) const PAIRS: usize = 4;
-/// Nodes in a panel: the earlier ones of the pairs, then the later ones.
+/// The number of nodes of a panel: first the earlier nodes of the pairs, then the later ones.
 pub(super) const NODES: usize = 2 * PAIRS;
-/// Quadrature rules, each with twice the nodes of the one before.
+/// The number of quadrature rules, each with twice the nodes of the one before.
 const RULES: usize = 4;
-/// The most nodes of a step.
+/// The largest number of nodes of a step.
 pub(super) const MOST: usize = NODES << (RULES - 1);
 
-/// Coefficients γ_j of one variable, j = 2m + parity, as [parity][m].
+/// The coefficients γ_j of one variable, j = 2m + parity, as [parity][m].
 pub(super) type Modes<T> = [[T; MODES / 2]; 2];
 
 /// γ = 0
@@ -29,7 +30,7 @@ pub(super) fn none<T: Scalar>() -> Modes<T> {
 /// One number for each pair of a panel.
 type Pairs<T> = [T; PAIRS];
 
-/// What is known of the polynomials at a panel of nodes.
+/// The values of the polynomials at a panel of nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Panel<T> {
     /// b_i
@@ -45,7 +46,8 @@ pub(super) fn narrow<T: Scalar>(x: Quad) -> T {
     T::from_f64(x.0) + T::from_f64(x.1)
 }
 
-/// Σ c_j γ_j over the j of one parity, at the pairs. Two sums side by side: what follows waits for them.
+/// Σ c_j γ_j over the j of one parity, at the pairs. Two partial sums shorten the chain of
+/// dependent operations.
 #[inline(always)]
 fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pairs<T> {
     let mut total = [T::zero(); PAIRS];
@@ -57,7 +59,8 @@ fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pa
     total
 }
 
-/// The panels of the rules with 8, 16, 32 and 64 nodes, for all coefficients, and what continues a polynomial.
+/// The panels of the rules with 8, 16, 32 and 64 nodes, for all coefficients, and the matrix that
+/// continues a polynomial.
 struct Tables {
     rules: [Vec<Panel<Quad>>; RULES],
     continuation: [Modes<Quad>; MODES],
@@ -92,7 +95,8 @@ fn panels(count: usize) -> Vec<Panel<Quad>> {
     pairs.iter().map(panel).collect()
 }
 
-/// The panels of the smallest rule that has so many nodes and of all beyond it, for polynomials of `stages` coefficients.
+/// The panels of the smallest rule with at least `nodes` nodes, and of all larger rules, for
+/// polynomials with `stages` coefficients.
 pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>> {
     let known = |parity: usize, m: usize, x: Quad| {
         if 2 * m + parity < stages { narrow(x) } else { T::zero() }
@@ -112,12 +116,13 @@ pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>
     enough.map(|panels| panels.iter().map(panel).collect()).collect()
 }
 
-/// `P_l(1 + τ) = Σ_j s_lj P_j(τ)`: what continues a polynomial onto the next interval. Rows l as [parity][m].
+/// The matrix s of `P_l(1 + τ) = Σ_j s_lj P_j(τ)`, which continues a polynomial to the next
+/// interval. Rows l are stored as [parity][m].
 pub(super) fn continuation<T: Scalar>() -> [Modes<T>; MODES] {
     TABLES.continuation.map(|row| row.map(|half| half.map(narrow)))
 }
 
-/// `∫ P_i(τ) ∫_0^τ P_j`, what integration makes of coefficients.
+/// The matrix `∫ P_i(τ) ∫_0^τ P_j`, which integrates a polynomial given by its coefficients.
 pub(super) fn integration() -> &'static [[f64; MODES]; MODES] {
     &TABLES.integration
 }
@@ -178,7 +183,8 @@ impl<T: Scalar> Panel<T> {
     }
 }
 
-/// Σ γ_j P_j(τ), good for a first guess and an estimate: its factors are rounded to `f64`.
+/// Σ γ_j P_j(τ), with factors rounded to `f64`: accurate enough for an initial guess and an error
+/// estimate.
 pub(super) fn value<T: Scalar>(modes: &Modes<T>, time: T) -> T {
     let x = time + time - T::one();
     let (mut before, mut at, mut sum) = (T::zero(), T::one(), T::zero());

@@ -1,30 +1,31 @@
-//! The eigenvalues of integration on polynomials, by which the equations of a step fall apart.
+//! The eigenvalues of the integration matrix, which decouple the equations of a step.
 //!
-//! The tridiagonal `X_ij = ∫ P_i(τ) ∫_0^τ P_j` of s coefficients has distinct eigenvalues: pairs of
-//! complex ones, and a real one where s is odd. (The W-transformation: E. Hairer, G. Wanner,
-//! Solving Ordinary Differential Equations II, IV.5 and IV.8.) X is skew but for its first entry,
-//! so that its transpose is X with the sign of every second row and column turned, and so are its
-//! eigenvectors.
+//! The tridiagonal matrix `X_ij = ∫ P_i(τ) ∫_0^τ P_j` of s coefficients has distinct eigenvalues:
+//! complex pairs, and a real one if s is odd. (The W-transformation: E. Hairer, G. Wanner, Solving
+//! Ordinary Differential Equations II, IV.5 and IV.8.) X is skew except for its first entry, so its
+//! transpose is X with the signs of every second row and column reversed. The left eigenvectors
+//! follow from the right ones in the same way.
 
 use super::legendre::MODES;
 use super::rule::integration;
 use faer::{Mat, c64};
 use std::sync::LazyLock;
 
-/// An eigenvalue μ of X; of a pair the one above the real axis, counted twice.
+/// An eigenvalue μ of X. A complex pair is represented by the one in the upper half-plane, with
+/// count 2.
 #[derive(Clone, Debug)]
 pub(super) struct Eigenvalue {
     pub(super) value: c64,
     /// X v = μ v
     pub(super) right: [c64; MODES],
-    /// uᵀ X = μ uᵀ with uᵀ v = 1, times the count
+    /// uᵀ X = μ uᵀ with uᵀ v = 1, multiplied by the count
     pub(super) left: [c64; MODES],
 }
 
 static SPECTRA: LazyLock<Vec<Vec<Eigenvalue>>> =
     LazyLock::new(|| (0..=MODES).map(spectrum).collect());
 
-/// The eigenvalues for so many coefficients, 8 at most: `X = Re Σ μ v uᵀ` and `1 = Re Σ v uᵀ`.
+/// The eigenvalues for `stages` coefficients, 8 at most: `X = Re Σ μ v uᵀ` and `1 = Re Σ v uᵀ`.
 pub(super) fn of(stages: usize) -> &'static [Eigenvalue] {
     &SPECTRA[stages]
 }
@@ -38,16 +39,16 @@ fn spectrum(stages: usize) -> Vec<Eigenvalue> {
             |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 },
         );
     let all = matrix.eigenvalues().unwrap_or_default();
-    // Roundings leave the real one no more than that above the axis.
+    // Rounding moves the real eigenvalue by less than this from the real axis.
     let upper = all.into_iter().filter(|value| value.im > -1e-9);
     upper.map(|value| eigenvalue(stages, value)).collect()
 }
 
-/// Newton's corrections of an eigenvalue, whose matrix is far from normal.
+/// The number of Newton corrections of an eigenvalue, whose matrix is far from normal.
 const POLISHED: u32 = 3;
 
-/// The eigenvector of first entry 1 row by row, and what the last row misses, with its derivative by
-/// the eigenvalue: that vanishes at an eigenvalue.
+/// The eigenvector with first entry 1, computed row by row, and the residual of the last row, which
+/// vanishes at an eigenvalue, with its derivative with respect to the eigenvalue.
 fn eigenvector(stages: usize, value: c64) -> ([c64; MODES], [c64; 2]) {
     let (x, zero) = (integration(), c64 { re: 0.0, im: 0.0 });
     let (mut right, mut slopes) = ([zero; MODES], [zero; MODES]);
@@ -89,8 +90,8 @@ mod tests {
         for stages in 1..=MODES {
             let spectrum = of(stages);
             assert_eq!(spectrum.len(), stages.div_ceil(2));
-            // The eigenvectors are far from orthogonal: with κ = |u||v| the sums lose κ of their digits, and
-            // the eigenvectors themselves as many.
+            // The eigenvectors are far from orthogonal: with κ = |u||v|, the sums lose a factor κ
+            // in accuracy, and the eigenvectors themselves lose as much.
             let largest = |v: &[c64]| v.iter().map(|x| x.re.hypot(x.im)).fold(0.0, f64::max);
             let size: f64 = spectrum.iter().map(|e| largest(&e.right) * largest(&e.left)).sum();
             let bound = 4.0 * f64::EPSILON * size * size;

@@ -1,16 +1,20 @@
-//! Sweeps over the stages of Gauss's collocation.
+//! Sweeps over the stages of Gauss collocation.
 //!
 //! ```text
-//! p_i = p0 - h Σ a_ij f_j        q_i = q0 + h Σ a_ij v_j        v = ∂H/∂p        f = ∂H/∂q + D(q, p, v)
+//!
+//! p_i = p0 - h Σ a_ij f_j        q_i = q0 + h Σ a_ij v_j
+//! v = ∂H/∂p                      f = ∂H/∂q + D(q, p, v)
 //! ```
 //!
-//! Where v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j in one go. The functions here are kept whole, as in `nodes`.
+//! If v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j is computed directly. The functions are not
+//! inlined, for the reason given in `nodes`.
 
 use super::gauss::{Columns, Gauss};
 use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
 use std::array::from_fn;
 
-/// Degrees of freedom computed side by side, where there are so many; else it is the nodes that are.
+/// The number of degrees of freedom computed side by side. With fewer, the nodes are computed side
+/// by side.
 const BLOCK: usize = 8;
 
 /// The system at the nodes.
@@ -18,10 +22,10 @@ const BLOCK: usize = 8;
 pub(super) struct Stages<V, const K: usize> {
     pub(super) q: [V; K],
     pub(super) p: [V; K],
-    /// ∂H/∂p and ∂H/∂q + D, those that the positions were made of.
+    /// ∂H/∂p and ∂H/∂q + D, from which the positions were computed.
     pub(super) v: [V; K],
     pub(super) f: [V; K],
-    /// D_j v_j, what the reservoirs gain.
+    /// D_j v_j, the rates of the reservoirs.
     pub(super) loss: [V; K],
     hq: [V; K],
     hp: [V; K],
@@ -74,7 +78,7 @@ impl<V: Vector, const K: usize> Position<'_, V, K> {
         }
     }
 
-    /// One degree of freedom. Two sums side by side: what follows waits for them.
+    /// Evaluates one degree of freedom. Two partial sums shorten the chain of dependent operations.
     #[inline(always)]
     fn at(&self, d: usize, x: [V::Scalar; K]) -> [V::Scalar; K] {
         let mut sums = [[V::Scalar::zero(); K]; 2];
@@ -96,7 +100,7 @@ impl<V: Vector, const K: usize> Position<'_, V, K> {
     }
 }
 
-/// Values at the nodes from others.
+/// Applies the matrix to the values at the nodes.
 pub(super) fn carry<V: Vector, const K: usize>(
     columns: &Columns<V::Scalar, K>,
     zero: &V,
@@ -113,13 +117,13 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         Self { q, p, v, f, loss, hq: zeros(), hp: zeros(), d: zeros() }
     }
 
-    /// q where v leads.
+    /// Computes q at the nodes from v.
     pub(super) fn place_q(&mut self, gauss: &Gauss<V::Scalar, K>, h: V::Scalar, state: &State<V>) {
         Position { columns: &gauss.once, start: &state.q, rate: None, factor: h }
             .place(&self.v, &mut self.q);
     }
 
-    /// One sweep: how far q, p and w have moved by it, at most.
+    /// Takes one sweep. Returns the largest changes of q, p and w.
     #[inline]
     pub(super) fn sweep<S: System<V::Scalar> + ?Sized>(
         &mut self,
@@ -160,7 +164,8 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         [length * moved_q, length * moved_p, length * moved_w]
     }
 
-    /// Velocities and losses where forces and velocities are given, after which positions are theirs.
+    /// Computes velocities and losses at the given forces and velocities, and then the positions
+    /// they lead to.
     pub(super) fn settle<S: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -180,7 +185,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
 }
 
 impl<V: Vector, const K: usize> Stages<V, K> {
-    /// The degree of freedom that the next sweep would move the most, of what is left of it by the last.
+    /// The degree of freedom whose forces differ most from those of the last sweep.
     #[cold]
     pub(super) fn restless<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) -> usize {
         let Self { q, p, v, f, hq, hp, d, .. } = self;
@@ -194,7 +199,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         (1..n).fold((0, moved(0)), |most, j| if moved(j) > most.1 { (j, moved(j)) } else { most }).0
     }
 
-    /// The first force or velocity that is no number.
+    /// The first force or velocity that is not finite.
     #[cold]
     pub(super) fn not_finite(&self) -> StepFailure {
         let parts = [
@@ -260,7 +265,8 @@ fn multiply<V: Vector, const K: usize>(to: &mut [V; K], v: &[V; K], n: usize) {
     }
 }
 
-/// `to` becomes `from`. The largest Σ b_i |change| of a degree of freedom; not a number where one is not.
+/// Copies `from` to `to`. Returns the largest Σ b_i |change| of a degree of freedom, or NaN if an
+/// entry is not finite.
 #[inline(never)]
 fn exchange<V: Vector, const K: usize>(
     weights: &[V::Scalar; K],

@@ -1,24 +1,26 @@
-//! Is it sweeps that hold steps back?
+//! The detection of stiffness, where sweeps limit the step size.
 //!
-//! Where many steps are as long as sweeps allow and much shorter than their error would, Newton's method is tried. If it does
-//! not soon lead to much longer ones, sweeps take over again, and the next trial waits twice as long.
+//! If many steps are as long as the contraction of sweeps permits and much shorter than their error
+//! would permit, Newton's method is tried. If the steps do not soon become much longer, the method
+//! returns to sweeps, and the next trial waits twice as long.
 
-/// Steps held back before the first trial, for one degree of freedom: what a trial costs grows like the square of their number, in
-/// sweeps.
+/// The number of limited steps before the first trial, for one degree of freedom. The cost of a
+/// trial, in sweeps, grows like the square of the number of degrees of freedom.
 const WAIT: u64 = 8;
-/// How much longer steps should become, likewise, and in how many of them.
+/// The factor by which steps must become longer, scaled likewise, and the number of steps in which
+/// they must.
 const LONGER: f64 = 8.0;
 const TRIAL: u32 = 6;
 
-/// What has been seen of the steps so far.
+/// The history of the steps so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stiffness {
-    /// Is Newton's method on?
+    /// Whether Newton's method is in use.
     pub(super) on: bool,
     dof: u64,
     held: u64,
     wait: u64,
-    /// Steps of Newton's method, and the step they began with.
+    /// The number of steps by Newton's method, and the step size at their start.
     tried: u32,
     from: f64,
 }
@@ -29,7 +31,8 @@ impl Stiffness {
         Self { on: false, dof, held: 0, wait: WAIT * dof * dof, tried: 0, from: 0.0 }
     }
 
-    /// A step by sweeps, held back by them or not, far more accurate than it need be or not.
+    /// Records a step by sweeps: whether sweeps limited it, and whether it is far more accurate
+    /// than required.
     pub(super) fn see_short(&mut self, h: f64, held: bool, far: bool) {
         self.held = if far { self.held + u64::from(held) } else { 0 };
         if self.held >= self.wait {
@@ -37,7 +40,7 @@ impl Stiffness {
         }
     }
 
-    /// A step by Newton's method.
+    /// Records a step by Newton's method.
     pub(super) fn see_long(&mut self, h: f64) {
         self.tried += 1;
         if h > LONGER * self.dof as f64 * self.from {

@@ -1,10 +1,11 @@
-//! The equation of the step, Δz = h (∇̄H_p, -∇̄H_q - D̄): what it misses at Δz, and the correction of Δz.
+//! The equation of the step, Δz = h (∇̄H_p, -∇̄H_q - D̄): its residual at Δz, and the Newton
+//! correction of Δz.
 
 use super::jacobian::Jacobian;
 use crate::linear::LinearSolver;
 use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 
-/// The new state while it is being made.
+/// The new state and the memory of the iteration.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     pub(super) jacobian: Jacobian,
@@ -12,7 +13,7 @@ pub struct Workspace<V: Vector> {
     /// Δz
     pub(super) dq: V,
     pub(super) dp: V,
-    /// z̄ = z0 + Δz/2, and the system there
+    /// z̄ = z0 + Δz/2, and ∇H and D there
     pub(super) q_mean: V,
     pub(super) p_mean: V,
     pub(super) hq: V,
@@ -28,22 +29,24 @@ pub struct Workspace<V: Vector> {
     pub(super) energy: V::Scalar,
     /// ∇H at z1
     pub(super) ends: [V; 2],
-    /// A Δz to come back to
+    /// A copy of Δz to restore
     pub(super) kept: [V; 2],
-    /// The residual of each equation, then the correction to it
+    /// The residual of each equation, then the correction
     pub(super) missing: [Vec<f64>; 2],
-    /// ∂λ/∂Δz and h (-Δp, Δq): the part of the Jacobian that is of rank one, the latter divided by the rest of the Jacobian
+    /// ∂λ/∂Δz and h (-Δp, Δq), the factors of the rank-one part of the Jacobian; the latter
+    /// multiplied by the inverse of the remaining Jacobian
     slope: [Vec<f64>; 2],
     turned: [Vec<f64>; 2],
-    /// h/2 times the largest second derivative where the iteration began: what rounding of q makes of p, and of p of q
+    /// h/2 times the largest second derivative at the start of the iteration: the factor by which a
+    /// rounding of q enters p, and of p enters q
     pub(super) gain: f64,
-    /// The largest entry of R Δp when the Jacobian was last made, R = ∂D/∂v: what λ makes of D
+    /// The largest entry of R Δp, R = ∂D/∂v, at the last Jacobian: the factor by which λ enters D
     pub(super) dragged: f64,
-    /// 1 + slope · turned, where there is such a part
+    /// 1 + slope · turned, if the rank-one part is present
     coupled: Option<f64>,
 }
 
-/// λ, its numerator's rounding over ε|Δz|² and 1/|Δz|²; all 0 where λ is 0 beforehand.
+/// λ, the rounding of its numerator over ε|Δz|², and 1/|Δz|²; all 0 where λ = 0 is imposed.
 pub(super) struct Correction<T> {
     pub(super) lambda: T,
     pub(super) rough: f64,
@@ -51,12 +54,12 @@ pub(super) struct Correction<T> {
 }
 
 impl<T: Scalar> Correction<T> {
-    /// What K changes by without λ, λ |Δz|², in roundings of H.
+    /// The change of K without λ, λ |Δz|², in roundings of H.
     pub(super) fn roundings(&self) -> f64 {
         if self.rough > 0.0 { self.lambda.to_f64().abs() / (T::EPSILON * self.rough) } else { 0.0 }
     }
 
-    /// λ = 0
+    /// Sets λ = 0.
     pub(super) fn drop(&mut self) {
         *self = Self { lambda: T::zero(), rough: 0.0, inverse: 0.0 };
     }
@@ -96,13 +99,13 @@ impl<V: Vector> Workspace<V> {
         })
     }
 
-    /// Δz = 0
+    /// Sets Δz = 0.
     pub(super) fn rest(&mut self) {
         self.dq.as_mut_slice().fill(V::Scalar::zero());
         self.dp.as_mut_slice().fill(V::Scalar::zero());
     }
 
-    /// z̄ and z1 of Δz.
+    /// Sets z̄ and z1 from Δz.
     pub(super) fn place(&mut self, state: &State<V>) {
         let n = state.dof();
         let sides = [
@@ -119,13 +122,13 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// ∇H at z̄.
+    /// Evaluates ∇H at z̄.
     pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let (q, p) = (self.q_mean.as_slice(), self.p_mean.as_slice());
         system.gradient(q, p, self.hq.as_mut_slice(), self.hp.as_mut_slice());
     }
 
-    /// λ of Δz, where H was `start` at z0.
+    /// Computes λ at Δz, where `start` = H(z0).
     pub(super) fn correction<S>(&self, system: &S, start: V::Scalar) -> Correction<V::Scalar>
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -133,7 +136,7 @@ impl<V: Vector> Workspace<V> {
         let [along_q, square_q] = products(self.dq.as_slice(), self.hq.as_slice());
         let [along_p, square_p] = products(self.dp.as_slice(), self.hp.as_slice());
         let (along, square) = (along_q + along_p, square_q + square_p);
-        // Where squares are lost to underflow there is nothing to divide by.
+        // If |Δz|² underflows, there is no divisor.
         if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
             return Correction { lambda: V::Scalar::zero(), rough: 0.0, inverse: 0.0 };
         }
@@ -143,7 +146,8 @@ impl<V: Vector> Workspace<V> {
         Correction { lambda: (end - start - along) / square, rough, inverse }
     }
 
-    /// The Jacobian at z̄, factorised; the degree of freedom of a vanishing pivot is the failure.
+    /// Evaluates and factorises the Jacobian at z̄. The error is the degree of freedom of a
+    /// vanishing pivot.
     pub(super) fn renew<S>(
         &mut self,
         system: &S,
@@ -198,7 +202,8 @@ impl<V: Vector> Workspace<V> {
         Ok(())
     }
 
-    /// Adds h R Δp, the change of h D̄ with λ: as the difference of D it is exact where D is linear in v.
+    /// Adds h R Δp, the derivative of h D̄ with respect to λ. The difference quotient of D is exact
+    /// where D is linear in v.
     fn drag_along<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, h: f64) {
         let [near, far] = &mut self.ends;
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_mut_slice());
@@ -215,13 +220,13 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// D̄ = D(z̄) at the mean velocity in `v`.
+    /// Computes D̄ = D(z̄) at the mean velocity in `v`.
     pub(super) fn dissipate<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_slice());
         system.dissipation(q, p, v, self.d.as_mut_slice());
     }
 
-    /// What the equation misses at Δz.
+    /// Computes the residual of the equation at Δz.
     pub(super) fn residual<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -240,7 +245,7 @@ impl<V: Vector> Workspace<V> {
         let [a, b] = &mut self.missing;
         let (dq, dp) = (&self.dq.as_slice()[..n], &self.dp.as_slice()[..n]);
         let (hq, v) = (&self.hq.as_slice()[..n], &self.v.as_slice()[..n]);
-        // D stays 0 where there is none.
+        // D stays 0 for systems without dissipation.
         let d = &self.d.as_slice()[..n];
         for j in 0..n {
             a[j] = h.mul_add(v[j], -dq[j]).to_f64();
@@ -248,7 +253,7 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// The correction for it, by the formula of Sherman and Morrison.
+    /// Solves for the correction by the Sherman-Morrison formula.
     pub(super) fn correct(&mut self) {
         let [a, b] = &mut self.missing;
         self.jacobian.solve(a, b);
@@ -263,7 +268,7 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
-/// [a · b, a · a], summed like [`dot`].
+/// [a · b, a · a], with the summation order of [`dot`].
 fn products<T: Scalar>(a: &[T], b: &[T]) -> [T; 2] {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let (mut along, mut square) = ([T::zero(); 8], [T::zero(); 8]);
@@ -282,12 +287,12 @@ fn products<T: Scalar>(a: &[T], b: &[T]) -> [T; 2] {
     [along, square].map(total)
 }
 
-/// The sum of eight sums.
+/// The sum of eight partial sums.
 fn total<T: Scalar>([a, b, c, d, e, f, g, h]: [T; 8]) -> T {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
-/// a · b, in eight sums: fast, and the more accurate for it.
+/// a · b in eight partial sums, which is faster and more accurate than one.
 pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [T::zero(); 8];

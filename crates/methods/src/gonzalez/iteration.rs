@@ -1,35 +1,39 @@
-//! Newton's iteration for Δz, from Δz = 0, or where that fails along the solution from h = 0.
+//! Newton's iteration for Δz from Δz = 0, and by continuation from h = 0 if it fails.
 //!
-//! The Jacobian of z0 serves the whole step, as long as each correction leaves less than a sixteenth of itself; after that
-//! it is made anew at z̄, the change of λ included. The first correction is the linearly implicit midpoint rule, off by h³.
-//! (A Jacobian at the explicit z0 + h/2 f(z0) saves few corrections of short steps, and on long ones may be so far
-//! out that corrections are small because it is large.)
+//! The Jacobian at z0 is kept for the whole step as long as each correction is less than a
+//! sixteenth of the one before. Otherwise it is evaluated again at z̄, including the derivative of
+//! λ. The first correction is the linearly implicit midpoint rule, whose error is O(h³). (A
+//! Jacobian at the explicit z0 + h/2 f(z0) saves few corrections on short steps. On long steps that
+//! point may be so far out that corrections are small only because the Jacobian is large.)
 
 use super::equation::Workspace;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// Corrections before an iteration is given up.
+/// The largest number of corrections of an iteration.
 const LIMIT: u32 = 40;
-/// Corrections without a smaller one among them that end it: in the noise of the equation, and far from it.
+/// The number of corrections without a new smallest one that ends the iteration: at noise level,
+/// and above it.
 const PATIENCE: [u32; 2] = [2, 8];
-/// The shortest stride in s where the solution is followed from s h = 0 to h.
+/// The smallest continuation step in s, where the solution is followed from s h = 0 to h.
 const SHORTEST: f64 = 1e-3;
-/// A correction that leaves more than this of the one before asks for a new Jacobian.
+/// The Jacobian is renewed if the ratio of successive corrections exceeds this,
 const SLOW: f64 = 0.0625;
-/// So does one larger than this share of z, but for the first.
+/// or if a correction other than the first exceeds this share of z,
 const FAR: f64 = 0.01;
-/// Unless it is a few roundings itself, and may be noise.
+/// unless the correction is below this number of roundings and may be noise.
 const FLOOR: f64 = 1e3;
-/// The most that corrections may be, in roundings of what the equation is made of, where they no longer shrink.
+/// The largest correction, in roundings of the terms of the equation, that is accepted where
+/// corrections no longer shrink.
 const NOISE: f64 = 64.0;
-/// The next correction that is not made, in roundings. Left out at every step, it is what K would drift by.
+/// The size of the next correction, in roundings, below which it is omitted. Omitted at every step,
+/// it makes K drift by this amount.
 const UNSEEN: f64 = 1.0 / 1024.0;
-/// The most noise in h λ that is let into the iteration,
+/// The largest noise of h λ that is admitted to the iteration,
 const NOISY: f64 = 1e-3;
-/// but for a λ without which K would move by more roundings of H than this.
+/// unless K would change without λ by more than this number of roundings of H.
 const FELT: f64 = 16.0;
 
-/// An iteration that led nowhere.
+/// An iteration that did not converge.
 struct Stalled {
     failure: StepFailure,
     iterations: u32,
@@ -40,7 +44,7 @@ fn effort(spent: u32) -> Effort {
 }
 
 impl<V: Vector> Workspace<V> {
-    /// Finds Δz, z̄, z1 and w1.
+    /// Computes Δz, z̄, z1 and w1.
     pub(super) fn find<S>(
         &mut self,
         system: &S,
@@ -73,7 +77,8 @@ impl<V: Vector> Workspace<V> {
         Stalled { failure: StepFailure::NewtonStalled { dof, iterations, update }, iterations }
     }
 
-    /// The direct iteration from the Δz, z̄ and z1 there are, which are then those found. Gives the number of corrections.
+    /// Iterates from the current Δz, z̄ and z1, and stores the solution there. Returns the number
+    /// of corrections.
     fn iterate<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Result<u32, Stalled>
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -87,7 +92,7 @@ impl<V: Vector> Workspace<V> {
             self.evaluate(system);
             let mut correction = self.correction(system, start);
             if correction.inverse > 0.0 {
-                // Decided once, so that the equation stays the same while it is solved.
+                // Decided once per step, so that the equation does not change while it is solved.
                 let noise = h.to_f64().abs() * epsilon * correction.rough;
                 if !*resolved.get_or_insert(noise < NOISY || correction.roundings() > FELT) {
                     correction.drop();
@@ -96,7 +101,7 @@ impl<V: Vector> Workspace<V> {
             if stale && let Err(dof) = self.renew(system, h, &correction) {
                 return stalled(StepFailure::Singular { dof, slope: 0.0 });
             }
-            // Not later, where an iterate may be far out.
+            // Only at the first iterate; later ones may be far out.
             if iterations == 1 {
                 self.gain = self.jacobian.gain();
             }
@@ -108,7 +113,7 @@ impl<V: Vector> Workspace<V> {
                 return stalled(self.not_finite());
             }
 
-            // Each correction leaves the share `ratio` of itself, unless it is the noise of the equation.
+            // Successive corrections have the ratio `ratio`, unless they are noise.
             let ratio = update.size / before;
             let lost =
                 update.size <= epsilon || (ratio < 0.5 && ratio * update.size <= UNSEEN * epsilon);
@@ -116,12 +121,14 @@ impl<V: Vector> Workspace<V> {
             least = least.min(update.size);
             let small = update.reach <= NOISE * epsilon;
             let done = lost || (small && waited >= PATIENCE[0]);
-            // On a way that needed new Jacobians, only the correction by one made there is believed.
+            // If the Jacobian had to be renewed, convergence must be confirmed by a correction with
+            // a Jacobian evaluated at the current iterate.
             if done && (!renewed || (fresh && small)) {
                 return Ok(iterations);
             }
-            // Next to a point of rest the noise of λ goes on and on beside p, and is nothing beside the forces. A Jacobian made there
-            // has to say so first.
+            // Near an equilibrium the noise of λ stays large relative to p, but is negligible
+            // relative to the forces. A correction with a Jacobian evaluated here must confirm this
+            // first.
             quiet = if small && (fresh || quiet > 0) { quiet + 1 } else { 0 };
             if quiet > PATIENCE[1] {
                 return Ok(iterations);
@@ -130,7 +137,7 @@ impl<V: Vector> Workspace<V> {
                 let (dof, update) = self.largest();
                 return stalled(StepFailure::NewtonStalled { dof, iterations, update });
             }
-            // A Jacobian made far out makes the next correction small by being large.
+            // A Jacobian evaluated far out is large and makes the next correction small.
             let far = iterations > 1 && update.size > FAR;
             stale = (ratio > SLOW && update.size > FLOOR * epsilon) || far || done;
             renewed |= stale;
@@ -139,7 +146,7 @@ impl<V: Vector> Workspace<V> {
         Err(self.unbalanced(LIMIT))
     }
 
-    /// Follows the solution from s = 0 to s = 1, the step being s h.
+    /// Continues the solution from s = 0 to s = 1 for the step size s h.
     #[cold]
     fn follow<S>(
         &mut self,

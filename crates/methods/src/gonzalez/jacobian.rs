@@ -1,4 +1,4 @@
-//! The Jacobian of the step's equation and the solution of its linear equations, in `f64`.
+//! The Jacobian of the step's equation and the solution of the linear equations, in `f64`.
 //!
 //! With c = h/2 and the second derivatives at z̄, the correction (δq, δp) to a residual (a, b) is
 //!
@@ -6,20 +6,21 @@
 //! δq - c Hpq δq - (c Hpp + hλ) δp = a        δp + (c (Hqq + Dq) + hλ) δq + c (Hqp + Dp) δp = b
 //! ```
 //!
-//! What λ itself changes is left out here. Where H has no mixed derivatives and Hpp is diagonal, δq = a + C δp with
-//! C = c Hpp + hλ is eliminated, and N unknowns are left:
+//! The derivative of λ is left out here. If H has no mixed derivatives and Hpp is diagonal, δq = a
+//! + C δp with C = c Hpp + hλ is eliminated, and N unknowns remain:
 //!
 //! ```text
 //! [1 + R C + S C] δp = b - S a        S = c (Hqq + Dq) + hλ        R = Dp Hpp⁻¹
 //! ```
 //!
-//! R = ∂D/∂v, since D̄ is made of the mean velocity, which has λ Δp in it; where Hpp is 0, R C stands for c Dp.
-//! Elsewhere hλR is left out: a matrix R is not to be had from Dp without solving, and costs corrections only.
+//! R = ∂D/∂v, because D̄ is evaluated at the mean velocity, which contains λ Δp. Where Hpp is 0, R
+//! C is replaced by c Dp. If δq is not eliminated, hλR is omitted: obtaining R from Dp would
+//! require a linear solve, and the omission only costs corrections.
 
 use crate::linear::{LinearSolver, Matrix, SMALL, Solver};
 use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
 
-/// A derivative the system gives, and the places in the matrix its value goes to.
+/// A derivative provided by the system, and its positions in the matrix.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     block: Block,
@@ -28,23 +29,24 @@ struct Entry {
     slots: [usize; 2],
 }
 
-/// What δq is eliminated by.
+/// The data for the elimination of δq.
 #[derive(Clone, Debug)]
 struct Eliminated {
     /// C, and C Hpp⁻¹
     c: Vec<[f64; 2]>,
-    /// S, laid out like the matrix
+    /// S, stored like the matrix
     s: Vec<f64>,
 }
 
-/// The matrix, its factors, and what they were made from.
+/// The matrix, its factors, and the derivatives it is made of.
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian {
     entries: Vec<Entry>,
     values: Vec<f64>,
-    /// What is needed where δq is eliminated.
+    /// Present if δq is eliminated.
     eliminated: Option<Eliminated>,
-    /// The places of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; the same four times where δq is eliminated.
+    /// The positions of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; four equal positions if δq is
+    /// eliminated.
     diagonal: Vec<[usize; 4]>,
     matrix: Matrix,
     unknowns: Vec<f64>,
@@ -115,7 +117,8 @@ impl Jacobian {
         })
     }
 
-    /// Evaluates the derivatives at (q, p) and factorises. The degree of freedom of a vanishing pivot is the failure.
+    /// Evaluates the derivatives at (q, p) and factorises the matrix. The error is the degree of
+    /// freedom of a vanishing pivot.
     pub(super) fn factorise<T, S>(
         &mut self,
         system: &S,
@@ -223,19 +226,21 @@ impl Jacobian {
         }
     }
 
-    /// The largest of the derivatives, times h/2: what a change of z makes of itself in one step.
+    /// h/2 times the largest derivative: the relative change of z in one step caused by a change of
+    /// z.
     pub(super) fn gain(&self) -> f64 {
         self.half_h.abs() * self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
     }
 }
 
-/// Where a derivative goes among the rows a_0, b_0, a_1, .. and the columns q_0, p_0, q_1, ..
+/// The positions of a derivative, with rows a_0, b_0, a_1, .. and columns q_0, p_0, q_1, ..
 fn places(&Entry { block, i, j, .. }: &Entry) -> [(usize, usize); 2] {
     match block {
         Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
         Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
         Block::Hpp => [(2 * i, 2 * j + 1); 2],
-        // ∂²H/∂q_i∂p_j changes ∂H/∂p_j with q_i, and ∂H/∂q_i with p_j.
+        // ∂²H/∂q_i∂p_j is the derivative of ∂H/∂p_j with respect to q_i, and of ∂H/∂q_i with
+        // respect to p_j.
         Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
     }
 }

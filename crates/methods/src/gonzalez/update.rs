@@ -1,17 +1,19 @@
-//! A correction taken: how large it is, and what there is to say if it leads nowhere.
+//! The application of a correction: its size, the check of K, and the failure if the iteration does
+//! not converge.
 
 use super::equation::{Correction, Workspace};
 use crate::adaptive::Projection;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
-/// K is near what it was if it is off by less than this share of H, of what it is made of and of Δw.
+/// A solution is rejected if K changes by more than this share of H, of the terms of H and of Δw.
 const NEAR: f64 = 1e-3;
-/// K is restored where it is off by more than so many roundings of these,
+/// K is restored if it changes by more than this number of roundings of these terms,
 const ROUNDINGS: f64 = 16.0;
-/// by a move of z no longer than this share of its largest entry.
+/// by a change of z of at most this share of its largest entry.
 const FURTHEST: f64 = 1e-8;
 
-/// The size of a correction beside what it corrects, and beside what rounding of q makes of p and of p makes of q too.
+/// The size of a correction relative to z, including the error that a rounding of q causes in p and
+/// the reverse.
 pub(super) struct Update {
     pub(super) size: f64,
     pub(super) reach: f64,
@@ -26,7 +28,7 @@ struct Largest {
 }
 
 impl<V: Vector> Workspace<V> {
-    /// Adds the correction to Δz and moves z̄ and z1. Its size is NaN where an entry is not finite.
+    /// Adds the correction to Δz and updates z̄ and z1. The size is NaN if an entry is not finite.
     pub(super) fn take(
         &mut self,
         h: V::Scalar,
@@ -36,7 +38,8 @@ impl<V: Vector> Workspace<V> {
         let [a, b] = &self.missing;
         let q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
         let p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
-        // The rounding of λ, through h λ Δp in q and h λ (Δq + R Δp) in p, is as lost as that of q and p.
+        // The rounding of λ enters q through h λ Δp and p through h λ (Δq + R Δp), and cannot be
+        // resolved either.
         let rough = h.to_f64().abs() * correction.rough;
         let q_scale = rough.mul_add(p.increment, q.z);
         let p_scale = rough.mul_add(q.increment + self.dragged, p.z);
@@ -50,7 +53,8 @@ impl<V: Vector> Workspace<V> {
         Update { size, reach }
     }
 
-    /// w1, and whether K is anywhere near what it was. It is not where corrections were small because the Jacobian, far out, was large.
+    /// Computes w1, and returns whether K is near its old value. It is not if corrections were
+    /// small because the Jacobian, evaluated far out, was large.
     pub(super) fn balances<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
     where
         S: System<V::Scalar> + ?Sized,
@@ -58,7 +62,8 @@ impl<V: Vector> Workspace<V> {
         let zero = V::Scalar::zero();
         let mut spent = [zero; 2];
         if self.dissipative {
-            // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
+            // The velocity is exactly Δq/h, so that rounding cannot make Δw negative where friction
+            // is positive.
             for (v, &dq) in self.v.as_mut_slice().iter_mut().zip(self.dq.as_slice()) {
                 *v = dq / h;
             }
@@ -84,8 +89,8 @@ impl<V: Vector> Workspace<V> {
         self.restore(system, h, state, [start, spent[0], spent[1]])
     }
 
-    /// Moves z1 along ∇H until K is what it was to roundings of its ends. If that is not possible,
-    /// tells whether K is anywhere near, as beside a point of rest, where roundings decide.
+    /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, returns
+    /// whether K is near its old value, as close to an equilibrium, where rounding decides.
     #[cold]
     fn restore<S>(
         &mut self,
@@ -108,13 +113,14 @@ impl<V: Vector> Workspace<V> {
         let made_of = before + slopes(&self.q, &self.p, hq, hp);
         let size = start.abs() + self.energy.abs() + spent + made_of;
         let off = (self.energy - start + gained).abs();
-        // At rest nothing is left of these, and a rounding of z bends H by its square: H'' is 2/h of
-        // the gain.
+        // At an equilibrium these terms vanish, and a rounding of z changes H in second order: H''
+        // is 2/h times the gain.
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
         let most = V::Scalar::from_f64(NEAR) * size + square;
         let lost = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
-        // Far out H may be infinite where z is not. A state that is not finite is reported with the step.
+        // Far out H may be infinite at a finite z. A state that is not finite is reported by the
+        // step.
         if lost.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
             return false;
         }
@@ -134,7 +140,7 @@ impl<V: Vector> Workspace<V> {
         true
     }
 
-    /// The degree of freedom with the largest correction, and that correction.
+    /// The degree of freedom with the largest correction, and its value.
     #[cold]
     pub(super) fn largest(&self) -> (usize, f64) {
         let [a, b] = &self.missing;
@@ -142,7 +148,8 @@ impl<V: Vector> Workspace<V> {
         all.fold((0, 0.0), |most, (j, x)| if x.abs() > most.1 { (j, x.abs()) } else { most })
     }
 
-    /// Why a correction is not finite: the system is not at z̄, or the Jacobian is singular.
+    /// The reason for a correction that is not finite: the system is not finite at z̄, or the
+    /// Jacobian is singular.
     #[cold]
     pub(super) fn not_finite(&self) -> StepFailure {
         let singular = |_| {
@@ -153,7 +160,7 @@ impl<V: Vector> Workspace<V> {
         self.check_force().map_or_else(|failure| failure, singular)
     }
 
-    /// Are ∇H and D finite where they were evaluated?
+    /// Checks that ∇H and D are finite where they were evaluated.
     #[cold]
     pub(super) fn check_force(&self) -> Result<(), StepFailure> {
         let parts = [&self.hq, &self.hp, &self.d].map(|part| (Quantity::Force, part.as_slice()));
@@ -161,13 +168,13 @@ impl<V: Vector> Workspace<V> {
         if finite { Ok(()) } else { Err(StepFailure::non_finite(&parts)) }
     }
 
-    /// Keeps this Δz.
+    /// Saves Δz.
     pub(super) fn remember(&mut self) {
         self.kept[0].as_mut_slice().copy_from_slice(self.dq.as_slice());
         self.kept[1].as_mut_slice().copy_from_slice(self.dp.as_slice());
     }
 
-    /// Comes back to it.
+    /// Restores the saved Δz.
     pub(super) fn recall(&mut self) {
         self.dq.as_mut_slice().copy_from_slice(self.kept[0].as_slice());
         self.dp.as_mut_slice().copy_from_slice(self.kept[1].as_slice());
@@ -180,7 +187,7 @@ fn terms<V: Vector>(slope: &V, z: &V) -> V::Scalar {
     terms.fold(V::Scalar::zero(), |sum, (&slope, &z)| sum + (slope * z).abs())
 }
 
-/// Adds `correction` to the increment, then makes start + increment/2 and start + increment.
+/// Adds `correction` to the increment, then computes start + increment/2 and start + increment.
 fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V; 3]) -> Largest {
     let n = correction.len();
     let (start, increment) = (&start.as_slice()[..n], &mut increment.as_mut_slice()[..n]);
@@ -193,7 +200,7 @@ fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V
     largest(correction, start, increment)
 }
 
-/// The largest entries, eight lanes side by side; the correction NaN where an entry is not finite.
+/// The largest entries, in eight lanes. The correction is NaN if an entry is not finite.
 fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Largest {
     let (mut corrections, mut z, mut increments, mut lost) =
         ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
@@ -222,12 +229,12 @@ fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Large
     Largest { correction: most(corrections) + lost, z: most(z), increment: most(increments) }
 }
 
-/// The larger of two numbers; NaN is passed over.
+/// The larger of two numbers; NaN is ignored.
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// a / b, where 0 / 0 = 0.
+/// a / b, with 0 / 0 = 0.
 fn share(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
 }

@@ -1,4 +1,4 @@
-//! The state before a step, to go back to.
+//! A copy of the state before a step, restored if the step fails.
 
 use afterbay_core::{Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -15,7 +15,8 @@ impl<V: Vector> Before<V> {
         Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n) }
     }
 
-    /// Takes the state through `sweeps`. Where they fail, or lead to what is not finite, it is as it was.
+    /// Applies `sweeps` to the state. Restores the state if they fail or their result is not
+    /// finite.
     #[inline(always)]
     pub(super) fn attempt(
         &mut self,
@@ -25,7 +26,8 @@ impl<V: Vector> Before<V> {
         self.attempt_and(state, sweeps, |_, _| Ok(()))
     }
 
-    /// Takes the state through `sweeps`, and back where `check` of (q, p, w) before and after fails.
+    /// Applies `sweeps` to the state. Restores the state if they fail or if `check`, given (q, p,
+    /// w) before and after, fails.
     #[inline(always)]
     pub(super) fn attempt_and(
         &mut self,
@@ -52,7 +54,7 @@ impl<V: Vector> Before<V> {
     }
 }
 
-/// Is the state finite?
+/// Checks that the state is finite.
 fn finite<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
     let parts = [
         (Quantity::Coordinate, state.q.as_slice()),

@@ -1,26 +1,30 @@
-//! Coordinate increments whose roundings do not add up, for very long runs.
+//! Coordinate increments with compensated rounding, for very long runs.
 //!
-//! What a step of [`Increment`] moves K by is a few roundings, and these need not be independent: the one of q1 = q0 + h v/m
-//! and the force it meets next lean to one side where steps are long, and K drifts in proportion to time. Here
+//! A step of [`Increment`] changes K by a few roundings. On long steps these are correlated: the
+//! rounding of q1 = q0 + h v/m and the force at the next step have a common bias, and K drifts in
+//! proportion to time. This method computes
 //!
 //! ```text
-//! v = p0 - F(v)                solved in f64, at the state in f64
-//! ρ = p0 - v - F(v)            with what its roundings lose, at the state carried
-//! v + ρ/(1 + F')               goes into q1, p1 and w1, all carried as sums of two f64
+//!
+//! v = p0 - F(v)                solved in f64, at the rounded state
+//! ρ = p0 - v - F(v)            the residual, in corrected arithmetic at the carried state
+//! v + ρ/(1 + F')               used in q1, p1 and w1, which are carried as sums of two f64
 //! ```
 //!
-//! One correction squares what is left of the equation, and ρ is good to 105 bits ([`Corrected`]),
-//! so K is kept to that in what is carried; what a caller sees is carried rounded, and K is off by
-//! that rounding, once. What is carried beyond the state belongs to the state the last step
-//! produced, number by number: given any other, in any entry, it is 0 again. Several numbers side
-//! by side are each moved as they would be alone.
+//! One correction squares the error of the equation, and ρ is accurate to 105 bits ([`Corrected`]),
+//! so the carried state conserves K to that accuracy. The caller sees the carried state rounded to
+//! f64, and its K differs by this one rounding. The carried remainders belong to the state that the
+//! last step produced: in each entry in which the state given differs from it, the remainder is
+//! reset to 0. In lanes, each lane moves as it would alone.
 //!
-//! Sources: the carried state as in E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving Brouwer's law with implicit
-//! Runge-Kutta methods*, BIT 48 (2008), for whom the compensated sum was enough: here the equation itself has to
-//! be exact. The correction is iterative refinement with the residual in higher precision (Wilkinson 1963; N. J. Higham,
+//! Sources: the carried state follows E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving
+//! Brouwer's law with implicit Runge-Kutta methods*, BIT 48 (2008), where compensated summation
+//! sufficed; here the equation itself must be solved accurately as well. The correction is
+//! iterative refinement with the residual in higher precision (Wilkinson 1963; N. J. Higham,
 //! *Accuracy and Stability of Numerical Algorithms*, chapter 12).
 //!
-//! It fails where [`Increment`] does, and where a correction is no small one: `exact` is then not the same system.
+//! A step fails where [`Increment`] fails, and where a correction is not small, since `exact` is
+//! then not the same system.
 
 use super::{Before, Friction, Increment, coordinate, ordering, overall};
 use crate::coordinate::{Along, Pull};
@@ -30,10 +34,10 @@ use afterbay_core::{
     StepFailure, Vector, validate,
 };
 
-/// The storage V with corrected numbers in it.
+/// The storage V with [`Corrected`] numbers as entries.
 type InCorrected<V> = <V as Vector>::Of<Corrected<<V as Vector>::Scalar>>;
 
-/// [`Increment`], its equations refined in [`Corrected`] arithmetic.
+/// [`Increment`] with its equations refined in [`Corrected`] arithmetic.
 #[derive(Clone, Debug)]
 pub struct Compensated<P> {
     increment: Increment,
@@ -41,13 +45,13 @@ pub struct Compensated<P> {
 }
 
 impl<P> Compensated<P> {
-    /// The method given, and the system it is for in [`Corrected`] numbers.
+    /// Combines the method with the same system in [`Corrected`] numbers.
     pub(super) fn new(increment: Increment, exact: P) -> Self {
         Self { increment, exact }
     }
 }
 
-/// The state carried, the one before the step, and what the increments need.
+/// The carried state, the state before the step, and the memory of the increments.
 #[derive(Clone)]
 pub struct Workspace<V: Vector>
 where
@@ -56,14 +60,15 @@ where
     carried: State<InCorrected<V>>,
     before: Before<InCorrected<V>>,
     order: Vec<usize>,
-    /// Where friction couples the momenta.
+    /// Present if friction couples the momenta.
     friction: Option<Friction<InCorrected<V>>>,
 }
 
-/// The largest correction beside what enters the equation. What [`Newton`] leaves is much smaller.
+/// The largest correction relative to the terms of the equation. The error that [`Newton`] leaves
+/// is much smaller.
 const CORRECTION: f64 = 1e-8;
-/// Roundings that are left to the correction, which squares them: 1e-12 becomes 1e-24 times what F
-/// bends.
+/// The residual, in roundings, at which Newton's iteration may stop. The correction squares it:
+/// 1e-12 becomes about 1e-24 times the second derivative of F.
 const NEARLY: f64 = 8192.0;
 
 impl<V, S, P> Method<V, S> for Compensated<P>
@@ -131,7 +136,7 @@ where
             }
             Ok(effort.shared_by(order.len()))
         });
-        // Where the step has failed this is the state before.
+        // After a failed step this is the state before it.
         show(&carried.q, &mut state.q);
         show(&carried.p, &mut state.p);
         show(&carried.w, &mut state.w);
@@ -140,7 +145,8 @@ where
 }
 
 impl<P> Compensated<P> {
-    /// A sweep there; where friction couples the momenta, half of it before and half after, on the way back.
+    /// Takes one sweep; if friction couples the momenta, between two half steps of friction that
+    /// visit them in the orders `there` and `back`.
     fn travel<V, S>(
         &self,
         system: &S,
@@ -169,7 +175,7 @@ impl<P> Compensated<P> {
         Ok(effort)
     }
 
-    /// Moves every coordinate once, in the order given. Of `state` q and p are kept up.
+    /// Updates every coordinate once, in the given order, and keeps q and p of `state` up to date.
     fn sweep<V, S>(
         &self,
         system: &S,
@@ -217,7 +223,7 @@ impl<P> Compensated<P> {
     }
 }
 
-/// The solution of the equation in corrected numbers next to the rounded one.
+/// The solution of the equation in corrected numbers, starting from the solution in f64.
 #[inline(always)]
 fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
     mut equation: Pull<'_, '_, Corrected<T>, P>,
@@ -238,7 +244,7 @@ fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
     Err(StepFailure::NewtonStalled { dof: coordinate.dof, iterations: evaluations, update })
 }
 
-/// The state given with what is carried beyond it, if it is the one that belongs to, else without.
+/// Combines the given state with the carried remainders, in the entries where they belong to it.
 fn take_up<V: Vector>(carried: &mut State<InCorrected<V>>, state: &State<V>)
 where
     V::Scalar: Lanewise,
@@ -259,14 +265,14 @@ where
     }
 }
 
-/// Brings p and w to their normal form.
+/// Normalises the corrected numbers of p and w.
 fn normalise<V: Vector<Scalar = Corrected<T>>, T: Lanewise>(carried: &mut State<V>) {
     for part in [&mut carried.p, &mut carried.w] {
         part.as_mut_slice().iter_mut().for_each(|x| *x = x.normalised());
     }
 }
 
-/// What is carried, rounded.
+/// Rounds the carried state.
 fn show<V: Vector>(carried: &InCorrected<V>, state: &mut V)
 where
     V::Scalar: Lanewise,

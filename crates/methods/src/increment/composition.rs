@@ -1,16 +1,16 @@
-//! Sweeps to and fro, composed for higher order.
+//! Compositions of forward and backward sweeps for higher order.
 
 use afterbay_core::{InputError, Scalar};
 
-/// The fractions of the step its sweeps take: forward, back, forward, ... in turn. They add up to 1.
+/// The fractions of the step that the sweeps take: forward, backward, forward, ... in turn. They
+/// sum to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Composition {
     fractions: Vec<[f64; 2]>,
 }
 
 impl Composition {
-    /// Sweeps of the fractions given, forward and back in turn.
-    ///
+    /// Alternates forward and backward sweeps with the given fractions of the step.
     /// # Errors
     /// [`InputError::Parameter`] where their sum is not 1 to the rounding of its terms.
     pub fn alternating(fractions: &[f64]) -> Result<Self, InputError> {
@@ -27,7 +27,7 @@ impl Composition {
         Self { fractions: vec![[1.0, 0.0]] }
     }
 
-    /// Half a step forward and half a step back: symmetric, order 2.
+    /// Half a step forward and half a step backward: symmetric, order 2.
     pub fn pair() -> Self {
         Self { fractions: vec![[0.5, 0.0]; 2] }
     }
@@ -67,13 +67,13 @@ impl Composition {
         self.fractions.len()
     }
 
-    /// Pairs of sweeps, each with half of a weight.
+    /// Builds pairs of sweeps; each sweep takes half the weight.
     fn of_pairs(weights: &[[f64; 2]]) -> Self {
         let halves = |&[high, low]: &[f64; 2]| [[high / 2.0, low / 2.0]; 2];
         Self { fractions: weights.iter().flat_map(halves).collect() }
     }
 
-    /// The fraction of the step that each sweep takes, in the order of the sweeps. They add up to 1.
+    /// The fractions of the step taken by the sweeps, in order. They sum to 1.
     pub fn fractions<T: Scalar>(&self) -> impl Iterator<Item = T> {
         self.fractions.iter().map(|&[high, low]| T::from_f64(high) + T::from_f64(low))
     }
@@ -190,7 +190,7 @@ mod tests {
             let sum = composition.fractions::<Quad>().fold(Quad::ZERO, |sum, x| sum + x);
             assert!((sum - Quad::ONE).abs().0 < 1e-30, "{composition:?}");
             assert_eq!(composition.sweeps(), sweeps);
-            // Read from the other end it is its own adjoint.
+            // The composition is symmetric, hence its own adjoint.
             let fractions: Vec<f64> = composition.fractions().collect();
             assert!(
                 sweeps == 1
@@ -223,7 +223,7 @@ mod tests {
         assert!(Composition::alternating(&[0.0, 1.0]).is_ok());
     }
 
-    /// Of weights γ of a symmetric method, Σ γ^k for odd k below the order.
+    /// For the weights γ of a symmetric method, Σ γ^k = 0 for odd k below the order.
     #[test]
     fn odd_powers_of_the_weights_cancel() {
         for (weights, order) in

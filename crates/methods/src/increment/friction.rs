@@ -1,54 +1,56 @@
-//! Friction that couples the momenta, D = C(q) p, as a flow of its own between the sweeps.
+//! Friction that couples the momenta, D = C(q) p, as a separate flow between the sweeps.
 //!
-//! A sweep needs D̄_j of the means of momenta that have not moved yet. Taken at a mixed state instead, D̄ loses its sign; so
-//! friction is split off. With q at rest the momenta move one after the other,
+//! A sweep would need D̄_j at the means of momenta that have not been updated yet. At a mixture of
+//! old and new momenta, D̄·v̄ has no sign; therefore friction is split off. With q fixed, the
+//! momenta are updated one after the other,
 //!
 //! ```text
 //! p1_j - p0_j = -h D̄_j        w1_j - w0_j = h D̄_j p̄_j/m_j        p̄ = (p0 + p1)/2
 //! D̄_j = D_j(q, P)             P_k = 2 p̄_k for k moved, p̄_j for j itself, 0 for k to come
 //! ```
 //!
-//! K is exact, each equation is solved by one division, and with D = R(q) ∂H/∂p, R symmetric, the D̄_j p̄_j/m_j add up to
-//! v̄ᵀ R(q) v̄, v̄_j = p̄_j/m_j: the reservoirs fill in sum where R is positive semidefinite, at any h > 0. One pass sees C and the
-//! difference of its lower and upper triangle, which exerts no power; the pass in reversed order sees the opposite. Either is
-//! the implicit midpoint rule for what it sees, hence its own adjoint. A sweep with half a step of one before and half a step
-//! of the other after it is consistent, and its adjoint is the same with every order reversed: what holds of sweeps alone, and
-//! of every composition of them, holds of these.
+//! K is exact, and each equation is solved by one division. With D = R(q) ∂H/∂p and R symmetric,
+//! the D̄_j p̄_j/m_j sum to v̄ᵀ R(q) v̄ with v̄_j = p̄_j/m_j: Σ Δw_j ≥ 0 where R is positive
+//! semidefinite, for any h > 0. One pass applies C plus the difference of its lower and upper
+//! triangle, which does no work; the pass in reversed order applies C minus this difference. Each
+//! pass is the implicit midpoint rule for the matrix it applies, hence its own adjoint. A sweep
+//! with half a step of one pass before it and half a step of the other after it is consistent, and
+//! its adjoint reverses every order. The properties of sweeps and of their compositions therefore
+//! carry over.
 //!
-//! Where R has a skew part S, the difference of its triangles is symmetric and does exert power,
-//! 2 Σ_{k<j} S_jk v̄_j v̄_k, which S itself does not: the momenta would grow like e^(h|S|), with K
-//! exact. There all momenta move at once, by the implicit midpoint rule for C itself,
+//! If R has a skew part S, the difference of its triangles is symmetric and does the work 2 Σ_{k<j}
+//! S_jk v̄_j v̄_k, although S itself does none: the momenta would grow like e^(h|S|) while K stays
+//! exact. In this case all momenta are updated at once, by the implicit midpoint rule for C itself,
 //!
 //! ```text
 //! p1 - p0 = -h D̄        w1_j - w0_j = h D̄_j p̄_j/m_j        D̄ = C(q) p̄
 //! ```
 //!
-//! which keeps K, is its own adjoint, and gives the reservoirs v̄ᵀ R v̄, whatever R is. It takes an
-//! elimination of N unknowns.
+//! which conserves K, is its own adjoint, and adds v̄ᵀ R v̄ to the reservoirs, for any R. It
+//! requires the elimination of N unknowns.
 
 use afterbay_core::{Coupling, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
 
-/// The most momenta that are moved at once.
+/// The largest number of momenta that are updated at once.
 const MOST: usize = 512;
-/// Sizes of the coordinates at which R is looked at.
+/// The magnitudes of the coordinates at which the symmetry of R is tested.
 const SIZES: [f64; 6] = [0.0, 1e-3, 0.1, 1.0, 10.0, 1e3];
 
-/// Friction that couples the momenta, and what its passes need.
+/// Friction that couples the momenta, with the memory of its passes.
 #[derive(Clone, Debug)]
 pub(super) struct Friction<V: Vector> {
-    /// P, or p̄.
+    /// P of the pass, or p̄.
     means: V,
-    /// Room for 1 + h/2 C, row by row, and for what is left of the equations, where R is not
-    /// symmetric.
+    /// The matrix 1 + h/2 C, row by row, and the residual; present if R is not symmetric.
     at_once: Option<(Vec<V::Scalar>, V)>,
 }
 
 impl<V: Vector> Friction<V> {
-    /// None where friction does not couple the momenta.
+    /// Returns `None` if friction does not couple the momenta.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where D is not linear in the momenta, and where R is not
-    /// symmetric with more than 512 of them.
+    /// [`InputError::Unsupported`] if D is not linear in the momenta, or if R is not symmetric and
+    /// has more than 512 rows.
     pub(super) fn new<S>(system: &S) -> Result<Option<Self>, InputError>
     where
         S: Separable<V::Scalar> + ?Sized,
@@ -73,8 +75,8 @@ impl<V: Vector> Friction<V> {
         Ok(Some(Self { means: V::zeros(n), at_once }))
     }
 
-    /// Friction alone for a time `h`; momenta that move one after the other do so in the order
-    /// given.
+    /// Applies friction alone for a time `h`. Momenta that are updated one after the other take the
+    /// given order.
     pub(super) fn pass<S>(
         &mut self,
         system: &S,
@@ -94,12 +96,12 @@ impl<V: Vector> Friction<V> {
     }
 }
 
-/// Whether R is symmetric. It is looked at at q = 0 and at two more points of each of some sizes, made by a
-/// generator: an R(q) of analytic functions that is symmetric at points without a pattern is so
-/// everywhere. Where it is not finite it is not looked at.
+/// Tests whether R is symmetric, at q = 0 and at two pseudo-random points of each of several
+/// magnitudes. Where an analytic R(q) is symmetric at points in general position, it is symmetric
+/// everywhere. Points where R is not finite are skipped.
 ///
-/// With D = C p = R v and v_j = p_j/m_j it is R_ij = C_ij m_j. To rounding, beside the diagonal
-/// too: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
+/// With D = C p = R v and v_j = p_j/m_j, R_ij = C_ij m_j. Entries are compared to rounding, also
+/// relative to the diagonal: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
 fn symmetric<V, S>(system: &S) -> bool
 where
     V: Vector,
@@ -118,7 +120,7 @@ where
     })
 }
 
-/// Whether R is symmetric at q.
+/// Tests whether R is symmetric at q.
 fn symmetric_at<V, S>(system: &S, q: &V) -> bool
 where
     V: Vector,
@@ -134,7 +136,7 @@ where
     };
     let diagonal: Vec<f64> = (0..n).map(|j| entry(j, j)).collect();
     let rounding = f64::EPSILON * (1000.0 + n as f64);
-    // Only neighbours, where there are.
+    // Only neighbours are compared if the coupling is local.
     let first = |i: usize| match coupling {
         Coupling::Dense => 0,
         Coupling::Ring if i + 1 == n => 0,
@@ -151,10 +153,10 @@ where
     })
 }
 
-/// All momenta at once: (1 + h/2 C) p̄ = p0 by elimination, improved until what is left of it is
-/// rounding.
+/// Updates all momenta at once: solves (1 + h/2 C) p̄ = p0 by elimination with iterative refinement
+/// until the residual is at rounding level.
 ///
-/// Where C has a positive semidefinite symmetric part no pivot of 1 + h/2 C is below 1, in any
+/// If C has a positive semidefinite symmetric part, every pivot of 1 + h/2 C is at least 1, in any
 /// order.
 fn at_once<V, S>(
     system: &S,
@@ -216,7 +218,7 @@ where
     Ok(())
 }
 
-/// One momentum after the other, in the order given. `means` holds P.
+/// Updates one momentum after the other, in the given order. `means` holds P.
 fn one_by_one<V, S>(
     system: &S,
     h: V::Scalar,
@@ -234,15 +236,15 @@ where
     let means = means.as_mut_slice();
     means.fill(zero);
     for j in order {
-        // With P_j = 0 this is what the others exert; D is linear.
+        // With P_j = 0 this is the force of the other momenta, since D is linear.
         let drag = system.dissipation_of(q, means, j);
         let slope = half.mul_add(drag.by_p, V::Scalar::one());
         if !zero.lt(slope).all() {
             return Err(StepFailure::Singular { dof: j, slope: slope.to_f64() });
         }
         let mean = (-half).mul_add(drag.value, p[j]) / slope;
-        // The rounding of the slope is the same in every step, and K would drift by its share of p0². What is left of the
-        // equation knows it.
+        // The slope has the same rounding error in every step, so K would drift by this share of
+        // p0². The residual corrects it.
         let left = p[j] - mean - half * drag.by_p.mul_add(mean, drag.value);
         let mean = mean + left / slope;
         let force = drag.by_p.mul_add(mean, drag.value);

@@ -1,21 +1,27 @@
-//! Coordinate increments where H is not separable.
+//! Coordinate increments for H that is not separable.
 //!
-//! The degrees of freedom move one after the other, and each moves q_j along an edge, then p_j:
+//! The degrees of freedom are updated one after the other. Each moves q_j along an edge, then p_j:
 //!
 //! ```text
-//! Δq_j = h b̄_j        Δp_j = -h (ā_j + D̄_j)        Δw_j = D̄_j Δq_j        D̄_j = D_j at the middle, with the velocity Δq_j/h
-//! ā_j = mean of ∂H/∂q_j from (q0_j, p0_j) to (q1_j, p0_j)        b̄_j = mean of ∂H/∂p_j from (q1_j, p0_j) to (q1_j, p1_j)
+//!
+//! Δq_j = h b̄_j        Δp_j = -h (ā_j + D̄_j)        Δw_j = D̄_j Δq_j
+//! ā_j = mean of ∂H/∂q_j from (q0_j, p0_j) to (q1_j, p0_j)
+//! b̄_j = mean of ∂H/∂p_j from (q1_j, p0_j) to (q1_j, p1_j)
+//! D̄_j = D_j at the midpoint, with the velocity Δq_j/h
 //! ```
 //!
-//! The others stand where they are. H changes by `ā Δq + b̄ Δp = -D̄ Δq`, so K is kept exactly, for any step, any N and any D,
-//! as far as ā and b̄ are means to rounding ([`PhasePlane`]). Two equations for each degree of freedom, no linear algebra, O(N)
-//! a sweep where the coupling is local. One sweep has order 1, also with one degree of freedom. Its adjoint is the same read
-//! from the end: the degrees of freedom in reversed order, and in each p_j first, at q0_j, then q_j at p1_j. Half a step of each
-//! is symmetric and has order 2; [`Composition`]s go higher. Where H is separable this is [`super::Increment`].
+//! The other degrees of freedom are held fixed. H changes by `ā Δq + b̄ Δp = -D̄ Δq`, so K is exact
+//! for any step size, any N and any D, provided ā and b̄ are means to rounding ([`PhasePlane`]).
+//! Each degree of freedom has two equations; no linear algebra is needed, and a sweep costs O(N)
+//! where the coupling is local. One sweep has order 1, also with one degree of freedom. Its adjoint
+//! traverses the degrees of freedom in reversed order and moves p_j first, at q0_j, then q_j at
+//! p1_j. Half a step of each is symmetric and has order 2; [`Composition`]s have higher orders. For
+//! separable H this is [`super::Increment`].
 //!
-//! Passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no part of the step runs backwards, which
-//! beyond order 2 some do. D that couples the velocities is refused. **Fails** by name, with the state as it was, where the
-//! equations have no solution that continues from h = 0.
+//! Passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no substep runs
+//! backwards in time; beyond order 2 some do. D that couples the velocities is refused. A step
+//! **fails** and leaves the state unchanged where the equations have no solution that continues
+//! from h = 0.
 
 mod newton;
 mod plane;
@@ -28,7 +34,8 @@ use afterbay_core::{
 };
 use plane::{First, Plane};
 
-/// The coordinate-increment discrete gradient for any H, composed of sweeps to and fro.
+/// The coordinate-increment discrete gradient for any H, a composition of forward and backward
+/// sweeps.
 #[derive(Clone, Debug)]
 pub struct GeneralIncrement {
     composition: Composition,
@@ -36,12 +43,12 @@ pub struct GeneralIncrement {
 }
 
 impl GeneralIncrement {
-    /// The composition given, the degrees of freedom in their natural order.
+    /// Uses `composition` with the degrees of freedom in their natural order.
     pub fn new(composition: Composition) -> Self {
         Self { composition, order: None }
     }
 
-    /// The same with the degrees of freedom in another order.
+    /// Updates the degrees of freedom in the given order.
     pub fn in_order(self, order: Vec<usize>) -> Self {
         Self { order: Some(order), ..self }
     }
@@ -84,7 +91,7 @@ where
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
                 let h = fraction * h;
-                // Nothing moves, and there is no velocity Δq/h.
+                // The state does not change, and the velocity Δq/h is undefined.
                 if h == V::Scalar::zero() {
                     continue;
                 }
@@ -99,7 +106,7 @@ where
     }
 }
 
-/// Has K stayed where it was, where the means of the system are not exact?
+/// Checks K over a step of a system whose means are not exact.
 fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
     system: &S,
     before: [&[T]; 3],
@@ -115,7 +122,7 @@ fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
     };
     let mut gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
     let gained = sum(&mut gains);
-    // Kinetic energy and potential may cancel in H.
+    // The kinetic and the potential energy may cancel in H.
     let bends = || {
         let at = |[q, p, _]: [&[T]; 3]| {
             sum(&mut (0..q.len()).map(|j| {
@@ -128,7 +135,7 @@ fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
     balance::check(account(before), account(after), gained, bends)
 }
 
-/// Moves every degree of freedom once, in the order given.
+/// Updates every degree of freedom once, in the given order.
 fn sweep<V, S>(
     system: &S,
     h: V::Scalar,

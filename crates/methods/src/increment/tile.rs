@@ -1,9 +1,10 @@
-//! A tile of a chain or a ring: some members in a row and their neighbours on both sides, apart by colour.
+//! A tile of a chain or a ring: consecutive members and their neighbours on both sides, stored by
+//! colour.
 
 use afterbay_core::{Quantity, State, StepFailure};
 use std::ops::Range;
 
-/// Members of a tile, an even number: with q, p and w of both colours they take 24 KiB.
+/// The number of members of a tile, even. q, p and w of both colours take 24 KiB.
 pub(super) const TILE: usize = 1024;
 
 /// Entry e of colour c is the member `first - margin + 2 e + c`.
@@ -12,18 +13,19 @@ pub(super) struct Tile {
     pub(super) q: [Vec<f64>; 2],
     pub(super) p: [Vec<f64>; 2],
     pub(super) w: [Vec<f64>; 2],
-    /// Members of the system, and whether the last is beside the first.
+    /// The number of members of the system, and whether it is a ring.
     n: usize,
     ring: bool,
-    /// Neighbours on either side, an even number.
+    /// The number of neighbours on either side, even.
     margin: usize,
-    /// The first of the tile's own members, and how many there are.
+    /// The first of the tile's own members, and their number.
     first: usize,
     len: usize,
 }
 
 impl Tile {
-    /// A tile of a system of `n` members, for steps that change colour up to `changes` times, an even number.
+    /// Creates a tile of a system of `n` members, for steps with up to `changes` changes of colour,
+    /// an even number.
     pub(super) fn new(n: usize, ring: bool, changes: usize) -> Self {
         let margin = changes + 2;
         let zeros =
@@ -31,7 +33,8 @@ impl Tile {
         Self { q: zeros(), p: zeros(), w: zeros(), n, ring, margin, first: 0, len: 0 }
     }
 
-    /// Takes in the members `first..first + len`, and the neighbours they need to change colour so many times.
+    /// Loads the members `first..first + len` and the neighbours needed for that many changes of
+    /// colour.
     pub(super) fn load(
         &mut self,
         state: &State<Vec<f64>>,
@@ -58,7 +61,7 @@ impl Tile {
                 let members = &from
                     [first + before - self.margin..from.len().min(first + window - self.margin)];
                 if members.len() < window {
-                    // The walls; no one looks behind them.
+                    // The walls; entries beyond them are never read.
                     for (colour, to) in to.iter_mut().enumerate() {
                         to[..before / 2].fill(0.0);
                         to[(before + members.len() + 1 - colour) / 2..].fill(0.0);
@@ -69,7 +72,8 @@ impl Tile {
         }
     }
 
-    /// The entries of a colour that belong to the tile, and to `beyond` members on either side of it.
+    /// The entries of one colour that belong to the tile or to `beyond` members on either side of
+    /// it.
     pub(super) fn range(&self, colour: usize, beyond: usize) -> Range<usize> {
         let (mut start, mut end) = (self.margin - beyond, self.margin + self.len + beyond);
         if !self.ring {
@@ -79,12 +83,12 @@ impl Tile {
         (start + 1 - colour) / 2..(end + 1 - colour) / 2
     }
 
-    /// The member an entry stands for; on a ring, up to turns of it.
+    /// The index of the member stored at an entry; on a ring, modulo n.
     pub(super) fn member(&self, colour: usize, entry: usize) -> usize {
         (self.first + self.n * self.margin + 2 * entry + colour) - self.margin
     }
 
-    /// Gives the tile's own members back.
+    /// Writes the tile's own members back.
     ///
     /// # Errors
     /// [`StepFailure::NonFinite`]
@@ -111,7 +115,7 @@ impl Tile {
     }
 }
 
-/// Looks at sixteen numbers at a time: a sum stays 0 until one of them is not finite.
+/// Tests sixteen numbers at a time. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
 fn all_finite(numbers: &[f64]) -> bool {
     let (chunks, rest) = numbers.as_chunks::<16>();
     let mut sums = [0.0; 16];
@@ -123,7 +127,7 @@ fn all_finite(numbers: &[f64]) -> bool {
     sums.iter().all(|sum| *sum == 0.0) && rest.iter().all(|x| x.is_finite())
 }
 
-/// Deals the members out to their colours, from entry `at` on.
+/// Distributes the members to their colours, from entry `at` on.
 fn deal(members: &[f64], [even, odd]: &mut [Vec<f64>; 2], at: usize) {
     let (even, odd) = (&mut even[at..], &mut odd[at..]);
     let (pairs, last) = members.as_chunks::<2>();

@@ -1,13 +1,16 @@
-//! The coloured sweeps of a chain or a ring of equal members, eight of them at a time.
+//! Coloured sweeps of a chain or a ring of equal members, eight members at a time.
 //!
-//! No two members of a colour act on each other, so a colour is moved in lanes and by any number of threads. The coordinates
-//! are cut into tiles that fit the nearest cache. Each change of colour carries what lies beyond a tile's ends one member further
-//! in: a tile is loaded with one neighbour more than there are changes on either side, takes several steps alone and gives back its own
-//! part. So memory is read once and written once in up to eight steps; what is redone beyond the ends is up to 3 % of
-//! a tile. The tiles are the same for any number of threads, and a lane computes what it would alone: so are the results, to
-//! the bit, however many steps are taken at once. Where one of them fails, they are redone one by one from the state before.
+//! Members of one colour are not coupled, so a colour is updated in lanes and by any number of
+//! threads. The coordinates are cut into tiles that fit the L1 cache. Each change of colour
+//! invalidates one more member at each end of a tile. A tile is therefore loaded with one neighbour
+//! more than there are changes of colour on either side, takes several steps alone and writes back
+//! its own members. Memory is read and written once in up to eight steps; the work repeated beyond
+//! the ends is up to 3 % of a tile. The tiles do not depend on the number of threads and a lane
+//! computes the same numbers as a single member, so the results are equal to the bit for any number
+//! of threads and of steps taken at once. If a step fails, the steps are repeated one by one from
+//! the state before.
 //!
-//! [`Effort`] counts what is computed: beyond the ends too, and eight for lanes of which some have no member.
+//! [`Effort`] counts all evaluations, including those beyond the ends and those of unused lanes.
 
 use super::tile::{TILE, Tile};
 use super::{Composition, advance};
@@ -19,15 +22,17 @@ use bytemuck::{bytes_of, pod_read_unaligned};
 use rayon::prelude::*;
 use std::array::from_fn;
 
-/// Members moved at a time.
+/// The number of members updated at a time.
 const LANES: usize = 8;
 
-/// Steps a tile takes at once, at most.
+/// The largest number of steps a tile takes at once.
 const MOST: usize = 8;
-/// Changes of colour in them, at most, unless a single step has more: so many members are redone with those of a tile.
+/// The largest number of changes of colour in these steps, unless a single step has more. As many
+/// members are computed redundantly with those of a tile.
 const REDONE: usize = TILE / 32;
 
-/// The coordinate-increment discrete gradient with red-black sweeps ([`Coupling::coloured`]), vectorised.
+/// The coordinate-increment discrete gradient with red-black sweeps ([`Coupling::coloured`]),
+/// vectorised.
 #[derive(Clone, Debug)]
 pub struct Tiled {
     composition: Composition,
@@ -35,20 +40,21 @@ pub struct Tiled {
 }
 
 impl Tiled {
-    /// The composition given, on one thread.
+    /// Uses `composition` on one thread.
     pub fn new(composition: Composition) -> Self {
         Self { composition, threads: 1 }
     }
 
-    /// The same on up to so many threads of the current pool.
+    /// Uses up to `threads` threads of the current pool.
     pub fn on_threads(self, threads: usize) -> Self {
         Self { threads: threads.max(1), ..self }
     }
 
-    /// Can the members of this system be parted into two colours that are moved in turn?
+    /// Checks that the members of the system can be coloured with two colours that are updated in
+    /// turn.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`], and why not.
+    /// [`InputError::Unsupported`] with the reason.
     pub fn fits<S: Uniform + ?Sized>(system: &S) -> Result<(), InputError> {
         let why = match system.coupling() {
             Coupling::Dense => "colours are for chains and rings",
@@ -64,7 +70,7 @@ impl Tiled {
     }
 }
 
-/// The new state, a tile for each thread, and how many steps these have room for.
+/// The new state, a tile for each thread, and the number of steps the tiles have room for.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     new: [Vec<f64>; 3],
@@ -82,7 +88,7 @@ where
         validate::masses(system)?;
         Self::fits(system)?;
         let n = system.dof();
-        // A lane takes the mass of one for that of all: the ∂H/∂p of another would cost K.
+        // A lane uses the mass of one member for all eight. Unequal masses would not conserve K.
         if (1..n).any(|j| system.mass(j) != system.mass(0)) {
             let why = "members moved side by side have the same mass";
             return Err(InputError::Unsupported { method: "increment", why });
@@ -126,7 +132,8 @@ where
                     done += burst as u64;
                 }
                 Err(failure) if burst == 1 => return Err((done, failure)),
-                // Which of its steps was it? The state is still the one before them.
+                // The steps are repeated one by one to find the first that fails. The state is
+                // unchanged.
                 Err(_) => most = 1,
             }
         }
@@ -135,7 +142,7 @@ where
 }
 
 impl Tiled {
-    /// Takes some steps at once. Where one fails the state is as it was before all of them.
+    /// Takes several steps at once. If one fails, the state stays as it was before all of them.
     fn burst<S: Uniform + ?Sized>(
         &self,
         system: &S,
@@ -162,7 +169,7 @@ impl Tiled {
                 .map(|(new, tile)| (tile, new))
                 .enumerate()
                 .map(part)
-                // In order, so that of several failures it is always the first.
+                // An ordered reduction, so that the first of several failures is reported.
                 .reduce(|| Ok(0), |before, after| Ok(before? + after?)),
         }?;
         std::mem::swap(&mut state.q, q);
@@ -174,7 +181,7 @@ impl Tiled {
     }
 }
 
-/// What every tile needs to know of the steps it takes.
+/// The parameters of the steps, shared by all tiles.
 struct Steps<'a, S: Uniform + ?Sized> {
     system: &'a S,
     lanes: S::Lanes,
@@ -185,7 +192,7 @@ struct Steps<'a, S: Uniform + ?Sized> {
 }
 
 impl<S: Uniform + ?Sized> Steps<'_, S> {
-    /// Carries the members from `first` on to their new places, tile by tile. Gives the number of evaluations.
+    /// Moves the members from `first` on, tile by tile. Returns the number of evaluations.
     fn carry(
         &self,
         composition: &Composition,
@@ -203,11 +210,11 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
                 for (sweep, fraction) in composition.fractions::<f64>().enumerate() {
                     for colour in if sweep % 2 == 0 { [0, 1] } else { [1, 0] } {
                         evaluations += self.sweep(fraction * self.h, tile, colour, changes)?;
-                        // The next sweep begins with the colour this one ends with.
+                        // The next sweep begins with the colour with which this one ends.
                         changes -= usize::from(colour == sweep % 2);
                     }
                 }
-                // So does the next step, unless the sweeps are odd in number.
+                // So does the next step if the number of sweeps is even.
                 changes -= sweeps % 2;
             }
             tile.store([q, p, w])?;
@@ -215,7 +222,8 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         Ok(evaluations)
     }
 
-    /// Moves the members of a colour: the tile's own, and as many beyond its ends as there are changes of colour to come.
+    /// Updates the members of one colour: the tile's own, and beyond its ends as many as there are
+    /// changes of colour to come.
     #[inline]
     fn sweep(
         &self,
@@ -235,14 +243,14 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         let (q, q_rest) = q[range.clone()].as_chunks_mut();
         let (p, p_rest) = p[range.clone()].as_chunks_mut();
         let (w, w_rest) = w[range].as_chunks_mut();
-        // Steep places are often beside each other.
+        // Members that need more iterations are often adjacent.
         let (mut evaluations, mut ordinary) = (0, true);
         for ((((q, p), w), left), right) in q.iter_mut().zip(p).zip(w).zip(left).zip(right) {
             evaluations += self.lanes(h, member, [left, right], [q, p, w], &mut ordinary)?;
             member += 2 * LANES;
         }
         if !q_rest.is_empty() {
-            // The lanes without a member repeat the last one.
+            // Lanes without a member repeat the last one.
             let fill = |rest: &[f64]| -> [f64; LANES] { from_fn(|k| rest[k.min(rest.len() - 1)]) };
             let (mut q, mut p, mut w) = (fill(q_rest), fill(p_rest), fill(w_rest));
             let beside = [&fill(left_rest), &fill(right_rest)];
@@ -256,7 +264,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         Ok(evaluations)
     }
 
-    /// Moves eight members between the neighbours given: `member`, and every second one from there.
+    /// Updates eight members between the given neighbours: `member` and every second one after it.
     #[inline(always)]
     fn lanes(
         &self,
@@ -277,7 +285,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         Ok(evaluations)
     }
 
-    /// The same where two evaluations may not be enough.
+    /// Updates the lanes if two evaluations may not be enough.
     #[cold]
     #[inline(never)]
     fn carefully(
@@ -293,7 +301,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         }
     }
 
-    /// Side by side, if that is how all can be solved.
+    /// Solves all lanes together, if every lane converges.
     #[inline(always)]
     fn together(
         &self,
@@ -304,7 +312,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         [q, p, w]: [&mut [f64; LANES]; 3],
     ) -> Option<u64> {
         let zero = f64x8::from_f64(0.0);
-        // One load each: by value, the arrays would go over the stack.
+        // One load each; passed by value, the arrays would go through the stack.
         let load = |x: &[f64; LANES]| -> f64x8 { pod_read_unaligned(bytes_of(x)) };
         let (mut window, mut momenta) = ([load(left), load(q), load(right)], [zero, load(p), zero]);
         let beside = [&mut window[..], &mut momenta];
@@ -318,7 +326,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         Some(LANES as u64 * moved.evaluations)
     }
 
-    /// The same without lanes.
+    /// Solves each member alone.
     #[cold]
     #[inline(never)]
     fn one_by_one(
@@ -343,7 +351,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
     }
 }
 
-/// Newton's iteration where two evaluations do.
+/// Newton's iteration with exactly two evaluations.
 struct Ordinary;
 
 impl Solver for Ordinary {
@@ -359,7 +367,7 @@ impl Solver for Ordinary {
     }
 }
 
-/// Newton's direct iteration; where a lane needs more than that, each is solved alone.
+/// Newton's direct iteration; if a lane does not converge, each member is solved alone.
 struct Direct;
 
 impl Solver for Direct {

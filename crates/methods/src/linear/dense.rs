@@ -1,4 +1,4 @@
-//! Everyone acts on everyone: faer's LU with partial pivoting, blocked.
+//! Dense matrices: faer's blocked LU with partial pivoting.
 
 use super::{Number, Solver, subtract_columns, usable};
 use faer::dyn_stack::{MemStack, StackReq};
@@ -7,10 +7,11 @@ use faer::perm::PermRef;
 use faer::{Conj, MatMut, MatRef, Par};
 use std::mem::MaybeUninit;
 
-/// The largest matrix that is factorised beforehand: a larger one takes every path of faer that this one does.
+/// The size of the largest matrix that is factorised on creation. Larger matrices use no other code
+/// paths of faer.
 const READY: usize = 256;
 
-/// A dense matrix by columns, then its factors.
+/// A dense matrix stored by columns, later its factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Dense<T> {
     size: usize,
@@ -30,14 +31,15 @@ impl<T: Number> Dense<T> {
         let (rows, rows_inverse) = ((0..size).collect(), (0..size).collect());
         let mut matrix =
             Self { size, values: vec![T::ZERO; size * size], rows, rows_inverse, scratch };
-        // What faer makes ready the first time, on a matrix that is singular: here, not in a step.
+        // Factorises once, so that faer allocates its memory here rather than in a step. The matrix
+        // is singular.
         let _ = matrix.factorise_leading(size.min(READY));
         matrix
     }
 }
 
 impl<T: Number> Dense<T> {
-    /// Factorises the leading block of this size, the only one where it is that of the matrix.
+    /// Factorises the leading block of size n, where n is at most the size of the matrix.
     fn factorise_leading(&mut self, n: usize) -> Result<(), usize> {
         let Self { values, rows, rows_inverse, scratch, .. } = self;
         let matrix = MatMut::from_column_major_slice_mut(&mut values[..n * n], n, n);

@@ -1,14 +1,15 @@
-//! GMRES: linear equations of which the product with a vector is known, and no more.
+//! GMRES, a solver for linear equations that uses only products with the matrix.
 //!
-//! Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869: the combination of b, A b,
-//! A² b, .. that leaves the least residual. The memory is made once; solving allocates nothing.
+//! Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869: the linear combination of
+//! b, A b, A² b, .. with the smallest residual. Memory is allocated once; solving does not
+//! allocate.
 
-/// The basis of the Krylov space and the small matrix of A in it.
+/// The basis of the Krylov space, and the Hessenberg matrix of A in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Gmres {
     /// Orthonormal vectors
     basis: Vec<Vec<f64>>,
-    /// Columns of the triangular matrix that the rotations leave
+    /// The columns of the triangular matrix produced by the rotations
     columns: Vec<Vec<f64>>,
     rotations: Vec<[f64; 2]>,
     right: Vec<f64>,
@@ -19,7 +20,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Gmres {
-    /// For `size` unknowns and at most `most` products.
+    /// Allocates the memory for `size` unknowns and at most `most` products.
     pub(crate) fn new(size: usize, most: usize) -> Self {
         Self {
             basis: vec![vec![0.0; size]; most + 1],
@@ -29,8 +30,9 @@ impl Gmres {
         }
     }
 
-    /// Replaces b in `x` by the solution of A x = b, as far as the residual is `tolerance` of b or
-    /// the products last. `multiply` writes A a to its second argument. The number of products.
+    /// Replaces b in `x` by the solution of A x = b. Stops when the residual is `tolerance` times
+    /// |b|, or when no products are left. `multiply` writes A a to its second argument. Returns the
+    /// number of products.
     pub(crate) fn solve(
         &mut self,
         tolerance: f64,
@@ -98,8 +100,8 @@ impl Gmres {
 mod tests {
     use super::*;
 
-    /// A matrix that is neither symmetric nor near to 1, in as many products as it has rows; and in
-    /// two where it has two eigenvalues.
+    /// A matrix that is neither symmetric nor close to 1 takes as many products as it has rows, and
+    /// two if it has two eigenvalues.
     #[test]
     fn equations_are_solved() {
         let n = 12;

@@ -1,4 +1,4 @@
-//! What the entries of a matrix are: real numbers, or complex ones.
+//! The entries of a matrix: real or complex numbers.
 
 use faer::c64;
 use faer::traits::ComplexField;
@@ -21,10 +21,10 @@ pub(crate) trait Number:
     /// `x`
     fn real(x: f64) -> Self;
 
-    /// `self · a + b`, for real numbers with one rounding.
+    /// `self · a + b`, with a single rounding for real numbers.
     fn fused(self, a: Self, b: Self) -> Self;
 
-    /// |x|, or for complex numbers the sum of the sizes of both parts: pivots are compared by it.
+    /// x|, or for complex numbers |Re x| + |Im x|; used to compare pivots.
     fn size(self) -> f64;
 
     /// 1 / self
@@ -67,7 +67,7 @@ impl Number for c64 {
     fn size(self) -> f64 {
         self.re.abs() + self.im.abs()
     }
-    // Scaled by the larger part, so that no square overflows.
+    // Scaled by the larger part, to prevent overflow of the squares.
     #[inline(always)]
     fn inverse(self) -> Self {
         let Self { re, im } = self;

@@ -1,13 +1,13 @@
-//! A few unknowns: Gauss with partial pivoting, in place.
+//! Gaussian elimination with partial pivoting, in place, for few unknowns.
 
 use super::{Number, Solver, subtract_columns, usable};
 
-/// A dense matrix by columns, then its factors, the reciprocal pivots on the diagonal.
+/// A dense matrix stored by columns, later its factors, with reciprocal pivots on the diagonal.
 #[derive(Clone, Debug)]
 pub(crate) struct Small<T> {
     size: usize,
     values: Vec<T>,
-    /// The row exchanged with each row in turn.
+    /// The row with which each row was exchanged, in order.
     exchanges: Vec<usize>,
 }
 
@@ -50,7 +50,7 @@ impl<T: Number> Solver<T> for Small<T> {
                     *x = (-*factor).fused(top, *x);
                 }
             }
-            // The factors already made follow their rows.
+            // The factors computed so far are exchanged with their rows.
             for j in 0..k {
                 left.swap(j * n + k, j * n + largest);
             }

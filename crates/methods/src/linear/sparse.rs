@@ -1,8 +1,9 @@
-//! A few entries a row: faer's sparse LU, its symbolic analysis done once.
+//! Sparse matrices: faer's sparse LU with one symbolic analysis.
 //!
-//! The simplicial factorisation keeps the memory of the one before, so refactorising does not allocate unless
-//! pivoting fills in more than it ever has: two factorisations when the matrix is laid out, one that pivots on the diagonal
-//! and one that pivots at random, see to it. A pivot of 0 is divided by: what is solved then is not finite.
+//! The simplicial factorisation reuses the memory of the one before, so refactorising allocates
+//! only if pivoting produces more fill-in than ever before. To reserve this memory, the matrix is
+//! factorised twice on creation, once with pivots on the diagonal and once with random ones. A zero
+//! pivot is divided by, and the solution is then not finite.
 
 use super::{Number, Solver};
 use afterbay_core::InputError;
@@ -15,7 +16,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par};
 use std::mem::MaybeUninit;
 
-/// A sparse matrix by columns, and its factors.
+/// A sparse matrix stored by columns, and its factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Sparse<T> {
     pattern: SymbolicSparseColMat<usize>,
@@ -51,7 +52,7 @@ impl<T: Number> Sparse<T> {
         Ok(matrix)
     }
 
-    /// Factorises twice, so that the memory is there.
+    /// Factorises twice to allocate the memory.
     fn reserve(&mut self, entries: &[(usize, usize)]) {
         for pivots in [1.0, 0.0] {
             let mut random = 1_u32;
@@ -60,7 +61,7 @@ impl<T: Number> Sparse<T> {
                 let share = f64::from(random) / f64::from(u32::MAX);
                 *value = T::real(if row == column { pivots + 1e-3 * share } else { 1e-3 * share });
             }
-            // What counts is the memory it leaves behind, not whether random numbers are singular.
+            // Only the allocation matters; the random matrix may be singular.
             let _ = self.factorise();
         }
     }

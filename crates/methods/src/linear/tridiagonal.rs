@@ -1,14 +1,16 @@
-//! Neighbours in a row: Thomas' algorithm, from both ends to the middle.
+//! Tridiagonal matrices: Thomas' algorithm, from both ends to the middle.
 //!
-//! Each row waits for the one before, so two of them at a time take half as long. Without pivoting, so it wants a diagonal
-//! that outweighs the rest. The matrix of a step is I + h/2 Dp + h²/4 Hqq Hpp and has it for short steps, and for any step
-//! where V is convex and couples neighbours by springs. Elsewhere a vanishing pivot is a failure, and a small one costs
-//! corrections.
+//! The rows depend on each other in sequence, so eliminating from both ends at once halves the
+//! time. There is no pivoting, so the matrix should be diagonally dominant. The matrix of a step is
+//! I + h/2 Dp + h²/4 Hqq Hpp. It is diagonally dominant for short steps, and for any step size if V
+//! is convex and couples neighbours by springs. Otherwise a vanishing pivot is a failure, and a
+//! small one costs corrections.
 
 use super::{Number, Solver, usable};
 
-/// Rows of three entries: below the diagonal, on it, above it; then, on the side of the nearer end, the factor, the
-/// reciprocal pivot, and on the other side the entry over the pivot. The row in the middle has two factors.
+/// Rows of three entries: below, on and above the diagonal. After the factorisation they hold, on
+/// the side of the nearer end, the factor, then the reciprocal pivot, and on the other side the
+/// entry divided by the pivot. The middle row has two factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Tridiagonal<T> {
     values: Vec<T>,
@@ -21,13 +23,15 @@ impl<T: Number> Tridiagonal<T> {
     }
 }
 
-/// What is left of `row`, of which the entry at `near` meets the row that ended in `pivot` and `beyond`.
+/// Eliminates from `row` the entry at `near`, given the reciprocal pivot and the scaled entry of
+/// the previous row.
 fn eliminate<T: Number>(row: &mut [T; 3], near: usize, [inverse, beyond]: [T; 2]) -> T {
     row[near] *= inverse;
     (-row[near]).fused(beyond, row[1])
 }
 
-/// The rows from one end, where `near` is the entry towards it: the last reciprocal pivot and the entry beyond it.
+/// Eliminates the rows from one end, where `near` is the index of the entry towards that end.
+/// Returns the last reciprocal pivot and the scaled entry of the last row.
 fn eliminate_all<'a, T: Number + 'a>(
     rows: impl Iterator<Item = (usize, &'a mut [T; 3])>,
     near: usize,
@@ -89,7 +93,7 @@ impl<T: Number> Solver<T> for Tridiagonal<T> {
         else {
             return;
         };
-        // For an even number the left has one row more.
+        // If the number of rows is even, the left part has one more.
         let more = left.len() - right.len();
         let (mut before, mut after) = (T::ZERO, T::ZERO);
         for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {

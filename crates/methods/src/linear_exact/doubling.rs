@@ -1,9 +1,9 @@
-//! A short step by Taylor series and Gauss nodes, and twice as long a one from it.
+//! A short step by Taylor series and Gauss quadrature, and its repeated doubling.
 
 use crate::linear_flow::{nodes, terms};
 use afterbay_core::Scalar;
 
-/// A, the rows of D and ∂H/∂p, and what a step h makes of them, row by row.
+/// A, the rows of D and ∂H/∂p, and the matrices of the step h, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Doubling<T> {
     size: usize,
@@ -35,7 +35,7 @@ fn multiply<T: Scalar>(a: &[T], b: &[T], to: &mut [T], size: usize) {
 }
 
 impl<T: Scalar> Doubling<T> {
-    /// For the matrix A and the `n` rows of D and ∂H/∂p.
+    /// Creates the matrices for A and the `n` rows of D and ∂H/∂p.
     pub(super) fn new(size: usize, n: usize, [a, d, v]: [Vec<T>; 3]) -> Self {
         let square = || vec![T::zero(); size * size];
         Self {
@@ -52,7 +52,7 @@ impl<T: Scalar> Doubling<T> {
         }
     }
 
-    /// X, e^{hA} and Q_j of the time `short`, doubled so often.
+    /// Computes X, e^{hA} and Q_j for the time `short`, doubled `doublings` times.
     pub(super) fn make(&mut self, short: T, doublings: u32) {
         self.begin(short);
         for _ in 0..doublings {
@@ -60,7 +60,7 @@ impl<T: Scalar> Doubling<T> {
         }
     }
 
-    /// X and Q_j of a short step, by Taylor series and Gauss nodes.
+    /// Computes X and Q_j of a short step by Taylor series and Gauss quadrature.
     fn begin(&mut self, h: T) {
         let Self { size, a, d, v, change, flow, forms, nodes, powers, scratch } = self;
         let size = *size;
@@ -101,7 +101,7 @@ impl<T: Scalar> Doubling<T> {
         (0..size).for_each(|i| flow[i * size + i] += T::one());
     }
 
-    /// From h to 2h.
+    /// Doubles the step from h to 2h.
     fn double(&mut self) {
         let Self { size, flow, forms, scratch, .. } = self;
         let size = *size;

@@ -1,27 +1,29 @@
-//! The step of a linear system as matrices on x = (q, p, 1): e^{hA}, and for each reservoir a
-//! quadratic form.
+//! The step of a linear system as matrices acting on x = (q, p, 1): e^{hA}, and a quadratic form
+//! for each reservoir.
 //!
 //! ```text
-//! Q_j = ∫_0^h e^{τAᵀ} ½ (d_jᵀ v_j + v_jᵀ d_j) e^{τA} dτ        Q_j(2h) = Q_j + e^{hAᵀ} Q_j e^{hA}        Δw_j = xᵀ Q_j x
+//!
+//! Q_j = ∫_0^h e^{τAᵀ} ½ (d_jᵀ v_j + v_jᵀ d_j) e^{τA} dτ        Δw_j = xᵀ Q_j x
+//! Q_j(2h) = Q_j + e^{hAᵀ} Q_j e^{hA}
 //! ```
 //!
-//! with d_j and v_j the rows of D and ∂H/∂p. A step with h |A| ≤ 1 comes from the Taylor series and
-//! Gauss nodes; a longer one from such a step by doubling, in 31 digits: what is rounded in the
-//! short step grows by h |A|, and A itself is made of the second derivatives as they are, so that
-//! it keeps the H it is made of. Of a short step X = e^{hA} - 1 is kept, of which nothing is lost
-//! in the 1.
+//! with d_j and v_j the rows of D and ∂H/∂p. A step with h |A| ≤ 1 is computed from the Taylor
+//! series and Gauss quadrature, a longer one by doubling such a step in 31 digits, because doubling
+//! amplifies the rounding errors of the short step by h |A|. A is built from the unrounded second
+//! derivatives, so that the flow conserves exactly the H they belong to. For a short step X =
+//! e^{hA} - 1 is stored, so that no digits are lost to the 1.
 
 use super::doubling::Doubling;
 use afterbay_core::{Block, Curvature, Quad, Scalar};
 
-/// The matrices, row by row, of the last h.
+/// The matrices of the last h, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T> {
     n: usize,
     /// 2N, or 2N + 1 where there are constant forces
     size: usize,
     h: Option<T>,
-    /// Is x1 = e^{hA} x0 rather than x0 + X x0?
+    /// Whether x1 = e^{hA} x0 is used instead of x0 + X x0
     doubled: bool,
     rate: f64,
     short: Box<Doubling<T>>,
@@ -31,7 +33,7 @@ pub(super) struct Table<T> {
     x: Vec<T>,
 }
 
-/// All the digits of a scalar that holds one number.
+/// Converts a scalar that holds one number without rounding.
 fn widen<T: Scalar>(x: T) -> Quad {
     let high = x.to_f64();
     Quad::from_f64(high) + Quad::from_f64((x - T::from_f64(high)).to_f64())
@@ -58,7 +60,7 @@ impl<T: Scalar> Table<T> {
         let free = constant.iter().flatten().all(|&c| c == T::zero());
         let size = if free { 2 * n } else { 2 * n + 1 };
         let none = |rows: usize| vec![Quad::ZERO; rows * size];
-        // The rows of ∂H/∂q and ∂H/∂p, symmetric to the last digit, and of D.
+        // The rows of ∂H/∂q and ∂H/∂p, made exactly symmetric, and of D.
         let (mut slopes, mut d) = (none(2 * n), none(n));
         system.curvature(&x[..n], &x[n..], |block, i, j, value| {
             let half = widen(value).half();
@@ -110,13 +112,13 @@ impl<T: Scalar> Table<T> {
         }
     }
 
-    /// Computes the matrices of h, if they are not there.
+    /// Computes the matrices of h, unless they are stored.
     pub(super) fn prepare(&mut self, h: T) {
         if self.h == Some(h) {
             return;
         }
         let rate = h.to_f64().abs() * self.rate;
-        // No more than what a double can count: beyond, nothing is finite.
+        // Limited to the exponent range of a double; beyond it nothing is finite.
         let doublings = rate.log2().ceil().clamp(0.0, 1e3);
         self.doubled = doublings > 0.0;
         let Self { short, long, matrix, forms, .. } = self;
@@ -134,7 +136,7 @@ impl<T: Scalar> Table<T> {
         self.h = Some(h);
     }
 
-    /// q1, p1 and Δw.
+    /// Computes q1, p1 and Δw.
     pub(super) fn step(&mut self, [q0, p0]: [&[T]; 2], [q, p, w]: [&mut [T]; 3]) {
         let (n, size) = (self.n, self.size);
         let x = &mut self.x[..size];
@@ -154,7 +156,7 @@ impl<T: Scalar> Table<T> {
     }
 }
 
-/// |A|, with q and p in units that make it least.
+/// A|, minimised over the ratio of the units of q and p.
 fn rate(n: usize, size: usize, a: &[Quad]) -> f64 {
     let square = |rows: usize, columns: usize| {
         let entry = |i: usize, j: usize| a[(rows + i) * size + columns + j].to_f64();

@@ -1,20 +1,21 @@
-//! The equation of the step at a Δz: the system at z̄, its second derivatives, and the product with A.
+//! The equation of the step at a given Δz: the system at z̄, its second derivatives, and products
+//! with A.
 
 use super::slopes::Slopes;
 use crate::linear_flow::LinearFlow;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
-/// The most rounding of h λ that is let into the iteration,
+/// The largest rounding error of h λ that is admitted to the iteration,
 const NOISY: f64 = 1e-3;
-/// but for a λ without which K would move by more roundings of H than this.
+/// unless K would change without λ by more than this number of roundings of H.
 const FELT: f64 = 16.0;
 
-/// The new state while it is being made.
+/// The new state and the memory of the iteration.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     pub(super) dissipative: bool,
     pub(super) linear: bool,
-    /// Whether λ is told from the rounding of H; decided once in a step.
+    /// Whether λ exceeds its rounding error; decided once per step.
     pub(super) resolved: Option<bool>,
     pub(super) slopes: Slopes<V>,
     pub(super) flow: LinearFlow<V>,
@@ -25,12 +26,12 @@ pub struct Workspace<V: Vector> {
     pub(super) end: [V; 2],
     /// ∇̄H
     pub(super) gradient: [V; 2],
-    /// D̄, and what is left of it at v = 0
+    /// D̄, and D at v = 0
     pub(super) d: V,
     pub(super) rest: V,
     /// w1
     pub(super) w: V,
-    /// Vectors and what matrices make of them
+    /// Intermediate vectors
     pub(super) scratch: [V; 6],
 }
 
@@ -60,7 +61,7 @@ impl<V: Vector> Workspace<V> {
         [self.end[0].as_slice(), self.end[1].as_slice(), self.w.as_slice()]
     }
 
-    /// z̄ and z1 of Δz.
+    /// Sets z̄ and z1 from Δz.
     pub(super) fn place(&mut self, state: &State<V>) {
         let n = state.dof();
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
@@ -74,7 +75,7 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// ∇̄H, D̄, S and R of Δz, where H was `start` at z0; then u(0) = f̄ - ½ A Δz.
+    /// Evaluates ∇̄H, D̄, S and R at Δz, where `start` = H(z0), and then u(0) = f̄ - ½ A Δz.
     pub(super) fn evaluate<S>(&mut self, system: &S, h: V::Scalar, start: V::Scalar)
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -112,8 +113,8 @@ impl<V: Vector> Workspace<V> {
 
     /// λ = [H(z1) - H(z0) - ∇H(z̄)·Δz] / |Δz|².
     ///
-    /// λ = 0 where its rounding would be felt by the iteration and K moves by no more than a few
-    /// roundings of H without it, as beside a point of rest.
+    /// Returns 0 if the rounding error of λ would disturb the iteration and K changes without λ by
+    /// a few roundings of H at most, as near an equilibrium.
     fn lambda<S>(&mut self, system: &S, h: V::Scalar, start: V::Scalar) -> V::Scalar
     where
         S: Curvature<V::Scalar> + ?Sized,

@@ -1,26 +1,29 @@
-//! The simple iteration for Δz, and w along the path found.
+//! The fixed-point iteration for Δz, and w along the path found.
 
 use super::equation::Workspace;
 use crate::adaptive::Projection;
 use crate::bend::bend;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
-/// The most iterations. An iteration that contracts by 0.93 reaches 31 digits within them.
+/// The largest number of iterations. An iteration that contracts by 0.93 reaches 31 digits within
+/// them.
 const LIMIT: u32 = 1000;
-/// Updates in a row none of which is the smallest so far: in the noise of the equation, and far from it.
+/// The number of consecutive updates without a new smallest one that ends the iteration: at noise
+/// level, and above it.
 const STALLED: [u32; 2] = [2, 8];
-/// K is restored where it is off by more than so many roundings of its ends,
+/// K is restored if it changes by more than this number of roundings at the ends,
 const RESTORED: f64 = 16.0;
-/// by moving z by no more than this share of its largest entry; more than so many may not be left.
+/// by a change of z of at most the first share of its largest entry; the second bounds the change
+/// that remains.
 const FURTHEST: f64 = 1e-8;
 const KEPT: f64 = 256.0;
-/// An update is lost in rounding where it is so many roundings of z,
+/// An update of at most this number of roundings of z is below rounding,
 const LOST: f64 = 1.0;
-/// and noise where it is no more than so many and no longer shrinks.
+/// and one of at most this number is noise if it no longer shrinks.
 const NOISE: f64 = 256.0;
 
 impl<V: Vector> Workspace<V> {
-    /// Finds z1 and w1.
+    /// Computes z1 and w1.
     pub(super) fn find<S>(
         &mut self,
         system: &S,
@@ -41,16 +44,16 @@ impl<V: Vector> Workspace<V> {
             effort.evaluations += 1;
             effort.iterations += 1;
             let ratio = update / before;
-            // λ Δz is known to ε|H|/|Δz|, which is more than a rounding of z where Δz is short.
+            // λ Δz is known to ε|H|/|Δz|, which exceeds a rounding of z if Δz is short.
             let noise = NOISE * V::Scalar::EPSILON
                 + NOISE * h.to_f64().abs() * self.roughness(state, start);
             waited = if update < least { 0 } else { waited + 1 };
             least = least.min(update);
-            // Of a linear system the first path is the solution.
+            // For a linear system the first path is the solution.
             if self.linear || update <= LOST * V::Scalar::EPSILON {
                 return self.finish(system, h, state, start, effort, FURTHEST);
             }
-            // What still shrinks is noise only where K shows none of it.
+            // Updates that still shrink are noise only if K is conserved to rounding.
             let small = update <= noise;
             if small && waited >= STALLED[0] {
                 return self.finish(system, h, state, start, effort, FURTHEST);
@@ -72,8 +75,8 @@ impl<V: Vector> Workspace<V> {
         Err(StepFailure::NotContracting { dof: last, iterations: LIMIT, ratio: 1.0 })
     }
 
-    /// Follows the last path once more, with w along it; K may be restored by a move of z no longer
-    /// than the share `furthest` of its largest entry.
+    /// Follows the last path once more, with w along it. K may be restored by a change of z of at
+    /// most `furthest` times its largest entry.
     fn finish<S>(
         &mut self,
         system: &S,
@@ -95,8 +98,8 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// Moves the new state along ∇H where K is off by more than roundings of its ends, which those of
-    /// a long step may be. What K is off by after that is the error, where it is more than rounding.
+    /// Moves the new state along ∇H if K is off by more than the rounding at its ends, which is
+    /// possible on long steps. Returns an error if K is still off by more than rounding.
     fn restore<S>(
         &mut self,
         system: &S,
@@ -144,8 +147,9 @@ impl<V: Vector> Workspace<V> {
         if restored || roundings(energy) <= KEPT { Ok(()) } else { Err((energy - target).to_f64()) }
     }
 
-    /// Is what an end moved by the rounding of the forces? Next to a point of rest away from the origin these are differences of
-    /// large terms, and p is small beside what their rounding makes of it: `ε h |H''| |z|`.
+    /// Whether the change of the end is the rounding of the forces. Near an equilibrium away from
+    /// the origin the forces are differences of large terms, and p is small compared with the
+    /// effect of their rounding: `ε h |H''| |z|`.
     #[cold]
     fn is_noise<S>(&self, system: &S, h: V::Scalar, state: &State<V>, moved: f64) -> bool
     where
@@ -156,7 +160,7 @@ impl<V: Vector> Workspace<V> {
         moved <= NOISE * V::Scalar::EPSILON * (1.0 + h.to_f64().abs() * bend(system, q, p)) * z
     }
 
-    /// Follows the path of the Δz there is, w along it if asked for.
+    /// Follows the path of the current Δz, and w along it if requested.
     fn walk<S>(
         &mut self,
         system: &S,
@@ -203,7 +207,7 @@ impl<V: Vector> Workspace<V> {
         products.map(drop).ok_or_else(|| flow.too_long())
     }
 
-    /// What rounding of H makes of λ Δz, beside z.
+    /// The effect of the rounding of H on λ Δz, relative to z.
     fn roughness(&self, state: &State<V>, start: V::Scalar) -> f64 {
         if self.linear {
             return 0.0;
@@ -215,7 +219,8 @@ impl<V: Vector> Workspace<V> {
         if moved == 0.0 { 0.0 } else { V::Scalar::EPSILON * start.to_f64().abs() / (moved * size) }
     }
 
-    /// Takes the Δz of the path: by how much it moved beside z and by itself, and which degree of freedom the most.
+    /// Replaces Δz by the end of the path. Returns the change relative to z, the absolute change,
+    /// and the degree of freedom that changed most.
     fn take(&mut self, state: &State<V>) -> (f64, f64, usize) {
         let mut most = (0.0_f64, 0.0, 0);
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {

@@ -1,23 +1,26 @@
-//! The matrices of the path: S = H'', R with D = R v, and where the system is linear E = ∂D/∂q.
+//! The matrices of the path: S = H'', R with D = R v, and for linear systems E = ∂D/∂q.
 //!
-//! R is taken from D alone, and such that its symmetric part is positive semidefinite where the
-//! system takes energy only:
+//! R depends on D alone, and its symmetric part is positive semidefinite where the system is
+//! passive:
 //!
 //! ```text
-//! D linear in v           the matrix itself, by columns
-//! D_j of v_j alone        R_jj = D_j/v_j, the secant from v = 0; likewise where each D_j v_j ≥ 0 is owed
-//! any other               R = ρ + (g uᵀ - u gᵀ)     u = v/|v|     ρ = D·v/|v|²     g = (D - ρ v)/|v|
+//!
+//! D linear in v              the matrix itself, by columns
+//! D_j a function of v_j, or D_j v_j ≥ 0 for each j
+//!                            R_jj = D_j/v_j, the secant from v = 0
+//! any other                  R = ρ + (g uᵀ - u gᵀ)
+//!                            u = v/|v|     ρ = D·v/|v|²     g = (D - ρ v)/|v|
 //! ```
 //!
-//! The last has R v = D and x·R x = ρ |x|², which is not negative where D·v is not: of a secant by
-//! columns neither is so.
+//! The last satisfies R v = D and x·R x = ρ |x|², which is not negative if D·v is not. Secants by
+//! columns satisfy neither.
 
 use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
 
-/// Roundings by which friction that is linear in the velocities may miss R v.
+/// The error of R v, in roundings, up to which friction counts as linear in the velocities.
 const ROUNDINGS: f64 = 64.0;
 
-/// What R is made of.
+/// The form of R.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Diagonal,
@@ -30,7 +33,7 @@ enum Kind {
 pub(super) struct Slopes<V: Vector> {
     /// S = H'', entry by entry
     entries: Vec<(Block, usize, usize, V::Scalar)>,
-    /// E, entry by entry; none where the system is not linear
+    /// E, entry by entry; empty if the system is not linear
     by_q: Vec<(usize, usize, V::Scalar)>,
     linear: bool,
     kind: Kind,
@@ -86,7 +89,7 @@ impl<V: Vector> Slopes<V> {
         });
     }
 
-    /// Finds R and D̄ = D(z̄, 0) + R v at z̄; `rest` becomes D(z̄, 0).
+    /// Computes R and D̄ = D(z̄, 0) + R v at z̄. D(z̄, 0) is written to `rest`.
     pub(super) fn resist<S: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -102,7 +105,7 @@ impl<V: Vector> Slopes<V> {
         };
         if !self.damping.coupled {
             self.kind = Kind::Diagonal;
-            // Linear in p is linear in v; else the secant, where there is one.
+            // D linear in p is linear in v. Otherwise the secant is used where it exists.
             let one = V::Scalar::one();
             for (probe, &v) in probe.iter_mut().zip(v) {
                 *probe = if self.damping.linear || v == V::Scalar::zero() { one } else { v };
@@ -120,7 +123,8 @@ impl<V: Vector> Slopes<V> {
         self.rub(v, d);
     }
 
-    /// R_jj of the degrees of freedom meant, by what D - D(z̄, 0) is found to be at a velocity.
+    /// Sets R_jj for the degrees of freedom in `meant`, given the values `found` of D - D(z̄, 0) at
+    /// a velocity.
     fn secants(&mut self, at: &[V::Scalar], found: &[V::Scalar], meant: impl Fn(usize) -> bool) {
         let pairs = found.iter().zip(at).enumerate();
         for ((j, (&found, &at)), r) in pairs.zip(self.diagonal.as_mut_slice()) {
@@ -130,7 +134,7 @@ impl<V: Vector> Slopes<V> {
         }
     }
 
-    /// The columns of R, as many at a time as do not meet in a row.
+    /// Evaluates the columns of R, several at a time if they have no row in common.
     fn probe(
         &mut self,
         v: &[V::Scalar],
@@ -151,7 +155,7 @@ impl<V: Vector> Slopes<V> {
         }
     }
 
-    /// Is D - D(z̄, 0) R v to rounding?
+    /// Whether D - D(z̄, 0) equals R v to rounding.
     fn is_linear(&self, v: &[V::Scalar], found: &[V::Scalar]) -> bool {
         let (n, reach) = (v.len(), self.reach);
         let width = (2 * reach + 1).min(n);
@@ -166,7 +170,7 @@ impl<V: Vector> Slopes<V> {
         })
     }
 
-    /// R where D is not linear in v, with D - D(z̄, 0) at v in `found`.
+    /// Sets R for D that is not linear in v, given the value `found` of D - D(z̄, 0) at v.
     fn bend_to(
         &mut self,
         v: &[V::Scalar],
@@ -263,7 +267,7 @@ impl<V: Vector> Slopes<V> {
         }
     }
 
-    /// A x = (s_p, -s_q - R s_p - E x_q) with s = S x, of which `s` is the place.
+    /// A x = (s_p, -s_q - R s_p - E x_q) with s = S x, which is stored in `s`.
     pub(super) fn multiply(
         &self,
         x: [&[V::Scalar]; 2],
@@ -278,7 +282,7 @@ impl<V: Vector> Slopes<V> {
     }
 }
 
-/// The rows that column `k` of R may have entries in.
+/// The rows in which column `k` of R may have entries.
 fn rows(n: usize, reach: usize, k: usize) -> std::ops::Range<usize> {
     k.saturating_sub(reach)..(k + reach + 1).min(n)
 }

@@ -1,4 +1,4 @@
-//! The scheme's solution for linear systems.
+//! The closed-form solution of the scheme for linear systems.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
 use afterbay_core::{
@@ -12,8 +12,9 @@ use std::hint::cold_path;
 /// v = (p0 - δ(p)/2 k q0) / σ        σ = 1 + δ(p)/2 (b + δ(q) k/2)
 /// ```
 ///
-/// The increments of q and p are written on (q0, p0) directly. Their coefficients depend on the step alone, so a loop
-/// computes them once, and being O(h) they spoil K by O(h) roundings only.
+/// The increments of q and p are evaluated as linear functions of (q0, p0). Their coefficients
+/// depend on the step size alone, so a loop computes them once. They are O(h), so their rounding
+/// errors change K by O(h) roundings only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClosedForm;
 
@@ -64,7 +65,8 @@ where
                     value: sigma.to_f64(),
                 });
             }
-            // Beside a singular step the coefficients lose digits. All from one v, the equations keep K all the same.
+            // Near a singular step the coefficients lose digits. Computing all increments from one
+            // v then still conserves K.
             let regular = one.half().le(sigma);
             q1 = V::Scalar::select(regular, q1, delta_q.mul_add(v, q0));
             p1 = V::Scalar::select(regular, p1, (one + one).mul_add(v, -p0));

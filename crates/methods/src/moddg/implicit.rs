@@ -1,4 +1,4 @@
-//! The scheme's solution for any system.
+//! The solution of the scheme for any system, by iteration.
 
 use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
 use crate::balance::{self, Account};
@@ -59,7 +59,8 @@ where
     }
 }
 
-/// Compares the increment of V from q0 to q1 with the mean of ∂V/∂q between them, beside all terms of H.
+/// Checks that V(q1) - V(q0) equals the mean of ∂V/∂q times q1 - q0, up to rounding of the terms of
+/// H.
 fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     system: &S,
     [q0, q1]: [T; 2],

@@ -1,21 +1,21 @@
 //! The step sizes δ in the three equations of the scheme.
 //!
-//! The paper replaces h by δ = h + δ₃h³ + δ₄h⁴ to raise the order. δ is chosen to make *one* equation more accurate;
-//! put into all three ("shared") it keeps K, put into its own alone ("single") it does not. δ has a pole where p = 0,
-//! or where V' + D = 0.
+//! The paper replaces h by δ = h + δ₃h³ + δ₄h⁴ to raise the order. Each δ increases the accuracy of
+//! *one* equation. Used in all three equations ("shared") it conserves K; used only in its own
+//! equation ("single") it does not. δ has a pole where p = 0 or where V' + D = 0.
 
 use afterbay_core::{Mask, Misprinted, OrderRaising, Scalar, Separable, StepFailure};
 
-/// δ in the equations for q, p and w.
+/// The step sizes δ in the equations for q, p and w.
 pub trait Steps<T: Scalar, S: ?Sized> {
-    /// δ(q), δ(p), δ(w) of the step from (q, p).
+    /// Returns [δ(q), δ(p), δ(w)] for the step from (q, p).
     ///
     /// # Errors
     /// [`StepFailure::Pole`] where δ is not finite.
     fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure>;
 }
 
-/// δ = h.
+/// The plain scheme: δ = h.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Plain;
 
@@ -26,27 +26,27 @@ impl<T: Scalar, S: ?Sized> Steps<T, S> for Plain {
     }
 }
 
-/// Which equation δ is made for.
+/// The equation whose accuracy δ increases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Equation {
-    /// The one for q.
+    /// The equation for q.
     Q,
-    /// The one for p.
+    /// The equation for p.
     P,
 }
 
-/// Which equations get it.
+/// The equations in which δ replaces h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placement {
-    /// This δ in all three equations: K is kept.
+    /// δ in all three equations: K is conserved.
     Shared(Equation),
-    /// This δ in its own equation, h in the others.
+    /// δ in its own equation, h in the other two.
     Single(Equation),
-    /// δ(q) in q, δ(p) in p, h in w.
+    /// δ(q) in the equation for q, δ(p) in that for p, h in that for w.
     Each,
 }
 
-/// How far the series of δ goes.
+/// The degree at which the series of δ is truncated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Degree {
     /// h + δ₃h³
@@ -55,11 +55,11 @@ pub enum Degree {
     Fourth,
 }
 
-/// δ as it follows from the expansion.
+/// δ derived from the Taylor expansion of the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Raised(pub Placement, pub Degree);
 
-/// δ as the paper prints it.
+/// δ as printed in the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Printed(pub Placement, pub Degree);
 
@@ -80,7 +80,7 @@ impl Placement {
 }
 
 impl Equation {
-    /// What δ divides by: p m⁻¹ for the equation for q, V' + D for the one for p.
+    /// The denominator of δ: p/m for the equation for q, V' + D for the equation for p.
     pub fn denominator<T: Scalar, S: Separable<T> + ?Sized>(self, system: &S, q: T, p: T) -> T {
         match self {
             Self::Q => p / system.mass(0),

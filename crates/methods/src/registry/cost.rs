@@ -1,28 +1,35 @@
-//! What a step costs.
+//! The cost of a step.
 
-/// What a step costs for each degree of freedom. An evaluation is one of the force, ∂H/∂q and D.
+/// The cost of a step per degree of freedom. One evaluation is an evaluation of the force, ∂H/∂q
+/// and D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
-    /// Explicit: so many evaluations and no equation. `leapfrog` takes one more at its first step, and at each with one degree of
-    /// freedom, where that costs less than keeping the last; it solves a scalar equation where D is not linear in the momentum.
+    /// Explicit, with this number of evaluations and no equation. `leapfrog` takes one more at its
+    /// first step, and at each step with one degree of freedom, where reevaluating the force is
+    /// cheaper than storing it. It solves a scalar equation if D is not linear in the momentum.
     Explicit(u32),
-    /// Explicit: so many evaluations, and all but the first again where the last step's γ does not foretell its own.
+    /// Explicit, with this number of evaluations. All but the first are repeated if the γ of the
+    /// last step does not predict the new one.
     Relaxed(u32),
-    /// Implicit, one degree of freedom at a time: so many sweeps over them, a scalar equation in each. An ordinary one takes two
-    /// evaluations; `moddg` with its δ has closed forms of one on the damped oscillator.
+    /// Implicit in one degree of freedom at a time: this number of sweeps, with a scalar equation
+    /// for each degree of freedom. A typical equation takes two evaluations; on the damped
+    /// oscillator, `moddg` with its δ has closed forms with one.
     Sweeps(u32),
-    /// Implicit in all degrees of freedom at once: q' and p' are polynomials of so many modes, s for order 2s.
+    /// Implicit in all degrees of freedom at once: q' and p' are polynomials with this number of
+    /// coefficients, s for order 2s.
     Modes(u32),
-    /// Implicit in all of them: the flow of a matrix is followed until its end stays, once on linear systems.
+    /// Implicit in all degrees of freedom: integrates a linear flow repeatedly until its end
+    /// converges; once on linear systems.
     Paths,
-    /// Implicit in all of them: q and p at four or eight nodes, as the error asks for.
+    /// Implicit in all degrees of freedom: q and p at four or eight nodes, depending on the
+    /// tolerance.
     Nodes,
-    /// The flow of a matrix, and no equation.
+    /// The flow of a constant matrix; no equation is solved.
     Flow,
 }
 
 impl Cost {
-    /// In words.
+    /// A description in words.
     pub fn describe(self) -> String {
         let plural =
             |n: u32, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };

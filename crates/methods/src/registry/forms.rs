@@ -1,4 +1,5 @@
-//! The forms of the methods: each compiled once a scalar for every system, and some for one system.
+//! The compiled forms of the methods: each once per scalar for every system, and some for one
+//! system.
 
 use super::run::{Once, Run, chosen, fixed};
 use super::{Kind, Row};
@@ -15,13 +16,13 @@ use afterbay_core::{
 };
 use std::sync::Arc;
 
-/// What a system that lacks an ability is refused with.
+/// The reasons for refusing a system that lacks an ability.
 const NOT_SEPARABLE: &str = "H is not separable";
 const NO_DELTA: &str = "the system does not know its δ";
 const NOT_PRINTED: &str = "the paper prints δ for the damped oscillator only";
 const NO_CURVATURE: &str = "the system does not know its second derivatives";
 
-/// A system and the row of a method, to be bound to each other.
+/// A system and the row of the method to bind to it.
 struct Pair<'a, T: Scalar> {
     row: &'a Row,
     system: &'a Arc<dyn Abilities<T>>,
@@ -40,7 +41,8 @@ impl<T: Scalar> Pair<'_, T> {
         self.system.clone().second_derivatives().ok_or_else(|| self.refused(NO_CURVATURE))
     }
 
-    /// Linear, with one degree of freedom: implicit steps have a closed form.
+    /// The system as a linear one with one degree of freedom, for which implicit steps have a
+    /// closed form.
     fn closed(&self) -> Option<Arc<dyn Linear<T>>> {
         if self.system.dof() == 1 { self.system.clone().linear() } else { None }
     }
@@ -56,7 +58,7 @@ impl<T: Scalar> Pair<'_, T> {
     }
 }
 
-/// Binds any method that takes a step to any system, states stored in `V`.
+/// Binds a fixed-step method to any system, with states stored in `V`.
 pub(super) fn of_any<V>(
     row: &Row,
     system: &Arc<dyn Abilities<V::Scalar>>,
@@ -138,10 +140,10 @@ pub(super) fn in_f64(row: &Row, system: &Arc<dyn Abilities<f64>>) -> Result<Run<
     }
 }
 
-/// Binds a method to eight systems side by side, each moved as it would be alone, to the bit, as far as
-/// functions are those of the scalar. Methods whose implicit step is in all degrees of freedom at once
-/// run alone: pivots and the number of iterations are those of one system. A step that fails in one
-/// lane changes none.
+/// Binds a method to eight systems side by side. Each lane computes to the bit what it would alone,
+/// provided the scalar's functions do. Methods that are implicit in all degrees of freedom at once
+/// have no lanes, since pivots and the number of iterations depend on the system. A step that fails
+/// in one lane changes none.
 pub(super) fn in_lanes(
     row: &Row,
     system: &Arc<dyn Abilities<f64x8>>,
@@ -181,7 +183,7 @@ where
     }
 }
 
-/// Binds coordinate increments whose roundings do not add up ([`Increment::compensated`]), colour by colour.
+/// Binds compensated coordinate increments ([`Increment::compensated`]) with coloured sweeps.
 pub(super) fn compensated<T: Lanewise>(
     row: &Row,
     system: &Arc<dyn Abilities<T>>,

@@ -1,5 +1,6 @@
-//! Methods compiled for one system each. [`bind`](super::bind) serves every system; these serve those whose
-//! steps are so cheap that calls through a table of functions would show.
+//! Methods compiled for one system each. [`bind`](super::bind) serves every system through dynamic
+//! dispatch; the forms here serve systems whose steps are so cheap that the cost of these calls is
+//! measurable.
 
 use super::run::{Run, chosen, fixed};
 use super::{Kind, Row};
@@ -12,8 +13,8 @@ use afterbay_core::solver::FixedPoint;
 use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform, Vector};
 use std::sync::Arc;
 
-/// Binds a method to a separable system with one degree of freedom; none where [`bind`](super::bind) is as
-/// fast.
+/// Binds a method to a separable system with one degree of freedom. Returns `None` where
+/// [`bind`](super::bind) is as fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -24,7 +25,7 @@ where
     let name = row.name;
     match row.kind {
         Kind::Leapfrog => Some(fixed::<[f64; 1], S, _>(name, Leapfrog, system)),
-        // In closed form where it is linear.
+        // Linear systems have a closed form.
         Kind::ModDg if system.clone().linear().is_none() => {
             Some(fixed::<[f64; 1], S, _>(name, ModDg::newton(), system))
         }
@@ -39,8 +40,8 @@ where
     }
 }
 
-/// Binds a method to a linear system with one degree of freedom, implicit steps in their closed form; none
-/// where [`bind`](super::bind) is as fast.
+/// Binds a method to a linear system with one degree of freedom, with the closed form of implicit
+/// steps. Returns `None` where [`bind`](super::bind) is as fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -54,8 +55,9 @@ where
     }
 }
 
-/// Binds a method to any system with few degrees of freedom, its states stored in `V` while it steps, and in
-/// `W` while `adaptive-dop853` does; none where [`bind`](super::bind) is as fast.
+/// Binds a method to any system with few degrees of freedom. States are stored in `V` while the
+/// method steps, and in `W` for `adaptive-dop853`. Returns `None` where [`bind`](super::bind) is as
+/// fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -76,8 +78,8 @@ where
     }
 }
 
-/// Binds a method to a chain or a ring of equal members; none where [`bind`](super::bind) is as fast, and none
-/// for increments where two colours are not enough.
+/// Binds a method to a chain or a ring of equal members. Returns `None` where [`bind`](super::bind)
+/// is as fast, and for increments on systems that two colours do not separate.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).

@@ -1,5 +1,5 @@
-//! The scalars methods are bound in. What is bound is compiled here, once a scalar, and not in the crates
-//! that ask for it.
+//! The scalars in which methods can be bound. The methods are compiled here, once per scalar,
+//! rather than in the crates that use them.
 
 use super::{Row, Run, forms};
 use afterbay_core::{
@@ -7,9 +7,9 @@ use afterbay_core::{
 };
 use std::sync::Arc;
 
-/// A scalar methods are bound in: `f64`, [`Quad`], and [`f64x8`] for those that run side by side.
+/// A scalar in which methods can be bound: `f64`, [`Quad`], and [`f64x8`] for methods with lanes.
 pub trait Number: Scalar {
-    /// [`bind`](super::bind)
+    /// Binds a method to a system; see [`bind`](super::bind).
     ///
     /// # Errors
     /// Those of [`bind`](super::bind).
@@ -38,9 +38,9 @@ impl Number for f64x8 {
     }
 }
 
-/// A scalar increments are compensated in: `f64` and lanes of it.
+/// A scalar in which increments can be compensated: `f64` and lanes of it.
 pub trait Compensable: Lanewise {
-    /// [`compensated`]
+    /// Binds compensated increments; see [`compensated`].
     ///
     /// # Errors
     /// Those of [`compensated`].
@@ -81,13 +81,14 @@ impl Compensable for f64x8 {
     }
 }
 
-/// Binds coordinate increments whose roundings do not add up
-/// ([`Increment::compensated`](crate::Increment::compensated)), colour by colour, to a system and the same
-/// in [`Corrected`] numbers. A row knows no scalar, so these are no rows of their own.
+/// Binds compensated coordinate increments
+/// ([`Increment::compensated`](crate::Increment::compensated)) with coloured sweeps. `exact` is the
+/// same system in [`Corrected`] numbers. The registry has no rows for them, because a row is
+/// independent of the scalar.
 ///
 /// # Errors
-/// [`InputError::Unsupported`] where it is another method or the system is not separable,
-/// [`InputError::Length`] where `exact` is another system.
+/// [`InputError::Unsupported`] if the row is another method or the system is not separable,
+/// [`InputError::Length`] if `exact` has another number of degrees of freedom.
 pub fn compensated<T: Compensable>(
     row: &Row,
     system: Arc<dyn Abilities<T>>,

@@ -1,4 +1,4 @@
-//! A method bound to a system, for callers that know the type of neither.
+//! A method bound to a system, with the types of both erased.
 
 use afterbay_core::{
     Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar,
@@ -9,12 +9,12 @@ use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
-/// What sets the steps of a run.
+/// The step control of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting<T> {
-    /// Equal steps, of a method that takes a step.
+    /// A fixed step, for methods that take a step.
     Step(Grid<T>),
-    /// The steps that meet a tolerance until a time, of a method that takes a tolerance.
+    /// A tolerance and the end time, for methods that choose their steps.
     Tolerance(Tolerance, T),
 }
 
@@ -24,22 +24,22 @@ impl<T> From<Grid<T>> for Setting<T> {
     }
 }
 
-/// What is shown of a run: the number of steps done and the state. `Break` ends the run.
+/// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
-/// A method bound to a system. The types of both, and the storage of the steps, are forgotten.
+/// A method bound to a system. The types of both, and the storage of states, are erased.
 pub struct Run<T: Scalar> {
     method: &'static str,
     bound: Box<dyn Erased<T>>,
 }
 
 impl<T: Scalar> Run<T> {
-    /// Carries a state as the setting says and shows every `stride`-th state:
-    /// [`integrate`](afterbay_core::integrate) or [`integrate_within`].
+    /// Integrates `state` under the given setting and shows every `stride`-th state. See
+    /// [`integrate`](afterbay_core::integrate) and [`integrate_within`].
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where the setting is not of the method's kind, and those of
-    /// [`integrate`](afterbay_core::integrate) and [`integrate_within`].
+    /// [`InputError::Unsupported`] if the setting does not match the kind of the method, and the
+    /// errors of [`integrate`](afterbay_core::integrate) and [`integrate_within`].
     pub fn run<V: Vector<Scalar = T>>(
         &self,
         setting: impl Into<Setting<T>>,
@@ -70,10 +70,12 @@ impl<T: Scalar> Run<T> {
         .map_err(|error| self.named(error))
     }
 
-    /// Shows the states at the times given, of a method that takes a tolerance: [`sample_within`].
+    /// Shows the states at the given times, for methods that choose their steps. See
+    /// [`sample_within`].
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where the method takes a step, and those of [`sample_within`].
+    /// [`InputError::Unsupported`] if the method takes a fixed step, and the errors of
+    /// [`sample_within`].
     pub fn sample<V: Vector<Scalar = T>>(
         &self,
         tolerance: &Tolerance,
@@ -87,11 +89,12 @@ impl<T: Scalar> Run<T> {
             .map_err(|error| self.named(error))
     }
 
-    /// Takes one step, of a method that takes a step; time stays where it is.
+    /// Takes one step with a fixed-step method. The time of `state` does not change.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] where the method takes a tolerance, those of [`State::check`] and of
-    /// [`Method::step`], the latter as those of a run of one step; the state is then as it was.
+    /// [`InputError::Unsupported`] if the method chooses its steps, the errors of [`State::check`],
+    /// and those of [`Method::step`] reported as step 1 of a run. The state is unchanged after an
+    /// error.
     pub fn step<V: Vector<Scalar = T>>(
         &self,
         h: T,
@@ -101,7 +104,7 @@ impl<T: Scalar> Run<T> {
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
 
-    /// The error, with the name of the method where none is in it.
+    /// Inserts the name of the method into an error that has none.
     fn named(&self, error: IntegrateError) -> IntegrateError {
         match error {
             IntegrateError::Input(InputError::Unsupported { method: "", why }) => {
@@ -112,7 +115,7 @@ impl<T: Scalar> Run<T> {
     }
 }
 
-/// The slices of a state, to be read from and written back to.
+/// The slices of a state, which are read before a run and written after it.
 struct Place<'a, T> {
     q: &'a mut [T],
     p: &'a mut [T],
@@ -140,7 +143,7 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 }
 
-/// A bound method; each kind refuses what is the other's.
+/// A bound method. Fixed-step methods refuse tolerances and the reverse.
 trait Erased<T: Scalar>: Send + Sync {
     fn dof(&self) -> usize;
 
@@ -180,13 +183,13 @@ trait Erased<T: Scalar>: Send + Sync {
     }
 }
 
-/// A method that takes a step and its system, with states stored in `V` while it steps.
+/// A fixed-step method and its system, with states stored in `V` while it steps.
 struct Fixed<V, M, S: ?Sized, W> {
     method: M,
     system: Arc<S>,
-    /// Never stepped with.
+    /// A workspace that is cloned and never used for a step.
     workspace: W,
-    /// The one of the last run, where a method without a memory leaves it as good as new.
+    /// The workspace of the last run, for methods whose workspace carries no memory between runs.
     spare: Mutex<Option<W>>,
     storage: PhantomData<fn() -> V>,
 }
@@ -198,7 +201,8 @@ where
     M: Method<V, S>,
     M::Workspace: Clone,
 {
-    /// Does something in a workspace as good as new. Of runs side by side one has the spare, and none waits.
+    /// Runs `run` in a fresh workspace. Of concurrent runs, one takes the spare workspace and the
+    /// others clone; none waits.
     #[inline(always)]
     fn within<R>(&self, run: impl FnOnce(&mut M::Workspace) -> R) -> R {
         let spare = || if self.method.is_memoryless() { self.spare.try_lock().ok() } else { None };
@@ -250,7 +254,7 @@ where
     }
 }
 
-/// A method that takes a tolerance and its system, with states stored in `V` while it steps.
+/// A method with step size control and its system, with states stored in `V` while it steps.
 struct Chosen<V, M, S: ?Sized> {
     method: M,
     system: Arc<S>,
@@ -306,7 +310,7 @@ where
     }
 }
 
-/// Does the storage have room for so many degrees of freedom?
+/// Checks that the storage `V` has room for `dof` degrees of freedom.
 fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
     match V::LEN.filter(|&len| len != dof) {
         Some(found) => {
@@ -316,7 +320,7 @@ fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
     }
 }
 
-/// Binds a method that takes a step, states stored in `V` while it steps.
+/// Binds a fixed-step method, with states stored in `V` while it steps.
 pub(super) fn fixed<V, S, M>(
     name: &'static str,
     method: M,
@@ -340,7 +344,7 @@ where
     Ok(Run { method: name, bound: Box::new(bound) })
 }
 
-/// Binds a method that takes a tolerance, states stored in `V` while it steps.
+/// Binds a method with step size control, with states stored in `V` while it steps.
 pub(super) fn chosen<V, S, M>(
     name: &'static str,
     method: M,
@@ -360,8 +364,8 @@ where
 
 /// A method whose step is compiled once for all of its callers.
 ///
-/// [`integrate_in`] takes a step in two places and [`Run::step`] in a third. The steps of a system whose
-/// type is forgotten are long, and a call costs nothing beside those they make.
+/// [`integrate_in`] takes a step in two places and [`Run::step`] in a third. For a system behind
+/// dynamic dispatch the cost of one more call per step is negligible.
 #[derive(Clone, Copy)]
 pub(super) struct Once<M>(pub(super) M);
 

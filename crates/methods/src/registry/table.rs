@@ -1,10 +1,10 @@
-//! The rows.
+//! The rows of the registry.
 
 use super::{Cost, EXACT, Kind, Needs, Row};
 use crate::moddg::steps::{Degree, Equation, Placement, Printed, Raised};
 use crate::{Composition, Relaxed};
 
-/// Every method there is, those that take a step before those that take a tolerance.
+/// All methods; those with a fixed step come before those with a tolerance.
 pub const METHODS: &[Row] = &[
     Row {
         name: "leapfrog",
@@ -204,13 +204,13 @@ pub const METHODS: &[Row] = &[
     },
 ];
 
-/// The rows that take a step.
+/// The methods with a fixed step.
 pub const FIXED: &[Row] = METHODS.split_at(steps()).0;
 
-/// The rows that take a tolerance. The first applies to any system, stiff ones too.
+/// The methods with a tolerance. The first applies to any system, including stiff ones.
 pub const ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
 
-/// How many rows take a step.
+/// The number of rows with a fixed step.
 const fn steps() -> usize {
     let mut count = 0;
     while count < METHODS.len() && !METHODS[count].is_adaptive() {
@@ -234,10 +234,11 @@ const fn collocation(name: &'static str, stages: usize) -> Row {
     }
 }
 
-/// A single sweep takes the force at a corner of the box: of order 1 in p, so of order 2 in q, and of order 1 in w where D_j
-/// feels its neighbours. With one degree of freedom and H separable it is its own adjoint, and all of its orders are 2. With
-/// phase planes the velocity is taken at a corner too, and q is of order 1 as well. Where all of the sweeps go `forward` in time none takes
-/// energy back, and with K kept H cannot grow.
+/// The row of a composition of sweeps. A single sweep evaluates the force at a corner of the box:
+/// it has order 1 in p, hence order 2 in q, and order 1 in w if D_j depends on the neighbours. With
+/// one degree of freedom and separable H it is its own adjoint, and all orders are 2. With phase
+/// planes the velocity is evaluated at a corner too, and q also has order 1. If all sweeps go
+/// `forward` in time the method is passive, and since K is conserved H cannot grow.
 const fn increment(
     name: &'static str,
     local_order: [u32; 3],
@@ -297,8 +298,9 @@ const fn raised(
     };
     let keeps_k = matches!(placement, Placement::Shared(_));
     let kind = Kind::Raised(Raised(placement, degree));
-    // δ may be negative near a pole, and a shared negative step takes energy back from the reservoir. The others have h
-    // in the equation for w. On linear systems too: none is A-stable.
+    // Near a pole δ may be negative, and a shared negative step returns energy from the reservoir,
+    // on linear systems too; hence no shared δ is A-stable. The others have h in the equation for
+    // w.
     let passive = !keeps_k;
     Row {
         name,

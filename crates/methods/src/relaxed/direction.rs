@@ -1,9 +1,9 @@
-//! Where a step leads: what q, p and w change by for γ = 1.
+//! The direction of a step: the increments of q, p and w for γ = 1.
 
 use crate::runge_kutta::{P, Q, Stages, Tableau, W};
 use afterbay_core::{Effort, Scalar, State, System, Vector};
 
-/// The stages of a step and their sums d = (q, p) and e = w.
+/// The stages of a step and the increments d = (q, p) and e = w.
 #[derive(Clone, Debug)]
 pub(super) struct Direction<V: Vector> {
     stages: Stages<V>,
@@ -29,7 +29,7 @@ impl<V: Vector> Direction<V> {
         Effort { evaluations: 1, iterations: 0 }
     }
 
-    /// Computes the other stages, and d and e, of the step η.
+    /// Computes the other stages, and d and e, for the step size η.
     #[inline]
     pub(super) fn take<B, S>(&mut self, system: &S, eta: V::Scalar, state: &State<V>) -> Effort
     where
@@ -44,7 +44,7 @@ impl<V: Vector> Direction<V> {
         Effort { evaluations: B::ROWS.len() as u64 - 1, iterations: 0 }
     }
 
-    /// What K changes by with γ at the start, ∇H·d + Σ e_j.
+    /// The derivative of K with respect to γ at γ = 0, ∇H·d + Σ e_j.
     pub(super) fn slope(&self) -> V::Scalar {
         let zero = V::Scalar::zero();
         let along = |slope: &V, d: &V| {
@@ -58,7 +58,7 @@ impl<V: Vector> Direction<V> {
         along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
     }
 
-    /// What K is made of at the start.
+    /// Σ |z_j ∂H/∂z_j| + Σ |w_j| at the start, the scale of the rounding of K.
     pub(super) fn size(&self, state: &State<V>) -> f64 {
         let terms = |z: &V, slope: &V| {
             let terms = z.as_slice().iter().zip(slope.as_slice());
@@ -68,7 +68,7 @@ impl<V: Vector> Direction<V> {
         terms(&state.q, &self.stages.start) + terms(&state.p, self.stages.velocity(0)) + held
     }
 
-    /// Does `change` times d move the state by more than a rounding?
+    /// Whether `change` times d moves the state by more than a rounding.
     pub(super) fn feel(&self, state: &State<V>, change: V::Scalar) -> bool {
         let largest =
             |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));

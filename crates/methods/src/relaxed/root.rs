@@ -1,25 +1,25 @@
-//! The root γ of K along the chord from the old state, K(z0 + γ d, w0 + γ e) = K.
+//! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K.
 
 use super::direction::Direction;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
-/// The farthest a root may lie from 1.
+/// The largest distance of a root from 1.
 const REACH: f64 = 0.5;
-/// Points tried.
+/// The largest number of points evaluated.
 const LIMIT: u32 = 12;
-/// K is met when it is off by no more than so many roundings of what it is made of,
+/// The error of K, in roundings of its terms, at which the search ends,
 const MET: f64 = 2.0;
-/// or by so many where it comes no nearer.
+/// and the error accepted where the search makes no further progress.
 const NOISE: f64 = 8.0;
 
-/// A point of the chord, and what K is off by there.
+/// A point of the chord, and the error of K there.
 #[derive(Clone, Copy)]
 struct Point<T> {
     gamma: T,
     excess: T,
 }
 
-/// The new state while its γ is sought.
+/// The new state, at the current γ.
 #[derive(Clone, Debug)]
 pub(super) struct Chord<V> {
     pub(super) q: V,
@@ -32,7 +32,8 @@ impl<V: Vector> Chord<V> {
         Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n) }
     }
 
-    /// Finds γ and places the new state there. K is `now` at `state` and should become `total`.
+    /// Finds γ and sets the new state. `now` is K at `state`; `total` is the value of K to be
+    /// reached.
     pub(super) fn relax<S>(
         &mut self,
         system: &S,
@@ -55,7 +56,7 @@ impl<V: Vector> Chord<V> {
             self.place(system, state, direction, root.gamma, total)?;
             return Ok(root.gamma);
         }
-        // Where the step is so short that γ does less than rounding, what K is off by stays.
+        // On steps so short that the effect of γ is below rounding, the error of K is accepted.
         if (plain.excess - (now - total)).to_f64().abs() <= NOISE * rounding {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
@@ -63,7 +64,8 @@ impl<V: Vector> Chord<V> {
         Err(StepFailure::NoRelaxationRoot { excess })
     }
 
-    /// The point near 1 where K is met best: by the parabola through the start, with its slope there, and γ = 1, then by secants.
+    /// Finds the point near 1 with the smallest error of K: first from the parabola through γ = 0,
+    /// with its slope there, and γ = 1; then by the secant method.
     fn search<S>(
         &mut self,
         system: &S,
@@ -77,7 +79,7 @@ impl<V: Vector> Chord<V> {
         S: System<V::Scalar> + ?Sized,
     {
         let one = V::Scalar::one();
-        // off + slope γ + bend γ², and its slope at 1.
+        // The error of K as offset + slope γ + bend γ², and its derivative at 1.
         let slope = direction.slope();
         let bend = plain.excess - offset - slope;
         let ahead = slope + bend + bend;
@@ -109,7 +111,7 @@ impl<V: Vector> Chord<V> {
         Some(best)
     }
 
-    /// Places the new state at γ, and gives what K is off by.
+    /// Sets the new state to γ, and returns the error of K.
     fn place<S>(
         &mut self,
         system: &S,

@@ -1,19 +1,20 @@
-//! What one step leaves for the next: how far it went past its grid point, its γ, and the K to be met.
+//! The data that a step leaves for the next: its lag behind the grid point, its γ, and the target
+//! K.
 
 use afterbay_core::{Scalar, State, Vector};
 
-/// What is known when a step begins.
+/// The data available at the beginning of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known<T> {
-    /// The time the state is at, less the time of its grid point.
+    /// The time of the state minus the time of its grid point.
     pub(super) lag: T,
     /// γ of the last step.
     pub(super) gamma: T,
-    /// K
+    /// The target value of K.
     pub(super) total: T,
 }
 
-/// The last step's end, and what is known there.
+/// The end of the last step, and the data known there.
 #[derive(Clone, Debug)]
 pub(super) struct Track<V: Vector> {
     q: V,
@@ -22,7 +23,7 @@ pub(super) struct Track<V: Vector> {
     last: Option<(V::Scalar, Known<V::Scalar>)>,
 }
 
-/// A γ farther from 1 than this foretells nothing.
+/// A γ farther from 1 than this is not used as a prediction.
 const TAME: f64 = 0.1;
 
 impl<V: Vector> Track<V> {
@@ -30,7 +31,7 @@ impl<V: Vector> Track<V> {
         Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), last: None }
     }
 
-    /// What is known for a step h from `state`, at which K is `total`.
+    /// Returns the data for a step h from `state`, where K is `total`.
     pub(super) fn known(
         &self,
         h: V::Scalar,
@@ -49,7 +50,7 @@ impl<V: Vector> Track<V> {
         Known { lag, gamma: if tame { known.gamma } else { one }, total: known.total }
     }
 
-    /// Keeps what is known after a step h that ended in `state`.
+    /// Stores the data after a step h that ended in `state`.
     pub(super) fn keep(&mut self, h: V::Scalar, state: &State<V>, known: Known<V::Scalar>) {
         self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
         self.p.as_mut_slice().copy_from_slice(state.p.as_slice());

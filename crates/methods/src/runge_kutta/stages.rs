@@ -1,13 +1,13 @@
-//! The stages of an explicit Runge-Kutta step, and what they add up to.
+//! The stages of an explicit Runge-Kutta step, and their weighted sums.
 
 use super::tableau::{Tableau, Terms, number};
 use afterbay_core::{Scalar, State, System, Vector};
 use std::array::from_fn;
 
-/// The most stages a tableau has.
+/// The largest number of stages of a tableau.
 const STAGES: usize = 12;
 
-/// What changes in a step: q, p, and w.
+/// The parts of the state: q, p and w.
 pub(crate) const Q: usize = 0;
 pub(crate) const P: usize = 1;
 pub(crate) const W: usize = 2;
@@ -49,7 +49,7 @@ impl<V: Vector> Stages<V> {
         &self.slopes[stage][Q]
     }
 
-    /// Computes the first stage, the state itself.
+    /// Computes the first stage, which is the state itself.
     #[inline]
     pub(crate) fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
@@ -58,14 +58,14 @@ impl<V: Vector> Stages<V> {
         self.start.as_mut_slice().copy_from_slice(self.hq.as_slice());
     }
 
-    /// Computes the others of the step h from `state`.
+    /// Computes the other stages of the step h from `state`.
     #[inline]
     pub(crate) fn advance<B, S>(&mut self, system: &S, h: V::Scalar, state: &State<V>)
     where
         B: Tableau,
         S: System<V::Scalar> + ?Sized,
     {
-        // One after the other, each with coefficients of its own that the compiler sees.
+        // Unrolled, so that the coefficients of each stage are constants for the compiler.
         macro_rules! stages {
             ($($stage:literal)*) => {
                 $(if $stage < B::ROWS.len() {
@@ -88,7 +88,7 @@ impl<V: Vector> Stages<V> {
         self.look(system, I);
     }
 
-    /// The slopes at the point of a stage.
+    /// Computes the slopes at the point of a stage.
     #[inline(always)]
     fn look<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, stage: usize) {
         let Self { slopes, hq, q, p, d, dissipative, .. } = self;
@@ -112,13 +112,13 @@ impl<V: Vector> Stages<V> {
         }
     }
 
-    /// The sum of the slopes of q, p or w with these coefficients, times `factor`.
+    /// Computes `factor` times the sum of the slopes of q, p or w with these coefficients.
     #[inline(always)]
     pub(crate) fn sum<const PART: usize>(&self, terms: Terms, factor: V::Scalar, to: &mut V) {
         combine::<V, PART>(terms, &self.slopes, factor, &self.zero, to);
     }
 
-    /// The same, from a start.
+    /// Computes the same sum, added to a starting value.
     #[inline(always)]
     pub(crate) fn add<const PART: usize>(
         &self,
@@ -141,7 +141,7 @@ fn combine<V: Vector, const PART: usize>(
     to: &mut V,
 ) {
     if let Some(n) = V::LEN {
-        // Where the compiler sees every term.
+        // The number of terms is a constant for the compiler.
         for j in 0..n {
             let sum = terms.iter().fold(V::Scalar::zero(), |sum, &(k, a)| {
                 number::<V::Scalar>(a).mul_add(slopes[k][PART].as_slice()[j], sum)
@@ -157,7 +157,8 @@ fn combine<V: Vector, const PART: usize>(
     }
 }
 
-/// The same of as many blocks of W numbers as there are after those that are done; how many numbers are done then.
+/// Combines as many blocks of W numbers as remain after the first `done` numbers. Returns the
+/// number of entries done.
 #[inline(never)]
 fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
     terms: Terms,

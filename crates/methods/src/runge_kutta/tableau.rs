@@ -1,11 +1,11 @@
-//! Butcher tableaus, each coefficient as the sum of two doubles.
+//! Butcher tableaus, with each coefficient stored as the sum of two doubles.
 
 use afterbay_core::Scalar;
 
-/// The coefficients of a sum that are not 0, with the stages they belong to.
+/// The nonzero coefficients of a sum, with the index of their stage.
 pub(crate) type Terms = &'static [(usize, [f64; 2])];
 
-/// An explicit Runge-Kutta method, its coefficients known to the compiler.
+/// An explicit Runge-Kutta method with coefficients known at compile time.
 pub(crate) trait Tableau {
     /// a_ij, row by row; the first row is empty.
     const ROWS: &'static [Terms];
@@ -13,13 +13,13 @@ pub(crate) trait Tableau {
     const WEIGHTS: Terms;
 }
 
-/// A method that tells its error from two less accurate ones of the same stages.
+/// A method with two embedded methods of lower order for its error estimate.
 pub(crate) trait Embedded: Tableau {
-    /// b_i less the weights of the others, the more accurate one first.
+    /// b_i minus the weights of the embedded methods, the more accurate one first.
     const DIFFERENCES: [Terms; 2];
 }
 
-/// A coefficient in the scalar it is wanted in.
+/// Converts a coefficient to the scalar type.
 #[inline(always)]
 pub(crate) fn number<T: Scalar>([high, low]: [f64; 2]) -> T {
     T::from_f64(high) + T::from_f64(low)
@@ -37,8 +37,9 @@ impl Tableau for Classical {
 const SIXTH: [f64; 2] = [1.0 / 6.0, 9.25185853854297e-18];
 const THIRD: [f64; 2] = [1.0 / 3.0, 1.850371707708594e-17];
 
-/// DOP853, order 8: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, second edition, section II.5,
-/// its 30 published digits corrected by up to 4e-29 to meet the order conditions (`tests/data/dop853.py` prints them).
+/// DOP853, order 8: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+/// second edition, section II.5. The 30 published digits are corrected by up to 4e-29 to satisfy
+/// the order conditions (`tests/data/dop853.py` prints them).
 pub(crate) struct Dop853;
 
 impl Tableau for Dop853 {
@@ -140,7 +141,7 @@ impl Embedded for Dop853 {
             (10, [0.08192320648511571, 0.0]),
             (11, [-0.022355307863886296, 0.0]),
         ],
-        // Order 3, of the weights 31/127, 0.7338.. and 3/136 of the stages 0, 8 and 11.
+        // Order 3, with the weights 31/127, 0.7338.. and 3/136 at stages 0, 8 and 11.
         &[
             (0, [0.054293734116568765 - 0.2440944881889764, 0.0]),
             (5, [4.450312892752409, 0.0]),
@@ -159,7 +160,7 @@ mod tests {
     use super::*;
     use afterbay_core::{Quad, Scalar};
 
-    /// A rooted tree: what grows from its root.
+    /// A rooted tree, as the list of the subtrees of its root.
     #[derive(Clone, Debug, PartialEq)]
     struct Tree(Vec<Tree>);
 
@@ -173,7 +174,7 @@ mod tests {
             self.0.iter().map(Self::density).product::<f64>() * self.order() as f64
         }
 
-        /// Φ(t) of each stage, and the largest of the terms it is made of.
+        /// Φ(t) of each stage, and the largest of its terms.
         fn weights<T: Scalar>(&self, rows: &[Terms]) -> Vec<[T; 2]> {
             let mut all = vec![[T::one(); 2]; rows.len()];
             for branch in &self.0 {
@@ -194,7 +195,8 @@ mod tests {
         }
     }
 
-    /// The rooted trees of order 1, 2 and on: a branch grown on the root of a smaller tree, in every way.
+    /// The rooted trees by order, from 1: each grafts a branch onto the root of a smaller tree, in
+    /// every way.
     fn trees(order: usize) -> Vec<Vec<Tree>> {
         let mut all = vec![vec![Tree(vec![])]];
         while all.len() < order {
@@ -217,7 +219,7 @@ mod tests {
         all
     }
 
-    /// What the condition of a tree is missed by, in unit roundoffs of the terms of its sum.
+    /// The error of the order condition of a tree, in unit roundoffs of the terms of its sum.
     fn miss<T: Scalar>(rows: &[Terms], weights: &[(usize, [f64; 2])], tree: &Tree) -> f64 {
         let (mut sum, mut terms) = (-(T::from_f64(tree.density()).recip()), 0.0);
         let phi = tree.weights::<T>(rows);

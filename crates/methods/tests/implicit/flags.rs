@@ -1,5 +1,6 @@
-//! What the registry says of every row, at size: what is claimed holds on every scene here. K that is not claimed to be kept
-//! is lost on one of them, and explicit methods, none of which is A-stable, grow or fail on one.
+//! What the registry says of every row, at size: what is claimed holds on every scene here. K that
+//! is not claimed to be kept is lost on one of them, and explicit methods, none of which is
+//! A-stable, grow or fail on one.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
 use crate::bind::{separable, uniform};

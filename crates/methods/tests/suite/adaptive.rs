@@ -1,4 +1,5 @@
-//! Methods that choose their steps: K and passivity at every step, what their flags say, refusals and failures.
+//! Methods that choose their steps: K and passivity at every step, what their flags say, refusals
+//! and failures.
 
 use crate::bind::curved;
 use afterbay_core::{
@@ -28,11 +29,12 @@ fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<
     if drift == 0.0 { 0.0 } else { drift / (f64::EPSILON / 2.0 * scale) }
 }
 
-/// 16 roundings are left by the correction of K, which sees one end of the step, and w is rounded once an entry.
+/// 16 roundings are left by the correction of K, which sees one end of the step, and w is rounded
+/// once an entry.
 const ROUNDINGS: f64 = 20.0;
 
-/// What is seen of a run by a method: the worst drift of a step in roundings, and whether energy came back where it is owed that
-/// none does.
+/// What is seen of a run by a method: the worst drift of a step in roundings, and whether energy
+/// came back where it is owed that none does.
 fn watch<S>(
     row: &Row,
     system: &S,
@@ -131,7 +133,8 @@ proptest! {
     }
 }
 
-/// An oscillator with friction in a narrow gate only, too small to shorten steps, where a stage may be that counts for less than nothing.
+/// An oscillator with friction in a narrow gate only, too small to shorten steps, where a stage may
+/// be that counts for less than nothing.
 #[derive(Clone, Copy)]
 struct Gate {
     at: f64,
@@ -198,7 +201,8 @@ fn stiff_systems_hold_back_what_is_not_a_stable() {
     }
 }
 
-/// Forces near 1 that cancel, over a long time: no step is asked for less than roundings, or there would be no end of them.
+/// Forces near 1 that cancel, over a long time: no step is asked for less than roundings, or there
+/// would be no end of them.
 #[test]
 fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
     let system = VanDerPol::new(1000.0).unwrap();
@@ -256,7 +260,8 @@ fn what_cannot_be_done_is_refused() {
     }
 }
 
-/// H = p²/2 and a force that is no number beyond q = 1; with `pole`, V = ln (1 - q): q falls into the pole in finite time.
+/// H = p²/2 and a force that is no number beyond q = 1; with `pole`, V = ln (1 - q): q falls into
+/// the pole in finite time.
 #[derive(Clone, Copy)]
 struct Cliff {
     pole: bool,

@@ -1,4 +1,5 @@
-//! What methods that choose their steps err by, told a tolerance, beside end states by other libraries, Taylor series and exact flows.
+//! What methods that choose their steps err by, told a tolerance, beside end states by other
+//! libraries, Taylor series and exact flows.
 //!
 //! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints it.
 
@@ -11,8 +12,8 @@ use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChai
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// End states of the test set by heyoka in 113 bits and by Taylor series in 106 (benches/peers/data/references.py and
-/// benches/peers/examples/references.rs).
+/// End states of the test set by heyoka in 113 bits and by Taylor series in 106
+/// (benches/peers/data/references.py and benches/peers/examples/references.rs).
 const REFERENCES: &str = include_str!("../../../../benches/peers/data/references.csv");
 
 /// q, p and w at the end of a scene.
@@ -59,7 +60,8 @@ fn shares(found: &[Vec<f64>; 3], exact: &[Vec<f64>; 3], tolerance: f64) -> [f64;
     })
 }
 
-/// A line of the table for each method, at tolerances from 1e-3 to 1e-12: the largest error over what is allowed of it. None is beyond ten.
+/// A line of the table for each method, at tolerances from 1e-3 to 1e-12: the largest error over
+/// what is allowed of it. None is beyond ten.
 fn lines<S: Curvature<f64> + Clone + 'static>(
     name: &str,
     system: &S,
@@ -113,7 +115,8 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("D64 chain", &d64, [&sine(64), &[0.0; 64]], 100.0, &reference("D64"));
     let e = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 1.0, [0.1; 2]).unwrap();
     lines("E double pendulum", &e, [&[1.5, -0.5], &[0.0; 2]], 5.0, &reference("E"));
-    // Beyond the test set: a pendulum that pulls solutions apart, and a chain whose steps the error decides.
+    // Beyond the test set: a pendulum that pulls solutions apart, and a chain whose steps the error
+    // decides.
     let fast = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
     let start: [&[f64]; 2] = [&[1.0, 1.5], &[0.0; 2]];
     lines(
@@ -129,8 +132,8 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("chain of 8", &d8, start, 50.0, &series(&d8.map(Series::constant), start, 50.0));
 }
 
-/// Without friction an oscillator keeps what its steps err by, and they err to the same side: in the mean over the tolerances it
-/// spends what is allowed.
+/// Without friction an oscillator keeps what its steps err by, and they err to the same side: in
+/// the mean over the tolerances it spends what is allowed.
 #[test]
 fn the_tolerance_is_spent_where_errors_stay() {
     head();
@@ -139,7 +142,8 @@ fn the_tolerance_is_spent_where_errors_stay() {
     let (sin, cos) = end.sin_cos();
     let exact = [vec![2.3 * cos - 3.1 * sin], vec![-3.1 * cos - 2.3 * sin], vec![0.0]];
     let all = lines("oscillator, no friction", &oscillator, start, end, &exact);
-    // The estimate of DOP853 is one order of h too large: the tighter the tolerance, the less of it is spent.
+    // The estimate of DOP853 is one order of h too large: the tighter the tolerance, the less of it
+    // is spent.
     for (errors, least) in all.iter().zip([0.4, 0.04]) {
         let mean = (errors.iter().map(|error| error.ln()).sum::<f64>() / 10.0).exp();
         assert!((least..2.5).contains(&mean), "{mean}: {errors:?}");
@@ -149,9 +153,10 @@ fn the_tolerance_is_spent_where_errors_stay() {
 /// Roundings of the largest H on the way that w may be off by.
 const ROUNDINGS: f64 = 8.0;
 
-/// μ = 1000: two jumps in T = 2000, of which explicit steps would take millions. Between jumps solutions draw together, so that q is right to
-/// rounding. p = 9e-4 is the difference of forces near 1 over steps of 100 and more, and A-stable steps carry roundings of it on: 1e-13
-/// are left. H is near 1e6 in a jump, and roundings of that are what w is known to.
+/// μ = 1000: two jumps in T = 2000, of which explicit steps would take millions. Between jumps
+/// solutions draw together, so that q is right to rounding. p = 9e-4 is the difference of forces
+/// near 1 over steps of 100 and more, and A-stable steps carry roundings of it on: 1e-13 are left.
+/// H is near 1e6 in a jump, and roundings of that are what w is known to.
 #[test]
 fn stiff_runs_end_where_another_library_does() {
     let system = VanDerPol::new(1000.0).unwrap();

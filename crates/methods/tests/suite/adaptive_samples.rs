@@ -63,11 +63,13 @@ fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
     }
 }
 
-/// How much less than of q and p is allowed of w, so that sweeps go on until it is the order alone that is seen.
+/// How much less than of q and p is allowed of w, so that sweeps go on until it is the order alone
+/// that is seen.
 const TIGHT: f64 = 1e-3;
 
-/// Steps to be seen: how many, of which order, the power of h their estimate grows with, at which tolerance, and the span of a run they would be part of times h^order: what is
-/// allowed of a step, its share of the span, is so for each h about its error.
+/// Steps to be seen: how many, of which order, the power of h their estimate grows with, at which
+/// tolerance, and the span of a run they would be part of times h^order: what is allowed of a step,
+/// its share of the span, is so for each h about its error.
 #[derive(Clone, Copy)]
 struct Steps {
     count: u64,

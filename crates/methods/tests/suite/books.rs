@@ -10,7 +10,8 @@ use proptest::prelude::*;
 
 /// What every check below allows, in unit roundoffs of the terms that enter (see [`Model::terms`]).
 ///
-/// With v = p̄, m = 1, the exact change of K is `2v (v - p0) + (ΔV/Δq) Δq + Δw`, and what a step leaves of it is
+/// With v = p̄, m = 1, the exact change of K is `2v (v - p0) + (ΔV/Δq) Δq + Δw`, and what a step
+/// leaves of it is
 ///
 /// | where it comes from | roundings | of |
 /// |---|---|---|
@@ -24,7 +25,8 @@ use proptest::prelude::*;
 /// No term collects more than 16.
 pub(crate) const ROUNDINGS: f64 = 16.0;
 
-/// Simple iteration stops at the noise of its last update, up to 16 roundings of p0 and v by itself: 2·16 of p².
+/// Simple iteration stops at the noise of its last update, up to 16 roundings of p0 and v by
+/// itself: 2·16 of p².
 pub(crate) const ROUNDINGS_FIXED_POINT: f64 = 48.0;
 
 /// The steps taken from every state.
@@ -105,8 +107,8 @@ impl Model {
         (p * p + alpha * q2 + (beta * q2 * q2).half()).half() + w
     }
 
-    /// The sum of the magnitudes of the terms that enter a step: p² and the terms of q V' at both ends, w at both ends,
-    /// and the terms of the work D̄ Δq.
+    /// The sum of the magnitudes of the terms that enter a step: p² and the terms of q V' at both
+    /// ends, w at both ends, and the terms of the work D̄ Δq.
     fn terms<T: Scalar>(self, before: &State<[T; 1]>, after: &State<[T; 1]>) -> f64 {
         let abs = |part: &[T; 1]| part[0].to_f64().abs();
         let [alpha, beta] = self.potential().map(f64::abs);
@@ -277,8 +279,9 @@ impl Case {
     }
 }
 
-/// Compositions of sweeps and what is solved in all of (q, p) have tests of their own (increment.rs, gonzalez.rs,
-/// collocation.rs, linear_exact.rs, locally_exact.rs): the bound here is that of a single scalar equation.
+/// Compositions of sweeps and what is solved in all of (q, p) have tests of their own
+/// (increment.rs, gonzalez.rs, collocation.rs, linear_exact.rs, locally_exact.rs): the bound here
+/// is that of a single scalar equation.
 pub(crate) fn on_one_degree(row: &Row) -> bool {
     !["increment", "gonzalez", "collocation", "linear-exact", "locally-exact"]
         .iter()

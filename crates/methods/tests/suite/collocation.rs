@@ -41,7 +41,8 @@ fn checked<S: Curvature<f64>>(
         prop_assert!(drift < ROUNDINGS, "K drifts by {} roundings, {}", drift, workspace.defect());
         prop_assert!(!passive.violated(&before.w, &state.w), "{:?} {:?}", before.w, state.w);
         if h < 0.1 {
-            // There and back with the same nodes: K decides how many there are, and may ask for more on one way than on the other.
+            // There and back with the same nodes: K decides how many there are, and may ask for
+            // more on one way than on the other.
             let fixed = Collocation { stages, nodes: 64 };
             let mut back = before.clone();
             for h in [h, -h] {
@@ -62,7 +63,8 @@ fn checked<S: Curvature<f64>>(
     Ok(())
 }
 
-/// May a step fail? A short one may not; of a longer one it has to be the length: the step that failures advise, a shorter one, is taken.
+/// May a step fail? A short one may not; of a longer one it has to be the length: the step that
+/// failures advise, a shorter one, is taken.
 fn excused<S: Curvature<f64>>(
     system: &S,
     method: Collocation,
@@ -76,10 +78,11 @@ fn excused<S: Curvature<f64>>(
     h > 0.1 && (1..=4).any(|halvings| step(h / f64::from(1 << halvings)))
 }
 
-/// What every check of K allows, in unit roundoffs of the terms of [`drift`]. K moves by z1 = z0 + h γ_0, one operation a variable;
-/// by γ_0, a sum of 16 products of a table entry in two chains of 8 halved again by the pairs, so 5 roundings of a slope; by H at either
-/// end, a chain of 4 operations; by Δw, 6 for D·v and its sum, and by w1, 1. Each is a rounding of another term of `drift`, and 16 is
-/// what the longest of them would collect twice over where q and p both do.
+/// What every check of K allows, in unit roundoffs of the terms of [`drift`]. K moves by z1 = z0 +
+/// h γ_0, one operation a variable; by γ_0, a sum of 16 products of a table entry in two chains of
+/// 8 halved again by the pairs, so 5 roundings of a slope; by H at either end, a chain of 4
+/// operations; by Δw, 6 for D·v and its sum, and by w1, 1. Each is a rounding of another term of
+/// `drift`, and 16 is what the longest of them would collect twice over where q and p both do.
 const ROUNDINGS: f64 = 16.0;
 
 /// |ΔK| over a rounding of what K is made of.
@@ -138,7 +141,8 @@ proptest! {
     }
 }
 
-/// A step so long that no quadrature follows H along it, and twice the nodes do no better: that is no rounding.
+/// A step so long that no quadrature follows H along it, and twice the nodes do no better: that is
+/// no rounding.
 #[test]
 fn what_is_not_resolved_is_not_taken() {
     let system =
@@ -149,8 +153,8 @@ fn what_is_not_resolved_is_not_taken() {
     checked(&system, 1, 0.848_085_938_350_559_2, q, p).unwrap();
 }
 
-/// K over 1e5 steps moves like the sum of roundings, not like t: less than 1e-18 of its terms a step, ten times less than one
-/// rounding, at the end as in the middle.
+/// K over 1e5 steps moves like the sum of roundings, not like t: less than 1e-18 of its terms a
+/// step, ten times less than one rounding, at the end as in the middle.
 #[test]
 fn k_does_not_drift() {
     for stages in [1, 2, 4, 8] {
@@ -219,7 +223,8 @@ fn linear_decays() {
             "{state:?} {exact:?}"
         );
     }
-    // With more stages the exponential itself, where they resolve it: the rates are -199.995 and -0.005.
+    // With more stages the exponential itself, where they resolve it: the rates are -199.995 and
+    // -0.005.
     let (mut state, mut exact) =
         (State::new([1.0], [-b]).unwrap(), State::new([1.0], [-b]).unwrap());
     let method = Collocation::new(8);
@@ -247,7 +252,8 @@ fn stiff_steps_are_solved() {
     }
 }
 
-/// The steps after the first begin with the polynomial of the one before: what they find does not depend on it.
+/// The steps after the first begin with the polynomial of the one before: what they find does not
+/// depend on it.
 #[test]
 fn history_does_not_matter() {
     let system = FputChain::new(3, 0.5, 0.2).unwrap();

@@ -1,5 +1,5 @@
-//! Steps allocate nothing: simple ones, those of Newton's iteration, those with more nodes; but for the first that needs
-//! large matrices, or the whole derivative.
+//! Steps allocate nothing: simple ones, those of Newton's iteration, those with more nodes; but for
+//! the first that needs large matrices, or the whole derivative.
 
 use afterbay_core::{Curvature, Method, State};
 use afterbay_methods::Collocation;

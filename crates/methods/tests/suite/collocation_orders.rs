@@ -1,4 +1,5 @@
-//! Energy-preserving collocation has order 2 to 16 in q, p and w: errors against Taylor series, in 31 digits.
+//! Energy-preserving collocation has order 2 to 16 in q, p and w: errors against Taylor series, in
+//! 31 digits.
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
@@ -26,7 +27,8 @@ fn errors<S: Curvature<Quad>, const N: usize>(
     })
 }
 
-/// The global orders at `end` are 2s to within 0.05, at so many steps for a unit of time as [`PLAN`] says times `finer`.
+/// The global orders at `end` are 2s to within 0.05, at so many steps for a unit of time as
+/// [`PLAN`] says times `finer`.
 fn orders<const N: usize>(
     system: &impl Curvature<Quad>,
     series: &impl System<Series<Quad, TERMS>>,

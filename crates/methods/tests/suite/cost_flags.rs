@@ -210,8 +210,9 @@ fn costs(row: &Row, cost: Cost) -> bool {
     }
 }
 
-/// Is a long step of the undamped oscillator the approximant (s, s) of Padé, P(z)/P(-z) with `P = Σ_k (2s-k)! s!/((2s)! k! (s-k)!) z^k`?
-/// A polynomial q' of s coefficients makes that of it, and of another number another.
+/// Is a long step of the undamped oscillator the approximant (s, s) of Padé, P(z)/P(-z) with
+/// `P = Σ_k (2s-k)! s!/((2s)! k! (s-k)!) z^k`? A polynomial q' of s coefficients makes that of it,
+/// and of another number another.
 fn turns_like(row: &Row, stages: u32) -> bool {
     let h = 8.0;
     let (mut term, mut even, mut odd) = (1.0, 1.0, 0.0);

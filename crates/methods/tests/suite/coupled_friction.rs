@@ -11,7 +11,8 @@ use allocation_counter::measure;
 use proptest::prelude::*;
 use slope::slope;
 
-/// A chain with fixed ends, H = Σ p_j²/(2 m_j) + Σ q_j²/2 + Σ r²/2 + r⁴/4, and D = S R S ∂H/∂p with S = diag(1 + s q_j²).
+/// A chain with fixed ends, H = Σ p_j²/(2 m_j) + Σ q_j²/2 + Σ r²/2 + r⁴/4, and D = S R S ∂H/∂p with
+/// S = diag(1 + s q_j²).
 #[derive(Clone, Debug)]
 struct Chain {
     masses: Vec<f64>,
@@ -38,8 +39,8 @@ impl Chain {
         T::from_f64(self.friction[i][j]) * swollen(i) * swollen(j)
     }
 
-    /// Σ |q| |∂V/∂q| of the springs at its largest on the way from `a` to `b`: what rounding q makes of V is ε of it, and it is more
-    /// than ε V where q is large and its springs are short.
+    /// Σ |q| |∂V/∂q| of the springs at its largest on the way from `a` to `b`: what rounding q
+    /// makes of V is ε of it, and it is more than ε V where q is large and its springs are short.
     fn strain(a: &[f64], b: &[f64]) -> f64 {
         let ends = |j: Option<usize>| j.map_or([0.0; 2], |j| [a[j], b[j]]);
         let spring = |j: usize| {
@@ -51,7 +52,8 @@ impl Chain {
         (0..a.len()).map(spring).sum()
     }
 
-    /// Σ |R_ij| |v_i| |v_j| at its largest with energies up to `most`: p_j²/(2 m_j) and q_j²/2 are no more.
+    /// Σ |R_ij| |v_i| |v_j| at its largest with energies up to `most`: p_j²/(2 m_j) and q_j²/2 are
+    /// no more.
     fn power(&self, most: f64) -> f64 {
         let n = self.masses.len();
         let swollen = (1.0 + self.swell * 2.0 * most).powi(2);
@@ -171,7 +173,8 @@ fn an_explicit_method_needs_nothing() {
     assert!(found.iter().all(|found| (found - 4.0).abs() < 0.1), "{found:?}");
 }
 
-/// A chain of up to 10 masses whose R has any rank, in a state, a step size, and an order of the coordinates.
+/// A chain of up to 10 masses whose R has any rank, in a state, a step size, and an order of the
+/// coordinates.
 fn chains() -> impl Strategy<Value = (Chain, State<Vec<f64>>, f64, Vec<usize>)> {
     (1..=10_usize).prop_flat_map(|n| (Just(n), 1..=n, -5.0..1.0_f64)).prop_flat_map(
         |(n, rank, exponent)| {
@@ -205,7 +208,8 @@ fn total(chain: &Chain, state: &State<Vec<f64>>) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
 
-    /// Where friction is passive and V ≥ 0, every energy on the way through a sweep is at most H at one of its ends.
+    /// Where friction is passive and V ≥ 0, every energy on the way through a sweep is at most H at
+    /// one of its ends.
     #[test]
     fn k_is_kept_by_every_sweep((chain, start, h, order) in chains()) {
         let s = 1.0 / (4.0 - 4.0_f64.cbrt());
@@ -227,8 +231,8 @@ proptest! {
                 }
                 let most = before.energy(&chain).max(by_sweeps.energy(&chain));
                 let held: f64 = before.w.iter().chain(&by_sweeps.w).map(|w| w.abs()).sum();
-                // Each coordinate moves K by up to 16 roundings of its own terms, as in `increment`, and the sums of n
-                // terms in D and K round n times.
+                // Each coordinate moves K by up to 16 roundings of its own terms, as in
+                // `increment`, and the sums of n terms in D and K round n times.
                 let work = (fraction * h).abs() * chain.power(most);
                 let strain = Chain::strain(&before.q, &by_sweeps.q);
                 let bound = (16.0 + order.len() as f64) * f64::EPSILON / 2.0 * (2.0 * most + strain + held + work);
@@ -240,8 +244,9 @@ proptest! {
         }
     }
 
-    /// Σ D̄_j p̄_j/m_j = v̄ᵀ R v̄ whatever rounding makes of p̄; each of its terms, the entries of R among them, is rounded less than
-    /// 2 n + 8 times, and a pair is two sweeps of h/2 with two passes of h/4 each.
+    /// Σ D̄_j p̄_j/m_j = v̄ᵀ R v̄ whatever rounding makes of p̄; each of its terms, the entries of
+    /// R among them, is rounded less than 2 n + 8 times, and a pair is two sweeps of h/2 with two
+    /// passes of h/4 each.
     #[test]
     fn the_reservoirs_fill_in_sum((chain, start, h, order) in chains()) {
         for composition in [Composition::sweep(), Composition::pair()] {

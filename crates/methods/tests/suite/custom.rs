@@ -1,4 +1,5 @@
-//! Systems written as expressions run as the built-in ones do, through every kind of method, and keep K.
+//! Systems written as expressions run as the built-in ones do, through every kind of method, and
+//! keep K.
 
 use afterbay_core::{Curvature, Grid, Method, Quad, Scalar, Separable, State, integrate};
 use afterbay_methods::{Composition, Gonzalez, Increment, Leapfrog, ModDg, Rk4};
@@ -98,8 +99,8 @@ fn trajectories_are_those_of_the_built_in_systems() {
     all(&own, &VanDerPolRing::new(n, 0.7, 0.3).unwrap(), &start);
 }
 
-/// A pendulum with masses, and friction between its members given as a matrix. In 31 digits, so that what rounding adds up to in 200
-/// steps does not hide what a formula loses.
+/// A pendulum with masses, and friction between its members given as a matrix. In 31 digits, so
+/// that what rounding adds up to in 200 steps does not hide what a formula loses.
 #[test]
 fn what_is_not_polynomial_keeps_k_too() {
     let text = |x: &str| x.to_owned();

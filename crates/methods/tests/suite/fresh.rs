@@ -6,7 +6,8 @@ use afterbay_methods::registry::{FIXED, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
 use std::ops::ControlFlow;
 
-/// The same run, to the bit, after others from elsewhere, one of them failed, and one that began where the last ended.
+/// The same run, to the bit, after others from elsewhere, one of them failed, and one that began
+/// where the last ended.
 fn knows_nothing_of_others(dof: usize, bind: impl Fn(&Row) -> Option<Run<f64>>) {
     let mut bound = 0;
     for row in FIXED {

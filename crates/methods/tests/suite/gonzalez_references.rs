@@ -72,7 +72,8 @@ fn reference(system: &str, t: &str) -> [Vec<f64>; 3] {
     [3, 5, 7].map(|column| rows.iter().map(|row| row[column].parse().unwrap()).collect())
 }
 
-/// The method is symmetric, so its error is a series in h²: four step sizes take three terms of it away.
+/// The method is symmetric, so its error is a series in h²: four step sizes take three terms of it
+/// away.
 fn check<S: Curvature<f64>>(name: &str, times: [&str; 2], h: f64, system: &S) {
     let [q, p, _] = reference(name, "0");
     for t in times {

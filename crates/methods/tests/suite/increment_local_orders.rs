@@ -1,4 +1,5 @@
-//! The orders of the local errors of coordinate increments in q, p and w, where several coordinates tell them apart.
+//! The orders of the local errors of coordinate increments in q, p and w, where several coordinates
+//! tell them apart.
 
 use crate::bind::separable;
 use crate::slope;
@@ -11,7 +12,8 @@ use afterbay_systems::{FputChain, VanDerPolRing};
 use slope::slope;
 
 const N: usize = 3;
-/// Small enough for the leading term, and for order 8 large enough to stand above the rounding of 31 digits over h.
+/// Small enough for the leading term, and for order 8 large enough to stand above the rounding of
+/// 31 digits over h.
 const STEPS: [f64; 5] = [0.0005, 0.0008, 0.0012, 0.002, 0.003];
 const STEPS_ORDER_8: [f64; 5] = [0.006, 0.008, 0.01, 0.012, 0.016];
 
@@ -19,8 +21,8 @@ fn start<T: Scalar>() -> State<[T; N]> {
     State::new([0.8, -0.3, 0.5].map(T::from_f64), [0.9, 0.7, -0.6].map(T::from_f64)).unwrap()
 }
 
-/// Two wells in one, H = Σ (p_j²/2 + q_j²/2) + q1 q2² + q2 q3², and friction that feels the neighbours:
-/// D_j = c (1 + (q1 + q2 + q3)²) p_j.
+/// Two wells in one, H = Σ (p_j²/2 + q_j²/2) + q1 q2² + q2 q3², and friction that feels the
+/// neighbours: D_j = c (1 + (q1 + q2 + q3)²) p_j.
 struct Crowd;
 
 fn sum<T: Scalar>(q: &[T]) -> T {

@@ -1,4 +1,5 @@
-//! Coordinate increments on nets of springs between all pairs: K, passivity, names, and what failures advise.
+//! Coordinate increments on nets of springs between all pairs: K, passivity, names, and what
+//! failures advise.
 
 use afterbay_core::{
     Dissipation, DissipationForm, Line, Method, Passive, Separable, State, StepFailure, System,
@@ -181,7 +182,8 @@ fn nets(
     })
 }
 
-/// One step of a composition sweep by sweep, K checked at each: what the step itself passes through.
+/// One step of a composition sweep by sweep, K checked at each: what the step itself passes
+/// through.
 fn step_by_sweeps(
     net: &Net,
     composition: &[f64],
@@ -199,8 +201,8 @@ fn step_by_sweeps(
             prop_assert_eq!(&before, &*state, "a failed step changes nothing");
             return Ok(Some(failure));
         }
-        // A coordinate's step moves K by up to 16 roundings of its own terms (k_is_kept.rs), and summing K up costs one a
-        // term: 16 + n of the sum of all of them.
+        // A coordinate's step moves K by up to 16 roundings of its own terms (k_is_kept.rs), and
+        // summing K up costs one a term: 16 + n of the sum of all of them.
         let roundings = 16.0 + net.masses.len() as f64;
         let drift = (state.total(net) - before.total(net)).abs();
         let bound = roundings * f64::EPSILON / 2.0 * net.magnitude(&before, state);

@@ -1,5 +1,5 @@
-//! K = H + w is kept to rounding by every method that claims it, whatever the state, the system and the step; and a
-//! passive system's reservoir never gives anything back to a method that claims so.
+//! K = H + w is kept to rounding by every method that claims it, whatever the state, the system and
+//! the step; and a passive system's reservoir never gives anything back to a method that claims so.
 
 use crate::books;
 use afterbay_core::{Dissipation, Method, Quad, Scalar, Separable, State, StepFailure, System};
@@ -28,8 +28,8 @@ fn passive_well() -> impl Strategy<Value = Model> {
     })
 }
 
-/// May this method fail like this? The plain closed form fails where its equation is singular, what is iterated where
-/// there is nothing to find, δ at its pole, and anything where numbers end.
+/// May this method fail like this? The plain closed form fails where its equation is singular, what
+/// is iterated where there is nothing to find, δ at its pole, and anything where numbers end.
 fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
     match failure {
         StepFailure::NonFinite { .. } => true,
@@ -132,7 +132,8 @@ proptest! {
 
 #[test]
 fn a_strong_drive_is_solved_to_rounding() {
-    // h D is of the size of 1 and h V' is small: a solver that stops at what q loses in D stops too early.
+    // h D is of the size of 1 and h V' is small: a solver that stops at what q loses in D stops too
+    // early.
     for (mu, q, p, h) in [
         (-6.023138359935312, -9.429959415871592, -7.1060226154188575, 0.00029234957616029484),
         (9.77203399413433, -8.845958537697308, -6.932642349061287, 0.0013077206492030124),
@@ -207,7 +208,8 @@ impl<T: Scalar> System<T> for Exponential {
         1
     }
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        // Near 0 the terms of eᵠ - 1 - q cancel, and K is compared with V where edges are not exact.
+        // Near 0 the terms of eᵠ - 1 - q cancel, and K is compared with V where edges are not
+        // exact.
         let q = q[0];
         let series = (2..=14)
             .rev()

@@ -1,4 +1,5 @@
-//! Failures built in, each of which the properties of `k_is_kept.rs` must see; and what no method promises.
+//! Failures built in, each of which the properties of `k_is_kept.rs` must see; and what no method
+//! promises.
 
 use crate::books;
 use afterbay_core::{RunError, State, StepFailure};
@@ -97,7 +98,8 @@ fn a_shared_step_is_not_passive_beside_its_pole() {
 
 #[test]
 fn positive_weights_fill_the_reservoir_while_the_energy_rises() {
-    // rk4 adds h Σ b_i D_i ∂H/∂p_i with b_i > 0: w rises although the step is beyond the limit of stability.
+    // rk4 adds h Σ b_i D_i ∂H/∂p_i with b_i > 0: w rises although the step is beyond the limit of
+    // stability.
     let case =
         Case { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, w: 0.0, h: 3.5 };
     let energy_rises = |name: &str| {

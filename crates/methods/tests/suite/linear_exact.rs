@@ -14,8 +14,8 @@ use many::{errors, reference, start};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 
-/// H = Σ [p_j²/2 + (1 + j/4) q_j²/2 + f q_j] + Σ [(q_{j+1} - q_j)²/2 + q_j p_{j+1}/4], D_j = c v_j + (v_{j+1} + v_{j-1}) c/4: not
-/// separable, friction that couples velocities, a constant force.
+/// H = Σ [p_j²/2 + (1 + j/4) q_j²/2 + f q_j] + Σ [(q_{j+1} - q_j)²/2 + q_j p_{j+1}/4], D_j = c v_j
+/// + (v_{j+1} + v_{j-1}) c/4: not separable, friction that couples velocities, a constant force.
 #[derive(Clone, Copy)]
 struct Web {
     n: usize,
@@ -222,7 +222,8 @@ proptest! {
     }
 }
 
-/// The damped oscillator's K over a million steps moves by less than the steps' rates times a rounding.
+/// The damped oscillator's K over a million steps moves by less than the steps' rates times a
+/// rounding.
 #[test]
 fn k_does_not_run_away() {
     let system = DampedOscillator::new(1.0, 0.0).unwrap();
@@ -237,7 +238,8 @@ fn k_does_not_run_away() {
     assert!(drift < 1e4 * f64::EPSILON, "{drift:e}");
 }
 
-/// The table of a run is there for the next one, or not where that runs within it: to the bit the same.
+/// The table of a run is there for the next one, or not where that runs within it: to the bit the
+/// same.
 #[test]
 fn runs_of_a_bound_method_do_not_feel_each_other() {
     for row in FIXED {

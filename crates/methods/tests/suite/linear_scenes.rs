@@ -101,7 +101,8 @@ impl Curvature<f64> for Network {
 
 type Bind = Box<dyn Fn(&Row) -> Result<Run<f64>, InputError>>;
 
-/// A system, the ways to bind a method to it, and coordinates in which H is half the square of the length.
+/// A system, the ways to bind a method to it, and coordinates in which H is half the square of the
+/// length.
 pub(crate) struct Scene {
     pub(crate) name: String,
     /// The largest entry of the matrix of the flow, summed along rows.
@@ -175,8 +176,8 @@ impl Scene {
         Ok(DMatrix::from_columns(&images.collect::<Result<Vec<_>, _>>()?))
     }
 
-    /// By how much states grow a step: the spectral radius of a linear one, else the mean along orbits, each state
-    /// taken back to the energy 1/2 (what is not linear is homogeneous).
+    /// By how much states grow a step: the spectral radius of a linear one, else the mean along
+    /// orbits, each state taken back to the energy 1/2 (what is not linear is homogeneous).
     pub(crate) fn factor(&self, run: &Run<f64>, h: f64) -> Result<f64, IntegrateError> {
         let (basis, images) = (self.basis(), self.images(run, h)?);
         let size = basis.nrows();
@@ -203,7 +204,8 @@ impl Scene {
         Ok(most)
     }
 
-    /// The most energy left, of that of the start, after a step `reach` times the time of the slowest motion.
+    /// The most energy left, of that of the start, after a step `reach` times the time of the
+    /// slowest motion.
     pub(crate) fn longest(&self, run: &Run<f64>, reach: f64) -> Result<f64, IntegrateError> {
         let images = self.images(run, reach / self.rate)?;
         Ok(images.column_iter().map(|x| x.norm_squared()).fold(0.0, f64::max))

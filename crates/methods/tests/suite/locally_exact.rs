@@ -1,4 +1,5 @@
-//! The locally exact discrete gradient: order 2 in q, p and w, exact where the system is linear, K, passivity, symmetry, failures.
+//! The locally exact discrete gradient: order 2 in q, p and w, exact where the system is linear, K,
+//! passivity, symmetry, failures.
 
 use crate::many;
 use crate::many::orders as orders_of;

@@ -1,4 +1,5 @@
-//! What is no mass is refused before the first step, by every method that divides by it, and by name.
+//! What is no mass is refused before the first step, by every method that divides by it, and by
+//! name.
 
 use crate::bind::{linear, nonlinear, separable};
 use afterbay_core::{

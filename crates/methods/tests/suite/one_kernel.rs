@@ -145,7 +145,8 @@ proptest! {
         let grid = || Grid::of(10f64.powf(log_h), 1).unwrap();
         integrate(&ModDg::linear(), &system, grid(), &mut closed, &mut ()).unwrap();
         integrate(&ModDg::newton(), &system, grid(), &mut solved, &mut ()).unwrap();
-        // In units of energy, which neither can tell apart better: √k q and p are the same to it. σ > 1/2 here.
+        // In units of energy, which neither can tell apart better: √k q and p are the same to it. σ
+        // > 1/2 here.
         let size = (p * p + k * q * q).sqrt();
         let off = [(closed.q[0] - solved.q[0]) * k.sqrt(), closed.p[0] - solved.p[0]];
         let dw = (closed.w[0] - solved.w[0]).abs();

@@ -1,4 +1,5 @@
-//! The order table: the global order of every row of the registry in q, p and w, in 31 digits, on nonlinear damped problems.
+//! The order table: the global order of every row of the registry in q, p and w, in 31 digits, on
+//! nonlinear damped problems.
 //!
 //! `cargo test -p afterbay-methods --test suite order_table -- --nocapture` prints it.
 
@@ -16,8 +17,8 @@ use std::ops::ControlFlow;
 const TOLERANCE: f64 = 0.05;
 /// The 0.975 quantile of Student's t with three degrees of freedom: five points, two parameters.
 const STUDENT: f64 = 3.182_446_305_284_263;
-/// Largest |K - K0| / |K0| along a run of a method that keeps K, and largest error of one that has none but rounding: 1.2e-32 each,
-/// in up to 2048 steps.
+/// Largest |K - K0| / |K0| along a run of a method that keeps K, and largest error of one that has
+/// none but rounding: 1.2e-32 each, in up to 2048 steps.
 const KEPT: f64 = 5e-30;
 /// Errors lie above the roundings of 31 digits, and from order 8 on below that of `f64`.
 const SEEN: [f64; 2] = [1e-28, 1.1e-16];
@@ -36,13 +37,15 @@ fn counts(order: u32) -> [u64; 5] {
     }
 }
 
-/// Where a step is its own adjoint the next term of its error is two powers of h smaller, otherwise one, and the order shows in shorter
-/// steps: that is so of explicit methods, of δ at the start of a step, and of a single sweep.
+/// Where a step is its own adjoint the next term of its error is two powers of h smaller, otherwise
+/// one, and the order shows in shorter steps: that is so of explicit methods, of δ at the start of
+/// a step, and of a single sweep.
 fn finer(row: &Row) -> u64 {
     if row.needs == Needs::Any || !row.poles().is_empty() || row.order() == 1 { 8 } else { 1 }
 }
 
-/// The global orders that follow from the local ones: q and p feel what the other is off by, and w feels both, but nothing feels w.
+/// The global orders that follow from the local ones: q and p feel what the other is off by, and w
+/// feels both, but nothing feels w.
 fn orders(row: &Row) -> [u32; 3] {
     let [q, p, w] = row.local_order;
     [q.min(p), q.min(p), q.min(p).min(w)]
@@ -80,7 +83,8 @@ impl Problem {
         Self { name, end, finer, start, exact, energy, bind: Box::new(bind) }
     }
 
-    /// The errors of q, p and w at the end (Euclidean norms), and the largest drift of K on the way.
+    /// The errors of q, p and w at the end (Euclidean norms), and the largest drift of K on the
+    /// way.
     fn run(&self, run: &Run<Quad>, steps: u64) -> ([f64; 3], f64) {
         let mut state = self.start.clone();
         let before = (self.energy)(&state.q, &state.p);
@@ -137,7 +141,8 @@ impl Problem {
     }
 }
 
-/// The slope of log(error) against log(h) by least squares, and the half-width of its 95 % confidence interval.
+/// The slope of log(error) against log(h) by least squares, and the half-width of its 95 %
+/// confidence interval.
 fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
     let found = slope(steps, errors);
     let mean = |values: [f64; 5]| values.iter().sum::<f64>() / 5.0;
@@ -149,8 +154,8 @@ fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
     (found, STUDENT * (rest / 3.0 / spread).sqrt())
 }
 
-/// The problems a row is measured on: several degrees of freedom, one of them not separable, where it takes these. Those with one degree
-/// end before p or V' + D vanishes, where δ has its poles.
+/// The problems a row is measured on: several degrees of freedom, one of them not separable, where
+/// it takes these. Those with one degree end before p or V' + D vanishes, where δ has its poles.
 fn problems(needs: Needs) -> &'static [usize] {
     match needs {
         Needs::Any | Needs::Curvature | Needs::SeparableOrPlanes => &[0, 1],

@@ -1,4 +1,5 @@
-//! The order of every method on nonlinear damped problems, variable by variable, in f64 and in 31 digits.
+//! The order of every method on nonlinear damped problems, variable by variable, in f64 and in 31
+//! digits.
 
 use crate::bind::{linear, nonlinear};
 use crate::slope;
@@ -86,13 +87,15 @@ fn assert_orders(row: &Row, found: [f64; 3]) {
     }
 }
 
-/// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more (increment.rs). Beyond order 4
-/// these steps leave nothing but rounding (collocation.rs has longer ones).
+/// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more
+/// (increment.rs). Beyond order 4 these steps leave nothing but rounding (collocation.rs has longer
+/// ones).
 fn rows() -> impl Iterator<Item = &'static Row> {
     FIXED.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
 }
 
-/// Checks the local orders of every method that binds, at each point in 31 digits, and says how many did.
+/// Checks the local orders of every method that binds, at each point in 31 digits, and says how
+/// many did.
 fn check_fine<S: System<Series<Quad, 24>>>(
     system: &S,
     bind: impl Fn(&Row) -> Bound<Quad>,
@@ -110,8 +113,8 @@ fn check_fine<S: System<Series<Quad, 24>>>(
         .count()
 }
 
-/// The same in f64 for the root mean square over all points: with steps this large a point where the leading term is
-/// small shows the next one.
+/// The same in f64 for the root mean square over all points: with steps this large a point where
+/// the leading term is small shows the next one.
 fn check<S: System<Series<f64, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<f64>) -> usize {
     let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
     bound

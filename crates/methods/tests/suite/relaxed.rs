@@ -1,4 +1,5 @@
-//! Runge-Kutta methods with relaxation: orders at the grid points, K, passivity, time, failures, memory.
+//! Runge-Kutta methods with relaxation: orders at the grid points, K, passivity, time, failures,
+//! memory.
 
 use crate::many;
 use crate::many::orders as orders_of;
@@ -85,8 +86,9 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
         / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
 }
 
-/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show where they are off by a hundredth,
-/// or K after it by 1e-5 of the kinetic energy? There need be no root near 1 then.
+/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show
+/// where they are off by a hundredth, or K after it by 1e-5 of the kinetic energy? There need be no
+/// root near 1 then.
 fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
     let step = |h: f64, count: u32| {
         let mut state = before.clone();
@@ -117,8 +119,8 @@ fn cured<S: System<f64>>(method: &Relaxed, system: &S, h: f64, before: &State<Ve
     })
 }
 
-/// Is there no γ within ½ of 1 that keeps K, however short the step? Along the direction of a step K is looked at directly, with that
-/// of RK4, and moved to what the failed step was off by.
+/// Is there no γ within ½ of 1 that keeps K, however short the step? Along the direction of a step
+/// K is looked at directly, with that of RK4, and moved to what the failed step was off by.
 fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess: f64) -> bool {
     let mut after = before.clone();
     let mut workspace = Method::<Vec<f64>, S>::workspace(&Rk4, system).unwrap();
@@ -132,8 +134,9 @@ fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess:
             .map(|(a, b): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> { along(a, b) });
         State { q, p, w, t: 0.0 }.total(system) - after.total(system) + excess
     };
-    // The direction is that of RK4, not of the method: where K is all but tangent to what it must be, or
-    // γ moves it by little more than it is off by, the one may have a root and the other none.
+    // The direction is that of RK4, not of the method: where K is all but tangent to what it must
+    // be, or γ moves it by little more than it is off by, the one may have a root and the other
+    // none.
     let [below, above] = [off(0.99), off(1.01)].map(|x| x - excess);
     let (slope, bend) = ((above - below) / 0.02, (above + below) / 2e-4);
     let moved = [0.5, 1.5].map(|gamma| (off(gamma) - excess).abs());
@@ -172,9 +175,11 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
                 Err(failure) => {
                     let owed = match failure {
                         StepFailure::NoRelaxationRoot { excess } => {
-                            // K may be all but tangent to what it must be, and then a shorter step cures it.
+                            // K may be all but tangent to what it must be, and then a shorter step
+                            // cures it.
                             let shorter = h > 1e-2 && cured(&method, system, h, &before);
-                            // What K is off by may be roundings of its terms, of which γ makes no less.
+                            // What K is off by may be roundings of its terms, of which γ makes no
+                            // less.
                             let w: f64 = before.w.iter().map(|w| w.abs()).sum();
                             let size = before.energy(system).abs() + w;
                             excess.abs() <= 2e-14 * size
@@ -209,7 +214,8 @@ proptest! {
     }
 }
 
-/// In the ninth step f·H''f passes through 0, in the other's seventeenth K along the step has its least value at γ = 1.
+/// In the ninth step f·H''f passes through 0, in the other's seventeenth K along the step has its
+/// least value at γ = 1.
 #[test]
 fn a_short_step_without_a_root() {
     let system =
@@ -246,7 +252,8 @@ fn roundings_of_k_do_not_add_up() {
     }
 }
 
-/// The lag is given back by the next step: with it forgotten the error is that of another order, with it the same as ever.
+/// The lag is given back by the next step: with it forgotten the error is that of another order,
+/// with it the same as ever.
 #[test]
 fn a_state_changed_from_outside_is_a_new_beginning() {
     let system = chain::<f64>();

@@ -1,4 +1,5 @@
-//! Damped motion that comes to rest away from the origin, where forces are differences of large terms.
+//! Damped motion that comes to rest away from the origin, where forces are differences of large
+//! terms.
 
 use crate::bind::{curved, nonlinear, separable};
 use afterbay_core::{Curvature, Grid, Separable, State, System, Tolerance};
@@ -20,7 +21,8 @@ fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
     .unwrap()
 }
 
-/// Every method that applies and has no pole at rest goes on until the end, at the point of rest, with K kept where it says so.
+/// Every method that applies and has no pole at rest goes on until the end, at the point of rest,
+/// with K kept where it says so.
 fn comes_to_rest<S>(
     system: &S,
     start: &State<Vec<f64>>,

@@ -2,7 +2,8 @@
 
 use afterbay_core::{Dissipation, DissipationForm, Passive, Scalar, Separable, System};
 
-/// H = Σ [p_j²/(2 m_j) + q_j²/2] + (q_{j+1} - q_j)⁴/4, m = 1, 1.7, 0.6; D = c R ∂H/∂p, R symmetric and positive definite.
+/// H = Σ [p_j²/(2 m_j) + q_j²/2] + (q_{j+1} - q_j)⁴/4, m = 1, 1.7, 0.6; D = c R ∂H/∂p, R symmetric
+/// and positive definite.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rubbed {
     pub(crate) c: f64,

@@ -1,12 +1,13 @@
-//! What the registry says of stability, of every row both ways: what is claimed holds, and what is not claimed does not hold.
+//! What the registry says of stability, of every row both ways: what is claimed holds, and what is
+//! not claimed does not hold.
 
 use crate::linear_scenes;
 use afterbay_core::{IntegrateError, StepFailure};
 use afterbay_methods::registry::{Cost, FIXED, Row};
 use linear_scenes::{Scene, gentle, scenes};
 
-/// What the eigenvalues of a step may exceed 1 by, for rounding: where the energy makes lengths, an eigenvalue of size 1 of
-/// what stays bounded is well conditioned.
+/// What the eigenvalues of a step may exceed 1 by, for rounding: where the energy makes lengths, an
+/// eigenvalue of size 1 of what stays bounded is well conditioned.
 const ROUNDING: f64 = 1e-11;
 
 /// The same for the flow of a matrix, known to a rounding of h |A|.
@@ -22,7 +23,8 @@ fn steps() -> impl Iterator<Item = f64> {
     (-6..=12).map(|i| 10f64.powf(f64::from(i) / 2.0)).chain([0.5, 2.1, 2.9, 5.0])
 }
 
-/// What becomes of states in one step, or why there is none. `None`: beyond the reach of the arithmetic.
+/// What becomes of states in one step, or why there is none. `None`: beyond the reach of the
+/// arithmetic.
 fn judge<T>(found: Result<T, IntegrateError>) -> Option<Result<T, StepFailure>> {
     match found {
         Ok(found) => Some(Ok(found)),
@@ -34,8 +36,8 @@ fn judge<T>(found: Result<T, IntegrateError>) -> Option<Result<T, StepFailure>> 
     }
 }
 
-/// By how much states of the worst of the scenes and steps grow a step beyond rounding (a failure is worse than any), where that
-/// was, and how many were judged.
+/// By how much states of the worst of the scenes and steps grow a step beyond rounding (a failure
+/// is worse than any), where that was, and how many were judged.
 fn worst(row: &Row, scenes: &[Scene]) -> (f64, String, usize) {
     let (mut most, mut place, mut judged) = (f64::NEG_INFINITY, String::new(), 0);
     for scene in scenes {
@@ -77,7 +79,8 @@ fn a_stable_is_what_stays_bounded_at_every_step() {
     }
 }
 
-/// Every eigenvalue of the flow is real and negative or in the left half-plane, and times h beyond any measure.
+/// Every eigenvalue of the flow is real and negative or in the left half-plane, and times h beyond
+/// any measure.
 #[test]
 fn l_stable_is_what_vanishes_in_one_long_step() {
     for row in FIXED {

@@ -1,4 +1,5 @@
-//! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the bit.
+//! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the
+//! bit.
 
 use afterbay_core::{
     Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError,
@@ -186,7 +187,8 @@ fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
     }
 }
 
-/// Of a tile and of several, with friction and without; strides that divide what a tile takes at once, and others.
+/// Of a tile and of several, with friction and without; strides that divide what a tile takes at
+/// once, and others.
 #[test]
 fn several_steps_at_once_are_the_same_one_by_one() {
     for n in [1, 2, 3, 17, 112, 1023] {
@@ -202,7 +204,8 @@ fn several_steps_at_once_are_the_same_one_by_one() {
 
 #[test]
 fn a_failure_among_several_steps_is_of_the_right_one() {
-    // Springs that soften let go where they are pulled most, in one tile or in two, the sooner the more.
+    // Springs that soften let go where they are pulled most, in one tile or in two, the sooner the
+    // more.
     let chain = FputChain::new(2500, -1.0, -0.2).unwrap();
     let grid = Grid::of(0.4, 100).unwrap();
     let mut places = vec![];

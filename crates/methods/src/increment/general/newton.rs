@@ -3,38 +3,39 @@
 use afterbay_core::{Mask, Quantity, Scalar, StepFailure};
 use std::hint::cold_path;
 
-/// Two equations at a point: what is left of each, and their derivatives beyond the identity.
+/// The residuals of two equations at a point, and their Jacobian less the identity.
 pub(super) struct Equations<T> {
     pub(super) residual: [T; 2],
     /// The Jacobian less 1.
     pub(super) excess: [[T; 2]; 2],
 }
 
-/// The solution and what it took.
+/// The solution, and the number of evaluations and iterations.
 pub(super) struct Root<T> {
     pub(super) x: [T; 2],
     pub(super) evaluations: u32,
 }
 
-/// No solution was found to which the determinant stays positive.
+/// No solution was found along which the determinant stays positive.
 struct Stalled {
     update: f64,
     evaluations: u32,
 }
 
-/// Corrections before the direct iteration is given up.
+/// The largest number of corrections of the direct iteration.
 const LIMIT: u32 = 200;
-/// The shortest step in s of the continuation.
+/// The smallest continuation step in s.
 const SHORTEST: f64 = 1e-6;
-/// Evaluations after which the continuation is given up.
+/// The largest number of evaluations of the continuation.
 const MOST: u32 = 10_000;
-/// Updates of so many roundings may be noise.
+/// Updates of up to so many roundings may be noise.
 const ROUNDINGS: f64 = 64.0;
 
-/// The solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where `equations(s, x) = x + O(s)`. x is what is
-/// added to `start`; numbers up to `reach` stand behind the equations, and what their rounding does is lost: up to 64 roundings of
-/// them, where updates no longer shrink. The determinant is looked at at the iterates alone: a long step may jump over a pair of
-/// folds to a solution that does not continue from there.
+/// Finds the solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where
+/// `equations(s, x) = x + O(s)`. x is an increment of `start`. Numbers up to `reach` enter the
+/// equations; where updates no longer shrink, an error of up to 64 roundings of `reach` is
+/// accepted. The determinant is tested at the iterates only: a long step may jump over a pair of
+/// folds to a solution that does not continue from s = 0.
 ///
 /// # Errors
 /// A [`StepFailure`] of degree of freedom `dof`.
@@ -60,11 +61,11 @@ fn iterate<T: Scalar>(
 ) -> Result<Root<T>, Stalled> {
     let (zero, one) = (T::zero(), T::one());
     let mut size = T::from_f64(f64::NAN);
-    // Updates that grew and may be noise, in each lane.
+    // In each lane, marks updates that grew and may be noise.
     let mut grown = zero;
     for evaluations in 1..=LIMIT {
         let Equations { residual: [f, g], excess: [[a, b], [c, d]] } = equations(x);
-        // ad - bc of 1 + (a, b; c, d), without the cancellation of small entries.
+        // The determinant of 1 + (a, b; c, d), without cancellation for small entries.
         let determinant = one + (a + d) + (a * d - b * c);
         if !zero.lt(determinant).all() {
             return Err(Stalled { update: size.to_f64(), evaluations });
@@ -82,9 +83,10 @@ fn iterate<T: Scalar>(
         };
         let previous = size;
         size = share(scale);
-        // Where updates shrink by a factor, the next is smaller by it at least: done where that would be lost in rounding.
+        // Where updates shrink by a factor, the next one shrinks by at least this factor. The
+        // iteration has converged if the next update would be below rounding.
         let lost = (size * size).le(T::from_f64(T::EPSILON) * previous);
-        // Updates that shrink, however slowly, are none of noise; those of noise grow now and then.
+        // Updates of a converging iteration shrink; updates that are noise grow from time to time.
         let grows = previous.le(size);
         if grows.any() {
             cold_path();
@@ -175,7 +177,7 @@ mod tests {
 
     #[test]
     fn slow_convergence_is_no_noise() {
-        // x + 1.4 x + 4 y = 1 with the derivative 1.4 not known, and y = 0; something far away is 1e8.
+        // x + 1.4 x + 4 y = 1 and y = 0, with 0.7 in place of 1.4 in the Jacobian; `reach` is 1e8.
         let root = solve(0, [1.0, 0.0], [1e8; 2], |s: f64, [x, y]: [f64; 2]| Equations {
             residual: [x + s * (1.4 * x + 4.0 * y - 1.0), y],
             excess: [[s * 0.7, s * 4.0], [0.0; 2]],
@@ -197,7 +199,8 @@ mod tests {
 
     #[test]
     fn the_solution_taken_continues_from_none() {
-        // x - 11 x + 0.1 x³ = 1 has solutions about -10, -0.1 and 10.05; only the last is led to with a positive slope.
+        // x - 11 x + 0.1 x³ = 1 has solutions about -10, -0.1 and 10.05; the determinant is
+        // positive only at the last.
         let root = solve(0, [0.0; 2], [1.0; 2], |s: f64, [x, y]: [f64; 2]| Equations {
             residual: [x - 1.0 + s * (-11.0 * x + 0.1 * x.powi(3)), y],
             excess: [[s * (-11.0 + 0.3 * x * x), 0.0], [0.0; 2]],
@@ -207,7 +210,7 @@ mod tests {
 
     #[test]
     fn what_rounding_hides_is_not_looked_for() {
-        // x + 1e6 x = 1e-10, of which only 1 + x is known: x is below a rounding of 1.
+        // x + 1e6 x = 1e-10, where x is evaluated as (1 + x) - 1: x is below a rounding of 1.
         let root = solve(0, [0.0; 2], [1.0; 2], |s: f64, [x, y]: [f64; 2]| Equations {
             residual: [x + s * (1e6 * ((1.0 + x) - 1.0) - 1e-10), y],
             excess: [[s * 1e6, 0.0], [0.0; 2]],

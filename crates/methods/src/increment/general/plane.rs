@@ -1,4 +1,4 @@
-//! One degree of freedom moved in its plane: two equations for x = Δq_j and y = Δp_j.
+//! The step of one degree of freedom in its phase plane: two equations for x = Δq_j and y = Δp_j.
 //!
 //! ```text
 //! x - h b̄ = 0        y + h (ā + D̄) = 0        D̄ = D_j(q0 + x/2, p0 + y/2) with the velocity x/h
@@ -9,7 +9,7 @@
 use super::newton::{Equations, solve};
 use afterbay_core::{Mask, PhasePlane, Scalar, StepFailure};
 
-/// Which of the two moves first.
+/// The variable that moves first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum First {
     Coordinate,
@@ -23,22 +23,22 @@ pub(super) struct Plane<T> {
     pub(super) from: [T; 2],
     pub(super) h: T,
     pub(super) first: First,
-    /// Is there a D?
+    /// Whether the system is dissipative.
     pub(super) dissipative: bool,
     /// The largest |q_i| and |p_i|.
     pub(super) reach: [T; 2],
 }
 
-/// The same after it.
+/// The degree of freedom after its step.
 pub(super) struct Moved<T> {
     pub(super) to: [T; 2],
-    /// What the reservoir gains; 0 without dissipation.
+    /// The increment of the reservoir; 0 without dissipation.
     pub(super) dw: T,
     pub(super) evaluations: u64,
 }
 
 impl<T: Scalar> Plane<T> {
-    /// Moves it, the others held at `q` and `p`.
+    /// Takes the step with the other degrees of freedom held at `q` and `p`.
     pub(super) fn advance<S>(self, system: &S, q: &[T], p: &[T]) -> Result<Moved<T>, StepFailure>
     where
         S: PhasePlane<T> + ?Sized,
@@ -73,12 +73,14 @@ impl<T: Scalar> Plane<T> {
         });
         let root = root.map_err(|failure| self.named(failure, system, q, p))?;
         let [x, y] = root.x;
-        // The velocity is Δq/h itself, so that no rounding makes Δw negative where friction is positive.
+        // The velocity is exactly Δq/h, so that rounding cannot make Δw negative where friction is
+        // positive.
         let dw = if dissipative { resistance(h, [x, y]).value * x } else { T::zero() };
         Ok(Moved { to: [q0 + x, p0 + y], dw, evaluations: u64::from(root.evaluations) })
     }
 
-    /// A failure by its cause, where that is a mean of ∂H/∂q that quadrature does not resolve.
+    /// Replaces a failure by its cause, if the cause is a mean of ∂H/∂q that quadrature does not
+    /// resolve.
     #[cold]
     fn named<S>(&self, failure: StepFailure, system: &S, q: &[T], p: &[T]) -> StepFailure
     where

@@ -4,7 +4,8 @@ use crate::many::{errors, reference, start};
 use crate::slope::slope;
 use afterbay_core::{Grid, Method, Scalar, Series, State, System, integrate};
 
-/// The largest errors of q, p and w over all points of a grid, against the Taylor series of the same system (`series`).
+/// The largest errors of q, p and w over all points of a grid, against the Taylor series of the
+/// same system (`series`).
 fn global_errors<T, S, R, M>(
     method: &M,
     system: &S,
@@ -29,7 +30,8 @@ where
     worst
 }
 
-/// Checks that the largest errors of q, p and w over [0, end] fall with the order: `counts` are numbers of steps.
+/// Checks that the largest errors of q, p and w over [0, end] fall with the order: `counts` are
+/// numbers of steps.
 pub(crate) fn check_orders<T, S, R, M>(
     name: &str,
     method: &M,

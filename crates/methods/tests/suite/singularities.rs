@@ -1,0 +1,145 @@
+//! No method steps across a singularity of V, given as an expression or as `Formulas`.
+
+use crate::k_on_expressions::{bind, custom};
+use afterbay_core::{
+    Formulas, FromFormulas, Grid, IntegrateError, RunError, Scalar, Separable, State, StateRef,
+    StepFailure, System, integrate,
+};
+use afterbay_methods::registry::{FIXED, Row, Run};
+use afterbay_methods::{Composition, Increment, Rk4};
+use std::ops::ControlFlow;
+
+/// V = 1/q² for a degree of freedom, 1/(q1 - q2)² for two.
+struct Repelling {
+    n: usize,
+}
+
+impl Formulas for Repelling {
+    fn dof(&self) -> usize {
+        self.n
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let r = if self.n == 1 { q[0] } else { q[0] - q[1] };
+        T::one() / (r * r)
+    }
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        T::from_f64(0.1) * v[j]
+    }
+}
+
+/// Steps are refused by name where they cross the singularity between q1 and `wall`, and no state
+/// lies beyond.
+fn no_step_crosses<S>(bind: impl Fn(&Row) -> Option<Run<f64>>, n: usize, system: &S) -> [u32; 2]
+where
+    S: Separable<f64>,
+{
+    let [mut refused, mut stayed] = [0; 2];
+    for row in FIXED {
+        let Some(run) = bind(row) else { continue };
+        for h in [0.01, 0.3, 1.0, 4.0] {
+            let (q, p) =
+                if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
+            let mut state = State::new(q, p).unwrap();
+            let mut beyond = false;
+            let mut show = |_: u64, at: StateRef<'_, f64>| {
+                beyond |= if n == 1 { at.q[0] <= 0.0 } else { at.q[0] <= at.q[1] };
+                ControlFlow::Continue(())
+            };
+            let outcome = run.run(Grid { h, steps: 20 }, &mut state, 1, &mut show);
+            assert!(!beyond, "{}, h = {h}, {n}", row.name);
+            match outcome {
+                Err(IntegrateError::Run(RunError {
+                    failure: StepFailure::AcrossSingularity { dof, from, to },
+                    ..
+                })) => {
+                    assert!(dof < n && from != to && state.q[dof] == from, "{}", row.name);
+                    refused += 1;
+                }
+                _ => stayed += 1,
+            }
+            assert!(system.energy(&state.q, &state.p).is_finite());
+        }
+    }
+    [refused, stayed]
+}
+
+#[test]
+fn no_method_steps_across_a_singularity() {
+    for n in [1, 2] {
+        let written = custom(if n == 1 { "1/q1^2" } else { "1/(q1 - q2)^2" }, "c*p", n, 0.1);
+        let found = no_step_crosses(|row| bind(row, &written), n, &written);
+        println!("{n}: {found:?}");
+        assert!(found[0] > 5 && found[1] > 20, "{found:?}");
+        let formulas = FromFormulas(Repelling { n });
+        let found = formulas_do_not_cross(n, &formulas);
+        assert!(found > 3, "{found}");
+    }
+}
+
+/// Increments on [`Formulas`]: the steps refused.
+fn formulas_do_not_cross(n: usize, system: &FromFormulas<Repelling>) -> u32 {
+    let mut refused = 0;
+    for h in [0.01, 0.1, 0.3, 1.0, 4.0] {
+        for four in [false, true] {
+            let composition = if four { Composition::suzuki4() } else { Composition::pair() };
+            let (q, p) =
+                if n == 1 { (vec![1.0], vec![-9.0]) } else { (vec![1.0, 0.0], vec![-9.0, 0.0]) };
+            let mut state = State::new(q, p).unwrap();
+            let mut beyond = false;
+            let mut look = |_: u64, at: &State<Vec<f64>>| {
+                beyond |= if n == 1 { at.q[0] <= 0.0 } else { at.q[0] <= at.q[1] };
+                ControlFlow::Continue(())
+            };
+            let grid = Grid { h, steps: 20 };
+            for rk4 in [false, true] {
+                let mut state = state.clone();
+                let outcome = if rk4 {
+                    integrate(&Rk4, system, grid, &mut state, &mut look)
+                } else {
+                    integrate(
+                        &Increment::new(composition.clone()),
+                        system,
+                        grid,
+                        &mut state,
+                        &mut look,
+                    )
+                };
+                if let Err(IntegrateError::Run(error)) = outcome {
+                    refused +=
+                        u32::from(matches!(error.failure, StepFailure::AcrossSingularity { .. }));
+                }
+            }
+            assert!(!beyond, "h = {h}, {n}");
+            state.t = 0.0;
+        }
+    }
+    refused
+}
+
+/// A function that a step may cross: it has a value everywhere, and an enclosure does not show it.
+struct Touching;
+
+impl Formulas for Touching {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        (q[0] * q[0] + q[1] * q[1]).sqrt() + T::one() / (T::one() + q[0] * q[0])
+    }
+    fn dissipation<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
+        T::zero()
+    }
+}
+
+#[test]
+fn a_root_at_zero_is_no_singularity() {
+    let system = FromFormulas(Touching);
+    let crossed =
+        |from: [f64; 2], to: [f64; 2]| System::<f64>::is_singular_between(&system, &from, &to);
+    for (from, to) in
+        [([-1.0, 0.0], [1.0, 0.0]), ([-3.0, 1.0], [7.0, -2.0]), ([1.0, 1.0], [-1.0, -1.0])]
+    {
+        assert!(!crossed(from, to) && !crossed(to, from), "{from:?} {to:?}");
+    }
+    assert!(!Separable::<f64>::is_singular_along(&system, &[-1.0, 0.0], 0, 2.0));
+}
