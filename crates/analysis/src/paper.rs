@@ -157,7 +157,8 @@ pub fn run_with(
     let mut report = Report {
         title: "Dissipative systems with an energy reservoir: the paper, run again".into(),
         subtitle: format!(
-            "afterbay {} on {} ({} threads). A. Kobus, Forced extension of GNI techniques to dissipative systems. \
+            "afterbay {} on {} ({} threads). A. Kobus, Forced extension of GNI techniques to \
+             dissipative systems. \
              All quantities are dimensionless (m = k = 1).",
             manifest.version,
             processor(),
@@ -187,9 +188,10 @@ fn interrupted(part: &Part) -> Sheet {
 fn summary(findings: &[Finding]) -> Section {
     let mut blocks = vec![
         Block::Text(
-            "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures stand side by side \
-             throughout and are never mixed: the error of (q, p), the error of w against the reference, and the \
-             drift of K; and where a system is passive, the number of steps that took energy back from the reservoir."
+            "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures \
+             stand side by side throughout and are never mixed: the error of (q, p), the error of w \
+             against the reference, and the drift of K; and where a system is passive, the number of \
+             steps that took energy back from the reservoir."
                 .into(),
         ),
     ];
