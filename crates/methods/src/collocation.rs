@@ -102,7 +102,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let effort = workspace.find(system, h, state)?;
-        workspace.hand_over(state);
+        workspace.commit(state);
         Ok(effort)
     }
 }

@@ -12,6 +12,7 @@ mod adaptive_dop853;
 mod balance;
 mod bend;
 mod collocation;
+mod commit;
 mod coordinate;
 mod gonzalez;
 mod increment;

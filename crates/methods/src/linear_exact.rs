@@ -27,10 +27,10 @@
 mod doubling;
 mod table;
 
+use crate::commit::commit;
 use crate::linear_flow::LinearFlow;
 use afterbay_core::{
-    Curvature, Effort, InputError, Mask, Method, Passive, Quantity, Scalar, State, StepFailure,
-    Vector,
+    Curvature, Effort, InputError, Mask, Method, Passive, Scalar, State, StepFailure, Vector,
 };
 use table::Table;
 
@@ -175,16 +175,7 @@ where
             let lost = damping.passive == Passive::Each && w.lt(V::Scalar::zero()).all();
             *w = if lost || damping.zero { w0 } else { w0 + *w };
         }
-        let parts =
-            [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
-        if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
-            return Err(StepFailure::non_finite(&parts));
-        }
-        state.q.as_mut_slice().copy_from_slice(q);
-        state.p.as_mut_slice().copy_from_slice(p);
-        if !damping.zero {
-            state.w.as_mut_slice().copy_from_slice(w);
-        }
+        commit(state, [q, p, w], !damping.zero)?;
         Ok(effort)
     }
 }

@@ -46,9 +46,8 @@ mod equation;
 mod iteration;
 mod slopes;
 
-use afterbay_core::{
-    Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
-};
+use crate::commit::commit;
+use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFailure, Vector};
 use equation::Workspace;
 
 /// The locally exact discrete gradient method.
@@ -77,16 +76,7 @@ where
             return Ok(Effort::default());
         }
         let effort = workspace.find(system, h, state)?;
-        let [q, p, w] = workspace.end();
-        let parts = [(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)];
-        if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
-            return Err(StepFailure::non_finite(&parts));
-        }
-        state.q.as_mut_slice().copy_from_slice(q);
-        state.p.as_mut_slice().copy_from_slice(p);
-        if !system.dissipation_form().zero {
-            state.w.as_mut_slice().copy_from_slice(w);
-        }
+        commit(state, workspace.ends(), !system.dissipation_form().zero)?;
         Ok(effort)
     }
 }

@@ -34,10 +34,9 @@ mod direction;
 mod root;
 mod track;
 
+use crate::commit::commit;
 use crate::runge_kutta::{Classical, Dop853};
-use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector,
-};
+use afterbay_core::{Effort, InputError, Method, Scalar, State, StepFailure, System, Vector};
 use direction::Direction;
 use root::Chord;
 use track::Track;
@@ -122,17 +121,7 @@ where
         }
 
         let Chord { q, p, w, .. } = chord;
-        let parts =
-            [(Quantity::Coordinate, &*q), (Quantity::Momentum, &*p), (Quantity::Reservoir, &*w)];
-        let parts = parts.map(|(quantity, part)| (quantity, part.as_slice()));
-        if !parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
-            return Err(StepFailure::non_finite(&parts));
-        }
-        state.q.as_mut_slice().copy_from_slice(q.as_slice());
-        state.p.as_mut_slice().copy_from_slice(p.as_slice());
-        if dissipative {
-            state.w.as_mut_slice().copy_from_slice(w.as_slice());
-        }
+        commit(state, [q.as_slice(), p.as_slice(), w.as_slice()], dissipative)?;
         track.keep(
             h,
             state,

@@ -30,7 +30,7 @@ pub enum StepFailure {
     NotContracting {
         /// Which degree of freedom, from 0.
         dof: usize,
-        /// Iterations done.
+        /// Evaluations of the equation, over all attempts.
         iterations: u32,
         /// The last update over the one before.
         ratio: f64,

@@ -21,7 +21,7 @@ const CRAWL: (f64, u32) = (0.5, 12);
 
 impl<V: Vector> Workspace<V> {
     /// Runs Newton's iterations in turn. Returns the number of evaluations of all nodes.
-    pub(super) fn correct<S>(
+    pub(super) fn newton<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
@@ -48,7 +48,7 @@ impl<V: Vector> Workspace<V> {
             if !guess {
                 self.rest(state.dof());
             }
-            outcome = self.corrections(system, h, state, level, &mut equations, &mut spent);
+            outcome = self.iterate(system, h, state, level, &mut equations, &mut spent);
             if outcome.is_ok() {
                 break;
             }
@@ -111,7 +111,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Corrects the current coefficients until they converge to rounding.
-    fn corrections<S>(
+    fn iterate<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
@@ -131,7 +131,7 @@ impl<V: Vector> Workspace<V> {
             if stale {
                 self.factorise(system, h, state, equations)?;
             }
-            self.miss(system, h, state, level, equations);
+            self.residual(system, h, state, level, equations);
             equations.solve();
             equations.add(1.0, [&mut self.q_modes, &mut self.p_modes]);
             let [(dq, q), (dp, p)] = equations.largest();
@@ -142,7 +142,8 @@ impl<V: Vector> Workspace<V> {
             let dof = if changes[0] >= changes[1] { q } else { p };
             last = (dof, change);
             if !change.is_finite() {
-                return Err(StepFailure::NewtonStalled { dof, iterations, update: change });
+                let update = change;
+                return Err(StepFailure::NewtonStalled { dof, iterations: *spent, update });
             }
             progress.see(change);
             if progress.has_arrived(progress.ratio, change) {
@@ -151,7 +152,8 @@ impl<V: Vector> Workspace<V> {
             let crawls = self.thorough && iterations >= CRAWL.1 && progress.ratio > CRAWL.0;
             if progress.is_lost(PATIENCE) || (crawls && progress.is_clear()) {
                 let noise = !crawls && self.is_noise(system, h, state, progress.last);
-                let failure = StepFailure::NewtonStalled { dof, iterations, update: change };
+                let failure =
+                    StepFailure::NewtonStalled { dof, iterations: *spent, update: change };
                 return if noise { Ok(()) } else { Err(failure) };
             }
             stale = progress.ratio > SLOW && progress.is_clear();
@@ -160,7 +162,7 @@ impl<V: Vector> Workspace<V> {
         if progress.is_rounding() {
             return Ok(());
         }
-        Err(StepFailure::NewtonStalled { dof, iterations: LIMIT, update })
+        Err(StepFailure::NewtonStalled { dof, iterations: *spent, update })
     }
 }
 

@@ -15,7 +15,7 @@ impl<V: Vector> Workspace<V> {
     /// Computes z1, w1 and the defect. Returns the sum of the terms of K, whose rounding is the
     /// unit of the defect.
     #[inline(never)]
-    pub(super) fn end<S>(
+    pub(super) fn finish<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
@@ -105,7 +105,7 @@ impl<V: Vector> Workspace<V> {
         self.weigh(system, start);
         // NaN counts as worse.
         if !(moved || self.defect <= before) {
-            self.end(system, h, state, level, start)?;
+            self.finish(system, h, state, level, start)?;
         }
         Ok(())
     }

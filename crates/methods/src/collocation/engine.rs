@@ -110,7 +110,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let allowed = self.budget.allowed(length);
         let scales = self.budget.scales(state, allowed);
         self.h = h;
-        self.guess(h, state, false);
+        self.initial_guess(h, state, false);
         let (n, order) = (state.dof(), 2 * K as u32);
         if self.stiff.on {
             let effort = self.rounded(system, h, state)?;
@@ -125,7 +125,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         self.see_fastest(system);
         let mut error = self.error(n, scales)? / allowed;
         if error <= 1.0 {
-            match self.correct(system, before, scales, allowed) {
+            match self.restore(system, before, scales, allowed) {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
@@ -150,7 +150,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let allowed = self.budget.allowed(h.to_f64().abs());
         let scales = self.budget.scales(before, allowed);
         self.h = h;
-        self.guess(h, before, true);
+        self.initial_guess(h, before, true);
         let mut effort = Effort::default();
         let mut found = false;
         if !self.stiff.on
@@ -158,7 +158,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         {
             effort += Self::spent(sweeps);
             self.finish(system, before);
-            found = self.correct(system, before.energy(system), scales, allowed).is_ok();
+            found = self.restore(system, before.energy(system), scales, allowed).is_ok();
         }
         if !found {
             effort += self.rounded(system, h, before)?;
@@ -174,7 +174,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     /// Initialises the stages from the polynomial of the accepted step, truncated to its reliable
     /// coefficients, or from a constant.
     #[inline]
-    fn guess(&mut self, h: V::Scalar, state: &State<V>, again: bool) {
+    fn initial_guess(&mut self, h: V::Scalar, state: &State<V>, again: bool) {
         if let Some(length) = self.kept_h {
             let ratio = h / length;
             let offset = if again { V::Scalar::zero() } else { V::Scalar::one() };

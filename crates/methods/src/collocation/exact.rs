@@ -13,7 +13,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     /// Makes K exact by the smallest change of (q, p) in the scaled norm. If it exceeds the allowed
     /// change, returns the ratio of the two as the error.
     #[inline]
-    pub(super) fn correct<S: Curvature<V::Scalar> + ?Sized>(
+    pub(super) fn restore<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
         before: V::Scalar,

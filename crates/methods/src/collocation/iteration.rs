@@ -136,14 +136,14 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.begin(h, state);
+        self.initial_guess(h, state);
         self.hard = false;
         let start = state.energy(system);
         let mut effort = Effort::default();
         for level in 0..self.rules.len() {
             effort += self.solve(system, h, state, level)?;
             let before = self.defect;
-            let scale = self.end(system, h, state, level, start)?;
+            let scale = self.finish(system, h, state, level, start)?;
             // If more nodes do not reduce the error, it may be due to the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
             let resolved = self.defect <= ROUNDINGS;
@@ -164,7 +164,7 @@ impl<V: Vector> Workspace<V> {
 
     /// Writes the new state.
     #[inline]
-    pub(super) fn hand_over(&self, state: &mut State<V>) {
+    pub(super) fn commit(&self, state: &mut State<V>) {
         state.q.as_mut_slice().copy_from_slice(self.q.as_slice());
         state.p.as_mut_slice().copy_from_slice(self.p.as_slice());
         if self.dissipative {
@@ -174,7 +174,7 @@ impl<V: Vector> Workspace<V> {
 
     /// Sets the initial guess.
     #[inline]
-    fn begin(&mut self, h: V::Scalar, state: &State<V>) {
+    fn initial_guess(&mut self, h: V::Scalar, state: &State<V>) {
         let continued = self.made_by.take() == Some(h)
             && self.q.as_slice() == state.q.as_slice()
             && self.p.as_slice() == state.p.as_slice();
@@ -221,7 +221,7 @@ impl<V: Vector> Workspace<V> {
             }
         };
         cold_path();
-        let after = self.correct(system, h, state, level, self.stiff)?;
+        let after = self.newton(system, h, state, level, self.stiff)?;
         Ok(spent(before + after))
     }
 

@@ -106,7 +106,7 @@ impl<V: Vector> Workspace<V> {
         let mut last = (0, f64::NAN);
         for _ in 1..=LIMIT {
             let weights = self.weights(h, state);
-            self.miss(system, h, state, level, equations);
+            self.residual(system, h, state, level, equations);
             let size = length(&equations.missing, weights);
             if !size.is_finite() {
                 return Err(self.not_finite(equations));
@@ -126,7 +126,7 @@ impl<V: Vector> Workspace<V> {
                 let size = length(&equations.missing, weights);
                 let share = if size > 0.0 { epsilon.sqrt() / size } else { 0.0 };
                 self.shift(base, share, equations);
-                self.miss(system, h, state, level, equations);
+                self.residual(system, h, state, level, equations);
                 for ((to, missing), missed) in to.iter_mut().zip(&equations.missing).zip(&*missed) {
                     *to = if share == 0.0 { 0.0 } else { (missed - missing) / share };
                 }
@@ -150,7 +150,7 @@ impl<V: Vector> Workspace<V> {
                 if change <= NEAR {
                     break;
                 }
-                self.miss(system, h, state, level, equations);
+                self.residual(system, h, state, level, equations);
                 *spent += 1;
                 if length(&equations.missing, weights) < (1.0 - 1e-4 * share) * size {
                     break;
@@ -230,7 +230,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Computes the residual of γ.
-    pub(super) fn miss<S>(
+    pub(super) fn residual<S>(
         &mut self,
         system: &S,
         h: V::Scalar,

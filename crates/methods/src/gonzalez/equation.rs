@@ -47,21 +47,21 @@ pub struct Workspace<V: Vector> {
 }
 
 /// λ, the rounding of its numerator over ε|Δz|², and 1/|Δz|²; all 0 where λ = 0 is imposed.
-pub(super) struct Correction<T> {
-    pub(super) lambda: T,
+pub(super) struct Lambda<T> {
+    pub(super) value: T,
     pub(super) rough: f64,
     pub(super) inverse: f64,
 }
 
-impl<T: Scalar> Correction<T> {
+impl<T: Scalar> Lambda<T> {
     /// The change of K without λ, λ |Δz|², in roundings of H.
     pub(super) fn roundings(&self) -> f64 {
-        if self.rough > 0.0 { self.lambda.to_f64().abs() / (T::EPSILON * self.rough) } else { 0.0 }
+        if self.rough > 0.0 { self.value.to_f64().abs() / (T::EPSILON * self.rough) } else { 0.0 }
     }
 
     /// Sets λ = 0.
     pub(super) fn drop(&mut self) {
-        *self = Self { lambda: T::zero(), rough: 0.0, inverse: 0.0 };
+        *self = Self { value: T::zero(), rough: 0.0, inverse: 0.0 };
     }
 }
 
@@ -100,7 +100,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Sets Δz = 0.
-    pub(super) fn rest(&mut self) {
+    pub(super) fn initial_guess(&mut self) {
         self.dq.as_mut_slice().fill(V::Scalar::zero());
         self.dp.as_mut_slice().fill(V::Scalar::zero());
     }
@@ -129,7 +129,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Computes λ at Δz, where `start` = H(z0).
-    pub(super) fn correction<S>(&self, system: &S, start: V::Scalar) -> Correction<V::Scalar>
+    pub(super) fn lambda<S>(&self, system: &S, start: V::Scalar) -> Lambda<V::Scalar>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -138,34 +138,34 @@ impl<V: Vector> Workspace<V> {
         let (along, square) = (along_q + along_p, square_q + square_p);
         // If |Δz|² underflows, there is no divisor.
         if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
-            return Correction { lambda: V::Scalar::zero(), rough: 0.0, inverse: 0.0 };
+            return Lambda { value: V::Scalar::zero(), rough: 0.0, inverse: 0.0 };
         }
         let end = system.energy(self.q.as_slice(), self.p.as_slice());
         let inverse = 1.0 / square.to_f64();
         let rough = (start.abs() + end.abs()).to_f64() * inverse;
-        Correction { lambda: (end - start - along) / square, rough, inverse }
+        Lambda { value: (end - start - along) / square, rough, inverse }
     }
 
     /// Evaluates and factorises the Jacobian at z̄. The error is the degree of freedom of a
     /// vanishing pivot.
-    pub(super) fn renew<S>(
+    pub(super) fn factorise<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
-        correction: &Correction<V::Scalar>,
+        lambda: &Lambda<V::Scalar>,
     ) -> Result<(), usize>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let (h, lambda) = (h.to_f64(), correction.lambda.to_f64());
+        let (h, value) = (h.to_f64(), lambda.value.to_f64());
         (self.coupled, self.dragged) = (None, 0.0);
         self.jacobian.factorise(
             system,
-            [h, lambda],
+            [h, value],
             self.q_mean.as_slice(),
             self.p_mean.as_slice(),
         )?;
-        if correction.inverse == 0.0 {
+        if lambda.inverse == 0.0 {
             return Ok(());
         }
         // ∂λ/∂Δz = [∇H(z1) - ∇H(z̄) - ½ ∇∇H(z̄) Δz - 2 λ Δz] / |Δz|²
@@ -186,8 +186,8 @@ impl<V: Vector> Workspace<V> {
         for (slope, mean, end, increment) in sides {
             let given = mean.as_slice().iter().zip(end.as_slice()).zip(increment.as_slice());
             for (slope, ((&mean, &end), &increment)) in slope.iter_mut().zip(given) {
-                let twice = 2.0 * lambda * increment.to_f64();
-                *slope = ((end - mean).to_f64() - *slope - twice) * correction.inverse;
+                let twice = 2.0 * value * increment.to_f64();
+                *slope = ((end - mean).to_f64() - *slope - twice) * lambda.inverse;
             }
         }
         std::mem::swap(dq, dp);
@@ -231,7 +231,7 @@ impl<V: Vector> Workspace<V> {
         &mut self,
         system: &S,
         h: V::Scalar,
-        &Correction { lambda, .. }: &Correction<V::Scalar>,
+        &Lambda { value: lambda, .. }: &Lambda<V::Scalar>,
     ) {
         let n = self.missing[0].len();
         let (v, dp, hp) =
@@ -254,7 +254,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Solves for the correction by the Sherman-Morrison formula.
-    pub(super) fn correct(&mut self) {
+    pub(super) fn solve(&mut self) {
         let [a, b] = &mut self.missing;
         self.jacobian.solve(a, b);
         if let Some(coupled) = self.coupled {

@@ -54,15 +54,15 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.rest();
+        self.initial_guess();
         self.place(state);
         let stalled = match self.iterate(system, h, state) {
-            Ok(spent) if self.balances(system, h, state) => return Ok(effort(spent)),
+            Ok(spent) if self.settle(system, h, state) => return Ok(effort(spent)),
             Ok(spent) => self.unbalanced(spent),
             Err(stalled) => stalled,
         };
         let spent = self.follow(system, h, state, stalled)?;
-        if self.balances(system, h, state) {
+        if self.settle(system, h, state) {
             return Ok(effort(spent));
         }
         if self.energy.is_finite().all() {
@@ -90,15 +90,15 @@ impl<V: Vector> Workspace<V> {
         for iterations in 1..=LIMIT {
             let stalled = |failure| Err(Stalled { failure, iterations });
             self.evaluate(system);
-            let mut correction = self.correction(system, start);
-            if correction.inverse > 0.0 {
+            let mut lambda = self.lambda(system, start);
+            if lambda.inverse > 0.0 {
                 // Decided once per step, so that the equation does not change while it is solved.
-                let noise = h.to_f64().abs() * epsilon * correction.rough;
-                if !*resolved.get_or_insert(noise < NOISY || correction.roundings() > FELT) {
-                    correction.drop();
+                let noise = h.to_f64().abs() * epsilon * lambda.rough;
+                if !*resolved.get_or_insert(noise < NOISY || lambda.roundings() > FELT) {
+                    lambda.drop();
                 }
             }
-            if stale && let Err(dof) = self.renew(system, h, &correction) {
+            if stale && let Err(dof) = self.factorise(system, h, &lambda) {
                 return stalled(StepFailure::Singular { dof, slope: 0.0 });
             }
             // Only at the first iterate; later ones may be far out.
@@ -106,9 +106,9 @@ impl<V: Vector> Workspace<V> {
                 self.gain = self.jacobian.gain();
             }
             let fresh = stale;
-            self.residual(system, h, &correction);
-            self.correct();
-            let update = self.take(h, state, &correction);
+            self.residual(system, h, &lambda);
+            self.solve();
+            let update = self.update(h, state, &lambda);
             if !update.size.is_finite() {
                 return stalled(self.not_finite());
             }
@@ -158,7 +158,7 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.rest();
+        self.initial_guess();
         self.place(state);
         self.evaluate(system);
         self.v.as_mut_slice().copy_from_slice(self.hp.as_slice());

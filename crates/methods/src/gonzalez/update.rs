@@ -1,7 +1,7 @@
 //! The application of a correction: its size, the check of K, and the failure if the iteration does
 //! not converge.
 
-use super::equation::{Correction, Workspace};
+use super::equation::{Lambda, Workspace};
 use crate::adaptive::Projection;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
@@ -29,18 +29,18 @@ struct Largest {
 
 impl<V: Vector> Workspace<V> {
     /// Adds the correction to Δz and updates z̄ and z1. The size is NaN if an entry is not finite.
-    pub(super) fn take(
+    pub(super) fn update(
         &mut self,
         h: V::Scalar,
         state: &State<V>,
-        correction: &Correction<V::Scalar>,
+        lambda: &Lambda<V::Scalar>,
     ) -> Update {
         let [a, b] = &self.missing;
         let q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
         let p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
         // The rounding of λ enters q through h λ Δp and p through h λ (Δq + R Δp), and cannot be
         // resolved either.
-        let rough = h.to_f64().abs() * correction.rough;
+        let rough = h.to_f64().abs() * lambda.rough;
         let q_scale = rough.mul_add(p.increment, q.z);
         let p_scale = rough.mul_add(q.increment + self.dragged, p.z);
         let gain = self.gain;
@@ -55,7 +55,7 @@ impl<V: Vector> Workspace<V> {
 
     /// Computes w1, and returns whether K is near its old value. It is not if corrections were
     /// small because the Jacobian, evaluated far out, was large.
-    pub(super) fn balances<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
+    pub(super) fn settle<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
     where
         S: System<V::Scalar> + ?Sized,
     {

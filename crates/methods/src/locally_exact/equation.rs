@@ -57,7 +57,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// q, p and w of the new state.
-    pub(super) fn end(&self) -> [&[V::Scalar]; 3] {
+    pub(super) fn ends(&self) -> [&[V::Scalar]; 3] {
         [self.end[0].as_slice(), self.end[1].as_slice(), self.w.as_slice()]
     }
 

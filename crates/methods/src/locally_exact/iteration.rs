@@ -3,7 +3,8 @@
 use super::equation::Workspace;
 use crate::adaptive::Projection;
 use crate::bend::bend;
-use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
+use crate::commit;
+use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The largest number of iterations. An iteration that contracts by 0.93 reaches 31 digits within
 /// them.
@@ -40,7 +41,7 @@ impl<V: Vector> Workspace<V> {
         let (mut before, mut least, mut waited, mut last) = (f64::INFINITY, f64::INFINITY, 0, 0);
         for iterations in 1..=LIMIT {
             self.walk(system, h, state, start, false)?;
-            let (update, moved, dof) = self.take(state);
+            let (update, moved, dof) = self.update(state);
             effort.evaluations += 1;
             effort.iterations += 1;
             let ratio = update / before;
@@ -90,12 +91,11 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.walk(system, h, state, start, true)?;
-        self.take(state);
+        self.update(state);
         self.place(state);
-        match self.restore(system, state, start, furthest) {
-            Ok(()) => Ok(effort),
-            Err(excess) => Err(StepFailure::ProjectionFailed { excess }),
-        }
+        commit::check(self.ends())?;
+        self.restore(system, state, start, furthest)?;
+        Ok(effort)
     }
 
     /// Moves the new state along ∇H if K is off by more than the rounding at its ends, which is
@@ -106,7 +106,7 @@ impl<V: Vector> Workspace<V> {
         state: &State<V>,
         start: V::Scalar,
         furthest: f64,
-    ) -> Result<(), f64>
+    ) -> Result<(), StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -122,6 +122,9 @@ impl<V: Vector> Workspace<V> {
             size += w[j].abs() + w0[j].abs() + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs();
         }
         let mut energy = system.energy(q, p);
+        if !energy.is_finite().all() {
+            return Err(StepFailure::non_finite(&[(Quantity::Energy, &[energy])]));
+        }
         let target = start - gained;
         let roundings = |energy: V::Scalar| {
             let off = (energy - target).abs().to_f64();
@@ -144,7 +147,10 @@ impl<V: Vector> Workspace<V> {
             allowed: furthest * largest(q).max(largest(p)),
         };
         let restored = projection.apply(system, [q, p], &mut energy).is_ok();
-        if restored || roundings(energy) <= KEPT { Ok(()) } else { Err((energy - target).to_f64()) }
+        if restored || roundings(energy) <= KEPT {
+            return Ok(());
+        }
+        Err(StepFailure::ProjectionFailed { excess: (energy - target).to_f64() })
     }
 
     /// Whether the change of the end is the rounding of the forces. Near an equilibrium away from
@@ -221,7 +227,7 @@ impl<V: Vector> Workspace<V> {
 
     /// Replaces Δz by the end of the path. Returns the change relative to z, the absolute change,
     /// and the degree of freedom that changed most.
-    fn take(&mut self, state: &State<V>) -> (f64, f64, usize) {
+    fn update(&mut self, state: &State<V>) -> (f64, f64, usize) {
         let mut most = (0.0_f64, 0.0, 0);
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
             let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());

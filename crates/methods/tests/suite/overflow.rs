@@ -2,7 +2,7 @@
 
 use crate::bind::{linear, nonlinear};
 use crate::failures::{assert_says, bound, closed, failure, oscillator, state};
-use afterbay_core::{Grid, IntegrateError, Quantity, State, StateRef, StepFailure};
+use afterbay_core::{Grid, IntegrateError, Quantity, RunError, State, StateRef, StepFailure};
 use afterbay_methods::registry::FIXED;
 use afterbay_systems::Duffing;
 
@@ -89,5 +89,26 @@ fn huge_steps_keep_k_or_fail_by_name() {
             let drift = (after.total(&system) - state(1.3, 0.7).total(&system)).abs();
             assert!(drift < 1e-14, "h = 1e{exponent}: {drift:e} at {after:?}");
         }
+    }
+}
+
+/// H and w leave the numbers within a step. Every method reports a number that is not finite or, if
+/// it raises the order, its δ. None reports a failed projection or an iteration that stalls.
+#[test]
+fn overflow_is_reported_by_every_method() {
+    for row in FIXED {
+        let Ok(run) = linear(row, oscillator(1.0, 0.5)) else { continue };
+        let mut end = State::new([1.0], [1e200]).unwrap();
+        let found = run.step(0.5, &mut end).expect_err(row.name);
+        let IntegrateError::Run(RunError { failure, .. }) = found else {
+            panic!("{}: {found}", row.name)
+        };
+        let named = match failure {
+            StepFailure::NonFinite { value, .. } => !value.is_finite(),
+            StepFailure::Pole { .. } => !row.poles().is_empty(),
+            _ => false,
+        };
+        assert!(named, "{}: {failure}", row.name);
+        assert_eq!((end.q, end.p, end.w), ([1.0], [1e200], [0.0]), "{}", row.name);
     }
 }

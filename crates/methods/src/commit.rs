@@ -1,0 +1,35 @@
+//! The end of a step: the new state is checked and stored.
+
+use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, Vector};
+
+/// Stores q, p and w in `state`, w only for a system with dissipation.
+///
+/// # Errors
+/// [`StepFailure::NonFinite`] if a number is not finite; `state` is then unchanged.
+pub(crate) fn commit<V: Vector>(
+    state: &mut State<V>,
+    end: [&[V::Scalar]; 3],
+    dissipative: bool,
+) -> Result<(), StepFailure> {
+    check(end)?;
+    let [q, p, w] = end;
+    state.q.as_mut_slice().copy_from_slice(q);
+    state.p.as_mut_slice().copy_from_slice(p);
+    if dissipative {
+        state.w.as_mut_slice().copy_from_slice(w);
+    }
+    Ok(())
+}
+
+/// Checks that q, p and w are finite.
+///
+/// # Errors
+/// [`StepFailure::NonFinite`] for the first number that is not.
+pub(crate) fn check<T: Scalar>([q, p, w]: [&[T]; 3]) -> Result<(), StepFailure> {
+    let parts = [(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)];
+    if parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
+        Ok(())
+    } else {
+        Err(StepFailure::non_finite(&parts))
+    }
+}
