@@ -1,5 +1,5 @@
-//! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the
-//! bit.
+//! The vectorised coloured sweeps give to the bit the results of coloured sweeps one member at a
+//! time.
 
 use afterbay_core::{
     Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError,
@@ -77,7 +77,7 @@ proptest! {
     }
 }
 
-/// Tiles meet, the last is not full, and the threads share them in different ways.
+/// Several tiles, the last of them not full, divided among the threads in different ways.
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let grid = Grid::of(0.1, 3).unwrap();
@@ -103,7 +103,7 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn a_step_that_fails_has_a_name_and_changes_nothing() {
-    // Springs that soften: far out nothing holds, and a long step has no solution.
+    // Softening springs: at large extension the force decreases, and a long step has no solution.
     let chain = FputChain::new(3000, -1.0, 0.1).unwrap();
     let before = start(3000, 0.3);
     let failures = [1, 2, 5].map(|threads| {
@@ -119,7 +119,7 @@ fn a_step_that_fails_has_a_name_and_changes_nothing() {
     assert!(failures.iter().all(|failure| *failure == failures[0]), "{failures:?}");
 }
 
-/// Step after step, with the failure of the one after the last where there is one.
+/// Takes one step after the other, and returns the failure of the first step that fails, if any.
 fn step_by_step<S: Uniform>(
     system: &S,
     composition: &Composition,
@@ -140,10 +140,10 @@ fn step_by_step<S: Uniform>(
     (states, None)
 }
 
-/// What was seen of a run, how it ended, and where.
+/// The states seen in a run, its outcome, and its final state.
 type Seen = (Vec<State<Vec<f64>>>, Result<Effort, IntegrateError>, State<Vec<f64>>);
 
-/// A run on some threads, seen at every so many steps.
+/// A run on some threads, shown every `stride` steps.
 fn seen<S: Uniform>(
     system: &S,
     composition: &Composition,
@@ -187,8 +187,8 @@ fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
     }
 }
 
-/// Of a tile and of several, with friction and without; strides that divide what a tile takes at
-/// once, and others.
+/// One tile and several, with and without friction; strides that divide the number of steps a tile
+/// takes at once, and others.
 #[test]
 fn several_steps_at_once_are_the_same_one_by_one() {
     for n in [1, 2, 3, 17, 112, 1023] {
@@ -204,8 +204,8 @@ fn several_steps_at_once_are_the_same_one_by_one() {
 
 #[test]
 fn a_failure_among_several_steps_is_of_the_right_one() {
-    // Springs that soften let go where they are pulled most, in one tile or in two, the sooner the
-    // more.
+    // Softening springs break where they are stretched most, in one tile or in two, earlier for
+    // larger stretch.
     let chain = FputChain::new(2500, -1.0, -0.2).unwrap();
     let grid = Grid::of(0.4, 100).unwrap();
     let mut places = vec![];
@@ -226,7 +226,7 @@ fn a_failure_among_several_steps_is_of_the_right_one() {
             }
         }
     }
-    // In the middle of what a tile takes at once.
+    // In the middle of the steps that a tile takes at once.
     assert!(places.iter().any(|place| (2..7).contains(place)), "{places:?}");
 }
 
@@ -246,7 +246,7 @@ fn two_colours_are_for_chains_and_even_rings() {
     );
 }
 
-/// Alike or not: springs to the walls, H = Σ p_j²/(2 m_j) + q_j²/2, no friction.
+/// Masses, equal or not, on springs to the walls: H = Σ p_j²/(2 m_j) + q_j²/2, no friction.
 #[derive(Clone)]
 struct Masses<T>(Vec<T>);
 
@@ -313,7 +313,7 @@ fn no_members_are_nothing_to_do() {
     assert_eq!(state.dof(), 0);
 }
 
-/// A node of a standing wave stays where it is but for rounding, between forces that cancel.
+/// A node of a standing wave is at rest except for rounding, between forces that cancel.
 #[test]
 fn nodes_of_a_wave_are_no_obstacle() {
     for n in [64, 256, 1024] {
