@@ -1,4 +1,4 @@
-//! The report: charts of error against time and evaluations for each scene, tables beside them.
+//! The report: charts of the error against time and evaluations for each scene, with tables.
 
 use super::measure::Row;
 use super::{Scene, ratios};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 const DATA: &str = "data/work_precision.csv";
 
-/// What is charted: x and y of a run.
+/// The quantities charted: x and y of a run.
 struct StateRef {
     name: &'static str,
     x: (&'static str, fn(&Row) -> Option<f64>),
@@ -34,10 +34,10 @@ const VIEWS: [StateRef; 3] = [
     },
 ];
 
-/// Writes report, figures and the table of all runs below `folder`.
+/// Writes the report, the figures and the table of all runs to `folder`.
 ///
 /// # Errors
-/// What could not be written.
+/// An error if a file cannot be written.
 pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageError> {
     let rows: Vec<_> = all.iter().flat_map(|(_, rows)| rows).collect();
     let mut artifacts = vec![Artifact::table(DATA, &rows)?];
