@@ -38,7 +38,8 @@ fn main() {
             [0, 1, 2, 3, 4, 5].map(|i| median(times.iter().map(|turn| turn[i])));
         let ratio = |a: usize, b: usize| median(times.iter().map(|turn| turn[a] / turn[b]));
         println!(
-            "{n:8} {tiled:11.2}{hand:11.2}{threads:11.2}{one:11.2}{gonzalez:11.2}{leapfrog:11.2}   {:13.3}  {:11.3}  {:14.3}",
+            "{n:8} {tiled:11.2}{hand:11.2}{threads:11.2}{one:11.2}{gonzalez:11.2}{leapfrog:11.2}\
+             {:16.3}  {:11.3}  {:14.3}",
             ratio(0, 1),
             ratio(2, 0),
             ratio(0, 4)

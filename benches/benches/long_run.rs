@@ -87,7 +87,8 @@ fn cost(rounds: u32) {
         }
         let [plain, compensated] = best.map(|time| time * 1e9 / (steps * q.len() as u64) as f64);
         println!(
-            "c = {c}: {plain:.0} ns a step and mass, compensated {compensated:.0} ns, {:.1} times as much",
+            "c = {c}: {plain:.0} ns a step and mass, compensated {compensated:.0} ns, \
+             {:.1} times as much",
             compensated / plain
         );
     }

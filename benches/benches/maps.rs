@@ -68,8 +68,8 @@ fn main() {
     let done: u64 = cells.iter().map(|cell| cell.steps_done).sum();
     let right = cells.iter().filter(|cell| cell.outcome == "completed").count();
     println!(
-        "\nDuffing, {count} x {count} cells of {least_steps} steps, {} methods, two cores: {all:.2} s, of which references \
-         {exact:.2} s; {right} of {} runs to the end, {done} steps",
+        "\nDuffing, {count} x {count} cells of {least_steps} steps, {} methods, \
+         two cores: {all:.2} s, of which references {exact:.2} s; {right} of {} runs to the end, {done} steps",
         METHODS.len(),
         cells.len(),
     );

@@ -30,7 +30,10 @@ const STEPS: u32 = 50_000_000;
 /// Creates a solver with the library's defaults except for the settings above, runs it, and
 /// observes the result.
 macro_rules! run {
-    ($solver:ident, ($safety:expr, $beta:expr, $least:expr, $most:expr), $field:expr, $start:expr, $end:expr, $tolerance:expr) => {{
+    (
+        $solver:ident, ($safety:expr, $beta:expr, $least:expr, $most:expr),
+        $field:expr, $start:expr, $end:expr, $tolerance:expr
+    ) => {{
         let (field, start, end): (_, _, f64) = ($field, $start, $end);
         let tolerance: f64 = $tolerance;
         let run: Run =

@@ -5,8 +5,8 @@
 //! the old and the new state:
 //!
 //! ```text
-//!
-//! q1_j - q0_j = h p̄_j/m_j        p1_j - p0_j = -h (ΔV_j/Δq_j + D̄_j)        w1_j - w0_j = h D̄_j p̄_j/m_j
+//! q1_j - q0_j = h p̄_j/m_j        p1_j - p0_j = -h (ΔV_j/Δq_j + D̄_j)
+//! w1_j - w0_j = h D̄_j p̄_j/m_j
 //! ΔV_j = V(q1_1 .. q1_j, q0_{j+1} ..) - V(q1_1 .. q1_{j-1}, q0_j ..)
 //! D̄_j = D_j at the midpoint of the edge and p̄_j
 //! ```

@@ -20,7 +20,7 @@ const STEPS: u32 = 4;
 /// The worst results of a row.
 #[derive(Clone, Debug, Default)]
 struct Seen {
-    /// ΔK| over the rounding of its terms
+    /// |ΔK| over the rounding of its terms
     drift: f64,
     /// The number of reservoirs of passive systems that decreased
     fell: usize,

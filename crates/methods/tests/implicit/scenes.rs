@@ -210,7 +210,8 @@ pub(crate) fn wave(n: usize, a: f64) -> Vec<f64> {
     (0..n).map(|j| (a * j as f64 + 0.2).sin()).collect()
 }
 
-/// ΔK| over the rounding of its terms: H, w and, for each degree of freedom, z times the slopes of H and D, amplified by h |H''| as the rounding of z is.
+/// |ΔK| over the rounding of its terms: H, w and, for each degree of freedom, z times the slopes
+/// of H and D, amplified by h |H''| as the rounding of z is.
 pub(crate) fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,

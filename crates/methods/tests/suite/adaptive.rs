@@ -14,7 +14,7 @@ use afterbay_systems::{
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 
-/// ΔK| of a step in unit roundoffs of its terms: H, w, and the change of H due to a rounding of z.
+/// |ΔK| of a step in unit roundoffs of its terms: H, w, and the change of H due to a rounding of z.
 fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<'_, f64>) -> f64 {
     let mut scale = 0.0;
     for state in [before, after] {
@@ -104,20 +104,26 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
     #[test]
     fn books_of_one_degree(
-        tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0, z in [-2.0..2.0, -2.0..2.0],
+        tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0,
+        z in [-2.0..2.0, -2.0..2.0],
     ) {
         books(&Duffing::new(alpha, beta, c).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
         // With μ < 0 solutions diverge.
-        books(&ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        let cycle = ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap();
+        books(&cycle, tolerance, 10.0, vec![z[0]], vec![z[1]])?;
         // Starts near the equilibrium on top of the barrier, and at the equilibrium.
-        books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
+        let wells = Duffing::new(-1.0, 1.0, c.abs()).unwrap();
+        books(&wells, tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
         books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![0.0], vec![0.0])?;
     }
 
     /// Slow waves: steps are much longer than the period of the fastest mode.
     #[test]
-    fn books_of_a_smooth_chain(tolerance in tolerance(), c in 0.0..0.1, n in 30..60_usize, a in 0.1..2.0) {
-        let q = (1..=n).map(|i| a * (std::f64::consts::PI * i as f64 / (n + 1) as f64).sin()).collect();
+    fn books_of_a_smooth_chain(
+        tolerance in tolerance(), c in 0.0..0.1, n in 30..60_usize, a in 0.1..2.0,
+    ) {
+        let phase = |i: usize| std::f64::consts::PI * i as f64 / (n + 1) as f64;
+        let q = (1..=n).map(|i| a * phase(i).sin()).collect();
         books(&FputChain::new(n, 1.0, c).unwrap(), tolerance, 100.0, q, vec![0.0; n])?;
     }
 
@@ -125,8 +131,10 @@ proptest! {
     fn books_of_many_degrees(
         tolerance in tolerance(), c in 0.0..1.0, z in prop::array::uniform20(-1.0..1.0),
     ) {
-        books(&FputChain::new(10, 0.5, c).unwrap(), tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
-        books(&VanDerPolRing::new(3, c, 0.5).unwrap(), tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
+        let chain = FputChain::new(10, 0.5, c).unwrap();
+        books(&chain, tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
+        let ring = VanDerPolRing::new(3, c, 0.5).unwrap();
+        books(&ring, tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
         let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
         books(&pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
     }

@@ -20,7 +20,6 @@ use proptest::prelude::*;
 /// | ΔV/Δq: a sum, a product, three fused operations, one more in the equation | 6 | (ΔV/Δq) Δq |
 /// | D̄: a fused mean, friction and product, in the equation and again in Δw | 2·4 | D̄ Δq |
 /// | Δw: two products; w1 is rounded | 2 and 1 | D̄ Δq, w1 |
-///
 /// | v is rounded, which F amplifies by 1 + F': 2v² (1 + F') | 2 | p², q V', D̄ Δq |
 /// | the solver stops at a residual of a rounding of v, p0 and of q0 in F | 2 | p², q V', D̄ Δq |
 ///

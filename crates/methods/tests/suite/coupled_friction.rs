@@ -205,7 +205,10 @@ fn total(chain: &Chain, state: &State<Vec<f64>>) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(300)
+    })]
 
     /// If friction is passive and V ≥ 0, every energy during a sweep is at most H at one of its
     /// ends.
@@ -215,7 +218,8 @@ proptest! {
         let suzuki = [s, s, 1.0 - 4.0 * s, s, s].map(|weight| [weight / 2.0; 2]).concat();
         let back: Vec<usize> = order.iter().rev().copied().collect();
         for composition in [vec![0.5, 0.5], suzuki] {
-            let method = Increment::new(Composition::alternating(&composition).unwrap()).in_order(order.clone());
+            let sweeps = Composition::alternating(&composition).unwrap();
+            let method = Increment::new(sweeps).in_order(order.clone());
             let (mut by_sweeps, mut at_once) = (start.clone(), start.clone());
             let outcome = step(&method, &chain, h, &mut at_once);
             for (i, fraction) in composition.iter().enumerate() {
@@ -234,9 +238,14 @@ proptest! {
                 // `increment`, and sums of n terms in D and K add n roundings.
                 let work = (fraction * h).abs() * chain.power(most);
                 let strain = Chain::strain(&before.q, &by_sweeps.q);
-                let bound = (16.0 + order.len() as f64) * f64::EPSILON / 2.0 * (2.0 * most + strain + held + work);
+                let roundings = (16.0 + order.len() as f64) * f64::EPSILON / 2.0;
+                let bound = roundings * (2.0 * most + strain + held + work);
                 let drift = (total(&chain, &by_sweeps) - total(&chain, &before)).abs();
-                prop_assert!(drift <= bound, "sweep {i}: K moves by {drift:e}, {:.1} of the bound", drift / bound);
+                let share = drift / bound;
+                prop_assert!(
+                    drift <= bound,
+                    "sweep {i}: K moves by {drift:e}, {share:.1} of the bound"
+                );
             }
             prop_assert_eq!(outcome, Ok(()));
             prop_assert_eq!(&by_sweeps, &at_once, "a composition is its sweeps");

@@ -86,7 +86,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
     #[test]
     fn k_is_kept_without_separability(
-        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in -0.5..2.0, z in prop::array::uniform4(-2.0..2.0),
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in -0.5..2.0,
+        z in prop::array::uniform4(-2.0..2.0),
     ) {
         checked(&Twisted { c, offset: 0.0 }, h, z[..2].to_vec(), z[2..].to_vec())?;
     }
@@ -144,7 +145,8 @@ proptest! {
     /// smaller than it; then each w_j is rounded once.
     #[test]
     fn the_reservoirs_together_only_fill_where_r_is_coupled(
-        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
+        z in prop::array::uniform4(-2.0..2.0),
     ) {
         let system = Twisted { c, offset: 0.0 };
         let mut state: State<[f64; 2]> = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();

@@ -104,7 +104,10 @@ fn a_tail_that_stays_once_is_not_taken_for_noise() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(1000)
+    })]
 
     #[test]
     fn k_is_kept_by_the_pendulum(
@@ -141,7 +144,8 @@ proptest! {
             let (mut swing, mut curve) = (state(q, p), state(q, p));
             let _ = step(&method, &pendulum(c), h, &mut swing);
             let _ = step(&method, &Curved(c), h, &mut curve);
-            prop_assert!(swing.w.iter().chain(&curve.w).all(|&w| w >= 0.0), "{:?} {:?}", swing.w, curve.w);
+            let filled = swing.w.iter().chain(&curve.w).all(|&w| w >= 0.0);
+            prop_assert!(filled, "{:?} {:?}", swing.w, curve.w);
         }
     }
 
@@ -149,7 +153,9 @@ proptest! {
     #[test]
     fn a_separable_system_goes_where_increment_takes_it(
         exponent in -5.0..0.0_f64, c in -0.3..1.0, kind in 0..3,
-        (q, p) in (1_usize..12).prop_flat_map(|n| (prop::collection::vec(-1.5..1.5, n), prop::collection::vec(-1.5..1.5, n))),
+        (q, p) in (1_usize..12).prop_flat_map(|n| {
+            (prop::collection::vec(-1.5..1.5, n), prop::collection::vec(-1.5..1.5, n))
+        }),
     ) {
         let (n, h) = (q.len(), 10.0_f64.powf(exponent));
         let system = match kind {
@@ -161,13 +167,14 @@ proptest! {
             let start = State::new(q.clone(), p.clone()).unwrap();
             let (mut one, mut other) = (start.clone(), start);
             let separable = Increment::new(composition.clone());
-            let mut workspace = Method::<Vec<f64>, Springs>::workspace(&separable, &system).unwrap();
+            let mut workspace =
+                Method::<Vec<f64>, Springs>::workspace(&separable, &system).unwrap();
             separable.step(&system, h, &mut one, &mut workspace).unwrap();
             let general = GeneralIncrement::new(composition);
             let mut workspace = Method::<Vec<f64>, Springs>::workspace(&general, &system).unwrap();
             general.step(&system, h, &mut other, &mut workspace).unwrap();
-            let parts = one.q.iter().zip(&other.q).chain(one.p.iter().zip(&other.p)).chain(one.w.iter().zip(&other.w));
-            for (a, b) in parts {
+            let parts = [(&one.q, &other.q), (&one.p, &other.p), (&one.w, &other.w)];
+            for (a, b) in parts.into_iter().flat_map(|(one, other)| one.iter().zip(other)) {
                 prop_assert!((a - b).abs() < 1e-13, "{a} {b}");
             }
         }

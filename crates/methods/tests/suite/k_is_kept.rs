@@ -151,9 +151,10 @@ fn simple_iteration_stops_at_rounding() {
     let diverging = Model::Duffing { alpha: 0.0, beta: -7.125694500189359, c: -7.297724953138848 };
     let slow = Model::VanDerPol { mu: 7.435408932935137 };
     for case in [
-        // ∂F/∂v| = 3.6: the iteration diverges, with updates below the rounding of q.
+        // |∂F/∂v| = 3.6: the iteration diverges, with updates below the rounding of q.
         Case { model: diverging, q: -1.7744761493622853e-10, p: 0.0, w: 0.0, h: 1.0 },
-        // ∂F/∂v| = 0.99: the iteration converges so slowly that rounding stops the updates from shrinking early.
+        // |∂F/∂v| = 0.99: the iteration converges so slowly that rounding soon
+        // stops the updates from shrinking.
         Case {
             model: slow,
             q: -9.114644483772375,
@@ -240,7 +241,8 @@ proptest! {
 
     #[test]
     fn k_is_kept_without_an_edge_in_closed_form(
-        q in number(2.0), p in number(2.0), c in prop_oneof![Just(0.0), 0.0..3.0_f64], h in logarithmic(-6.0, -0.5),
+        q in number(2.0), p in number(2.0), c in prop_oneof![Just(0.0), 0.0..3.0_f64],
+        h in logarithmic(-6.0, -0.5),
     ) {
         let system = Exponential { c };
         let total = |state: &State<[f64; 1]>| {
@@ -256,7 +258,8 @@ proptest! {
         let before = state.clone();
         ModDg::newton().step(&system, h, &mut state, &mut ()).unwrap();
         let drift = (total(&state) - total(&before)).0.abs();
-        let roundings = drift / (<f64 as Scalar>::EPSILON * (end(&state) + end(&before)) + f64::MIN_POSITIVE);
+        let rounding = <f64 as Scalar>::EPSILON * (end(&state) + end(&before));
+        let roundings = drift / (rounding + f64::MIN_POSITIVE);
         prop_assert!(roundings <= ROUNDINGS, "K moved by {roundings:.1} roundings to {state:?}");
     }
 }

@@ -215,10 +215,15 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn books(h in (-6.0..2.0_f64).prop_map(|x| 10f64.powf(x)), k in (-2.0..2.0_f64).prop_map(|x| 10f64.powf(x)), c in -0.05..3.0_f64, z in prop::array::uniform6(-2.0..2.0)) {
+    fn books(
+        h in (-6.0..2.0_f64).prop_map(|x| 10f64.powf(x)),
+        k in (-2.0..2.0_f64).prop_map(|x| 10f64.powf(x)),
+        c in -0.05..3.0_f64, z in prop::array::uniform6(-2.0..2.0),
+    ) {
         // For active systems the step is limited, since overflow leaves no K to check.
         let h = if c < 0.0 { h.min(10.0) } else { h };
-        checked(&DampedOscillator::new(k, c).unwrap(), k.sqrt().max(1.0) + c.abs(), h, &z[..1], &z[3..4])?;
+        let oscillator = DampedOscillator::new(k, c).unwrap();
+        checked(&oscillator, k.sqrt().max(1.0) + c.abs(), h, &z[..1], &z[3..4])?;
         checked(&FputChain::new(3, 0.0, c).unwrap(), 2.0 + c.abs(), h, &z[..3], &z[3..])?;
     }
 }

@@ -112,7 +112,7 @@ fn exact_on_linear_systems() {
     exact::<f64, _, _>(&system, &system.map(Series::constant), 0.1);
 }
 
-/// ΔK| in roundings of its terms along the step.
+/// |ΔK| in roundings of its terms along the step.
 fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,
@@ -194,14 +194,19 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn books_of_one_degree(h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0, z in [-2.0..2.0, -2.0..2.0]) {
+    fn books_of_one_degree(
+        h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0,
+        z in [-2.0..2.0, -2.0..2.0],
+    ) {
         checked(&Duffing::new(alpha, beta, c).unwrap(), h, &z[..1], &z[1..])?;
         checked(&VanDerPol::new(c).unwrap(), h, &z[..1], &z[1..])?;
         checked(&Wind { c }, h, &z[..1], &z[1..])?;
     }
 
     #[test]
-    fn books_of_many(h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0)) {
+    fn books_of_many(
+        h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0),
+    ) {
         checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
         checked(&VanDerPolRing::new(3, c, beta).unwrap(), h, &z[..3], &z[3..])?;
         checked(&Twisted { c: c.abs(), offset: 0.0 }, h, &z[..2], &z[2..4])?;

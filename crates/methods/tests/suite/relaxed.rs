@@ -68,7 +68,7 @@ fn steps<S: System<f64>>(
     (0..count).try_for_each(|_| method.step(system, h, state, &mut workspace).map(drop))
 }
 
-/// ΔK| in roundings of its terms at both ends.
+/// |ΔK| in roundings of its terms at both ends.
 fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
     let scale = |state: &State<Vec<f64>>| {
         let n = state.dof();
@@ -202,12 +202,18 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn books_of_a_chain(h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), beta in 0.0..2.0, c in -0.5..2.0, z in prop::array::uniform6(-2.0..2.0)) {
+    fn books_of_a_chain(
+        h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), beta in 0.0..2.0, c in -0.5..2.0,
+        z in prop::array::uniform6(-2.0..2.0),
+    ) {
         checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
     }
 
     #[test]
-    fn books_of_a_double_pendulum(h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), c in 0.0..2.0, z in prop::array::uniform4(-2.0..2.0)) {
+    fn books_of_a_double_pendulum(
+        h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), c in 0.0..2.0,
+        z in prop::array::uniform4(-2.0..2.0),
+    ) {
         let system = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [c, 0.25]).unwrap();
         checked(&system, h, &z[..2], &z[2..])?;
     }

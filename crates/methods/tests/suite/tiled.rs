@@ -58,7 +58,8 @@ proptest! {
 
     #[test]
     fn a_chain_is_moved_as_it_is_one_at_a_time(
-        n in 1usize..70, beta in 0.0..2.0, c in -0.2..0.5, h in 0.01..1.0, seed in 0.0..6.0, which in 0usize..5,
+        n in 1usize..70, beta in 0.0..2.0, c in -0.2..0.5, h in 0.01..1.0,
+        seed in 0.0..6.0, which in 0usize..5,
     ) {
         let (system, grid) = (FputChain::new(n, beta, c).unwrap(), Grid::of(h, 3).unwrap());
         let composition = &compositions()[which];
@@ -68,9 +69,11 @@ proptest! {
 
     #[test]
     fn a_ring_is_moved_as_it_is_one_at_a_time(
-        half in 1usize..35, mu in -1.0..2.0, coupling in 0.0..2.0, h in 0.01..0.5, seed in 0.0..6.0, which in 0usize..5,
+        half in 1usize..35, mu in -1.0..2.0, coupling in 0.0..2.0, h in 0.01..0.5,
+        seed in 0.0..6.0, which in 0usize..5,
     ) {
-        let (system, grid) = (VanDerPolRing::new(2 * half, mu, coupling).unwrap(), Grid::of(h, 3).unwrap());
+        let system = VanDerPolRing::new(2 * half, mu, coupling).unwrap();
+        let grid = Grid::of(h, 3).unwrap();
         let composition = &compositions()[which];
         let found = side_by_side(&system, composition, 1, grid, start(2 * half, seed));
         prop_assert_eq!(found, one_at_a_time(&system, composition, grid, start(2 * half, seed)));
