@@ -175,7 +175,7 @@ fn ordering(
     let mut sorted = order.clone();
     sorted.sort_unstable();
     if !sorted.into_iter().eq(0..n) {
-        let why = "the order of the coordinates must name each of them once";
+        let why = "the order of the coordinates must contain each of them exactly once";
         return Err(InputError::Unsupported { method, why });
     }
     Ok(order)

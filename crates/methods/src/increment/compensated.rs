@@ -86,7 +86,7 @@ where
             return Err(InputError::Length { quantity, expected: n, found });
         }
         if self.exact.dissipation_form() != system.dissipation_form() {
-            let why = "the system in corrected numbers has another damping";
+            let why = "the system in corrected numbers has a different kind of dissipation";
             return Err(InputError::Unsupported { method: "increment", why });
         }
         validate::masses(system)?;
