@@ -69,7 +69,8 @@ fn main() {
     let right = cells.iter().filter(|cell| cell.outcome == "completed").count();
     println!(
         "\nDuffing, {count} x {count} cells of {least_steps} steps, {} methods, \
-         two cores: {all:.2} s, of which references {exact:.2} s; {right} of {} runs to the end, {done} steps",
+         two cores: {all:.2} s, of which references {exact:.2} s; \
+         {right} of {} runs to the end, {done} steps",
         METHODS.len(),
         cells.len(),
     );
