@@ -1,8 +1,8 @@
-//! The damped β-chain against the number of its members: what a degree of freedom costs in a step
-//! of order 2.
+//! The damped β-chain with an increasing number of members: the cost of a step of order 2 per
+//! degree of freedom.
 //!
-//! Runs are timed in turn, and a figure is the median over the turns; ratios are medians of the
-//! ratios within a turn.
+//! Runs are timed in turn. Each figure is the median over the turns; each ratio is the median of
+//! the ratios within a turn.
 
 use afterbay_benches::chain::Colours;
 use afterbay_core::{Coupling, Grid, Method, State, integrate};
@@ -11,14 +11,15 @@ use afterbay_systems::FputChain;
 use std::f64::consts::PI;
 use std::time::Instant;
 
-/// Turns of which the median is taken. Odd.
+/// The number of turns, odd, of which the median is taken.
 const TURNS: usize = 11;
-/// Members times steps in one run.
+/// The number of members times the number of steps of a run.
 const WORK: usize = 1 << 21;
 const H: f64 = 0.05;
 
 fn main() {
-    // `cargo test` runs benches too, without this argument: once is enough to see that they work.
+    // `cargo test` also runs benches, without this argument; a single turn then checks that they
+    // work.
     let full = std::env::args().any(|argument| argument == "--bench");
     let (turns, sizes) =
         if full { (TURNS, &[112, 1008, 10_000, 100_000, 1_000_000][..]) } else { (1, &[112][..]) };
@@ -37,7 +38,8 @@ fn main() {
             [0, 1, 2, 3, 4, 5].map(|i| median(times.iter().map(|turn| turn[i])));
         let ratio = |a: usize, b: usize| median(times.iter().map(|turn| turn[a] / turn[b]));
         println!(
-            "{n:8} {tiled:11.2}{hand:11.2}{threads:11.2}{one:11.2}{gonzalez:11.2}{leapfrog:11.2}   {:13.3}  {:11.3}  {:14.3}",
+            "{n:8} {tiled:11.2}{hand:11.2}{threads:11.2}{one:11.2}{gonzalez:11.2}{leapfrog:11.2}\
+             {:16.3}  {:11.3}  {:14.3}",
             ratio(0, 1),
             ratio(2, 0),
             ratio(0, 4)
@@ -83,7 +85,7 @@ fn by_hand(n: usize) -> f64 {
     let clock = Instant::now();
     (0..steps(n)).for_each(|_| chain.step(H));
     let elapsed = clock.elapsed().as_secs_f64() * 1e9 / (n * steps(n)) as f64;
-    // The bonds of a long smooth chain are differences of nearly equal numbers.
+    // The extensions of the bonds of a long smooth chain are differences of nearly equal numbers.
     let rounding = 1e-12_f64.max(1e-15 * n as f64);
     assert!((chain.total() - total).abs() < rounding * total, "by hand, K is not kept");
     elapsed
@@ -93,7 +95,7 @@ fn steps(n: usize) -> usize {
     (WORK / n).max(8)
 }
 
-/// Of the line through the points, by least squares.
+/// The slope of the least-squares line through the points.
 fn slope(points: &[(f64, f64)]) -> f64 {
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
     let (x, y) = (mean(|point| point.0), mean(|point| point.1));

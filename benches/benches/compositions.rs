@@ -1,6 +1,6 @@
-//! Which composition of sweeps is the cheapest: errors of q, p and w at equal numbers of sweeps, on
-//! a damped FPUT-β chain and a ring of Van der Pol oscillators. One table; no timing, since a sweep
-//! costs the same in each of them.
+//! The efficiency of the compositions of sweeps: errors of q, p and w at equal numbers of sweeps,
+//! on a damped FPUT-β chain and a ring of Van der Pol oscillators. Prints one table. There is no
+//! timing, since a sweep costs the same in each composition.
 
 use afterbay_core::System;
 use afterbay_core::{Grid, Separable, Series, State, integrate, taylor};
@@ -9,7 +9,7 @@ use afterbay_systems::{FputChain, VanDerPolRing};
 
 const N: usize = 16;
 const END: f64 = 5.0;
-/// Sweeps for a unit of time.
+/// The numbers of sweeps per unit of time.
 const RATES: [f64; 4] = [48.0, 96.0, 192.0, 384.0];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,10 +1,10 @@
-//! Systems written as expressions beside the same systems built in or written in Rust, through the
-//! same methods: what a scene of one's own costs.
+//! Systems given by expressions compared with the same systems built in or written in Rust, under
+//! the same methods: the cost of a custom system in a scene.
 //!
-//! The two are run in turn. A figure is the least over the turns, as a busy machine makes a run
-//! slower and never faster, and what else runs on the core may slow the one more than the other:
-//! all are gone through a few times, far apart. A ratio is that of the least. They end in the same
-//! state.
+//! The two are run in turn. Each figure is the minimum over the turns, since other load on the
+//! machine only increases times. Because the load may affect one of the two more than the other,
+//! all pairs are measured in several rounds, far apart. Each ratio is the ratio of the minima. Both
+//! runs must end in the same state.
 
 use afterbay_benches::written::{HenonHeiles, Morse, Pendulum};
 use afterbay_core::{Curvature, Grid, Method, Separable, State, Vector, integrate};
@@ -17,14 +17,15 @@ use afterbay_systems::{
 };
 use std::time::Instant;
 
-/// How often all are gone through, and the turns of each time.
+/// The number of rounds over all pairs, and of turns per pair and round.
 const ROUNDS: usize = 7;
 const TURNS: usize = 61;
-/// Degrees of freedom times steps in one run.
+/// The number of degrees of freedom times the number of steps of a run.
 const WORK: usize = 2_000;
 
 fn main() {
-    // `cargo test` runs benches too, without this argument: once is enough to see that they work.
+    // `cargo test` also runs benches, without this argument; a single turn then checks that they
+    // work.
     let (rounds, turns) = if std::env::args().any(|argument| argument == "--bench") {
         (ROUNDS, TURNS)
     } else {
@@ -108,10 +109,10 @@ fn main() {
     println!("reading and compiling the chain of 64: {:.2} ms", compiled.as_secs_f64() * 1e3);
 }
 
-/// What has been measured.
+/// The measured times.
 struct Table {
     turns: usize,
-    /// By name the least times, of the custom system and of the one built in.
+    /// For each name, the minimum times of the custom system and of the built-in one.
     rows: Vec<(String, [f64; 2])>,
 }
 
@@ -125,7 +126,7 @@ impl Table {
         self.with_any(name, &start, own, built_in);
     }
 
-    /// The methods that rest on edges, beside a system written in Rust.
+    /// Measures the methods that use edges, against a system written in Rust.
     fn with_edges<B: Separable<f64>>(&mut self, name: &str, own: &Custom<f64>, written: &B) {
         let start = State::new([1.3], [-0.4]).expect("a finite state");
         self.compare(&format!("moddg, {name}"), &start, &ModDg::newton(), own, written);
@@ -196,7 +197,7 @@ impl Table {
     }
 }
 
-/// ns a degree of freedom and step, and q at the end.
+/// The time in ns per degree of freedom and step, and q at the end.
 fn time<V, M, S>(start: &State<V>, method: &M, system: &S) -> (f64, Vec<f64>)
 where
     V: Vector<Scalar = f64>,

@@ -1,6 +1,6 @@
-//! Ten million steps of a chain of 8 without friction: how |K - K0| grows with t, as it is and
-//! compensated, and what that costs. And a tenth as many of Van der Pol's oscillator on its limit
-//! cycle. `-- 1000000 2` asks for another number of steps, and of starts.
+//! Ten million steps of a chain of 8 without friction: the growth of |K - K0| with t, plain and
+//! compensated, and the cost of compensation. Also a million steps of the Van der Pol oscillator on
+//! its limit cycle. `-- 1000000 2` sets the number of steps and of initial states.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
@@ -14,7 +14,7 @@ use afterbay_systems::{FPUT_CHAIN, FputChain, VAN_DER_POL};
 use std::f64::consts::PI;
 use std::time::Instant;
 
-/// Name, step, and whether roundings are kept from adding up.
+/// The name, the step size, and whether rounding is compensated.
 const RUNS: [(&str, f64, bool); 6] = [
     ("increment-2", 0.05, false),
     ("increment-2", 0.1, false),
@@ -26,7 +26,7 @@ const RUNS: [(&str, f64, bool); 6] = [
 const STARTS: u64 = 4;
 
 fn main() {
-    // `cargo test` runs benches too, without this argument: a short run is enough to see that they
+    // `cargo test` also runs benches, without this argument; a short run then checks that they
     // work.
     let full = std::env::args().any(|argument| argument == "--bench");
     let mut asked = std::env::args().filter_map(|argument| argument.parse().ok());
@@ -71,8 +71,8 @@ fn table(found: &[LongRun]) {
     }
 }
 
-/// The time of a step of increment-2 of the chain, compensated beside plain: the best of so many
-/// short rounds, in turn.
+/// Prints the time of a step of increment-2 on the chain, plain and compensated: the minimum over
+/// `rounds` short rounds, taken in turn.
 fn cost(rounds: u32) {
     let steps = 500;
     let Problem { q, .. } = start(0);
@@ -87,13 +87,14 @@ fn cost(rounds: u32) {
         }
         let [plain, compensated] = best.map(|time| time * 1e9 / (steps * q.len() as u64) as f64);
         println!(
-            "c = {c}: {plain:.0} ns a step and mass, compensated {compensated:.0} ns, {:.1} times as much",
+            "c = {c}: {plain:.0} ns a step and mass, compensated {compensated:.0} ns, \
+             {:.1} times as much",
             compensated / plain
         );
     }
 }
 
-/// Seconds.
+/// The time of a run in seconds.
 fn time(
     method: &impl Method<[f64; 8], FputChain<f64>>,
     system: &FputChain<f64>,
@@ -108,7 +109,7 @@ fn time(
     begin.elapsed().as_secs_f64()
 }
 
-/// At rest as a sine of the amplitude 1 or a little more.
+/// The chain at rest, displaced by a sine with amplitude 1 or slightly more.
 fn start(i: u64) -> Problem {
     let n = 8;
     let amplitude = 1.0 + i as f64 / 1024.0;

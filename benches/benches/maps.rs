@@ -1,8 +1,8 @@
-//! Maps of stability: eight cells side by side beside one at a time, two cores beside one, and a
-//! whole map.
+//! Maps of stability: eight cells in lanes compared with one at a time, two cores compared with
+//! one, and a whole map.
 //!
-//! Ways that are compared are run in turn, and a figure is the least over the turns, as a busy
-//! machine makes a run slower and never faster. The cells are the same, and so are their rows.
+//! The alternatives are run in turn. Each figure is the minimum over the turns, since other load on
+//! the machine only increases times. Their cells and rows must be equal.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
@@ -14,13 +14,14 @@ use rayon::ThreadPool;
 use std::time::Instant;
 
 const METHODS: [&str; 3] = ["leapfrog", "rk4", "moddg"];
-/// Turns of which the least is taken.
+/// The number of turns of which the minimum is taken.
 const TURNS: usize = 21;
-/// Steps of a cell.
+/// The number of steps of a cell.
 const STEPS: u64 = 10_000;
 
 fn main() {
-    // `cargo test` runs benches too, without this argument: once is enough to see that they work.
+    // `cargo test` also runs benches, without this argument; a single turn then checks that they
+    // work.
     let full = std::env::args().any(|argument| argument == "--bench");
     let (turns, least_steps) = if full { (TURNS, STEPS) } else { (1, 100) };
     let pools = [1, 2].map(pool);
@@ -67,8 +68,9 @@ fn main() {
     let done: u64 = cells.iter().map(|cell| cell.steps_done).sum();
     let right = cells.iter().filter(|cell| cell.outcome == "completed").count();
     println!(
-        "\nDuffing, {count} x {count} cells of {least_steps} steps, {} methods, two cores: {all:.2} s, of which references \
-         {exact:.2} s; {right} of {} runs to the end, {done} steps",
+        "\nDuffing, {count} x {count} cells of {least_steps} steps, {} methods, \
+         two cores: {all:.2} s, of which references {exact:.2} s; \
+         {right} of {} runs to the end, {done} steps",
         METHODS.len(),
         cells.len(),
     );
@@ -116,7 +118,7 @@ fn seconds(run: impl Fn() -> Vec<StabilityRow>) -> (f64, Vec<StabilityRow>) {
     (clock.elapsed().as_secs_f64(), cells)
 }
 
-/// ns a step and cell one at a time and in lanes.
+/// The times in ns per step and cell, one at a time and in lanes.
 fn compare(map: &Map<'_>, methods: &[&'static Row], pool: &ThreadPool, turns: usize) -> [f64; 2] {
     pool.install(|| {
         let references = map.references(&Silent).expect("references");
@@ -137,7 +139,7 @@ fn compare(map: &Map<'_>, methods: &[&'static Row], pool: &ThreadPool, turns: us
     })
 }
 
-/// Seconds of a map on each pool.
+/// The times of a map in seconds on each pool.
 fn cores(
     map: &Map<'_>,
     methods: &[&'static Row],

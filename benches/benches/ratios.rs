@@ -1,18 +1,19 @@
-//! One table of ratios: the generic step over the one written by hand, and over RK4 for the damped
-//! oscillator.
+//! One table of ratios: the generic step relative to the one written by hand, and relative to RK4
+//! for the damped oscillator.
 //!
-//! The three are run in turn, and a ratio is the median over the turns of the ratio within one:
-//! what slows the machine for longer than a millisecond slows all three. Each figure in ns is the
+//! The three are run in turn. Each ratio is the median over the turns of the ratio within a turn,
+//! since load that lasts longer than a millisecond slows all three alike. Each figure in ns is the
 //! median of its own times.
 
 use afterbay_benches::{Pair, Run, STEPS, pairs};
 use std::time::Instant;
 
-/// Turns of which the median is taken. Odd.
+/// The number of turns, odd, of which the median is taken.
 const TURNS: usize = 301;
 
 fn main() {
-    // `cargo test` runs benches too, without this argument: once is enough to see that they work.
+    // `cargo test` also runs benches, without this argument; a single turn then checks that they
+    // work.
     let turns = if std::env::args().any(|argument| argument == "--bench") { TURNS } else { 1 };
     let pairs = pairs();
     println!(
@@ -34,7 +35,8 @@ fn main() {
     }
 }
 
-/// Of every turn the ns a step of the generic run, of the one by hand and of `reference`.
+/// For each turn, the times in ns per step of the generic run, of the one by hand and of
+/// `reference`.
 fn measure(pair: &Pair, reference: &Run, turns: usize) -> Vec<[f64; 3]> {
     let turn = || [&pair.generic, &pair.by_hand, reference].map(time);
     turn();

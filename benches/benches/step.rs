@@ -1,4 +1,4 @@
-//! Nanoseconds a step (the time of an element) of every pair, each for itself.
+//! The time per step in ns (the time of an element) of every pair, measured separately.
 
 use afterbay_benches::{STEPS, pairs};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

@@ -1,15 +1,16 @@
-//! The steps as one would write them for one system: plain `f64` variables in a loop, every
-//! constant before it.
+//! The steps as written by hand for a single system: plain `f64` variables in a loop, with all
+//! constants computed before it.
 //!
-//! What they share with the generic steps: the discrete equations and the order in which these are
-//! evaluated (one force at each position; nothing that only a linear force would allow), the
-//! iterations and the stopping test of the implicit one, and the check that a new state is finite
-//! before it is taken. What they do without: types to be generic over, the time, counts of
-//! evaluations, an observer, and a look every 1024 steps for a state at rest.
+//! They share with the generic steps the discrete equations and their order of evaluation (one
+//! force at each position; no shortcuts that only a linear force permits), the iterations and the
+//! stopping test of the implicit method, and the check that a new state is finite. They omit
+//! generic types, the time, counts of evaluations, an observer, and the test every 1024 steps for a
+//! state at rest.
 
 use std::hint::cold_path;
 
-/// One run: `steps` steps of size `h` from (q, p) with w = 0. `None` where a step is not finite.
+/// One run: `steps` steps of size `h` from (q, p) with w = 0. Runs return `None` if a step is not
+/// finite.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Task {
     pub(crate) h: f64,
@@ -33,13 +34,13 @@ pub(crate) struct Duffing {
     pub(crate) c: f64,
 }
 
-/// Infinity and NaN give NaN; the bits are not taken out of the floating-point unit.
+/// Tests whether x is finite by arithmetic, which keeps the number in the floating-point unit.
 #[inline(always)]
 fn finite(x: f64) -> bool {
     x * 0.0 == 0.0
 }
 
-/// Leap-frog with a reservoir for the force V' and D = c p.
+/// Leapfrog with a reservoir for the force V' and D = c p.
 #[inline(always)]
 fn leapfrog(task: Task, force: impl Fn(f64) -> f64, c: f64) -> Option<[f64; 3]> {
     let Task { h, steps, mut q, mut p } = task;
@@ -61,7 +62,7 @@ fn leapfrog(task: Task, force: impl Fn(f64) -> f64, c: f64) -> Option<[f64; 3]> 
     Some([q, p, w])
 }
 
-/// Leap-frog for the force V' alone.
+/// Leapfrog for the force V' alone.
 #[inline(always)]
 fn conservative_leapfrog(task: Task, force: impl Fn(f64) -> f64) -> Option<[f64; 3]> {
     let Task { h, steps, mut q, mut p } = task;
@@ -78,7 +79,7 @@ fn conservative_leapfrog(task: Task, force: impl Fn(f64) -> f64) -> Option<[f64;
     Some([q, p, 0.0])
 }
 
-/// Classical Runge-Kutta on (q, p, w) for the force V' and D = c p.
+/// The classical Runge-Kutta method on (q, p, w) for the force V' and D = c p.
 #[inline(always)]
 fn rk4(task: Task, force: impl Fn(f64) -> f64, c: f64) -> Option<[f64; 3]> {
     let Task { h, steps, mut q, mut p } = task;
@@ -106,7 +107,7 @@ fn rk4(task: Task, force: impl Fn(f64) -> f64, c: f64) -> Option<[f64; 3]> {
     Some([q, p, w])
 }
 
-/// Classical Runge-Kutta on (q, p) for the force V' alone.
+/// The classical Runge-Kutta method on (q, p) for the force V' alone.
 #[inline(always)]
 fn conservative_rk4(task: Task, force: impl Fn(f64) -> f64) -> Option<[f64; 3]> {
     let Task { h, steps, mut q, mut p } = task;
@@ -161,7 +162,7 @@ impl Oscillator {
         Some([q, p, w])
     }
 
-    /// modDG, solved to rounding as if the closed form were not known.
+    /// modDG solved by iteration to rounding, without use of the closed form.
     pub(crate) fn moddg_by_newton(self, task: Task) -> Option<[f64; 3]> {
         let Task { h, steps, mut q, mut p } = task;
         let mut w = 0.0;
@@ -206,7 +207,7 @@ impl Duffing {
         conservative_rk4(task, self.force())
     }
 
-    /// modDG, solved to rounding; an iteration that does not converge is given up.
+    /// modDG solved by iteration to rounding; `None` if the iteration does not converge.
     pub(crate) fn moddg(self, task: Task) -> Option<[f64; 3]> {
         let Task { h, steps, mut q, mut p } = task;
         let mut w = 0.0;
@@ -234,7 +235,7 @@ impl Duffing {
         Some([q, p, w])
     }
 
-    /// modDG without D.
+    /// modDG without friction.
     pub(crate) fn conservative_moddg(self, task: Task) -> Option<[f64; 3]> {
         let Task { h, steps, mut q, mut p } = task;
         let (half, bend) = (0.5 * h, 0.5 * h * h);
@@ -263,8 +264,8 @@ impl Duffing {
 const EPSILON: f64 = f64::EPSILON / 2.0;
 
 /// Solves `x = start - F(x)` to rounding, with the iteration and the stopping test of
-/// `afterbay_core::solver::Newton` but without the path it takes where these fail; `f` gives F and
-/// F'. As a rule two evaluations do.
+/// `afterbay_core::solver::Newton`, but without its continuation where these fail. `f` returns F
+/// and F'. Two evaluations are usually sufficient.
 #[inline(always)]
 fn solve(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let (value, slope) = f(start);
@@ -286,7 +287,7 @@ fn solve(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     slowly(start, reach, f)
 }
 
-/// The same where two evaluations are not enough.
+/// Continues the iteration where two evaluations are not sufficient.
 #[cold]
 #[inline(never)]
 fn slowly(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {

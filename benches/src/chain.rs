@@ -1,5 +1,5 @@
-//! The red-black step of the damped β-chain written by hand: eight members at a time, the colours
-//! apart from the start.
+//! The red-black step of the damped β-chain written by hand: eight members at a time, stored by
+//! colour.
 
 use std::f64::consts::PI;
 use std::hint::cold_path;
@@ -10,18 +10,19 @@ use wide::f64x8;
 pub struct Colours {
     beta: f64x8,
     c: f64x8,
-    /// Eight members to a vector; an odd number of rows, so that the walls fall into place.
+    /// Eight members per vector; an odd number of rows, so that the walls need no special
+    /// treatment.
     q: [Vec<f64x8>; 2],
     p: [Vec<f64x8>; 2],
     w: [Vec<f64x8>; 2],
 }
 
-/// A number whose rounding a correction is compared with.
+/// The unit roundoff, with which corrections are compared.
 const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 impl Colours {
-    /// `n` members on the first mode, a multiple of 16. Lane k holds the k-th eighth of the chain,
-    /// so that neighbours are in the same lane but for the ends of the eighths.
+    /// Creates a chain of `n` members, a multiple of 16, in the first mode. Lane k holds the k-th
+    /// eighth of the chain, so that neighbours share a lane except at the ends of the eighths.
     pub fn new(n: usize, beta: f64, c: f64) -> Self {
         let rows = n / 16;
         let site = |colour: usize, row: usize| {
@@ -35,7 +36,7 @@ impl Colours {
         Self { beta: beta.into(), c: c.into(), q, p: zeros(), w: zeros() }
     }
 
-    /// H + Σ w
+    /// K = H + Σ w.
     pub fn total(&self) -> f64 {
         let q =
             |j: usize| self.q[j % 2][j / 2 % self.q[0].len()].to_array()[j / 2 / self.q[0].len()];
@@ -49,7 +50,7 @@ impl Colours {
         bonds.chain(kinetic).chain(spent).sum()
     }
 
-    /// One step: half of it forward, half of it back.
+    /// Takes one step: half of it forward, half of it backward.
     pub fn step(&mut self, h: f64) {
         for colour in [0, 1, 1, 0] {
             self.sweep(colour, f64x8::splat(h / 2.0));
@@ -62,8 +63,8 @@ impl Colours {
         let (q, beside) = if colour == 0 { (red, &*black) } else { (black, &*red) };
         let (p, w) = (&mut self.p[colour], &mut self.w[colour]);
         let (beta, c) = (self.beta, self.c);
-        // What is beyond the end of an eighth is in the next lane, and beyond the last there is a
-        // wall.
+        // The neighbour beyond the end of an eighth is in the next lane, and beyond the last eighth
+        // is a wall.
         let lanes = beside[if colour == 0 { last } else { 0 }].to_array();
         let turned = f64x8::new(std::array::from_fn(|lane| match (colour, lane) {
             (0, 0) | (1, 7) => 0.0,
@@ -88,7 +89,7 @@ impl Colours {
     }
 }
 
-/// Eight members between their neighbours: Newton's iteration for the mean momentum v.
+/// Updates eight members between their neighbours: Newton's iteration for the mean momentum v.
 #[inline(always)]
 fn member(
     h: f64x8,
@@ -102,7 +103,7 @@ fn member(
     let (r, s) = (q - left, q - right);
     let (r2, s2) = (r * r, s * s);
     let (quarter_beta, half_beta, pull) = (beta * quarter, beta * half, h * half);
-    // v + pull (mean force + c v) = p, and the derivative of the left side.
+    // The left side of v + pull (mean force + c v) = p, and its derivative.
     let equation = |v: f64x8| {
         let to = h.mul_add(v, q);
         let (r1, s1) = (to - left, to - right);
@@ -131,7 +132,7 @@ fn member(
         let off = ((rest + missing) * half).mul_neg_add(before, update).abs();
         let contraction = missing.abs().mul_add(largest, size);
         let next = contraction.mul_add(contraction, off * largest) * size;
-        // As a rule it is lost in the rounding of v alone.
+        // The correction is usually below the rounding of v alone.
         if next.simd_lt(f64x8::splat(ROUNDING) * v.abs() * largest * largest).all() {
             break;
         }

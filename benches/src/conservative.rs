@@ -1,4 +1,5 @@
-//! A system whose type says that nothing dissipates: what `dissipation_form()` answers folds away.
+//! A system without dissipation at the type level, so that the compiler can evaluate
+//! `dissipation_form()`.
 
 use afterbay_core::{Dissipation, DissipationForm, Line, Separable, System};
 use afterbay_systems::Duffing;

@@ -1,8 +1,8 @@
-//! What the cost of a step is measured on: runs through the public API beside the same runs written
-//! by hand.
+//! The runs on which the cost of a step is measured: through the public API, and the same runs
+//! written by hand.
 //!
-//! `benches/step.rs` times each with criterion; `benches/ratios.rs` times the two of a pair in turn
-//! and prints one table of ratios, which a noisy machine disturbs less.
+//! `benches/step.rs` times each with criterion. `benches/ratios.rs` times the two of a pair in turn
+//! and prints one table of ratios, which is less sensitive to load on the machine.
 
 mod by_hand;
 pub mod chain;

@@ -1,4 +1,4 @@
-//! The pairs: what is run through the public API, and what stands beside it.
+//! The pairs: a run through the public API, and the run it is compared with.
 
 use crate::by_hand::{self, Task};
 use afterbay_analysis::Model;
@@ -9,27 +9,27 @@ use nalgebra::SVector;
 use std::hint::black_box;
 use std::ops::ControlFlow;
 
-/// Steps in one run.
+/// The number of steps in a run.
 pub const STEPS: u64 = 10_000;
 
-/// One run of [`STEPS`] steps; gives the (q, p, w) it ends in, none where it fails.
+/// One run of [`STEPS`] steps. Returns the final (q, p, w), or `None` if it fails.
 pub type Run = Box<dyn Fn() -> Option<[f64; 3]>>;
 
-/// What a pair shows.
+/// The aspect that a pair measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// The generic step for one system.
     Step,
     /// The same step in another storage.
     Storage,
-    /// D = 0, beside a conservative code that knows no reservoir.
+    /// D = 0, compared with conservative code without a reservoir.
     Conservative,
-    /// The types of method and system forgotten, as in a scene.
+    /// Method and system behind dynamic dispatch, as in a scene.
     Dispatch,
 }
 
 impl Subject {
-    /// Its name in the tables.
+    /// The name in the tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Step => "step",
@@ -39,28 +39,28 @@ impl Subject {
         }
     }
 
-    /// The ratio that is wanted at most.
+    /// The largest acceptable ratio.
     pub fn bar(self) -> f64 {
         if self == Self::Conservative { 1.02 } else { 1.05 }
     }
 }
 
-/// The same run twice.
+/// The same run, through the API and by hand.
 pub struct Pair {
-    /// What it shows.
+    /// The aspect measured.
     pub subject: Subject,
-    /// Method, system and what else tells it from the others.
+    /// The method, the system and further distinctions.
     pub name: String,
-    /// Through the public API.
+    /// The run through the public API.
     pub generic: Run,
-    /// The step written by hand for this system.
+    /// The run written by hand for this system.
     pub by_hand: Run,
 }
 
 const TASK: Task = Task { h: 0.01, steps: STEPS, q: 2.3, p: -3.1 };
 const WELLS: Task = Task { h: 0.01, steps: STEPS, q: 1.2, p: 0.4 };
 
-/// A run through [`integrate`], nothing looked at.
+/// A run through [`integrate`] without an observer.
 fn generic<V, S, M>(task: Task, method: M, system: S) -> Run
 where
     V: Vector<Scalar = f64>,
@@ -74,7 +74,7 @@ where
     })
 }
 
-/// A run through the registry, every state passed over but the first.
+/// A run through the registry, without intermediate output.
 fn dispatched(task: Task, method: registry::Run<f64>) -> Run {
     Box::new(move || {
         run::<[f64; 1]>(task, |grid, state| {
@@ -103,7 +103,7 @@ fn by_hand<S: Copy + 'static>(task: Task, system: S, run: fn(S, Task) -> Option<
     Box::new(move || black_box(run(black_box(system), black_box(task))))
 }
 
-/// Every pair; the first is RK4 for the damped oscillator, what the others are measured by.
+/// Every pair. The first is RK4 for the damped oscillator, the reference of the others.
 pub fn pairs() -> Vec<Pair> {
     use Subject::{Conservative, Dispatch, Step, Storage};
     type Fixed = [f64; 1];

@@ -1,5 +1,5 @@
-//! A pendulum, a Morse bond and the system of Hénon and Heiles written in Rust, each with its edges
-//! in closed form: what the custom systems of the same expressions are measured against.
+//! A pendulum, a Morse bond and the Hénon-Heiles system written in Rust, each with its edges in
+//! closed form, for comparison with custom systems of the same expressions.
 
 use afterbay_core::{Dissipation, DissipationForm, Line, Separable, System};
 
@@ -29,7 +29,7 @@ pub struct HenonHeiles {
     pub c: f64,
 }
 
-/// What the three have in common: unit masses, and friction in proportion to the momentum.
+/// The common part of the three: unit masses, and friction proportional to the momentum.
 macro_rules! rubbed {
     ($name:ident, $dof:literal, $potential:expr) => {
         impl System<f64> for $name {
@@ -110,7 +110,7 @@ impl Separable<f64> for Morse {
         let x = -self.a * width;
         let shrinks = x.exp_m1();
         let end = start + start * shrinks;
-        // The divided difference of e^(-a q) and its derivative by the end.
+        // The divided difference of e^(-a q) and its derivative with respect to the end point.
         let (quotient, bend) = if x.abs() < 1e-5 {
             (1.0 + x / 2.0, 0.5 + x / 3.0)
         } else {

@@ -1,13 +1,14 @@
-//! Work against precision beside other libraries: a table of ratios, and `out/peers` with every
-//! figure.
+//! Work-precision comparison with other libraries: prints a table of ratios, and writes every
+//! figure to `out/peers`.
 //!
 //! ```text
 //! cargo bench -p afterbay-peers [-- SCENE ...]
 //! ```
 //!
-//! Run it on a machine with nothing else to do: all runs of a scene are timed in turns and the
-//! least of their times counts, but a machine that is busy throughout slows some loops more than
-//! others. A run that takes longer than 0.3 s ends its line: of the explicit methods on C2 little
+//! Run it on an idle machine. All runs of a scene are timed in turns and the minimum of their times
+//! counts, but continuous load slows some loops more than others. A run that takes longer than 0.3
+//! s is the last of its line; on C2 this leaves little more than one tolerance for explicit
+//! methods.
 //! more than one tolerance is left.
 
 use afterbay_peers::measure::{self, Patience};
@@ -16,7 +17,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // `cargo test` runs benches too, without this argument: a short run is enough to see that they
+    // `cargo test` also runs benches, without this argument; a short run then checks that they
     // work.
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let full = arguments.iter().any(|argument| argument == "--bench");

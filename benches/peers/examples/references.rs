@@ -1,15 +1,15 @@
-//! End states of the test set by Taylor series in 106 bits, rounded:
+//! Computes the end states of the test set by Taylor series in 106 bits, rounded to `f64`:
 //!
 //! ```text
 //! cargo run --release -p afterbay-peers --example references > benches/peers/data/references.csv
 //! ```
 //!
-//! takes minutes, C2 longer than the rest together: the row of C2 in the repository is the end
-//! state of heyoka (`data/references.py`), which this example has yet to confirm. With names of
-//! scenes behind `--` it prints these alone.
+//! This takes minutes, for C2 longer than for all others together. The row of C2 in the repository
+//! is the end state computed by heyoka (`data/references.py`); this example has not confirmed it
+//! yet. Names of scenes after `--` select these scenes.
 //!
-//! Two numbers of terms take different steps; how far they end apart goes to stderr, beside the
-//! largest number.
+//! Each end state is computed with two numbers of terms, which take different steps. Their
+//! difference is printed to stderr, with the largest number.
 
 use afterbay_analysis::Model;
 use afterbay_core::{ExactFlow, Quad, Scalar, Series, State, System, taylor};
@@ -17,7 +17,7 @@ use afterbay_peers::scenes;
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
 use std::time::Instant;
 
-/// The ends by 16 and by 24 terms.
+/// The end states computed with 16 and with 24 terms.
 macro_rules! both {
     ($system:expr, $problem:expr) => {{
         let (system, problem) = ($system.map(Quad::from_f64), $problem);

@@ -1,4 +1,4 @@
-//! Our methods that choose their steps on a scene, told a tolerance.
+//! The project's methods with step size control on a scene, at given tolerances.
 
 use super::Scene;
 use super::measure::{Line, Run, Setting, Spent};
@@ -37,7 +37,7 @@ fn bind(scene: &Scene, row: &Row, tolerance: Tolerance) -> Result<Run, InputErro
     }
 }
 
-/// The run with its state in `V`.
+/// Creates the run with its state in `V`.
 fn stored<V: Vector<Scalar = f64> + 'static>(
     scene: &Scene,
     row: &Row,

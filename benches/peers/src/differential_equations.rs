@@ -1,10 +1,10 @@
-//! `differential-equations`: dop853, rkv988e (Verner's 9(8) pair, 16 stages) and radau5, in arrays,
-//! a chain's in vectors.
+//! `differential-equations`: dop853, rkv988e (Verner's 9(8) pair, 16 stages) and radau5, with
+//! states in arrays, and for the chain in vectors.
 //!
-//! An output that keeps nothing is given to the solver. The stages of the interpolant are computed
-//! all the same: there is no switch; of the two pairs of order 9 rkv988e is the one with fewer of
-//! them. radau5 has the Jacobian in closed form; its matrices are dense. It takes its tolerances as
-//! vectors: a scalar one is rescaled once for every entry of y (0.7.0).
+//! The solver writes to an output that stores nothing. It computes the stages of the interpolant
+//! nevertheless; this cannot be switched off. Of the two pairs of order 9, rkv988e has fewer of
+//! these stages. radau5 uses the Jacobian in closed form; its matrices are dense. Tolerances are
+//! passed to it as vectors, because version 0.7.0 rescales a scalar one once for every entry of y.
 
 use super::measure::{Line, Run, Spent, Watch};
 use super::{Field, Scene, tolerances};
@@ -39,7 +39,7 @@ impl<F: Field, Y: State<f64> + AsRef<[f64]> + AsMut<[f64]>> ODE<f64, Y> for Rate
     }
 }
 
-/// Keeps nothing, and shows each step to a watcher.
+/// An output that stores nothing, and shows each step to a watcher.
 struct Look<'a>(Option<Watch<'a>>);
 
 impl<Y: State<f64> + AsRef<[f64]>> Solout<f64, Y> for Look<'_> {
@@ -59,7 +59,7 @@ impl<Y: State<f64> + AsRef<[f64]>> Solout<f64, Y> for Look<'_> {
     }
 }
 
-/// The run of a method that `make` makes anew each time.
+/// The run of a method, which `make` creates anew each time.
 fn run<F, Y, S>(field: F, start: Y, end: f64, make: impl Fn() -> S + 'static) -> Run
 where
     F: Field,
@@ -79,12 +79,12 @@ where
     })
 }
 
-/// The name of an error without the state it carries.
+/// The name of an error, without the state it contains.
 fn reason(error: &str) -> String {
     error.split(['{', '(']).next().unwrap_or_default().trim().to_owned()
 }
 
-/// What a state of theirs is here.
+/// The storage of the library's states.
 pub trait Storage: State<f64> + AsRef<[f64]> + AsMut<[f64]> + 'static {}
 
 impl<Y: State<f64> + AsRef<[f64]> + AsMut<[f64]> + 'static> Storage for Y {}
@@ -113,8 +113,8 @@ fn explicit<F: Field, Y: Storage>(scene: &Scene, field: F, start: Y) -> Vec<Line
     vec![eighth, ninth]
 }
 
-/// radau5 with y in N numbers on the stack. In vectors it panics (0.7.0: its stages are made with
-/// the length 0).
+/// radau5 with y in N numbers on the stack. With vectors, version 0.7.0 panics, since it creates
+/// its stages with length 0.
 pub fn radau5<const N: usize, F: Field>(scene: &Scene, field: F) -> Line {
     let (start, end) = (stack::<N>(scene), scene.problem.end);
     Line::peer("de-radau5", tolerances(), move |tolerance| {

@@ -1,8 +1,8 @@
-//! `diffsol`: tsit45 and bdf, in nalgebra's dense matrices, a chain's in faer's sparse ones, its
-//! Jacobian coloured.
+//! `diffsol`: tsit45 and bdf with nalgebra's dense matrices, and for the chain with faer's sparse
+//! matrices and a coloured Jacobian.
 //!
-//! Steps are taken one by one, so that nothing is kept. What the solver counts as calls of the
-//! right-hand side are the evaluations.
+//! Steps are taken one by one, so that no output is stored. The evaluations are the calls of the
+//! right-hand side that the solver counts.
 
 use super::measure::{Line, Run, Spent, Watch};
 use super::{Field, Scene, tolerances};
@@ -86,7 +86,7 @@ where
     Ok(Spent { steps, evaluations, iterations: matches!(kind, Kind::Bdf).then_some(iterations) })
 }
 
-/// Steps accepted and Newton iterations.
+/// Runs to the end. Returns the numbers of accepted steps and of Newton iterations.
 fn carry<'a, E, S>(
     mut solver: S,
     end: f64,

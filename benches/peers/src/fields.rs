@@ -1,5 +1,5 @@
-//! The equations of motion as other libraries want them, y' = f(y) for y = (q, p, w), written by
-//! hand for each scene.
+//! The equations of motion in the form that other libraries require, y' = f(y) for y = (q, p, w),
+//! written by hand for each scene.
 
 /// A right-hand side with its derivative. Entries of y: q, then p, then w.
 pub trait Field: Copy + 'static {
@@ -153,12 +153,12 @@ mod tests {
     use crate::scenes;
     use std::f64::consts::PI;
 
-    /// Numbers without a pattern in (-1, 1), to compare fields at.
+    /// Irregular numbers in (-1, 1), at which fields are compared.
     fn scattered(n: usize, seed: f64) -> Vec<f64> {
         (1..=n).map(|j| (PI * seed * (j * j) as f64).sin()).collect()
     }
 
-    /// The field of a scene is that of its system, and its derivative that of the field.
+    /// Checks that the field of a scene agrees with its system, and its derivative with the field.
     fn check<F: Field>(name: &str, field: F) {
         let scene = scenes::all().into_iter().find(|scene| scene.name == name).unwrap();
         let n = scene.dof();

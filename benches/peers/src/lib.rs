@@ -1,9 +1,9 @@
-//! Work against precision: our methods and other people's libraries on the same problems in the
-//! same run.
+//! Work-precision comparison of the project's methods and other libraries, on the same problems in
+//! the same run.
 //!
-//! A [`Line`] is a method on a [`Scene`] with the steps or tolerances it is run at.
-//! [`measure::all`] runs every line of a scene and gives the rows of one table; [`ratios`] reads
-//! the time to a wanted error from them, [`report`] draws them.
+//! A [`Line`] is a method on a [`Scene`] with its step sizes or tolerances. [`measure::all`] runs
+//! every line of a scene and returns the rows of one table. [`ratios`] computes from them the time
+//! needed for a given error, and [`report`] draws them.
 
 mod adaptive;
 pub mod differential_equations;
@@ -20,7 +20,7 @@ pub use fields::Field;
 pub use measure::{Line, Row, Run, Setting, Spent, Watch};
 pub use scenes::Scene;
 
-/// The peers' lines on a scene: each in the storage it is fastest in.
+/// The lines of the other libraries on a scene, each with its fastest storage.
 pub fn lines(scene: &Scene) -> Vec<Line> {
     use fields::{Chain, Duffing, Oscillator, Pendulum, VanDerPol};
     match scene.name {
@@ -39,7 +39,7 @@ pub fn lines(scene: &Scene) -> Vec<Line> {
             lines.push(differential_equations::radau5::<192, _>(scene, Chain));
             lines
         }
-        // The matrices of radau5 are dense: 3072 by 3072 here.
+        // The matrices of radau5 would be dense: 3072 by 3072.
         _ => chain(scene),
     }
 }
@@ -63,7 +63,7 @@ fn of_one<F: Field>(scene: &Scene, field: F) -> Vec<Line> {
     .concat()
 }
 
-/// Tolerances of the peers, relative and absolute alike.
+/// The tolerances of the other libraries; relative and absolute tolerance are equal.
 pub(crate) fn tolerances() -> Vec<f64> {
     (3..=14).map(|k| 10_f64.powi(-k)).collect()
 }

@@ -1,58 +1,58 @@
-//! What a run costs and what comes out of it.
+//! The measurement of the cost and the error of runs.
 
 use super::Scene;
 use afterbay_core::Passive;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Sees y = (q, p, w) after each accepted step.
+/// Receives y = (q, p, w) after each accepted step.
 pub type Watch<'a> = &'a mut dyn FnMut(&[f64]);
 
-/// Follows a scene to its end and writes y = (q, p, w) there; the second run is shown to a watcher,
-/// others keep nothing.
+/// Integrates a scene to its end and writes y = (q, p, w) there. Accepted steps are shown to the
+/// watcher, if there is one; otherwise no output is stored.
 pub type Run = Box<dyn Fn(&mut [f64], Option<Watch<'_>>) -> Result<Spent, String>>;
 
-/// What a run took.
+/// The work of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spent {
-    /// Steps accepted.
+    /// The number of accepted steps.
     pub steps: u64,
-    /// Evaluations of the right-hand side, those for finite differences included.
+    /// The number of evaluations of the right-hand side, including those for finite differences.
     pub evaluations: u64,
-    /// Iterations of a nonlinear solver, where it counts them.
+    /// The number of iterations of a nonlinear solver, if it counts them.
     pub iterations: Option<u64>,
 }
 
-/// What a method is told.
+/// The parameter that determines the accuracy of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting {
-    /// h
+    /// The step size h.
     Step(f64),
-    /// Relative and absolute.
+    /// The tolerance, relative and absolute.
     Tolerance(f64),
 }
 
-/// A method on a scene, at all of its settings from coarse to fine.
+/// A method on a scene, with all its settings from coarse to fine.
 #[derive(Clone)]
 pub struct Line {
-    /// Its name, unique in the table.
+    /// The name of the method, unique in the table.
     pub method: &'static str,
-    /// Does it claim to keep K?
+    /// Whether the method claims to conserve K.
     pub keeps_k: bool,
-    /// Ours, not a peer's.
+    /// Whether the method belongs to this project.
     pub ours: bool,
-    /// What it is run at.
+    /// The settings.
     pub settings: Vec<Setting>,
-    /// The run at one of them.
+    /// Creates the run for one setting.
     pub bind: std::rc::Rc<dyn Fn(Setting) -> Result<Run, String>>,
 }
 
 /// A row of `work_precision.csv`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// The method.
+    /// The name of the method.
     pub method: &'static str,
-    /// The step, where that is what it is told.
+    /// The step size, for methods with a fixed step.
     pub h: Option<f64>,
     /// `completed`, `failed`, or `too-long` where a coarser run already took too long.
     pub outcome: &'static str,
@@ -62,41 +62,41 @@ pub struct Row {
     pub error_w: Option<f64>,
     /// max |K - K0| over all accepted steps.
     pub k_drift: f64,
-    /// Times Δw_j < 0 where Δw_j ≥ 0 is owed.
+    /// The number of times that Δw_j < 0 on a passive system.
     pub passivity_violations: Option<u64>,
-    /// The least of all times taken.
+    /// The minimum of all times in seconds.
     pub seconds: Option<f64>,
-    /// Steps accepted.
+    /// The number of accepted steps.
     pub steps: Option<u64>,
-    /// Evaluations of the right-hand side; of ours the force or its mean, as the method counts
-    /// them.
+    /// The number of evaluations of the right-hand side; for the project's methods those of the
+    /// force or its mean, as the method counts them.
     pub evaluations: Option<u64>,
-    /// Iterations of a nonlinear solver.
+    /// The number of iterations of a nonlinear solver.
     pub iterations: Option<u64>,
-    /// The scene.
+    /// The name of the scene.
     pub problem: &'static str,
-    /// The tolerance, where that is what it is told.
+    /// The tolerance, for methods with a tolerance.
     pub tolerance: Option<f64>,
-    /// Largest of |H| and Σ|w| on the way: what K is rounded to.
+    /// The largest of |H| and Σ|w| along the run, the scale of the rounding of K.
     pub k_scale: f64,
-    /// The method claims to keep K.
+    /// Whether the method claims to conserve K.
     pub keeps_k: bool,
-    /// It is one of ours.
+    /// Whether the method belongs to this project.
     pub ours: bool,
-    /// What went wrong, in words.
+    /// The description of the failure, if any.
     pub failure: Option<String>,
 }
 
-/// How long to measure.
+/// The limits of the measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
-    /// Settings tried of each line.
+    /// The number of settings of each line that are run.
     pub settings: usize,
-    /// Turns, in each of which every run of the scene is timed.
+    /// The number of turns; each turn times every run of the scene.
     pub turns: u32,
-    /// A run is repeated for at least so long in all.
+    /// The minimum total time for which a run is repeated.
     pub least: Duration,
-    /// One that takes longer is timed once, and finer ones of its line are not run.
+    /// A run that takes longer than this is timed once, and finer settings of its line are not run.
     pub most: Duration,
 }
 
@@ -107,11 +107,11 @@ struct Timed {
     best: Duration,
 }
 
-/// The rows of a scene: errors and drift from a first run of each, watched, which also warms it up,
-/// then times in turns.
+/// Computes the rows of a scene. The errors and the drift come from a first, watched run of each
+/// setting, which also warms up the caches; then all runs are timed in turns.
 ///
 /// # Errors
-/// Where the scene has no reference or no system.
+/// An error if the scene has no reference or no system.
 pub fn all(scene: &Scene, lines: &[Line], patience: Patience) -> Result<Vec<Row>, String> {
     let exact = scene.reference().ok_or_else(|| format!("{}: no reference", scene.name))?;
     let (mut rows, mut timed) = (Vec::new(), Vec::new());
@@ -181,8 +181,7 @@ fn blank(scene: &Scene, line: &Line, setting: Setting) -> Row {
     }
 }
 
-/// Runs once, looks at every step, and fills in what there is to see; the time is that of an
-/// unwatched run.
+/// Runs once, observes every step, and fills in the row; the time is that of an unwatched run.
 fn watched(
     scene: &Scene,
     exact: &[f64],
@@ -227,7 +226,7 @@ fn watched(
 }
 
 impl Line {
-    /// A peer's method at the tolerances.
+    /// The line of another library's method at the tolerances.
     pub fn peer(
         method: &'static str,
         tolerances: Vec<f64>,

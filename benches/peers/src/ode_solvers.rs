@@ -1,8 +1,9 @@
-//! `ode_solvers`: Dopri5 and Dop853, their steps in static vectors, a chain's in dynamic ones.
+//! `ode_solvers`: Dopri5 and Dop853, with states in static vectors, and for the chain in dynamic
+//! ones.
 //!
-//! `OutputType::Sparse` keeps the state after each step and interpolates nothing; there is no way
-//! to keep less. The test for stiffness is off and the number of steps as good as unlimited, so
-//! that stiff runs end where the tolerance lets them.
+//! `OutputType::Sparse` stores the state after each step without interpolation; the library has no
+//! option to store less. The stiffness test is off and the number of steps practically unlimited,
+//! so that stiff runs end where the tolerance permits.
 
 use super::measure::{Line, Run, Spent, Watch};
 use super::{Field, Scene, tolerances};
@@ -26,9 +27,13 @@ impl<F: Field> System<f64, DVector<f64>> for Rates<F> {
 
 const STEPS: u32 = 50_000_000;
 
-/// A solver built with the library's own defaults but for what is said above, run, and looked at.
+/// Creates a solver with the library's defaults except for the settings above, runs it, and
+/// observes the result.
 macro_rules! run {
-    ($solver:ident, ($safety:expr, $beta:expr, $least:expr, $most:expr), $field:expr, $start:expr, $end:expr, $tolerance:expr) => {{
+    (
+        $solver:ident, ($safety:expr, $beta:expr, $least:expr, $most:expr),
+        $field:expr, $start:expr, $end:expr, $tolerance:expr
+    ) => {{
         let (field, start, end): (_, _, f64) = ($field, $start, $end);
         let tolerance: f64 = $tolerance;
         let run: Run =

@@ -1,4 +1,5 @@
-//! Our own methods. One more is one more name in `FIXED`, or one more [`Line`] in [`lines`].
+//! The project's methods with fixed steps. To add one, add its name to `FIXED`, or a [`Line`] to
+//! [`lines`].
 
 use super::measure::{Line, Run, Setting, Spent, Watch};
 use super::{Scene, adaptive};
@@ -7,7 +8,8 @@ use afterbay_methods::registry::{self, Row};
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-/// Rows of the registry run at fixed steps; those that do not apply to a scene have no line.
+/// Rows of the registry that are run at fixed steps; those that do not apply to a scene have no
+/// line.
 const FIXED: [&str; 20] = [
     "rk4",
     "leapfrog",
@@ -31,18 +33,18 @@ const FIXED: [&str; 20] = [
     "linear-exact",
 ];
 
-/// Our lines on a scene.
+/// The lines of the project's methods on a scene.
 pub fn lines(scene: &Scene) -> Vec<Line> {
     let fixed = FIXED.iter().filter_map(|name| fixed(scene, registry::find(name)?));
     fixed.chain(adaptive::lines(scene)).collect()
 }
 
-/// A row of the registry at fixed steps; none where it does not apply.
+/// The line of a row of the registry at fixed steps; `None` if it does not apply.
 fn fixed(scene: &Scene, row: &'static Row) -> Option<Line> {
     scene.problem.model.bind(row).ok()?;
     let (of, end) = (scene.clone(), scene.problem.end);
     let step = |count: f64| Setting::Step(end / count.round());
-    // Errors of a method of high order fall fast: steps close to one another.
+    // The error of a high-order method decreases fast, so its step sizes are close to each other.
     let (first, ratio, count) = match row.order() {
         registry::EXACT => (1.0 / scene.coarsest as f64, 4.0, 8),
         0..=2 => (16.0, 2.0, 11),
@@ -71,7 +73,7 @@ fn bind(scene: &Scene, row: &'static Row, h: f64) -> Result<Run, InputError> {
     }
 }
 
-/// The run with its state in `V`.
+/// Creates the run with its state in `V`.
 fn stored<V: Vector<Scalar = f64> + 'static>(
     scene: &Scene,
     method: registry::Run<f64>,

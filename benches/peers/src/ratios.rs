@@ -1,15 +1,15 @@
-//! The time to a wanted error, read from the points of a run, and what it is as a multiple of
-//! another's.
+//! The time needed for a given error, interpolated between runs, and its ratio to that of another
+//! method.
 
 use super::measure::Row;
 
-/// Errors of (q, p) at the end that are asked for.
+/// The errors of (q, p) at the end for which times are computed.
 pub const TARGETS: [f64; 3] = [1e-4, 1e-8, 1e-11];
 
-/// What the others are multiples of.
+/// The method relative to which times are given.
 pub const YARDSTICK: &str = "ode_solvers-dop853";
 
-/// The bars of a scene: multiples of [`YARDSTICK`], of C2 milliseconds.
+/// The targets of a scene: multiples of the time of [`YARDSTICK`], for C2 milliseconds.
 pub fn bars(scene: &str) -> Option<[f64; 3]> {
     match scene {
         "A" => Some([0.02; 3]),
@@ -22,17 +22,17 @@ pub fn bars(scene: &str) -> Option<[f64; 3]> {
     }
 }
 
-/// The time to an error.
+/// The time needed for an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Time {
-    /// Between two neighbouring points, log-log.
+    /// Interpolated between two neighbouring points, log-log.
     Between(f64),
-    /// The cheapest run of all is at least as good.
+    /// The fastest run of all is at least as accurate.
     AtMost(f64),
 }
 
 impl Time {
-    /// Seconds.
+    /// The time in seconds.
     pub fn seconds(self) -> f64 {
         match self {
             Self::Between(seconds) | Self::AtMost(seconds) => seconds,
@@ -40,7 +40,7 @@ impl Time {
     }
 }
 
-/// The points (time, error) no other point beats in both, from the fastest to the slowest.
+/// The points (time, error) that no other point beats in both, from the fastest to the slowest.
 pub fn envelope(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.retain(|point| point.0 > 0.0 && point.1.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -53,7 +53,7 @@ pub fn envelope(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points
 }
 
-/// The time at which an envelope reaches an error; none where it does not.
+/// The time at which an envelope reaches an error; `None` if it does not.
 pub fn time_to(envelope: &[(f64, f64)], error: f64) -> Option<Time> {
     let next = envelope.iter().position(|point| point.1 <= error)?;
     let to = envelope[next];
@@ -63,30 +63,31 @@ pub fn time_to(envelope: &[(f64, f64)], error: f64) -> Option<Time> {
     if to.1 == error {
         return Some(Time::Between(to.0));
     }
-    // An error of 0 has no logarithm: it counts as the rounding of 1.
+    // An error of 0 has no logarithm; it is replaced by the rounding of 1.
     let [high, low, error] = [from.1, to.1, error].map(|x| x.max(f64::EPSILON).ln());
     let part = if high > low { ((high - error) / (high - low)).clamp(0.0, 1.0) } else { 1.0 };
     Some(Time::Between((from.0.ln() + part * (to.0.ln() - from.0.ln())).exp()))
 }
 
-/// The points (seconds, error of (q, p)) of a method that a run came to the end at.
+/// The points (seconds, error of (q, p)) of the completed runs of a method.
 pub fn points<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<(f64, f64)> {
     rows.into_iter().filter_map(|row| Some((row.seconds?, row.error_qp?))).collect()
 }
 
-/// Was K kept to rounding: is its drift below 1e-12 of what it is made of?
+/// Whether K was conserved to rounding: its drift is below 1e-12 of its scale.
 pub fn at_rounding(row: &Row) -> bool {
     row.keeps_k && row.k_drift <= 1e-12 * row.k_scale.max(f64::MIN_POSITIVE)
 }
 
-/// The times of a method to the targets. Of ours that keep K only runs that did.
+/// The times of a method for the targets. For the project's methods that conserve K, only runs that
+/// did so count.
 pub fn times(rows: &[Row], method: &str) -> [Option<Time>; 3] {
     let of = rows.iter().filter(|row| row.method == method && (!row.keeps_k || at_rounding(row)));
     let envelope = envelope(points(of));
     TARGETS.map(|error| time_to(&envelope, error))
 }
 
-/// Of our methods that keep K the fastest to each target.
+/// For each target, the fastest of the project's methods that conserve K.
 pub fn best(rows: &[Row]) -> [Option<(&'static str, Time)>; 3] {
     let mut names: Vec<_> =
         rows.iter().filter(|row| row.ours && row.keeps_k).map(|row| row.method).collect();
@@ -98,10 +99,11 @@ pub fn best(rows: &[Row]) -> [Option<(&'static str, Time)>; 3] {
     })
 }
 
-/// One line of the table: a scene, who, a cell for each target.
+/// One line of the table: the scene, the method, and a cell for each target.
 pub type Entry = [String; 5];
 
-/// The table of ratios of a scene: the bar, the best of ours that keeps K, each peer.
+/// The table of ratios of a scene: the target, the project's best method that conserves K, and each
+/// other library.
 pub fn table(rows: &[Row]) -> Vec<Entry> {
     let Some(scene) = rows.first().map(|row| row.problem) else { return Vec::new() };
     let absolute = scene == "C2";
@@ -217,7 +219,7 @@ mod tests {
         let rows = [
             row("slow", true, 1.0, 1e-2, 1e-15),
             row("slow", true, 2.0, 1e-6, 1e-15),
-            // Twice as fast, but K is lost.
+            // Twice as fast, but K is not conserved.
             row("lossy", true, 0.5, 1e-2, 1e-9),
             row("lossy", true, 1.0, 1e-6, 1e-9),
             row(YARDSTICK, false, 2.0, 1e-2, 1e-3),

@@ -1,4 +1,4 @@
-//! The report: charts of error against time and evaluations for each scene, tables beside them.
+//! The report: charts of the error against time and evaluations for each scene, with tables.
 
 use super::measure::Row;
 use super::{Scene, ratios};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 const DATA: &str = "data/work_precision.csv";
 
-/// What is charted: x and y of a run.
+/// The quantities charted: x and y of a run.
 struct StateRef {
     name: &'static str,
     x: (&'static str, fn(&Row) -> Option<f64>),
@@ -34,10 +34,10 @@ const VIEWS: [StateRef; 3] = [
     },
 ];
 
-/// Writes report, figures and the table of all runs below `folder`.
+/// Writes the report, the figures and the table of all runs to `folder`.
 ///
 /// # Errors
-/// What could not be written.
+/// An error if a file cannot be written.
 pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageError> {
     let rows: Vec<_> = all.iter().flat_map(|(_, rows)| rows).collect();
     let mut artifacts = vec![Artifact::table(DATA, &rows)?];
@@ -75,11 +75,12 @@ fn summary(all: &[(Scene, Vec<Row>)]) -> Section {
     let header = ["scene", "", "1e-4", "1e-8", "1e-11"].map(String::from).into();
     let rows = all.iter().flat_map(|(_, rows)| ratios::table(rows)).map(Vec::from).collect();
     let text = format!(
-        "Time to an error of (q, p) at the end, as a multiple of {} in the same run; of C2 in milliseconds. Between two \
-         runs of a method the time is interpolated, log-log; beyond the last it is not extrapolated. \"≤\": the coarsest run \
-         is as good already. Of our methods those that keep K count, and of these the runs whose drift of K is below 1e-12 of \
-         the largest of |H| and Σ|w|. The peers integrate w as one more component for each degree of freedom and \
-         control its error as well.",
+        "Time to an error of (q, p) at the end, as a multiple of {} in the same run; of C2 in \
+         milliseconds. Between two runs of a method the time is interpolated, log-log; beyond the \
+         last it is not extrapolated. \"≤\": the coarsest run is as good already. Of our methods \
+         those that keep K count, and of these the runs whose drift of K is below 1e-12 of the \
+         largest of |H| and Σ|w|. The peers integrate w as one more component for each degree of \
+         freedom and control its error as well.",
         ratios::YARDSTICK
     );
     Section {
@@ -115,7 +116,8 @@ fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Sectio
     ];
     let problem = &scene.problem;
     let mut blocks = vec![Block::Text(format!(
-        "{}, N = {}, to t = {}. Behind each name in a legend stands the drift of K of its run nearest to an error of 1e-8.",
+        "{}, N = {}, to t = {}. Behind each name in a legend stands the drift of K of its run \
+         nearest to an error of 1e-8.",
         scene.about,
         scene.dof(),
         problem.end

@@ -1,4 +1,4 @@
-//! The test set, with end states that are right to the last digit or nearly so.
+//! The test set, with end states accurate to the last digit or nearly so.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::study::Problem;
@@ -11,24 +11,24 @@ use std::sync::Arc;
 /// A problem of the test set.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Its letter.
+    /// The letter of the scene.
     pub name: &'static str,
-    /// What it is, in words.
+    /// A description in words.
     pub about: &'static str,
-    /// System, start and end.
+    /// The system, the initial state and the end time.
     pub problem: Arc<Problem>,
-    /// Steps of the coarsest run of a method of high order; a method of order 4 begins with 4 times
-    /// as many, one of order 2 with 16 times.
+    /// The number of steps of the coarsest run of a high-order method. A method of order 4 starts
+    /// with 4 times as many, one of order 2 with 16 times.
     pub coarsest: u64,
 }
 
 impl Scene {
-    /// The degrees of freedom.
+    /// The number of degrees of freedom.
     pub fn dof(&self) -> usize {
         self.problem.q.len()
     }
 
-    /// (q, p, w) at the end, from `data/references.csv`; none where it is not there.
+    /// (q, p, w) at the end, from `data/references.csv`; `None` if it is missing there.
     pub fn reference(&self) -> Option<Vec<f64>> {
         read(include_str!("../data/references.csv"), self.name, self.dof())
     }
@@ -40,7 +40,7 @@ impl Scene {
     }
 }
 
-/// The rows of a scene, its q first, then p, then w.
+/// The rows of a scene in the table: q first, then p, then w.
 fn read(table: &str, name: &str, dof: usize) -> Option<Vec<f64>> {
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     let rows: Vec<(String, usize, [f64; 3])> =

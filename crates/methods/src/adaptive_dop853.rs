@@ -1,7 +1,6 @@
 //! DOP853 with step size control, and K exact after every step.
 //!
 //! ```text
-//!
 //! z = (q, p)        f = (∂H/∂p, -∂H/∂q - D)        v = ∂H/∂p        Z_i = z0 + h Σ_j a_ij f(Z_j)
 //! z1 = z0 + h Σ_i b_i f(Z_i)        w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i)
 //! ```
@@ -44,8 +43,8 @@ const REFUSED: f64 = 2.0;
 const DOUBT: f64 = 0.01;
 /// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
 const NOISE: f64 = 64.0;
-/// The bound imposed on h |λ|, since |R(hλ)| ≤ 1 for |hλ| < 5.96, Re λ ≤ 0. |λ| is evaluated anew if
-/// the bound is less than the factor `NEAR` away.
+/// The bound imposed on h |λ|, since |R(hλ)| ≤ 1 for |hλ| < 5.96, Re λ ≤ 0. |λ| is evaluated anew
+/// if the bound is less than the factor `NEAR` away.
 const STABLE: f64 = 5.8;
 const NEAR: f64 = 1.25;
 

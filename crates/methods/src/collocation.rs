@@ -5,7 +5,6 @@
 //!
 //! ```text
 //! z(τ) = z0 + h Σ_{j<s} γ_j ∫_0^τ P_j             z = (q, p)         z1 = z0 + h γ_0
-//!
 //! ĝ_j = Σ_i b_i P_j(τ_i) ∇H(z(τ_i))               v(τ) = Σ_{j<s} ĝ_{p,j} P_j(τ)
 //! γ_{q,j} = ĝ_{p,j}            γ_{p,j} = -ĝ_{q,j} - Σ_i b_i P_j(τ_i) D(z(τ_i), v(τ_i))
 //! w1 - w0 = h Σ_i b_i D(z(τ_i), v(τ_i)) · v(τ_i)   for each degree of freedom

@@ -2,7 +2,6 @@
 //! sweep, for the mean momentum v.
 //!
 //! ```text
-//!
 //! v = p0 - δ(p)/2 (mean of ∂V/∂q along the edge + D̄)        D̄ = D((q0 + q1)/2, v)
 //! q1 = q0 + δ(q) v/m        p1 = 2 v - p0        Δw = δ(w)/m D̄ v
 //! ```

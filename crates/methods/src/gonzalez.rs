@@ -2,8 +2,8 @@
 //! freedom.
 //!
 //! ```text
-//!
-//! q1 - q0 = h ∇̄H_p        p1 - p0 = -h (∇̄H_q + D̄)        w1_j - w0_j = h D̄_j ∇̄H_p,j = D̄_j Δq_j
+//! q1 - q0 = h ∇̄H_p        p1 - p0 = -h (∇̄H_q + D̄)
+//! w1_j - w0_j = h D̄_j ∇̄H_p,j = D̄_j Δq_j
 //! ∇̄H = ∇H(z̄) + λ Δz       λ = [H(z1) - H(z0) - ∇H(z̄)·Δz] / |Δz|²       z = (q, p)
 //! z̄ = (z0 + z1)/2         D̄ = D(z̄), with the velocity ∇̄H_p for ∂H/∂p
 //! ```

@@ -1,7 +1,6 @@
 //! The leapfrog (Störmer-Verlet) method with a reservoir, called pqpLF in the paper (section 5).
 //!
 //! ```text
-//!
 //! p½ = p0 - h/2 (V'(q0) + D(q0, p½))        q1 = q0 + h p½/m
 //! p1 = p½ - h/2 (V'(q1) + D(q1, p½))        w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
 //! ```
@@ -50,7 +49,8 @@ where
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         validate::masses(system)?;
         if system.dissipation_form().coupled {
-            let why = "D couples the momenta and p½ is solved one at a time: take rk4, increment-2 or gonzalez";
+            let why = "D couples the momenta and p½ is solved one at a time: \
+                       take rk4, increment-2 or gonzalez";
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
         let zeros = || V::zeros(system.dof());

@@ -2,7 +2,6 @@
 //! freedom.
 //!
 //! ```text
-//!
 //! z1 - z0 = h φ(hA) f̄        φ(X) = 2 X⁻¹ tanh(X/2)        z̄ = (z0 + z1)/2        z = (q, p)
 //! A = B S - [ 0 0 ; E 0 ]    S = H''(z̄)    B = [ 0 1 ; -1 -R ]
 //! f̄ = (∇̄H_p, -∇̄H_q - D̄)     D̄ = D(z̄) with the velocity ∇̄H_p

@@ -56,7 +56,7 @@ impl ModDg<Plain, ClosedForm> {
 fn one_degree_of_freedom<T: Scalar>(
     system: &(impl Separable<T> + ?Sized),
 ) -> Result<(), InputError> {
-    let why = "it is the scheme for one degree of freedom";
+    let why = "the scheme applies to one degree of freedom only";
     if system.dof() != 1 {
         return Err(InputError::Unsupported { method: "moddg", why });
     }

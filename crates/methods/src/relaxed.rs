@@ -1,9 +1,9 @@
 //! Explicit Runge-Kutta methods with relaxation, which conserve K on any system.
 //!
 //! ```text
-//!
 //! z = (q, p)        f = (∂H/∂p, -∂H/∂q - D)        v = ∂H/∂p
-//! Z_i = z0 + η Σ_j a_ij f(Z_j)        d = η Σ_i b_i f(Z_i)        e_j = η Σ_i b_i D_j(Z_i) v_j(Z_i)
+//! Z_i = z0 + η Σ_j a_ij f(Z_j)
+//! d = η Σ_i b_i f(Z_i)        e_j = η Σ_i b_i D_j(Z_i) v_j(Z_i)
 //! z1 = z0 + γ d        w1 = w0 + γ e        with γ near 1 such that H(z1) + Σ w1_j = K
 //! ```
 //!

@@ -1,7 +1,6 @@
 //! The classical fourth-order Runge-Kutta method on (q, p, w), called eRK4 in the paper.
 //!
 //! ```text
-//!
 //! Z2 = z0 + h/2 f(z0)        Z3 = z0 + h/2 f(Z2)        Z4 = z0 + h f(Z3)
 //! z1 = z0 + h/6 (f(z0) + 2 f(Z2) + 2 f(Z3) + f(Z4))
 //! f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)

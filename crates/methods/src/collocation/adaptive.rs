@@ -3,10 +3,10 @@
 //! Gauss collocation with K nodes τ_i, weights b_i and `a_ij = ∫_0^{τ_i} ℓ_j`,
 //!
 //! ```text
-//!
 //! v = ∂H/∂p        f = ∂H/∂q + D(q, p, v)
 //! p_i = p0 - h Σ_j a_ij f_j        q_i = q0 + h Σ_j a_ij v_j
-//! p1 = p0 - h Σ b_i f_i            q1 = q0 + h Σ b_i v_i       w1 = w0 + h Σ b_i D(q_i, p_i, v_i) v_i
+//! p1 = p0 - h Σ b_i f_i            q1 = q0 + h Σ b_i v_i
+//! w1 = w0 + h Σ b_i D(q_i, p_i, v_i) v_i
 //! ```
 //!
 //! is solved by fixed-point sweeps until the remaining error is a tenth of the error allowed of the

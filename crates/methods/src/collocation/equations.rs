@@ -7,7 +7,6 @@
 //! its eigenvector satisfy
 //!
 //! ```text
-//!
 //! a - m Hpq a + m Hpp b = missing_a
 //! b - m S a + m (Hqp + Dp) b = missing_b        S = Hqq + Dq
 //! ```

@@ -1,7 +1,6 @@
 //! Sweeps over the stages of Gauss collocation.
 //!
 //! ```text
-//!
 //! p_i = p0 - h Σ a_ij f_j        q_i = q0 + h Σ a_ij v_j
 //! v = ∂H/∂p                      f = ∂H/∂q + D(q, p, v)
 //! ```

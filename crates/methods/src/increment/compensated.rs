@@ -5,7 +5,6 @@
 //! proportion to time. This method computes
 //!
 //! ```text
-//!
 //! v = p0 - F(v)                solved in f64, at the rounded state
 //! ρ = p0 - v - F(v)            the residual, in corrected arithmetic at the carried state
 //! v + ρ/(1 + F')               used in q1, p1 and w1, which are carried as sums of two f64
@@ -87,7 +86,7 @@ where
             return Err(InputError::Length { quantity, expected: n, found });
         }
         if self.exact.dissipation_form() != system.dissipation_form() {
-            let why = "the system in corrected numbers has another damping";
+            let why = "the system in corrected numbers has a different kind of dissipation";
             return Err(InputError::Unsupported { method: "increment", why });
         }
         validate::masses(system)?;

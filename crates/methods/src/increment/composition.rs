@@ -11,6 +11,7 @@ pub struct Composition {
 
 impl Composition {
     /// Alternates forward and backward sweeps with the given fractions of the step.
+    ///
     /// # Errors
     /// [`InputError::Parameter`] where their sum is not 1 to the rounding of its terms.
     pub fn alternating(fractions: &[f64]) -> Result<Self, InputError> {

@@ -3,7 +3,6 @@
 //! The degrees of freedom are updated one after the other. Each moves q_j along an edge, then p_j:
 //!
 //! ```text
-//!
 //! Δq_j = h b̄_j        Δp_j = -h (ā_j + D̄_j)        Δw_j = D̄_j Δq_j
 //! ā_j = mean of ∂H/∂q_j from (q0_j, p0_j) to (q1_j, p0_j)
 //! b̄_j = mean of ∂H/∂p_j from (q1_j, p0_j) to (q1_j, p1_j)

@@ -90,7 +90,7 @@ where
         let n = system.dof();
         // A lane uses the mass of one member for all eight. Unequal masses would not conserve K.
         if (1..n).any(|j| system.mass(j) != system.mass(0)) {
-            let why = "members moved side by side have the same mass";
+            let why = "members updated side by side must have equal masses";
             return Err(InputError::Unsupported { method: "increment", why });
         }
         let sweeps = self.composition.sweeps().next_multiple_of(2);

@@ -24,7 +24,7 @@ pub(crate) trait Number:
     /// `self · a + b`, with a single rounding for real numbers.
     fn fused(self, a: Self, b: Self) -> Self;
 
-    /// x|, or for complex numbers |Re x| + |Im x|; used to compare pivots.
+    /// |x|, or for complex numbers |Re x| + |Im x|; used to compare pivots.
     fn size(self) -> f64;
 
     /// 1 / self

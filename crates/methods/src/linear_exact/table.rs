@@ -2,7 +2,6 @@
 //! for each reservoir.
 //!
 //! ```text
-//!
 //! Q_j = ∫_0^h e^{τAᵀ} ½ (d_jᵀ v_j + v_jᵀ d_j) e^{τA} dτ        Δw_j = xᵀ Q_j x
 //! Q_j(2h) = Q_j + e^{hAᵀ} Q_j e^{hA}
 //! ```
@@ -156,7 +155,7 @@ impl<T: Scalar> Table<T> {
     }
 }
 
-/// A|, minimised over the ratio of the units of q and p.
+/// |A|, minimised over the ratio of the units of q and p.
 fn rate(n: usize, size: usize, a: &[Quad]) -> f64 {
     let square = |rows: usize, columns: usize| {
         let entry = |i: usize, j: usize| a[(rows + i) * size + columns + j].to_f64();

@@ -4,7 +4,6 @@
 //! passive:
 //!
 //! ```text
-//!
 //! D linear in v              the matrix itself, by columns
 //! D_j a function of v_j, or D_j v_j ≥ 0 for each j
 //!                            R_jj = D_j/v_j, the secant from v = 0

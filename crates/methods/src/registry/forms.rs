@@ -18,9 +18,9 @@ use std::sync::Arc;
 
 /// The reasons for refusing a system that lacks an ability.
 const NOT_SEPARABLE: &str = "H is not separable";
-const NO_DELTA: &str = "the system does not know its δ";
+const NO_DELTA: &str = "the system has no formula for δ";
 const NOT_PRINTED: &str = "the paper prints δ for the damped oscillator only";
-const NO_CURVATURE: &str = "the system does not know its second derivatives";
+const NO_CURVATURE: &str = "the system has no second derivatives";
 
 /// A system and the row of the method to bind to it.
 struct Pair<'a, T: Scalar> {
@@ -104,7 +104,7 @@ where
             fixed::<V, _, _>(name, Once(ModDg { steps, solver: ClosedForm }), pair.misprinted()?)
         }
         Kind::AdaptiveCollocation | Kind::AdaptiveDop853 => {
-            Err(pair.refused("it runs in f64 alone"))
+            Err(pair.refused("it runs in f64 only"))
         }
     }
 }
@@ -179,7 +179,7 @@ where
             Some(system) => fixed::<V, _, _>(name, Once(ModDg::linear()), system),
             None => fixed::<V, _, _>(name, Once(ModDg::newton()), pair.separable()?),
         },
-        _ => Err(pair.refused("it runs one system at a time")),
+        _ => Err(pair.refused("it steps one system at a time")),
     }
 }
 
@@ -191,7 +191,7 @@ pub(super) fn compensated<T: Lanewise>(
 ) -> Result<Run<T>, InputError> {
     let pair = Pair { row, system };
     let Kind::Increment(composition) = row.kind else {
-        return Err(pair.refused("only increments are compensated"));
+        return Err(pair.refused("only coordinate increments can be compensated"));
     };
     let order = system.coupling().coloured(system.dof());
     let method = Increment::new(composition()).in_order(order).compensated(exact);

@@ -1,6 +1,6 @@
-//! What the registry says of every row, at size: what is claimed holds on every scene here. K that
-//! is not claimed to be kept is lost on one of them, and explicit methods, none of which is
-//! A-stable, grow or fail on one.
+//! The flags of the registry for large systems: the claims of every row hold on every scene here.
+//! Methods that do not claim to conserve K lose it on at least one scene, and explicit methods,
+//! none of which is A-stable, grow or fail on one.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
 use crate::bind::{separable, uniform};
@@ -11,26 +11,25 @@ use afterbay_methods::registry::{FIXED, Needs, Row, Run};
 use afterbay_systems::FputChain;
 use std::collections::BTreeMap;
 
-/// Roundings of what K is made of that steps may be off by: a composition of 34 sweeps adds those
-/// of each.
+/// The error of K in roundings of its terms: a composition of 34 sweeps has those of each sweep.
 const ROUNDINGS: f64 = 64.0;
-/// Roundings that are none.
+/// An error of K, in roundings, that counts as lost.
 const LOST: f64 = 1e6;
 const STEPS: u32 = 4;
 
-/// The worst that was seen of a row.
+/// The worst results of a row.
 #[derive(Clone, Debug, Default)]
 struct Seen {
-    /// |ΔK| over a rounding of what K is made of
+    /// |ΔK| over the rounding of its terms
     drift: f64,
-    /// Reservoirs that fell where they may not
+    /// The number of reservoirs of passive systems that decreased
     fell: usize,
-    /// On linear scenes: steps that failed, or after which there was more energy
+    /// On linear scenes: steps that failed, or that increased the energy
     unstable: Vec<String>,
     runs: usize,
 }
 
-/// A few steps of every row that can be bound.
+/// Takes a few steps with every row that can be bound.
 fn watch<S: Curvature<f64>>(
     seen: &mut BTreeMap<&'static str, Seen>,
     name: &str,
@@ -90,7 +89,7 @@ fn web(seen: &mut BTreeMap<&'static str, Seen>, name: &str, system: &Web, steps:
         system: &S,
         skew: bool,
     ) -> impl Fn(&Row) -> Result<Run<f64>, InputError> + '_ {
-        // Increments with skew friction have a test of their own.
+        // Increments with skew friction are tested separately.
         let why = "friction is skew";
         move |row| match row.name.starts_with("increment") && skew {
             true => Err(InputError::Unsupported { method: row.name, why }),
@@ -132,7 +131,7 @@ fn every_flag_holds_at_size_both_ways() {
         );
         assert!(!row.passive || seen.fell == 0, "{} is passive, and reservoirs fell", row.name);
         let stable = seen.unstable.is_empty();
-        // Compositions that go back in time are unstable too, on scenes of `stability_flags`.
+        // Compositions with backward sweeps are unstable too, on scenes of `stability_flags`.
         let owed = !row.name.starts_with("increment");
         let held = if row.a_stable { stable } else { !stable || !owed };
         assert!(held, "{} A-stable: {}, {:?}", row.name, row.a_stable, seen.unstable);

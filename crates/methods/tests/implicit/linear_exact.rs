@@ -1,4 +1,4 @@
-//! The exact flow over steps of any length: K, q, p and w each to roundings, up to h |A| = 1e9.
+//! The exact flow over steps of any length: K, q, p and w to rounding, up to h |A| = 1e9.
 
 use super::scenes::{Rubs, Web, falls, wave};
 use afterbay_core::{Curvature, ExactFlow, Method, Quad, State, System};
@@ -17,7 +17,7 @@ const OSCILLATORS: [[f64; 2]; 8] = [
     [1e6, 3000.0],
 ];
 
-/// Beside the closed form in 31 digits.
+/// Comparison with the closed form in 31 digits.
 #[test]
 fn an_oscillator_is_exact_over_any_step() {
     for [k, b] in OSCILLATORS {
@@ -33,8 +33,8 @@ fn an_oscillator_is_exact_over_any_step() {
             let quad = Quad::from_f64;
             let mut exact = State::new([quad(1.0)], [quad(0.5)]).unwrap();
             DampedOscillator::new(quad(k), quad(b)).unwrap().flow(quad(h), &mut exact);
-            // A rounding of an entry of e^{hA} is one of what it is multiplied with, in units of
-            // the energy.
+            // A rounding of an entry of e^{hA} is a rounding of the number it multiplies, in units
+            // of the energy.
             let units = [1.0 + 0.5 / k.sqrt(), 0.5 + k.sqrt(), before];
             for ((found, exact), unit) in
                 [(state.q[0], exact.q[0]), (state.p[0], exact.p[0]), (state.w[0], exact.w[0])]
@@ -56,8 +56,8 @@ fn an_oscillator_is_exact_over_any_step() {
     }
 }
 
-/// Everyone acting on everyone, skew friction among it. Skew friction moves energy to and fro
-/// between the reservoirs, and K is off by roundings of these.
+/// All-to-all coupling, including skew friction. Skew friction moves energy between the reservoirs,
+/// and K is off by roundings of these amounts.
 #[test]
 fn k_is_kept_over_any_step() {
     for n in [2, 5, 12] {
@@ -85,7 +85,7 @@ fn k_is_kept_over_any_step() {
     }
 }
 
-/// Beyond the tables: K to 1 + h |A| roundings.
+/// Beyond the tables K is conserved to 1 + h |A| roundings.
 #[test]
 fn fifty_keep_k_to_the_roundings_of_their_rates() {
     let web = Web::new(50, 3.0, 0.4, 0.5, 0.0, Rubs::Linearly);

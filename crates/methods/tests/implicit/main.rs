@@ -1,5 +1,6 @@
-//! Implicit methods at size: Newton's iteration, what stops it, and the flags of the registry on
-//! chains of 2000, dense systems of 50 and 300, nonlinear, coupled and skew friction.
+//! Implicit methods for large systems: Newton's iteration, its stopping criteria, and the flags of
+//! the registry on chains of 2000, dense systems of 50 and 300, and nonlinear, coupled and skew
+//! friction.
 
 #![cfg(test)]
 

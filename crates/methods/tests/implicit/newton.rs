@@ -1,12 +1,12 @@
-//! Collocation by Newton's method for any number of degrees of freedom, beside what is known of the
-//! solution.
+//! Collocation by Newton's method for any number of degrees of freedom, compared with known
+//! solutions.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
 use afterbay_core::{Block, Curvature, DissipationForm, Method, State, StepFailure, System};
 use afterbay_methods::{Collocation, Gonzalez};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain};
 
-/// Steps that are solved, keep K to 16 roundings and take nothing back.
+/// Checks that steps converge, conserve K to 16 roundings and decrease no reservoir.
 fn solved<S: Curvature<f64>>(
     name: &str,
     system: &S,
@@ -73,7 +73,7 @@ fn dense_systems_are_solved() {
     solved("300", &web, 2, 1.0, 1, State::new(wave(300, 1.0), wave(300, 0.3)).unwrap());
 }
 
-/// A normal mode of the chain is one damped oscillator, which another matrix solves.
+/// A normal mode of the chain is a damped oscillator, which is solved with another matrix.
 #[test]
 fn a_long_step_of_a_mode_is_that_of_an_oscillator() {
     let (n, k) = (2000, 1500.0);
@@ -99,8 +99,8 @@ fn a_long_step_of_a_mode_is_that_of_an_oscillator() {
     }
 }
 
-/// With one coefficient and H quadratic it is the midpoint discrete gradient, solved by other
-/// equations.
+/// With one coefficient and quadratic H the method is the midpoint discrete gradient, whose
+/// equations differ.
 #[test]
 fn one_stage_is_the_midpoint_rule() {
     let web = Web::new(50, 1e3, 0.4, 0.5, 0.0, Rubs::Linearly);
@@ -114,7 +114,7 @@ fn one_stage_is_the_midpoint_rule() {
     }
 }
 
-/// The first step alone allocates, and only where there are more than 2048 unknowns.
+/// Only the first step allocates, and only with more than 2048 unknowns.
 #[test]
 fn later_steps_allocate_nothing() {
     let n = 400;
@@ -131,7 +131,7 @@ fn later_steps_allocate_nothing() {
     assert_eq!(allocated.count_total, 0);
 }
 
-/// Says that everyone acts on everyone, and is asked for a step that needs equations.
+/// A system that declares all-to-all coupling, for a step that needs linear equations.
 struct Crowd(usize);
 
 impl System<f64> for Crowd {
@@ -164,8 +164,8 @@ impl Curvature<f64> for Crowd {
     }
 }
 
-/// Matrices beyond the memory allowed are refused with their size, and the step the message advises
-/// is taken.
+/// Matrices beyond the memory limit are refused with their size, and the step that the message
+/// advises succeeds.
 #[test]
 fn what_does_not_fit_in_memory_is_named() {
     let crowd = Crowd(9000);
@@ -182,8 +182,7 @@ fn what_does_not_fit_in_memory_is_named() {
     method.step(&crowd, 0.1, &mut state, &mut workspace).unwrap();
 }
 
-/// The failure is that of the degree of freedom it comes from: the second of two, of which the
-/// force ends.
+/// The failure names its degree of freedom: the second of two, whose force is NaN.
 #[test]
 fn failures_name_their_degree_of_freedom() {
     struct Cliff;
@@ -227,8 +226,8 @@ fn failures_name_their_degree_of_freedom() {
     }
 }
 
-/// Of steps up to h = 2 on wells single and double nearly all are solved, and a failed one is where
-/// half, or a quarter, of it is.
+/// For steps up to h = 2 on single and double wells nearly all steps succeed, and where one fails,
+/// a step of half or a quarter of its length succeeds.
 #[test]
 fn hardly_a_step_fails_and_the_advice_helps() {
     let x = |i: u32, a: f64| 2.0 * (a * f64::from(i)).sin();

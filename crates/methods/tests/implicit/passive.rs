@@ -1,5 +1,5 @@
-//! Reservoirs that may not fall: locally-exact with friction that is not linear in the velocities,
-//! and its exactness where D depends on q.
+//! Passivity of `locally-exact` with friction that is not linear in the velocities, and its
+//! exactness for D that depends on q.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
 use afterbay_core::{Curvature, Method, Passive, State};
@@ -16,7 +16,7 @@ fn custom(potential: &str, friction: &[&str]) -> Custom<f64> {
     .unwrap()
 }
 
-/// Steps of locally-exact: none takes energy back where the system may not, and K is kept.
+/// Checks that steps of `locally-exact` conserve K and are passive where the system is.
 fn only_fills<S: Curvature<f64>>(
     name: &str,
     system: &S,
@@ -76,8 +76,7 @@ fn every_kind_of_friction_takes_energy_only() {
     }
 }
 
-/// H quadratic and D linear, of q as well as of p: one step of any length is the exact flow, w
-/// included.
+/// H quadratic and D linear in both q and p: one step of any length is the exact flow, including w.
 #[test]
 fn friction_that_depends_on_q_linearly_is_exact() {
     for forces in

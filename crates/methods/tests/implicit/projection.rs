@@ -1,10 +1,10 @@
-//! A projection that fails has a failure of its own, and the advice it gives helps.
+//! A failed projection has its own failure, and a step that follows its advice succeeds.
 
 use afterbay_core::{Adaptive, State, StepFailure, Tolerance};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
 use afterbay_systems::Duffing;
 
-/// A sample so far from where its step began that the error is more than is allowed.
+/// A sample so far from the beginning of its step that the error exceeds the allowed one.
 #[test]
 fn a_sample_that_cannot_be_projected_is_named() {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
@@ -22,7 +22,7 @@ fn a_sample_that_cannot_be_projected_is_named() {
     let failure = dop853(1e-12).unwrap_err();
     let StepFailure::ProjectionFailed { excess } = failure else { panic!("{failure}") };
     assert!(excess != 0.0 && excess.abs() < 1e-2, "{failure}");
-    // A larger error, and the other method.
+    // A larger tolerance, and the other method.
     for (name, found) in [("larger", dop853(1e-2)), ("other", collocation(1e-12))] {
         let found = found.unwrap_or_else(|failure| panic!("{name}: {failure}"));
         assert!((found.total(&system) - before.total(&system)).abs() < 1e-14, "{name}: {found:?}");

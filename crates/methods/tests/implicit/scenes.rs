@@ -1,17 +1,18 @@
-//! The systems: everyone acting on everyone, with friction of every kind, and a chain of Toda's.
+//! The systems: all-to-all coupling with friction of every kind, and a Toda chain.
 
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, Passive, Separable, State, System,
 };
 
-/// What D is made of.
+/// The form of D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rubs {
     /// c v
     Linearly,
-    /// c |v| v, the length of all velocities together
+    /// c |v| v, with |v| the norm of all velocities
     Wind,
-    /// c |v| v_j with its own coefficient for each: what D·v is owed in the sum and in each
+    /// c |v| v_j with a separate coefficient for each j: passive in the sum and in each degree of
+    /// freedom
     Unevenly,
 }
 
@@ -29,7 +30,7 @@ pub(crate) struct Web {
 }
 
 impl Web {
-    /// With springs of about this stiffness.
+    /// Creates a system with springs of about this stiffness.
     pub(crate) fn new(n: usize, stiffness: f64, c: f64, g: f64, beta: f64, rubs: Rubs) -> Self {
         let x = |i: usize, j: usize| (1.3 * (i * j) as f64 + 0.7 * (i + j) as f64).sin();
         let spring = |i: usize, j: usize| {
@@ -153,7 +154,7 @@ impl System<f64> for Toda {
     fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
         let spring = |j: usize| {
             let r = Self::r(q, j);
-            // Without the cancellation of e^r - 1 - r.
+            // Avoids the cancellation in e^r - 1 - r.
             if r.abs() < 1e-5 { r * r * (0.5 + r / 6.0) } else { r.exp_m1() - r }
         };
         (0..=self.n).map(spring).sum::<f64>() + dot(p, p) / 2.0
@@ -204,13 +205,13 @@ impl Separable<f64> for Toda {
     }
 }
 
-/// n numbers of the size of 1.
+/// n numbers of order 1.
 pub(crate) fn wave(n: usize, a: f64) -> Vec<f64> {
     (0..n).map(|j| (a * j as f64 + 0.2).sin()).collect()
 }
 
-/// |ΔK| over a rounding of what K is made of: H, w and, for each degree of freedom, z times the slopes of H and D, as large as h |H''|
-/// makes the rounding of z.
+/// |ΔK| over the rounding of its terms: H, w and, for each degree of freedom, z times the slopes
+/// of H and D, amplified by h |H''| as the rounding of z is.
 pub(crate) fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,
@@ -234,8 +235,8 @@ pub(crate) fn drift<S: Curvature<f64>>(
     (after.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale)
 }
 
-/// Reservoirs that fell where they may not, by more than the roundings of w: each of them, or all
-/// in one.
+/// The number of reservoirs of a passive system that decreased by more than the rounding of w: of
+/// each, or of their sum.
 pub(crate) fn falls(passive: Passive, before: &[f64], after: &[f64]) -> usize {
     let gains = before.iter().zip(after).map(|(before, after)| after - before);
     match passive {

@@ -1,5 +1,5 @@
-//! An update below the rounding of what it moves has converged: chains partly at rest, tails that
-//! underflow, saturated friction, forces that cancel.
+//! An iteration converges if its update is below the rounding of the unknown: chains partly at
+//! rest, tails that underflow, saturated friction, forces that cancel.
 
 use super::scenes::{Toda, drift};
 use crate::bind::separable;
@@ -8,12 +8,12 @@ use afterbay_methods::registry::{FIXED, Needs, Row, Run};
 use afterbay_systems::{Custom, Description, DissipationText, FputChain};
 use std::ops::ControlFlow;
 
-/// The methods that solve equations in all of (q, p).
+/// The methods that are implicit in all of (q, p).
 fn solvers() -> impl Iterator<Item = &'static Row> {
     FIXED.iter().filter(|row| row.needs == Needs::Curvature)
 }
 
-/// The run of every such method goes to its end, with K kept.
+/// Checks that the run of every such method completes and conserves K.
 fn ends<S>(name: &str, system: &S, start: &State<Vec<f64>>, h: f64, steps: u64)
 where
     S: Separable<f64> + Curvature<f64> + Clone + 'static,
@@ -46,8 +46,8 @@ fn finishes<S: Curvature<f64>>(
     );
 }
 
-/// 200 masses, one of them pushed: far from it there is rest, then tails that die away below every
-/// number.
+/// 200 masses, one of them displaced: far from it the chain is at rest, and the tails of the wave
+/// underflow.
 #[test]
 fn a_chain_partly_at_rest() {
     let toda = Toda { n: 200, c: 0.05 };
@@ -61,7 +61,7 @@ fn a_chain_partly_at_rest() {
     }
 }
 
-/// The forces of neighbours cancel: each is a million times what is left of them.
+/// The forces of neighbours cancel: each is a million times their sum.
 #[test]
 fn forces_that_cancel() {
     let n = 20;
@@ -76,8 +76,8 @@ fn forces_that_cancel() {
     }
 }
 
-/// Friction that is saturated but within 0.003 of rest: the derivative at one point of a step says
-/// nothing of the others.
+/// Friction that is saturated except within 0.003 of rest: its derivative at one point of a step
+/// does not represent the step.
 #[test]
 fn saturated_friction() {
     for friction in ["0.2*tanh(p1/0.003)", "tanh(p1/0.003)", "0.2*tanh(p1/0.001)"] {
@@ -97,7 +97,7 @@ fn saturated_friction() {
     }
 }
 
-/// Nobody moves at a point of rest, wherever it is.
+/// A state at an equilibrium does not move, wherever the equilibrium is.
 #[test]
 fn at_rest() {
     let toda = Toda { n: 50, c: 0.1 };

@@ -1,4 +1,4 @@
-//! Methods that choose their steps: K and passivity at every step, what their flags say, refusals
+//! Methods with step size control: K and passivity at every step, the registry's flags, refusals
 //! and failures.
 
 use crate::bind::curved;
@@ -14,7 +14,7 @@ use afterbay_systems::{
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 
-/// |ΔK| of a step in unit roundoffs of what K is made of: H, w, and what a rounding of z makes of H.
+/// |ΔK| of a step in unit roundoffs of its terms: H, w, and the change of H due to a rounding of z.
 fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<'_, f64>) -> f64 {
     let mut scale = 0.0;
     for state in [before, after] {
@@ -29,12 +29,11 @@ fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<
     if drift == 0.0 { 0.0 } else { drift / (f64::EPSILON / 2.0 * scale) }
 }
 
-/// 16 roundings are left by the correction of K, which sees one end of the step, and w is rounded
-/// once an entry.
+/// The projection onto K leaves up to 16 roundings, and each entry of w is rounded once.
 const ROUNDINGS: f64 = 20.0;
 
-/// What is seen of a run by a method: the worst drift of a step in roundings, and whether energy
-/// came back where it is owed that none does.
+/// Observes a run of a method: the largest change of K in a step, in roundings, and whether a
+/// reservoir of a passive system decreased.
 fn watch<S>(
     row: &Row,
     system: &S,
@@ -72,7 +71,7 @@ where
     Ok((worst, taken))
 }
 
-/// K and Δw ≥ 0 of every step of a run by each method.
+/// Checks K and Δw ≥ 0 at every step of a run by each method.
 fn books<S>(
     system: &S,
     tolerance: Tolerance,
@@ -105,20 +104,26 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
     #[test]
     fn books_of_one_degree(
-        tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0, z in [-2.0..2.0, -2.0..2.0],
+        tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0,
+        z in [-2.0..2.0, -2.0..2.0],
     ) {
         books(&Duffing::new(alpha, beta, c).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
-        // With μ < 0 solutions leave the numbers.
-        books(&ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
-        // From next to the point of rest on top of the barrier, and of a system at rest.
-        books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
+        // With μ < 0 solutions diverge.
+        let cycle = ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap();
+        books(&cycle, tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        // Starts near the equilibrium on top of the barrier, and at the equilibrium.
+        let wells = Duffing::new(-1.0, 1.0, c.abs()).unwrap();
+        books(&wells, tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
         books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![0.0], vec![0.0])?;
     }
 
-    /// Slow waves: steps are far longer than the fastest oscillation there could be.
+    /// Slow waves: steps are much longer than the period of the fastest mode.
     #[test]
-    fn books_of_a_smooth_chain(tolerance in tolerance(), c in 0.0..0.1, n in 30..60_usize, a in 0.1..2.0) {
-        let q = (1..=n).map(|i| a * (std::f64::consts::PI * i as f64 / (n + 1) as f64).sin()).collect();
+    fn books_of_a_smooth_chain(
+        tolerance in tolerance(), c in 0.0..0.1, n in 30..60_usize, a in 0.1..2.0,
+    ) {
+        let phase = |i: usize| std::f64::consts::PI * i as f64 / (n + 1) as f64;
+        let q = (1..=n).map(|i| a * phase(i).sin()).collect();
         books(&FputChain::new(n, 1.0, c).unwrap(), tolerance, 100.0, q, vec![0.0; n])?;
     }
 
@@ -126,15 +131,17 @@ proptest! {
     fn books_of_many_degrees(
         tolerance in tolerance(), c in 0.0..1.0, z in prop::array::uniform20(-1.0..1.0),
     ) {
-        books(&FputChain::new(10, 0.5, c).unwrap(), tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
-        books(&VanDerPolRing::new(3, c, 0.5).unwrap(), tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
+        let chain = FputChain::new(10, 0.5, c).unwrap();
+        books(&chain, tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
+        let ring = VanDerPolRing::new(3, c, 0.5).unwrap();
+        books(&ring, tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
         let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
         books(&pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
     }
 }
 
-/// An oscillator with friction in a narrow gate only, too small to shorten steps, where a stage may
-/// be that counts for less than nothing.
+/// An oscillator with friction only in a narrow interval, too small to shorten steps, in which a
+/// stage with a negative weight may lie.
 #[derive(Clone, Copy)]
 struct Gate {
     at: f64,
@@ -179,7 +186,7 @@ fn what_is_not_passive_gives_energy_back() {
     }
 }
 
-/// μ = 1000, on the slow part of the cycle: between two jumps there is nothing to follow but decay.
+/// μ = 1000, on the slow part of the cycle, where the solution only decays between two jumps.
 #[test]
 fn stiff_systems_hold_back_what_is_not_a_stable() {
     let system = VanDerPol::new(1000.0).unwrap();
@@ -201,8 +208,8 @@ fn stiff_systems_hold_back_what_is_not_a_stable() {
     }
 }
 
-/// Forces near 1 that cancel, over a long time: no step is asked for less than roundings, or there
-/// would be no end of them.
+/// Forces near 1 that cancel, over a long time: the tolerance of a step is at least some roundings,
+/// otherwise the steps would become arbitrarily short.
 #[test]
 fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
     let system = VanDerPol::new(1000.0).unwrap();
@@ -260,8 +267,8 @@ fn what_cannot_be_done_is_refused() {
     }
 }
 
-/// H = p²/2 and a force that is no number beyond q = 1; with `pole`, V = ln (1 - q): q falls into
-/// the pole in finite time.
+/// H = p²/2 and a force that is NaN beyond q = 1. With `pole`, V = ln (1 - q), and q reaches the
+/// pole in finite time.
 #[derive(Clone, Copy)]
 struct Cliff {
     pole: bool,
@@ -322,7 +329,7 @@ fn failures_have_names_and_the_last_good_state() {
     }
 }
 
-/// Steps by sweeps or stages allocate nothing, accepted or rejected.
+/// Steps by sweeps or stages do not allocate, whether accepted or rejected.
 #[test]
 fn steps_allocate_nothing() {
     fn check<S: Curvature<f64>, M: Adaptive<Vec<f64>, S>>(method: &M, system: &S) {
@@ -354,7 +361,7 @@ fn steps_allocate_nothing() {
     both(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
 }
 
-/// Newton's method makes room for itself when it is first needed, and never again.
+/// Newton's method allocates memory when it is first needed, and never again.
 #[test]
 fn only_the_first_step_of_newton_s_method_allocates() {
     let system = VanDerPol::new(1000.0).unwrap();
@@ -384,7 +391,7 @@ fn only_the_first_step_of_newton_s_method_allocates() {
             0.5
         };
     }
-    // So long a step is one of Newton's method.
+    // So long a step requires Newton's method.
     assert!(h > 1.0, "{h}");
     assert_eq!(allocating.len(), 1, "{allocating:?}");
 }

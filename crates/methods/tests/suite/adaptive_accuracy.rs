@@ -1,7 +1,7 @@
-//! What methods that choose their steps err by, told a tolerance, beside end states by other
-//! libraries, Taylor series and exact flows.
+//! Errors of the methods with step size control relative to the tolerance, against end states from
+//! other libraries, Taylor series and exact flows.
 //!
-//! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints it.
+//! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints the table.
 
 use crate::bind::curved;
 use afterbay_core::taylor::trajectory;
@@ -12,7 +12,7 @@ use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChai
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// End states of the test set by heyoka in 113 bits and by Taylor series in 106
+/// End states of the test set, by heyoka in 113 bits and by Taylor series in 106 bits
 /// (benches/peers/data/references.py and benches/peers/examples/references.rs).
 const REFERENCES: &str = include_str!("../../../../benches/peers/data/references.csv");
 
@@ -23,7 +23,7 @@ fn reference(scene: &str) -> [Vec<f64>; 3] {
     [2, 3, 4].map(|column| rows.iter().map(|row| row[column].parse().unwrap()).collect())
 }
 
-/// q, p and w at the end by Taylor series.
+/// q, p and w at the end, by Taylor series.
 fn series<S: System<Series<f64, 24>>>(system: &S, [q, p]: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
     let start = State::new(q.to_vec(), p.to_vec()).unwrap();
     let exact = trajectory::<_, _, 24>(system, &start, end, 1).unwrap().pop().unwrap();
@@ -52,7 +52,7 @@ fn far(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
 
-/// The errors of q, p and w over what [`Tolerance`] allows of them at the end.
+/// The errors of q, p and w relative to the errors that [`Tolerance`] allows at the end.
 fn shares(found: &[Vec<f64>; 3], exact: &[Vec<f64>; 3], tolerance: f64) -> [f64; 3] {
     [0, 1, 2].map(|part| {
         let size = exact[part].iter().fold(1.0, |sum: f64, x| sum.max(1.0 + x.abs()));
@@ -60,8 +60,8 @@ fn shares(found: &[Vec<f64>; 3], exact: &[Vec<f64>; 3], tolerance: f64) -> [f64;
     })
 }
 
-/// A line of the table for each method, at tolerances from 1e-3 to 1e-12: the largest error over
-/// what is allowed of it. None is beyond ten.
+/// One line of the table for each method, at tolerances from 1e-3 to 1e-12: the largest error
+/// relative to the allowed one. None exceeds ten.
 fn lines<S: Curvature<f64> + Clone + 'static>(
     name: &str,
     system: &S,
@@ -115,8 +115,8 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("D64 chain", &d64, [&sine(64), &[0.0; 64]], 100.0, &reference("D64"));
     let e = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 1.0, [0.1; 2]).unwrap();
     lines("E double pendulum", &e, [&[1.5, -0.5], &[0.0; 2]], 5.0, &reference("E"));
-    // Beyond the test set: a pendulum that pulls solutions apart, and a chain whose steps the error
-    // decides.
+    // Beyond the test set: a pendulum whose solutions diverge from each other, and a chain whose
+    // steps are limited by the error.
     let fast = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
     let start: [&[f64]; 2] = [&[1.0, 1.5], &[0.0; 2]];
     lines(
@@ -132,8 +132,8 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("chain of 8", &d8, start, 50.0, &series(&d8.map(Series::constant), start, 50.0));
 }
 
-/// Without friction an oscillator keeps what its steps err by, and they err to the same side: in
-/// the mean over the tolerances it spends what is allowed.
+/// On an oscillator without friction errors are not damped and have one sign: averaged over the
+/// tolerances, the error at the end is the allowed one.
 #[test]
 fn the_tolerance_is_spent_where_errors_stay() {
     head();
@@ -142,21 +142,21 @@ fn the_tolerance_is_spent_where_errors_stay() {
     let (sin, cos) = end.sin_cos();
     let exact = [vec![2.3 * cos - 3.1 * sin], vec![-3.1 * cos - 2.3 * sin], vec![0.0]];
     let all = lines("oscillator, no friction", &oscillator, start, end, &exact);
-    // The estimate of DOP853 is one order of h too large: the tighter the tolerance, the less of it
-    // is spent.
+    // The estimate of DOP853 is too large by one order of h, so tighter tolerances leave more of
+    // the allowed error unused.
     for (errors, least) in all.iter().zip([0.4, 0.04]) {
         let mean = (errors.iter().map(|error| error.ln()).sum::<f64>() / 10.0).exp();
         assert!((least..2.5).contains(&mean), "{mean}: {errors:?}");
     }
 }
 
-/// Roundings of the largest H on the way that w may be off by.
+/// The error of w in roundings of the largest H along the run.
 const ROUNDINGS: f64 = 8.0;
 
-/// μ = 1000: two jumps in T = 2000, of which explicit steps would take millions. Between jumps
-/// solutions draw together, so that q is right to rounding. p = 9e-4 is the difference of forces
-/// near 1 over steps of 100 and more, and A-stable steps carry roundings of it on: 1e-13 are left.
-/// H is near 1e6 in a jump, and roundings of that are what w is known to.
+/// μ = 1000: two jumps in T = 2000, for which explicit methods would need millions of steps.
+/// Between jumps solutions converge, so q is accurate to rounding. p = 9e-4 is the difference of
+/// forces near 1 over steps of 100 and more, and A-stable steps propagate their rounding errors,
+/// which leaves 1e-13. H is near 1e6 in a jump, and w is accurate to a rounding of that.
 #[test]
 fn stiff_runs_end_where_another_library_does() {
     let system = VanDerPol::new(1000.0).unwrap();

@@ -1,4 +1,4 @@
-//! Methods that choose their steps at the times between them.
+//! Samples between the steps of methods with step size control.
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
@@ -15,7 +15,7 @@ fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
 }
 
-/// Samples are as accurate as steps, K is kept there, and they do not change the run.
+/// Samples are as accurate as steps, conserve K, and do not change the run.
 #[test]
 fn samples_are_steps() {
     sampled_as_stepped(&AdaptiveCollocation);
@@ -63,13 +63,13 @@ fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
     }
 }
 
-/// How much less than of q and p is allowed of w, so that sweeps go on until it is the order alone
-/// that is seen.
+/// The factor by which the tolerance of w is tighter than that of q and p, so that the sweeps
+/// converge and only the order is measured.
 const TIGHT: f64 = 1e-3;
 
-/// Steps to be seen: how many, of which order, the power of h their estimate grows with, at which
-/// tolerance, and the span of a run they would be part of times h^order: what is allowed of a step,
-/// its share of the span, is so for each h about its error.
+/// The steps to measure: their number and order, the power of h with which their error estimate
+/// grows, their tolerance, and the time span of the run they belong to, multiplied by h^order. The
+/// error allowed of a step is then close to its error for each h.
 #[derive(Clone, Copy)]
 struct Steps {
     count: u64,
@@ -79,7 +79,7 @@ struct Steps {
     span: f64,
 }
 
-/// The squares of the errors of q, p and w at a sample in the middle of the last of these steps.
+/// The squared errors of q, p and w at a sample in the middle of the last of these steps.
 fn sampled<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
     method: &M,
     system: &S,
@@ -105,11 +105,11 @@ fn sampled<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
     [far(&to.q, &exact.q), far(&to.p, &exact.p), far(&to.w, &exact.w)].map(|error| error * error)
 }
 
-/// From several states, for one of them may be where the first term of an error vanishes.
+/// Several states, since the leading error term may vanish at one of them.
 const STARTS: [[[f64; 2]; 2]; 3] =
     [[[0.6, -0.4], [0.3, 0.5]], [[0.5, -0.3], [0.2, 0.7]], [[1.0, 0.5], [0.2, -0.7]]];
 
-/// The slopes of the errors of samples at t = 1 are the order of the steps.
+/// The slopes of the errors of samples at t = 1 equal the order of the steps.
 fn orders<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
     name: &str,
     method: &M,
@@ -165,7 +165,7 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
         &[40, 50, 64, 80, 100, 125],
         Steps { span: 6e-3, ..eight },
     );
-    // Shorter steps err by the last of 31 digits.
+    // Shorter steps have errors below the rounding of 31 digits.
     orders("chain", &AdaptiveCollocation, &chain, &one, &[17, 18, 19, 20, 21, 22, 23], sixteen);
     let dop853 = Steps { grows: 7, span: 1e-9, ..eight };
     orders("chain", &AdaptiveDop853, &chain, &one, &[12, 16, 20, 26, 32, 40, 50], dop853);

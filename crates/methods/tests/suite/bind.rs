@@ -1,4 +1,4 @@
-//! Systems bound to the rows of the registry, each with the abilities a test gives it.
+//! Systems bound to the rows of the registry, each with the abilities that a test requires.
 
 use afterbay_core::{
     Abilities, Coupling, Curvature, DissipationForm, InputError, Linear, Members, Misprinted,
@@ -8,7 +8,7 @@ use afterbay_methods::registry::{self, Number, Row, Run};
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// A system with some of its abilities.
+/// A system that offers some of its abilities.
 struct Able<S, A>(Arc<S>, PhantomData<fn() -> A>);
 
 struct General;
@@ -24,7 +24,7 @@ where
     registry::bind(row, Arc::new(Able(Arc::new(system), PhantomData)) as Arc<dyn Abilities<T>>)
 }
 
-/// Any H, phase planes and second derivatives.
+/// Binds a system with any H, phase planes and second derivatives.
 pub(crate) fn general<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
     T: Number,
@@ -33,7 +33,7 @@ where
     bound::<T, S, General>(row, system)
 }
 
-/// H separable.
+/// Binds a system with separable H.
 pub(crate) fn separable<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
     T: Number,
@@ -42,7 +42,7 @@ where
     bound::<T, S, Plain>(row, system)
 }
 
-/// H separable, and δ known.
+/// Binds a system with separable H and known δ.
 pub(crate) fn nonlinear<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
     T: Number,
@@ -51,7 +51,7 @@ where
     bound::<T, S, Raising>(row, system)
 }
 
-/// Linear, and δ printed: the closed forms.
+/// Binds a linear system with printed δ: the closed forms.
 pub(crate) fn linear<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
     T: Number,
@@ -60,7 +60,7 @@ where
     bound::<T, S, Closed>(row, system)
 }
 
-/// Equal members, eight at a time.
+/// Binds a system of equal members, eight at a time.
 pub(crate) fn uniform<S>(row: &Row, system: S) -> Result<Run<f64>, InputError>
 where
     S: Uniform + Curvature<f64> + 'static,
@@ -170,7 +170,7 @@ where
 
 struct Bent;
 
-/// Any H with second derivatives.
+/// Binds a system with any H and second derivatives.
 pub(crate) fn curved<S: Curvature<f64> + 'static>(
     row: &Row,
     system: S,

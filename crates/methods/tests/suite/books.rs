@@ -1,4 +1,5 @@
-//! One step of a method on one degree of freedom, and how far it may move K = H + w by rounding.
+//! One step of a method for one degree of freedom, and the change of K = H + w that rounding may
+//! cause.
 
 use crate::bind::{linear, nonlinear};
 use afterbay_core::{
@@ -8,10 +9,10 @@ use afterbay_methods::registry::{Number, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 use proptest::prelude::*;
 
-/// What every check below allows, in unit roundoffs of the terms that enter (see [`Model::terms`]).
+/// The bound of every check below, in unit roundoffs of the terms of a step (see [`Model::terms`]).
 ///
-/// With v = p̄, m = 1, the exact change of K is `2v (v - p0) + (ΔV/Δq) Δq + Δw`, and what a step
-/// leaves of it is
+/// With v = p̄, m = 1, the exact change of K is `2v (v - p0) + (ΔV/Δq) Δq + Δw`. The rounding
+/// errors of a step contribute to it
 ///
 /// | where it comes from | roundings | of |
 /// |---|---|---|
@@ -19,17 +20,17 @@ use proptest::prelude::*;
 /// | ΔV/Δq: a sum, a product, three fused operations, one more in the equation | 6 | (ΔV/Δq) Δq |
 /// | D̄: a fused mean, friction and product, in the equation and again in Δw | 2·4 | D̄ Δq |
 /// | Δw: two products; w1 is rounded | 2 and 1 | D̄ Δq, w1 |
-/// | v is rounded, which the equation feels (1 + F')-fold: 2v² (1 + F') | 2 | p², q V', D̄ Δq |
-/// | the solver stops when what is left is a rounding of v, p0 and of q0 in F | 2 | p², q V', D̄ Δq |
+/// | v is rounded, which F amplifies by 1 + F': 2v² (1 + F') | 2 | p², q V', D̄ Δq |
+/// | the solver stops at a residual of a rounding of v, p0 and of q0 in F | 2 | p², q V', D̄ Δq |
 ///
-/// No term collects more than 16.
+/// No term has more than 16 roundings.
 pub(crate) const ROUNDINGS: f64 = 16.0;
 
-/// Simple iteration stops at the noise of its last update, up to 16 roundings of p0 and v by
-/// itself: 2·16 of p².
+/// The fixed-point iteration stops at the noise of its last update, up to 16 roundings of p0 and v:
+/// 2·16 of p².
 pub(crate) const ROUNDINGS_FIXED_POINT: f64 = 48.0;
 
-/// The steps taken from every state.
+/// The number of steps from every state.
 const STEPS: usize = 5;
 
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +41,7 @@ pub(crate) enum Model {
     ModifiedVanDerPol { mu: f64, alpha: f64, beta: f64 },
 }
 
-/// A method bound to a system, and whether it has its closed form.
+/// A method bound to a system, and whether it is in closed form.
 pub(crate) struct Bound<T: Scalar> {
     pub(crate) run: Run<T>,
     pub(crate) closed: bool,
@@ -69,7 +70,7 @@ impl Model {
         }
     }
 
-    /// The method bound to the system: in closed form where there is one, and solved for.
+    /// Binds the method to the system, in closed form if there is one, and with a solver.
     pub(crate) fn bind<T: Number>(self, row: &Row) -> Vec<Bound<T>> {
         let x = T::from_f64;
         let attempts: [Option<Attempt<T>>; 2] = match self {
@@ -107,8 +108,8 @@ impl Model {
         (p * p + alpha * q2 + (beta * q2 * q2).half()).half() + w
     }
 
-    /// The sum of the magnitudes of the terms that enter a step: p² and the terms of q V' at both
-    /// ends, w at both ends, and the terms of the work D̄ Δq.
+    /// The sum of the absolute terms of a step: p² and the terms of q V' at both ends, w at both
+    /// ends, and the terms of the work D̄ Δq.
     fn terms<T: Scalar>(self, before: &State<[T; 1]>, after: &State<[T; 1]>) -> f64 {
         let abs = |part: &[T; 1]| part[0].to_f64().abs();
         let [alpha, beta] = self.potential().map(f64::abs);
@@ -123,16 +124,16 @@ impl Model {
         end(before) + end(after) + work
     }
 
-    /// The change of K over a step in unit roundoffs of the terms that enter.
+    /// The change of K over a step in unit roundoffs of its terms.
     fn drift<T: Widen>(self, before: &State<[T; 1]>, after: &State<[T; 1]>) -> f64 {
         let change = (self.total(after) - self.total(before)).0.abs();
         let terms = self.terms(before, after);
-        // Beyond the range of the numbers there is no K to keep.
+        // K is undefined after overflow.
         if terms.is_finite() { change / (T::EPSILON * terms + f64::MIN_POSITIVE) } else { 0.0 }
     }
 }
 
-/// A number as exactly as it is known.
+/// Conversion to 31 digits without rounding.
 pub(crate) trait Widen: Number {
     fn widen(self) -> Quad;
 }
@@ -149,7 +150,7 @@ impl Widen for Quad {
     }
 }
 
-/// Where a run starts and how it steps.
+/// The initial state and the step of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
     pub(crate) model: Model,
@@ -159,7 +160,7 @@ pub(crate) struct Case {
     pub(crate) h: f64,
 }
 
-/// Numbers up to `size`, small ones and 0 included.
+/// Numbers up to `size`, including small ones and 0.
 pub(crate) fn number(size: f64) -> impl Strategy<Value = f64> {
     let tiny = (-12.0..0.0_f64, prop::bool::ANY)
         .prop_map(|(x, up)| if up { 10f64.powf(x) } else { -10f64.powf(x) });
@@ -174,7 +175,7 @@ pub(crate) fn damped_oscillator() -> impl Strategy<Value = Model> {
     (logarithmic(-3.0, 3.0), number(10.0)).prop_map(|(k, b)| Model::DampedOscillator { k, b })
 }
 
-/// Single wells, double wells, and potentials without a bottom.
+/// Single wells, double wells, and potentials unbounded below.
 pub(crate) fn duffing() -> impl Strategy<Value = Model> {
     (number(10.0), number(10.0), number(10.0)).prop_map(|(alpha, beta, c)| Model::Duffing {
         alpha,
@@ -192,12 +193,12 @@ pub(crate) fn modified_van_der_pol() -> impl Strategy<Value = Model> {
         .prop_map(|(mu, alpha, beta)| Model::ModifiedVanDerPol { mu, alpha, beta })
 }
 
-/// Any of the systems, passive and active.
+/// All systems, passive and active.
 pub(crate) fn model() -> impl Strategy<Value = Model> {
     prop_oneof![damped_oscillator(), duffing(), van_der_pol(), modified_van_der_pol()]
 }
 
-/// A start for one of the systems: anywhere, at a turning point, or at rest in an equilibrium.
+/// An initial state for one of the systems: random, at a turning point, or at an equilibrium.
 pub(crate) fn case(model: impl Strategy<Value = Model>) -> impl Strategy<Value = Case> {
     (model, number(10.0), number(10.0), number(10.0), logarithmic(-6.0, 1.0), 0..8).prop_map(
         |(model, q, p, w, h, place)| {
@@ -213,7 +214,7 @@ pub(crate) fn case(model: impl Strategy<Value = Model>) -> impl Strategy<Value =
     )
 }
 
-/// A step: the registry's methods, and broken ones.
+/// A step: a method of the registry, or one with a deliberate error.
 pub(crate) type Step<'a, T> = &'a dyn Fn(T, &mut State<[T; 1]>) -> Result<Effort, IntegrateError>;
 
 fn bits<T: Widen>(state: &State<[T; 1]>) -> [[u64; 2]; 3] {
@@ -230,7 +231,8 @@ impl Case {
         state
     }
 
-    /// Takes a few steps, checking each. What was found wrong, or the failure that ended them.
+    /// Takes a few steps and checks each. Returns the first error found, or the failure that ended
+    /// them.
     fn follow<T: Widen>(
         &self,
         step: Step<'_, T>,
@@ -256,7 +258,7 @@ impl Case {
         Ok(None)
     }
 
-    /// Takes a few steps that keep K to so many roundings of the terms that enter.
+    /// Takes a few steps and checks that K is conserved to the given number of roundings.
     pub(crate) fn keeps_k<T: Widen>(
         &self,
         step: Step<'_, T>,
@@ -268,7 +270,7 @@ impl Case {
         })
     }
 
-    /// Takes a few steps, none of which violates passivity.
+    /// Takes a few steps and checks passivity.
     pub(crate) fn only_fills<T: Widen>(
         &self,
         step: Step<'_, T>,
@@ -279,9 +281,9 @@ impl Case {
     }
 }
 
-/// Compositions of sweeps and what is solved in all of (q, p) have tests of their own
-/// (increment.rs, gonzalez.rs, collocation.rs, linear_exact.rs, locally_exact.rs): the bound here
-/// is that of a single scalar equation.
+/// Whether the bounds here, which are those of a single scalar equation, apply. Compositions of
+/// sweeps and methods implicit in all of (q, p) have tests of their own (increment.rs, gonzalez.rs,
+/// collocation.rs, linear_exact.rs, locally_exact.rs).
 pub(crate) fn on_one_degree(row: &Row) -> bool {
     !["increment", "gonzalez", "collocation", "linear-exact", "locally-exact"]
         .iter()

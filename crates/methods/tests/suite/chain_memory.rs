@@ -1,4 +1,4 @@
-//! A run of a long chain lives in ten vectors, the state included, and its steps allocate nothing.
+//! A run of a long chain uses ten vectors, including the state, and its steps do not allocate.
 
 use afterbay_core::{Coupling, Method, State};
 use afterbay_methods::{Composition, Increment, Tiled};

@@ -19,7 +19,7 @@ fn errors(state: &State<Vec<f64>>, exact: &State<Vec<f64>>) -> [f64; 3] {
     })
 }
 
-/// Steps that keep K, are symmetric, and (`passive`) take nothing back.
+/// Checks that steps conserve K, are symmetric and, if `passive`, that no reservoir decreases.
 fn checked<S: Curvature<f64>>(
     system: &S,
     stages: usize,
@@ -41,8 +41,8 @@ fn checked<S: Curvature<f64>>(
         prop_assert!(drift < ROUNDINGS, "K drifts by {} roundings, {}", drift, workspace.defect());
         prop_assert!(!passive.violated(&before.w, &state.w), "{:?} {:?}", before.w, state.w);
         if h < 0.1 {
-            // There and back with the same nodes: K decides how many there are, and may ask for
-            // more on one way than on the other.
+            // The reverse step uses the same nodes; otherwise the number of nodes, which depends on
+            // the error of K, may differ between the two directions.
             let fixed = Collocation { stages, nodes: 64 };
             let mut back = before.clone();
             for h in [h, -h] {
@@ -63,8 +63,8 @@ fn checked<S: Curvature<f64>>(
     Ok(())
 }
 
-/// May a step fail? A short one may not; of a longer one it has to be the length: the step that
-/// failures advise, a shorter one, is taken.
+/// Whether the failure of a step is due to its length: short steps may not fail, and a shorter
+/// step, as the failure advises, must succeed.
 fn excused<S: Curvature<f64>>(
     system: &S,
     method: Collocation,
@@ -78,14 +78,15 @@ fn excused<S: Curvature<f64>>(
     h > 0.1 && (1..=4).any(|halvings| step(h / f64::from(1 << halvings)))
 }
 
-/// What every check of K allows, in unit roundoffs of the terms of [`drift`]. K moves by z1 = z0 +
-/// h γ_0, one operation a variable; by γ_0, a sum of 16 products of a table entry in two chains of
-/// 8 halved again by the pairs, so 5 roundings of a slope; by H at either end, a chain of 4
-/// operations; by Δw, 6 for D·v and its sum, and by w1, 1. Each is a rounding of another term of
-/// `drift`, and 16 is what the longest of them would collect twice over where q and p both do.
+/// The bound of every check of K, in unit roundoffs of the terms of [`drift`]. Rounding changes K
+/// through z1 = z0 + h γ_0, one operation per variable; through γ_0, a sum of 16 products with a
+/// table entry in two chains of 8, halved again by the pairs, so 5 roundings of a slope; through H
+/// at either end, a chain of 4 operations; through Δw, 6 for D·v and its sum; and through w1, 1.
+/// Each is a rounding of a different term of `drift`, and 16 is twice the longest of them, since q
+/// and p both contribute.
 const ROUNDINGS: f64 = 16.0;
 
-/// |ΔK| over a rounding of what K is made of.
+/// |ΔK| over the rounding of its terms.
 fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,
@@ -117,21 +118,25 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
     #[test]
     fn books_of_one_degree(
-        stages in 1..=8_usize, h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0, z in [-2.0..2.0, -2.0..2.0],
+        stages in 1..=8_usize, h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0,
+        z in [-2.0..2.0, -2.0..2.0],
     ) {
         checked(&Duffing::new(alpha, beta, c).unwrap(), stages, h, vec![z[0]], vec![z[1]])?;
-        checked(&ModifiedVanDerPol::new(c, alpha, beta).unwrap(), stages, h, vec![z[0]], vec![z[1]])?;
+        let system = ModifiedVanDerPol::new(c, alpha, beta).unwrap();
+        checked(&system, stages, h, vec![z[0]], vec![z[1]])?;
     }
 
     #[test]
     fn books_of_a_chain(
-        stages in 1..=8_usize, h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0),
+        stages in 1..=8_usize, h in step(), c in -0.5..2.0, beta in 0.0..2.0,
+        z in prop::array::uniform6(-1.0..1.0),
     ) {
         checked(&FputChain::new(3, beta, c).unwrap(), stages, h, z[..3].to_vec(), z[3..].to_vec())?;
-        checked(&VanDerPolRing::new(3, c, beta).unwrap(), stages, h, z[..3].to_vec(), z[3..].to_vec())?;
+        let ring = VanDerPolRing::new(3, c, beta).unwrap();
+        checked(&ring, stages, h, z[..3].to_vec(), z[3..].to_vec())?;
     }
 
-    /// H is no polynomial: the nodes are added that K needs.
+    /// H is not a polynomial, so nodes are added until K is exact.
     #[test]
     fn books_of_a_double_pendulum(
         stages in 1..=8_usize, h in step(), c in 0.0..2.0, z in prop::array::uniform4(-1.5..1.5),
@@ -141,8 +146,8 @@ proptest! {
     }
 }
 
-/// A step so long that no quadrature follows H along it, and twice the nodes do no better: that is
-/// no rounding.
+/// A step so long that no quadrature resolves H along it, and twice the nodes do not reduce the
+/// error: the error is not attributed to rounding.
 #[test]
 fn what_is_not_resolved_is_not_taken() {
     let system =
@@ -153,8 +158,8 @@ fn what_is_not_resolved_is_not_taken() {
     checked(&system, 1, 0.848_085_938_350_559_2, q, p).unwrap();
 }
 
-/// K over 1e5 steps moves like the sum of roundings, not like t: less than 1e-18 of its terms a
-/// step, ten times less than one rounding, at the end as in the middle.
+/// Over 1e5 steps the change of K grows like a sum of rounding errors, not like t: less than 1e-18
+/// of its terms per step, ten times less than one rounding, at the end and in the middle.
 #[test]
 fn k_does_not_drift() {
     for stages in [1, 2, 4, 8] {
@@ -179,7 +184,7 @@ fn k_does_not_drift() {
     }
 }
 
-/// The reservoir, q and p of another method in another scalar: a Taylor series.
+/// q, p and w agree with another method in another scalar: a Taylor series.
 #[test]
 fn the_solution_is_the_solution() {
     let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap();
@@ -200,7 +205,8 @@ fn the_solution_is_the_solution() {
     }
 }
 
-/// A linear system is multiplied by the Padé approximant (s, s) of the exponential.
+/// A step of a linear system multiplies the state by the (s, s) Padé approximant of the
+/// exponential.
 #[test]
 fn linear_decays() {
     let (k, b, h) = (1.0, 200.0, 0.1);
@@ -223,8 +229,8 @@ fn linear_decays() {
             "{state:?} {exact:?}"
         );
     }
-    // With more stages the exponential itself, where they resolve it: the rates are -199.995 and
-    // -0.005.
+    // With more stages the step is the exponential itself, as far as it is resolved: the rates are
+    // -199.995 and -0.005.
     let (mut state, mut exact) =
         (State::new([1.0], [-b]).unwrap(), State::new([1.0], [-b]).unwrap());
     let method = Collocation::new(8);
@@ -252,7 +258,7 @@ fn stiff_steps_are_solved() {
     }
 }
 
-/// The steps after the first begin with the polynomial of the one before: what they find does not
+/// All steps but the first start from the polynomial of the step before. The solution does not
 /// depend on it.
 #[test]
 fn history_does_not_matter() {
@@ -273,7 +279,7 @@ fn history_does_not_matter() {
     }
 }
 
-/// H = p²/2, and D = -1/(1 - q) without an end: a force that is no number beyond q = 1.
+/// H = p²/2, and D = -1/(1 - q): the force is NaN beyond q = 1.
 struct Cliff;
 
 impl System<f64> for Cliff {
@@ -327,7 +333,7 @@ fn stages_and_nodes_have_their_range() {
     }
 }
 
-/// H = q²⁰ + p²/2 needs k = 10 s nodes: with 8, K would be lost by far more than rounding.
+/// H = q²⁰ + p²/2 needs k = 10 s nodes; with 8, the error of K would exceed rounding by far.
 #[test]
 fn nodes_are_added_where_k_needs_them() {
     struct Steep;

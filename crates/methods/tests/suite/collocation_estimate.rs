@@ -1,4 +1,4 @@
-//! The error of a step as adaptive collocation estimates it, beside what it is.
+//! The error estimate of adaptive collocation, compared with the error of the step.
 //!
 //! `cargo test -p afterbay-methods --test suite collocation_estimate -- --nocapture` prints it.
 
@@ -11,17 +11,17 @@ use afterbay_methods::AdaptiveCollocation;
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, VanDerPol};
 use std::cell::RefCell;
 
-/// Adaptive collocation that compares each step it takes with the flow by Taylor series.
+/// Adaptive collocation that compares each accepted step with the flow computed by Taylor series.
 struct Watched<'a, F> {
     series: &'a F,
     tolerance: f64,
-    /// The error over the estimate, where that is not far below what it aims at.
+    /// The error over the estimate, for estimates not far below the target.
     ratios: RefCell<Vec<f64>>,
 }
 
 type Inner<V, S> = <AdaptiveCollocation as Adaptive<V, S>>::Workspace;
 
-/// The step attempted last.
+/// The last step attempted.
 struct Step<V: Vector, W> {
     inner: W,
     before: State<V>,
@@ -31,7 +31,7 @@ struct Step<V: Vector, W> {
     allowed: f64,
 }
 
-/// What is allowed of a step over its share of the error of the run, as the method has it.
+/// The error allowed of a step relative to its share of the error of the run, as in the method.
 const SHARES: f64 = 5.0;
 
 impl<V, S, F> Adaptive<V, S> for Watched<'_, F>
@@ -106,7 +106,7 @@ where
     }
 }
 
-/// How far the median of the ratios may be from 1.
+/// The allowed range of the median ratio.
 const BAND: [f64; 2] = [0.03, 5.0];
 
 fn compare<S: Curvature<Quad>, const N: usize>(

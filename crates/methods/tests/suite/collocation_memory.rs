@@ -1,5 +1,5 @@
-//! Steps allocate nothing: simple ones, those of Newton's iteration, those with more nodes; but for
-//! the first that needs large matrices, or the whole derivative.
+//! Steps do not allocate, by sweeps, by Newton's iteration, and with more nodes; except for the
+//! first step that needs large matrices or the exact derivative.
 
 use afterbay_core::{Curvature, Method, State};
 use afterbay_methods::Collocation;

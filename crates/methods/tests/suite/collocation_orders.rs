@@ -8,10 +8,10 @@ use afterbay_methods::Collocation;
 use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain, VanDerPolRing};
 use slope::slope;
 
-/// Terms of the series.
+/// The number of terms of the series.
 const TERMS: usize = 40;
 
-/// The largest error of q, p and w at `end`, `steps` steps after (q, p).
+/// The largest error of q, p and w at `end`, after `steps` steps from (q, p).
 fn errors<S: Curvature<Quad>, const N: usize>(
     system: &S,
     stages: usize,
@@ -27,8 +27,8 @@ fn errors<S: Curvature<Quad>, const N: usize>(
     })
 }
 
-/// The global orders at `end` are 2s to within 0.05, at so many steps for a unit of time as
-/// [`PLAN`] says times `finer`.
+/// Checks that the global orders at `end` are 2s to within 0.05. The numbers of steps per unit of
+/// time are those of [`PLAN`] times `finer`.
 fn orders<const N: usize>(
     system: &impl Curvature<Quad>,
     series: &impl System<Series<Quad, TERMS>>,
@@ -49,7 +49,7 @@ fn orders<const N: usize>(
                 (found - 2.0 * stages as f64).abs() < 0.05,
                 "{stages} {variable}: {found} {errors:?}"
             );
-            // Below the rounding of `f64`.
+            // The smallest errors are below the rounding of `f64`.
             assert!(
                 stages < 5 || errors[2] < f64::EPSILON / 2.0,
                 "{stages} {variable}: {errors:?}"
@@ -58,7 +58,7 @@ fn orders<const N: usize>(
     }
 }
 
-/// Stages, and steps for a unit of time.
+/// The stages, and the numbers of steps per unit of time.
 const PLAN: [(usize, [f64; 3]); 8] = [
     (1, [120.0, 160.0, 220.0]),
     (2, [60.0, 80.0, 110.0]),
@@ -82,7 +82,7 @@ fn of_a_ring() {
     orders(&ring, &ring.map(Series::constant), [[0.9, -0.5, 1.3], [0.4, 1.2, -0.7]], 1.0, 1.0);
 }
 
-/// H is not separable.
+/// A system whose H is not separable.
 #[test]
 fn of_a_double_pendulum() {
     let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [0.1, 0.2])

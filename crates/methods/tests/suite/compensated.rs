@@ -1,5 +1,5 @@
-//! Increments whose roundings do not add up: K over long runs, the same method as without, what is
-//! carried and when.
+//! Compensated increments: K over long runs, agreement with the method in higher precision, lanes,
+//! storage, memory and refusals.
 
 use crate::rubbed;
 use afterbay_core::{
@@ -19,7 +19,7 @@ pub(crate) fn chain(c: f64) -> FputChain<f64> {
     FputChain::new(N, 1.0, c).unwrap()
 }
 
-/// At rest as a sine.
+/// A chain at rest, displaced by a sine.
 pub(crate) fn sine() -> State<[f64; N]> {
     let sine = |j: usize| (std::f64::consts::PI * (j + 1) as f64 / (N + 1) as f64).sin();
     State::new(std::array::from_fn(sine), [0.0; N]).unwrap()
@@ -34,8 +34,8 @@ fn lift<V: Vector<Scalar = f64>>(state: &State<V>) -> State<Vec<Quad>> {
     State { q: lift(&state.q), p: lift(&state.p), w: lift(&state.w), t: Quad::from_f64(state.t) }
 }
 
-/// What the rounding of each number of a state by itself makes of K, in `f64`, and a share of what
-/// K is made of for the steps themselves, which are good to 1e-31 of it.
+/// The change of K in `f64` due to the rounding of each entry of the state, plus a share of the
+/// terms of K for the steps themselves, whose relative error is 1e-31.
 fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
     let n = state.q.len();
     let [mut hq, mut hp] = [0; 2].map(|_| vec![Quad::ZERO; n]);
@@ -50,8 +50,8 @@ fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
         + f64::MIN_POSITIVE
 }
 
-/// The largest deviation of K over a run, in roundings of the state it is seen at, and at the end
-/// beside K.
+/// The largest deviation of K over a run, in roundings of the current state, and the relative
+/// deviation at the end.
 fn deviation<const M: usize, S, P, A>(
     method: &A,
     system: &S,
@@ -81,7 +81,7 @@ where
 #[test]
 fn k_does_not_drift_from_a_rounding() {
     let grid = || Grid::of(0.2, 100_000).unwrap();
-    // Friction so weak that the chain still moves at the end, at t = 2e4; and none.
+    // Friction so weak that the chain still moves at the end, at t = 2e4; and no friction.
     for c in [0.0, 1e-5] {
         let (system, exact) = (chain(c), chain(c).map(Quad::from));
         let [plain, _] = deviation(&pair(), &system, &exact, &sine(), grid());
@@ -126,13 +126,13 @@ fn friction_that_couples_momenta_is_compensated_too() {
     let [plain, _] = deviation(&pair(), &system, &system, &start, grid());
     let [most, _] = deviation(&pair().compensated(system), &system, &system, &start, grid());
     println!("{most:.2} roundings, without {plain:.0}");
-    // Without compensation they add up, but like √t: with the rounding of the slope of friction in
-    // them they were 2e5.
+    // Without compensation the rounding errors accumulate, but only like √t. When they contained
+    // the rounding of the slope of friction, the drift was 2e5.
     assert!(most <= 1.0 && (20.0..5e3).contains(&plain), "{most} and {plain} roundings");
 }
 
-/// How far a run in `f64` is from the same in `Quad`, in roundings of the largest number in each
-/// part.
+/// The difference between a run in `f64` and the same run in `Quad`, in roundings of the largest
+/// entry of each part.
 fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> f64 {
     let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
     let of = |(found, exact): (&V, &Vec<Quad>)| {
@@ -145,8 +145,8 @@ fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> 
     parts.map(of).into_iter().fold(0.0, f64::max)
 }
 
-/// The run in `Quad`, rounded; the one without compensation is 1e-13 of it at most and further off
-/// than that.
+/// Checks that the compensated run is the run in `Quad`, rounded. The run without compensation
+/// agrees to 1e-13 and is less accurate.
 fn check_against_quad<S, P, C>(
     system: &S,
     exact: &P,
@@ -176,7 +176,7 @@ fn check_against_quad<S, P, C>(
             }
             let compensated = method.compensated(corrected);
             let mut workspace = compensated.workspace(system).unwrap();
-            // What is carried outlasts a change of the step.
+            // The carried remainders survive a change of the step size.
             for h in [0.1; 100].into_iter().chain([0.07; 50]) {
                 compensated.step(system, h, &mut found, &mut workspace).unwrap();
             }
@@ -226,7 +226,7 @@ where
     bits(&state)
 }
 
-/// Eight chains side by side, each of which moves as alone, to the bit.
+/// Eight chains side by side, each equal to the bit to a chain alone.
 #[test]
 fn lanes_change_no_bit() {
     let amplitude = |k: usize| 1.0 + k as f64 / 16.0;
@@ -302,7 +302,7 @@ fn another_system_is_refused() {
             "{found:?}"
         );
     }
-    // What cannot be told beforehand is seen in the first step.
+    // A difference that cannot be detected beforehand is detected in the first step.
     for other in [FputChain::new(N, 1.001, 0.1).unwrap(), chain(0.1001)] {
         let Err(IntegrateError::Run(error)) = try_with(other) else { panic!("{other:?}") };
         assert!(
@@ -319,8 +319,8 @@ fn another_system_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// After a few steps of any length K is off by the rounding of the state alone, and Δw ≥ 0
-    /// where it is owed.
+    /// After a few steps of any length, K is off only by the rounding of the state, and Δw ≥ 0
+    /// where friction is passive.
     #[test]
     fn k_is_kept_to_a_rounding_of_the_state(
         q in prop::collection::vec(-3.0..3.0_f64, 1..10),

@@ -11,7 +11,7 @@ use afterbay_systems::FputChain;
 type OfChain = Compensated<FputChain<Corrected<f64>>>;
 type Scratch = <OfChain as Method<[f64; N], FputChain<f64>>>::Workspace;
 
-/// A chain without a force on one of its masses that is a number.
+/// A chain in which the force on one mass is NaN.
 struct Torn {
     chain: FputChain<f64>,
     at: usize,
@@ -48,7 +48,7 @@ fn of_chain() -> OfChain {
     pair().compensated(chain(0.1).map(Corrected::from))
 }
 
-/// The state and what is carried after a while.
+/// The state and the workspace after some steps.
 fn travelled(method: &OfChain) -> (State<[f64; N]>, Scratch) {
     let mut state = sine();
     let mut workspace = method.workspace(&chain(0.1)).unwrap();
@@ -58,7 +58,7 @@ fn travelled(method: &OfChain) -> (State<[f64; N]>, Scratch) {
     (state, workspace)
 }
 
-/// The state a while later.
+/// The state after some further steps.
 fn carry(method: &OfChain, state: &State<[f64; N]>, workspace: &mut Scratch) -> Vec<u64> {
     let mut state = state.clone();
     for _ in 0..20 {
@@ -73,7 +73,7 @@ fn a_failed_step_leaves_everything_as_it_was() {
     let (state, mut workspace) = travelled(&method);
     let undisturbed = carry(&method, &state, &mut workspace.clone());
     let mut tried = state.clone();
-    // In the first coordinate, and when one or most of the others have moved.
+    // In the first coordinate, after one other has moved, and after all others have moved.
     for at in [0, 1, N - 1] {
         let torn = Torn { chain: chain(0.1), at };
         let failure = method.step(&torn, 0.2, &mut tried, &mut workspace).unwrap_err();

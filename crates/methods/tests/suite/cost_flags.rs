@@ -1,4 +1,4 @@
-//! What the registry says a step costs, of every row, against what a system is asked.
+//! The cost of a step according to the registry, compared with counted evaluations, for every row.
 
 use crate::bind::{linear, separable};
 use afterbay_core::{
@@ -11,11 +11,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// A system that counts how often one degree of freedom is asked for its force.
+/// A system that counts the evaluations for each degree of freedom.
 #[derive(Clone)]
 struct Counted {
     system: FputChain<f64>,
-    /// ∂H/∂q, and D; and how often for ∂H/∂q of all at once.
+    /// The number of evaluations of ∂H/∂q for one degree of freedom, of D, and of ∂H/∂q for all
+    /// together.
     asked: Arc<[AtomicU64; 3]>,
 }
 
@@ -26,7 +27,7 @@ impl Counted {
     fn count(&self, what: usize, n: usize) {
         self.asked[what].fetch_add(n as u64, Relaxed);
     }
-    /// How often since the last time.
+    /// Returns the counts since the last call.
     fn take(&self) -> [u64; 3] {
         [0, 1, 2].map(|what| self.asked[what].swap(0, Relaxed))
     }
@@ -88,10 +89,10 @@ impl Curvature<f64> for Counted {
     }
 }
 
-/// What a system was asked for one degree of freedom in each step, and what the methods say it was.
+/// The evaluations per degree of freedom in each step, as counted and as reported by the method.
 struct Asked {
     asked: Vec<[f64; 2]>,
-    /// How often all of them were asked at once.
+    /// The number of evaluations for all degrees of freedom together.
     together: u64,
     effort: Effort,
     end: State<Vec<f64>>,
@@ -99,7 +100,7 @@ struct Asked {
 
 const STEPS: u32 = 40;
 
-/// A run over the chain of n masses; none where the method needs more.
+/// A run over the chain of n masses; `None` if the method does not apply.
 fn ask(row: &Row, n: usize, beta: f64, h: f64) -> Option<Asked> {
     let system = Counted::new(n, beta);
     let run = match separable(row, system.clone()) {
@@ -113,7 +114,7 @@ fn ask(row: &Row, n: usize, beta: f64, h: f64) -> Option<Asked> {
     let grid = Grid::of(h, u64::from(STEPS)).unwrap();
     let effort = run.run(grid, &mut state, 1, &mut |step, _| {
         let [force, friction, all] = system.take();
-        // Before the first step nothing is known of it.
+        // Before the first step no result is available for reuse.
         if step > 0 {
             asked.push([force, friction].map(|count| count as f64 / n as f64));
             together += all;
@@ -124,25 +125,26 @@ fn ask(row: &Row, n: usize, beta: f64, h: f64) -> Option<Asked> {
 }
 
 impl Asked {
-    /// Is this so of the force and the friction of every step?
+    /// Whether a condition on the evaluations of force and friction holds in every step.
     fn every(&self, so: impl Fn([f64; 2]) -> bool) -> bool {
         self.asked.iter().all(|&asked| so(asked))
     }
 
-    /// Evaluations and iterations of a step, on the mean, as the method counts them.
+    /// The mean numbers of evaluations and iterations per step reported by the method.
     fn a_step(&self) -> [f64; 2] {
         let Effort { evaluations, iterations } = self.effort;
         [evaluations, iterations].map(|count| count as f64 / f64::from(STEPS))
     }
 }
 
-/// Of a row on the linear and on the nonlinear chain, of one mass where it takes no more.
+/// The runs of a row on the linear and on the nonlinear chain, with one mass if the method takes no
+/// more.
 fn chains(row: &Row, h: f64) -> [Option<Asked>; 2] {
     let n = if row.needs == Needs::OneDegree { 1 } else { 3 };
     [0.0, 1.0].map(|beta| ask(row, n, beta, h))
 }
 
-/// How far the ends of two runs over the linear chain are apart.
+/// The distance between the ends of two runs over the linear chain.
 fn apart(row: &Row) -> f64 {
     let [found, exact] =
         [row, find("linear-exact").unwrap()].map(|row| ask(row, 3, 0.0, 0.5).unwrap().end);
@@ -150,15 +152,15 @@ fn apart(row: &Row) -> f64 {
     parts.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
 
-/// Does a step of the method cost this?
+/// Whether a step of the method has this cost.
 fn costs(row: &Row, cost: Cost) -> bool {
     let runs: Vec<Asked> = chains(row, 0.1).into_iter().flatten().collect();
     match cost {
-        // Of methods that take a tolerance, none of which is asked here.
+        // Methods with a tolerance are not tested here.
         Cost::Nodes => false,
         Cost::Explicit(evaluations) => {
             let each = f64::from(evaluations);
-            // The first step may ask where it begins, too.
+            // The first step may also evaluate at the initial state.
             let right = |run: &Asked| {
                 let [first, others @ ..] = &run.asked[..] else { return false };
                 let extra = first[0] - each;
@@ -181,7 +183,7 @@ fn costs(row: &Row, cost: Cost) -> bool {
         }
         Cost::Sweeps(sweeps) => {
             let sweeps = f64::from(sweeps);
-            // Steps so short that an equation takes two evaluations, whatever solves it.
+            // Steps so short that every equation takes two evaluations.
             let right = |run: &Asked| {
                 run.together == 0
                     && run.every(|[force, _]| force == 2.0 * sweeps)
@@ -201,7 +203,7 @@ fn costs(row: &Row, cost: Cost) -> bool {
             linear.a_step()[1] == 1.0 && nonlinear.a_step()[1] > 1.0 && apart(row) < 1e-12
         }
         Cost::Flow => {
-            // The first step makes the tables.
+            // The first step computes the tables.
             let right = |run: &Asked| {
                 run.asked[1..].iter().all(|&asked| asked == [0.0; 2]) && run.a_step() == [1.0, 0.0]
             };
@@ -210,9 +212,9 @@ fn costs(row: &Row, cost: Cost) -> bool {
     }
 }
 
-/// Is a long step of the undamped oscillator the approximant (s, s) of Padé, P(z)/P(-z) with
-/// `P = Σ_k (2s-k)! s!/((2s)! k! (s-k)!) z^k`? A polynomial q' of s coefficients makes that of it,
-/// and of another number another.
+/// Whether a long step of the undamped oscillator is the (s, s) Padé approximant P(z)/P(-z) with
+/// `P = Σ_k (2s-k)! s!/((2s)! k! (s-k)!) z^k`. This is so exactly if q' is a polynomial with s
+/// coefficients.
 fn turns_like(row: &Row, stages: u32) -> bool {
     let h = 8.0;
     let (mut term, mut even, mut odd) = (1.0, 1.0, 0.0);
@@ -247,7 +249,7 @@ fn a_step_costs_what_its_row_says_and_nothing_else() {
     }
 }
 
-/// The evaluations of a closed form on the damped oscillator; none where equations are solved.
+/// The evaluations of a closed form on the damped oscillator; `None` if equations are solved.
 fn closed(row: &Row) -> Option<f64> {
     let mut state = State::new([0.7], [0.4]).unwrap();
     let run = linear(row, DampedOscillator::new(1.0, 0.1).unwrap()).unwrap();

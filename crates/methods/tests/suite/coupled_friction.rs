@@ -39,8 +39,8 @@ impl Chain {
         T::from_f64(self.friction[i][j]) * swollen(i) * swollen(j)
     }
 
-    /// Σ |q| |∂V/∂q| of the springs at its largest on the way from `a` to `b`: what rounding q
-    /// makes of V is ε of it, and it is more than ε V where q is large and its springs are short.
+    /// The largest Σ |q| |∂V/∂q| of the springs between `a` and `b`: a rounding of q changes V by ε
+    /// times this, which exceeds ε V where q is large and the springs are short.
     fn strain(a: &[f64], b: &[f64]) -> f64 {
         let ends = |j: Option<usize>| j.map_or([0.0; 2], |j| [a[j], b[j]]);
         let spring = |j: usize| {
@@ -52,8 +52,7 @@ impl Chain {
         (0..a.len()).map(spring).sum()
     }
 
-    /// Σ |R_ij| |v_i| |v_j| at its largest with energies up to `most`: p_j²/(2 m_j) and q_j²/2 are
-    /// no more.
+    /// The largest Σ |R_ij| |v_i| |v_j| if each p_j²/(2 m_j) and q_j²/2 is at most `most`.
     fn power(&self, most: f64) -> f64 {
         let n = self.masses.len();
         let swollen = (1.0 + self.swell * 2.0 * most).powi(2);
@@ -200,23 +199,27 @@ fn step(
     method.step(chain, h, state, &mut workspace).map(|_| ())
 }
 
-/// K, with w summed up so that this rounds no worse than H.
+/// K, with w summed first, so that its rounding error is not larger than that of H.
 fn total(chain: &Chain, state: &State<Vec<f64>>) -> f64 {
     state.energy(chain) + state.w.iter().sum::<f64>()
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(300)
+    })]
 
-    /// Where friction is passive and V ≥ 0, every energy on the way through a sweep is at most H at
-    /// one of its ends.
+    /// If friction is passive and V ≥ 0, every energy during a sweep is at most H at one of its
+    /// ends.
     #[test]
     fn k_is_kept_by_every_sweep((chain, start, h, order) in chains()) {
         let s = 1.0 / (4.0 - 4.0_f64.cbrt());
         let suzuki = [s, s, 1.0 - 4.0 * s, s, s].map(|weight| [weight / 2.0; 2]).concat();
         let back: Vec<usize> = order.iter().rev().copied().collect();
         for composition in [vec![0.5, 0.5], suzuki] {
-            let method = Increment::new(Composition::alternating(&composition).unwrap()).in_order(order.clone());
+            let sweeps = Composition::alternating(&composition).unwrap();
+            let method = Increment::new(sweeps).in_order(order.clone());
             let (mut by_sweeps, mut at_once) = (start.clone(), start.clone());
             let outcome = step(&method, &chain, h, &mut at_once);
             for (i, fraction) in composition.iter().enumerate() {
@@ -231,21 +234,26 @@ proptest! {
                 }
                 let most = before.energy(&chain).max(by_sweeps.energy(&chain));
                 let held: f64 = before.w.iter().chain(&by_sweeps.w).map(|w| w.abs()).sum();
-                // Each coordinate moves K by up to 16 roundings of its own terms, as in
-                // `increment`, and the sums of n terms in D and K round n times.
+                // Each coordinate changes K by up to 16 roundings of its own terms, as in
+                // `increment`, and sums of n terms in D and K add n roundings.
                 let work = (fraction * h).abs() * chain.power(most);
                 let strain = Chain::strain(&before.q, &by_sweeps.q);
-                let bound = (16.0 + order.len() as f64) * f64::EPSILON / 2.0 * (2.0 * most + strain + held + work);
+                let roundings = (16.0 + order.len() as f64) * f64::EPSILON / 2.0;
+                let bound = roundings * (2.0 * most + strain + held + work);
                 let drift = (total(&chain, &by_sweeps) - total(&chain, &before)).abs();
-                prop_assert!(drift <= bound, "sweep {i}: K moves by {drift:e}, {:.1} of the bound", drift / bound);
+                let share = drift / bound;
+                prop_assert!(
+                    drift <= bound,
+                    "sweep {i}: K moves by {drift:e}, {share:.1} of the bound"
+                );
             }
             prop_assert_eq!(outcome, Ok(()));
             prop_assert_eq!(&by_sweeps, &at_once, "a composition is its sweeps");
         }
     }
 
-    /// Σ D̄_j p̄_j/m_j = v̄ᵀ R v̄ whatever rounding makes of p̄; each of its terms, the entries of
-    /// R among them, is rounded less than 2 n + 8 times, and a pair is two sweeps of h/2 with two
+    /// Σ D̄_j p̄_j/m_j = v̄ᵀ R v̄ for any rounding of p̄. Each of its terms, including the entries
+    /// of R, has fewer than 2 n + 8 roundings, and a pair consists of two sweeps of h/2 with two
     /// passes of h/4 each.
     #[test]
     fn the_reservoirs_fill_in_sum((chain, start, h, order) in chains()) {
@@ -264,7 +272,7 @@ proptest! {
 
 #[test]
 fn a_reservoir_alone_may_be_drained() {
-    // v1 pushes on 2 what it loses: R = (1, -1)ᵀ (1, -1).
+    // v1 exerts on 2 the force that it loses: R = (1, -1)ᵀ (1, -1).
     let chain = Chain::new(vec![1.0, 1.0], &[vec![1.0], vec![-1.0]], 0.0);
     let mut state = State::new(vec![0.0, 0.0], vec![1.0, 0.2]).unwrap();
     step(&Increment::new(Composition::pair()), &chain, 0.1, &mut state).unwrap();

@@ -1,5 +1,5 @@
-//! Systems written as expressions run as the built-in ones do, through every kind of method, and
-//! keep K.
+//! Systems given by expressions agree with the built-in ones under every kind of method, and
+//! conserve K.
 
 use afterbay_core::{Curvature, Grid, Method, Quad, Scalar, Separable, State, integrate};
 use afterbay_methods::{Composition, Gonzalez, Increment, Leapfrog, ModDg, Rk4};
@@ -17,7 +17,7 @@ fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> C
     .unwrap()
 }
 
-/// The end of a run of 200 steps, and how far K moved.
+/// The end of a run of 200 steps, and the change of K.
 fn run<M, S>(method: &M, system: &S, start: &State<Vec<f64>>) -> (State<Vec<f64>>, f64)
 where
     M: Method<Vec<f64>, S>,
@@ -99,8 +99,8 @@ fn trajectories_are_those_of_the_built_in_systems() {
     all(&own, &VanDerPolRing::new(n, 0.7, 0.3).unwrap(), &start);
 }
 
-/// A pendulum with masses, and friction between its members given as a matrix. In 31 digits, so
-/// that what rounding adds up to in 200 steps does not hide what a formula loses.
+/// A pendulum with masses, and friction between its members given as a matrix; in 31 digits, so
+/// that accumulated rounding errors of 200 steps do not hide an error of a formula.
 #[test]
 fn what_is_not_polynomial_keeps_k_too() {
     let text = |x: &str| x.to_owned();

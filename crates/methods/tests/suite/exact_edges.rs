@@ -1,4 +1,4 @@
-//! K at any step: exact edges, edges that quadrature resolves, and what is refused by name.
+//! K at any step size: exact edges, edges resolved by quadrature, and steps that are refused.
 
 use afterbay_core::{
     Dissipation, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State,
@@ -7,7 +7,7 @@ use afterbay_core::{
 use afterbay_methods::{Composition, Increment, ModDg};
 use afterbay_systems::{Custom, Description, DissipationText};
 
-/// A pendulum given by its force alone; that of the guide at g = 9.81.
+/// A pendulum given only by its force; with g = 9.81 it is that of the guide.
 struct Pendulum {
     g: f64,
     c: f64,
@@ -38,7 +38,7 @@ impl Separable<f64> for Pendulum {
     }
 }
 
-/// The ring of pendulums of the README, given by its forces alone.
+/// The ring of pendulums of the README, given only by its forces.
 struct Ring;
 
 impl System<f64> for Ring {
@@ -67,7 +67,7 @@ impl Separable<f64> for Ring {
     }
 }
 
-/// The pendulum from its formulas, as in the README at g = 1.
+/// The pendulum from its formulas, as in the README with g = 1.
 struct Written {
     g: f64,
     c: f64,
@@ -85,7 +85,7 @@ impl Formulas for Written {
     }
 }
 
-/// How far K moves in some steps, at most, beside what it is made of.
+/// The largest change of K in some steps, relative to its terms.
 fn drift<M, S>(method: &M, system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> Result<f64, StepFailure>
 where
     M: Method<Vec<f64>, S>,
@@ -115,7 +115,7 @@ fn a_rotating_pendulum_keeps_k_at_any_step() {
                     drift(&ModDg::newton(), &written, h, q.clone(), p.clone()),
                     drift(&four, &written, h, q, p),
                 ];
-                // The angle grows to 1000 h, whose roundings V feels at each of 500 substeps.
+                // The angle grows to 1000 h, and its rounding enters V at each of 500 substeps.
                 let bound = 2e-13 + 5e-15 * g * 1e3 * h / k;
                 for (i, drift) in found.into_iter().enumerate() {
                     // Long steps may have no solution that continues from h = 0.
@@ -158,14 +158,14 @@ fn formulas_make_the_system() {
             assert!((a - b).abs() < 1e-15, "{found:?} {exact:?}");
         }
     }
-    // In 106 bits, where quadrature would show.
+    // In 106 bits, in which an error of quadrature would be visible.
     let start = State::new([Quad::from(0.3)], [Quad::from(20.0)]).unwrap();
     let mut end = start.clone();
     integrate(&ModDg::newton(), &written, Grid::of(0.7, 20).unwrap(), &mut end, &mut ()).unwrap();
     assert!((end.total(&written) - start.total(&written)).abs().0 < 1e-27);
 }
 
-/// V = q²/2 with something at q = 1: a bump no node sees, or a pole.
+/// V = q²/2 plus, at q = 1, a bump between all nodes of the quadrature, or a pole.
 struct Narrow {
     pole: bool,
 }
@@ -217,7 +217,7 @@ fn what_quadrature_does_not_see_is_refused() {
     }
 }
 
-/// [`Pendulum`] with the wrong edge.
+/// [`Pendulum`] with a wrong divided difference.
 struct Wrong(Pendulum);
 
 impl System<f64> for Wrong {
@@ -299,7 +299,7 @@ fn a_step_across_a_singularity_is_refused_by_name() {
                         assert!(seen, "{potential} from {from} to {to}");
                         refused += 1;
                     }
-                    // A solution on this side: it has been turned back.
+                    // A solution on this side of the singularity, which has repelled the particle.
                     Ok(_) => turned += 1,
                     Err(other) => panic!("{potential}, h = {h}: {other}"),
                 }

@@ -1,4 +1,5 @@
-//! What goes wrong has a name that says where, what and how much, and leaves the state as it was.
+//! Failures of steps: each names the place, the cause and the size of the error, and leaves the
+//! state unchanged.
 
 use crate::bind::{linear, nonlinear};
 use afterbay_core::solver::FixedPoint;
@@ -11,8 +12,7 @@ use afterbay_methods::registry::{FIXED, Needs, Run, find};
 use afterbay_methods::{Gonzalez, Leapfrog, LinearSolver, ModDg, Rk4};
 use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
 
-/// A free particle that meets a wall, beyond which the force is no number: V = 0 up to q = 1, D =
-/// 0.1 p.
+/// A free particle with D = 0.1 p and V = 0 up to q = 1, beyond which the force is NaN.
 struct Wall;
 
 impl Wall {
@@ -45,7 +45,7 @@ impl Separable<f64> for Wall {
     }
 }
 
-/// Two degrees of freedom, coupled by q1 q2, of which the force on the second ends where q2 > 1.
+/// Two degrees of freedom coupled by q1 q2; the force on the second is NaN where q2 > 1.
 pub(crate) struct Pair;
 
 impl System<f64> for Pair {
@@ -92,7 +92,7 @@ pub(crate) fn closed(name: &str, system: DampedOscillator<f64>) -> Run<f64> {
     linear(find(name).unwrap(), system).unwrap()
 }
 
-/// The failure of a step, which must not have touched the state.
+/// The failure of a step, after checking that the state is unchanged.
 pub(crate) fn failure(run: &Run<f64>, h: f64, start: &State<[f64; 1]>) -> StepFailure {
     let mut state = start.clone();
     let error = run.step(h, &mut state).unwrap_err();
@@ -101,7 +101,7 @@ pub(crate) fn failure(run: &Run<f64>, h: f64, start: &State<[f64; 1]>) -> StepFa
     failure
 }
 
-/// All of these stand in the message.
+/// Checks that the message contains all of these parts.
 pub(crate) fn assert_says(error: &impl std::fmt::Display, parts: &[&str]) {
     let message = error.to_string();
     for part in parts {
@@ -109,7 +109,7 @@ pub(crate) fn assert_says(error: &impl std::fmt::Display, parts: &[&str]) {
     }
 }
 
-/// Runs until the force ends, and checks that the state is that of as many good steps.
+/// Runs until the force is NaN, and checks that the state is that after the last successful step.
 fn run_into_the_wall<M: Method<[f64; 1], Wall>>(
     method: &M,
     step: u64,
@@ -133,8 +133,14 @@ fn run_into_the_wall<M: Method<[f64; 1], Wall>>(
 
 #[test]
 fn a_force_that_ends_stops_the_run_at_the_last_good_step() {
-    let of = |wanted: Quantity| move |failure: &StepFailure| matches!(failure, StepFailure::NonFinite { quantity, dof: 0, value } if *quantity == wanted && value.is_nan());
-    // The wall is met when a trial point passes it; the particle needs 1.4 time units to arrive.
+    let of = |wanted: Quantity| {
+        move |failure: &StepFailure| {
+            let StepFailure::NonFinite { quantity, dof: 0, value } = failure else { return false };
+            *quantity == wanted && value.is_nan()
+        }
+    };
+    // A step fails when a trial point lies behind the wall; the particle needs 1.4 time units to
+    // reach it.
     run_into_the_wall(&Leapfrog, 12, of(Quantity::Momentum));
     run_into_the_wall(&Rk4, 12, of(Quantity::Coordinate));
     run_into_the_wall(&ModDg::newton(), 12, of(Quantity::Force));
@@ -157,9 +163,10 @@ fn the_degree_of_freedom_is_named() {
         let IntegrateError::Run(RunError { step: 1, t: 0.0, failure }) = error.unwrap_err() else {
             panic!()
         };
-        assert!(
-            matches!(failure, StepFailure::NonFinite { quantity: found, dof: 1, .. } if found == quantity)
-        );
+        let StepFailure::NonFinite { quantity: found, dof: 1, .. } = failure else {
+            panic!("{failure}")
+        };
+        assert_eq!(found, quantity);
         assert_says(&failure, &["p2 becomes NaN"]);
     }
 }
@@ -182,8 +189,8 @@ fn a_stiff_simple_iteration_does_not_contract() {
 
 #[test]
 fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
-    // ∂F/∂v is -2e12 here: what q loses to rounding in F is as large as the updates, and must not
-    // pass for convergence.
+    // ∂F/∂v is -2e12 here, so the rounding of q changes F by as much as the updates, which must not
+    // count as convergence.
     let (mu, alpha, beta) = (-4.639779684474526, 3.7658394849613304, -8.126693682460336e-12);
     let system = ModifiedVanDerPol::new(mu, alpha, beta).unwrap();
     let run = bound("moddg-fixed-point", system);
@@ -193,8 +200,8 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
 
 #[test]
 fn a_solution_that_does_not_last_to_the_end_of_the_step_is_none() {
-    // V = -q²/2 - 5 q⁴/4 has no bottom: the solution that continues from h = 0 meets another on the
-    // way, and both are gone.
+    // V = -q²/2 - 5 q⁴/4 is unbounded below: the solution that continues from h = 0 merges with
+    // another before the end of the step, and both vanish.
     let found =
         failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
     let StepFailure::SeveralSolutions { dof: 0, share } = found else { panic!("{found}") };
@@ -248,7 +255,7 @@ fn a_closed_form_without_a_solution_is_singular() {
     let found = failure(&closed("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
     assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
     assert_says(&found, &["degree of freedom 1", "0e0", "singular"]);
-    // Newton's method has nothing to find either.
+    // Newton's method finds no solution either.
     let found = failure(&bound("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
     assert!(
         matches!(found, StepFailure::NewtonStalled { iterations, .. } if iterations > 50),
@@ -264,7 +271,7 @@ fn leapfrog_is_singular_where_the_drive_cancels_the_momentum() {
     assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
 }
 
-/// No degree of freedom is nothing to do.
+/// A system without degrees of freedom.
 struct Nobody;
 
 impl System<f64> for Nobody {

@@ -1,4 +1,4 @@
-//! A system from its formulas alone: its second derivatives, and every method by its name.
+//! A system given by its formulas alone: its second derivatives, and every method of the registry.
 
 use afterbay_core::{
     Abilities, Curvature, DissipationForm, Formulas, FromFormulas, Grid, Passive, Scalar, State,

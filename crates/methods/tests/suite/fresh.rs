@@ -1,4 +1,4 @@
-//! A bound method may use again what it worked in. Nobody should notice.
+//! A bound method may reuse its workspace; this must not change any result.
 
 use crate::bind::{linear, nonlinear, separable, uniform};
 use afterbay_core::{Grid, State};
@@ -6,8 +6,8 @@ use afterbay_methods::registry::{FIXED, Row, Run};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
 use std::ops::ControlFlow;
 
-/// The same run, to the bit, after others from elsewhere, one of them failed, and one that began
-/// where the last ended.
+/// Checks that a run gives the same bits after other runs, one of which failed, and one of which
+/// began where the last ended.
 fn knows_nothing_of_others(dof: usize, bind: impl Fn(&Row) -> Option<Run<f64>>) {
     let mut bound = 0;
     for row in FIXED {
@@ -15,7 +15,7 @@ fn knows_nothing_of_others(dof: usize, bind: impl Fn(&Row) -> Option<Run<f64>>) 
         let go = |run: &Run<f64>, start: &State<Vec<f64>>, h: f64, steps: u64| {
             let mut state = start.clone();
             let grid = Grid::of(h, steps).unwrap();
-            // Some of them fail.
+            // Some of these runs fail.
             let _ = run.run(grid, &mut state, 1, &mut |_, _| ControlFlow::Continue(()));
             State { t: 0.0, ..state }
         };

@@ -21,7 +21,7 @@ fn state<T: Scalar, const N: usize>() -> State<[T; N]> {
     State::new(q.try_into().unwrap(), p.try_into().unwrap()).unwrap()
 }
 
-/// The slopes of the global errors at t = 1 of q, p and w, largest entries.
+/// The slopes of the global errors of q, p and w at t = 1, from their largest entries.
 fn orders<T, S, const N: usize>(system: &S, counts: &[u64]) -> [f64; 3]
 where
     T: Scalar,
@@ -62,7 +62,7 @@ fn order_2_in_q_p_and_w() {
     orders::<Quad, _, 4>(&Springs::ring(4, 0.2), &fine);
 }
 
-/// The state after some steps of h = 0.1.
+/// The state after `steps` steps of h = 0.1.
 fn carry<S, V>(method: Gonzalez, system: &S, steps: u64, q: V, p: V) -> State<V>
 where
     S: Curvature<f64>,
@@ -73,7 +73,7 @@ where
     state
 }
 
-/// q, p and w in one.
+/// q, p and w in one vector.
 fn numbers<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<f64> {
     [&state.q, &state.p, &state.w].iter().flat_map(|part| part.as_slice().to_vec()).collect()
 }
@@ -151,7 +151,7 @@ fn the_equations_as_they_are_written_are_solved() {
     let mut state = State::new([0.9, -0.4], [0.3, 1.2]).unwrap();
     let mut workspace = METHOD.workspace(&system).unwrap();
     for _ in 0..50 {
-        // The equations as they are written, iterated.
+        // Fixed-point iteration of the discrete equations.
         let (q0, p0, w0) = (state.q, state.p, state.w);
         let (mut q1, mut p1, mut w1) = (q0, p0, w0);
         for _ in 0..60 {
@@ -204,7 +204,7 @@ fn a_decay_to_rest_is_followed_to_the_end() {
         let start = System::<f64>::energy(&system, &[0.4, -0.3], &[0.2, 0.1]);
         let drift = (state.total(&system) - start).abs();
         assert!(drift < 4e-13 * (1.0 + offset.abs()), "{offset} {drift:e}");
-        // And from every distance: rounding of H is felt nowhere.
+        // The same from every distance: the rounding of H has no effect.
         for exponent in 1..140 {
             let size = 10_f64.powi(-exponent);
             let state = carry(METHOD, &system, 3, [size, -size], [0.0, size / 3.0]);
@@ -223,7 +223,7 @@ fn a_decay_to_rest_is_followed_to_the_end() {
     }
 }
 
-/// V = -a q³/3 - b q²/2: pulls without end.
+/// V = -a q³/3 - b q²/2, which is unbounded below.
 struct Endless(f64, f64);
 
 impl System<f64> for Endless {
@@ -282,7 +282,7 @@ fn what_was_before_is_no_part_of_a_step() {
     let (q, p) = start::<f64>(30);
     let mut state = State::new(q, p).unwrap();
     let mut used = METHOD.workspace(&system).unwrap();
-    // Also after a longer step, and after one that failed.
+    // The same after a longer step, and after one that failed.
     for h in [0.02, 0.02, 5.0, 0.02, f64::NAN, 0.3, 0.02] {
         let mut alone = state.clone();
         let fresh = METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap());

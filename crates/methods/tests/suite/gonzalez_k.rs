@@ -8,10 +8,10 @@ use proptest::prelude::*;
 
 const METHOD: Gonzalez = Gonzalez { solver: None };
 
-/// One step from `state`, and |ΔK| over a rounding of what K is made of.
+/// Takes one step from `state`, and returns |ΔK| over the rounding of its terms.
 ///
-/// With the equations solved but for (a, b), `ΔK = ∇̄H_q·a + ∇̄H_p·b` and the roundings of H and w.
-/// Rounding leaves in a and b that of z, of z1 and of h ∇H, which is h ∇∇H z.
+/// With residuals (a, b) of the equations, `ΔK = ∇̄H_q·a + ∇̄H_p·b` plus the roundings of H and w.
+/// Rounding contributes to a and b that of z, of z1 and of h ∇H; the latter is h ∇∇H z.
 fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,
@@ -71,7 +71,7 @@ fn checked<S: Curvature<f64>>(
             Ok(drift) => prop_assert!(drift < 8.0, "K drifts by {drift} roundings"),
             Err(failure) => {
                 prop_assert_eq!(&before, &state, "{}", failure);
-                // A short step may not fail; of a longer one it has to be the length.
+                // Short steps may not fail. If a longer step fails, a shorter one must succeed.
                 let shorter = |h: f64| drift(system, h, &mut before.clone()).is_ok();
                 let excused =
                     h > 0.1 && (1..=6).any(|halvings| shorter(h / f64::from(1 << halvings)));
@@ -86,7 +86,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
     #[test]
     fn k_is_kept_without_separability(
-        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in -0.5..2.0, z in prop::array::uniform4(-2.0..2.0),
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in -0.5..2.0,
+        z in prop::array::uniform4(-2.0..2.0),
     ) {
         checked(&Twisted { c, offset: 0.0 }, h, z[..2].to_vec(), z[2..].to_vec())?;
     }
@@ -109,7 +110,7 @@ proptest! {
         checked(&system, h, q, p)?;
     }
 
-    /// D_j = c m_j v_j: Δw_j = c m_j (Δq_j/h) Δq_j is of one sign, and rounding keeps order.
+    /// D_j = c m_j v_j: Δw_j = c m_j (Δq_j/h) Δq_j has one sign, and rounding is monotonic.
     #[test]
     fn every_reservoir_only_fills_where_r_is_diagonal(
         h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
@@ -139,12 +140,13 @@ proptest! {
         }
     }
 
-    /// D = R v, R coupled and positive definite, so one reservoir may drain into the other. What is
-    /// computed of Δq·R Δq/h is positive, the roundings of its products being less than a part of
-    /// it; each w_j then is rounded once.
+    /// D = R v with R coupled and positive definite, so energy may move from one reservoir to
+    /// another. The computed Δq·R Δq/h is positive, since the rounding errors of its products are
+    /// smaller than it; then each w_j is rounded once.
     #[test]
     fn the_reservoirs_together_only_fill_where_r_is_coupled(
-        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0, z in prop::array::uniform4(-2.0..2.0),
+        h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
+        z in prop::array::uniform4(-2.0..2.0),
     ) {
         let system = Twisted { c, offset: 0.0 };
         let mut state: State<[f64; 2]> = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();

@@ -1,4 +1,4 @@
-//! Steps allocate nothing, whatever the linear solver.
+//! Steps do not allocate, for every linear solver.
 
 use crate::systems;
 use afterbay_core::{Curvature, Method, State};

@@ -1,4 +1,4 @@
-//! Systems of several degrees of freedom: orders, and end states computed by another library.
+//! Systems of several degrees of freedom: orders, and end states computed with another library.
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
@@ -7,7 +7,7 @@ use afterbay_methods::Gonzalez;
 use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPolRing};
 use slope::slope;
 
-/// q, p and w after `steps` steps to `end`.
+/// q, p and w at `end`, after `steps` steps.
 fn carry<T: Scalar, S: Curvature<T>>(
     system: &S,
     q: &[T],
@@ -21,12 +21,12 @@ fn carry<T: Scalar, S: Curvature<T>>(
     [state.q, state.p, state.w]
 }
 
-/// The largest difference of two vectors.
+/// The largest absolute difference of two vectors.
 fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
 }
 
-/// The slopes of the global errors at t = 1 of q, p and w are 2.
+/// Checks that the slopes of the global errors of q, p and w at t = 1 are 2.
 fn orders<T: Scalar, const N: usize>(
     system: &impl Curvature<T>,
     series: &impl System<Series<T, 24>>,
@@ -65,15 +65,15 @@ fn order_2_in_q_p_and_w() {
 /// End states computed by mpmath to 30 digits (crates/systems/tests/data/many_degrees.py).
 const REFERENCES: &str = include_str!("../../../systems/tests/data/many_degrees.csv");
 
-/// (q, p, w) of a system at one of the times of the references.
+/// (q, p, w) of a system at one of the reference times.
 fn reference(system: &str, t: &str) -> [Vec<f64>; 3] {
     let rows = REFERENCES.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
     let rows: Vec<_> = rows.filter(|row| row[0] == system && row[1] == t).collect();
     [3, 5, 7].map(|column| rows.iter().map(|row| row[column].parse().unwrap()).collect())
 }
 
-/// The method is symmetric, so its error is a series in h²: four step sizes take three terms of it
-/// away.
+/// The method is symmetric, so its error is a series in h². Extrapolation from four step sizes
+/// removes three of its terms.
 fn check<S: Curvature<f64>>(name: &str, times: [&str; 2], h: f64, system: &S) {
     let [q, p, _] = reference(name, "0");
     for t in times {

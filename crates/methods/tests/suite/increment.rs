@@ -32,7 +32,7 @@ fn largest<T: Scalar>(a: &[T; N], b: &[T; N]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64()).fold(0.0, f64::max)
 }
 
-/// The order each composition is meant to have.
+/// The compositions and their orders.
 fn compositions() -> [(Composition, f64); 8] {
     [
         (Composition::sweep(), 1.0),
@@ -46,7 +46,7 @@ fn compositions() -> [(Composition, f64); 8] {
     ]
 }
 
-/// The end of the runs the orders are read from.
+/// The end time of the runs from which the orders are measured.
 const END: f64 = 1.2;
 
 /// The slopes of the errors of q, p and w at the end, against the number of steps.
@@ -72,7 +72,7 @@ where
     })
 }
 
-/// On chain and ring, in the natural order and coloured.
+/// Checks the orders on a chain and a ring, in the natural order and coloured.
 fn check_orders<T: Scalar>(counts: impl Fn(f64, &Coupling) -> Vec<u64>) {
     for (composition, order) in compositions() {
         let natural = Increment::new(composition);
@@ -96,7 +96,8 @@ fn check_orders<T: Scalar>(counts: impl Fn(f64, &Coupling) -> Vec<u64>) {
 
 #[test]
 fn compositions_have_their_order_in_q_p_and_w() {
-    // Small enough for the leading term, large enough to stand above rounding.
+    // Steps small enough for the leading error term to dominate, and large enough for it to exceed
+    // rounding.
     check_orders::<f64>(|order, coupling| match order {
         1.0 | 2.0 => vec![1000, 2000, 4000],
         4.0 => vec![100, 140, 200],
@@ -113,7 +114,8 @@ fn compositions_have_their_order_in_31_digits() {
     );
 }
 
-/// Steps of increments that violate passivity, on a chain of masses at several steps.
+/// The number of steps in which increments violate passivity, on a chain of masses at several step
+/// sizes.
 fn drained(row: &Row) -> usize {
     let system = FputChain::new(N, 1.0, 0.8).unwrap();
     let run = separable(row, system).unwrap();
@@ -131,7 +133,7 @@ fn drained(row: &Row) -> usize {
     count
 }
 
-/// Orders of all rows are measured in `order_table`.
+/// The orders of all rows are measured in `order_table`.
 #[test]
 fn increments_that_are_called_passive_are() {
     let rows: Vec<&Row> = FIXED.iter().filter(|row| row.name.starts_with("increment-")).collect();
@@ -190,7 +192,7 @@ fn an_order_that_is_none_is_refused() {
 /// End states computed by mpmath to 30 digits (crates/systems/tests/data/many_degrees.py).
 const REFERENCES: &str = include_str!("../../../systems/tests/data/many_degrees.csv");
 
-/// (q, p, w) of a system at one of the times of the references.
+/// (q, p, w) of a system at one of the reference times.
 fn reference(system: &str, t: &str) -> [Vec<f64>; 3] {
     let rows = REFERENCES.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
     let rows: Vec<_> = rows.filter(|row| row[0] == system && row[1] == t).collect();

@@ -49,7 +49,7 @@ where
     errors.map(|errors| slope(&steps, &errors))
 }
 
-/// The same system for Taylor series.
+/// The same system in Taylor series arithmetic.
 trait SeriesToo<T: Scalar> {
     fn series(&self) -> impl System<Series<T, 24>>;
 }
@@ -107,11 +107,11 @@ fn compositions_have_their_order_in_31_digits() {
     ]);
 }
 
-/// A sweep of h and its adjoint of -h: nothing has happened.
+/// A sweep of h followed by its adjoint of -h restores the state.
 #[test]
 fn the_adjoint_takes_a_sweep_back() {
     fn check<T: Scalar, S: PhasePlane<T>>(system: &S, from: &State<[T; 2]>) {
-        // A sweep of nothing, and the adjoint.
+        // A sweep of length zero, followed by the adjoint.
         let adjoint = Composition::alternating(&[0.0, 1.0]).unwrap();
         for h in [0.01, 0.1, 0.3] {
             let mut state = from.clone();
@@ -253,7 +253,7 @@ fn a_step_allocates_nothing() {
     }
 }
 
-/// H = p0²/2 + p1²/2 + 2 q1⁴: q0 is free and far away.
+/// H = p0²/2 + p1²/2 + 2 q1⁴: q0 moves freely and is large.
 struct Far;
 
 impl System<f64> for Far {

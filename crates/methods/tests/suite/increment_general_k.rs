@@ -8,11 +8,11 @@ use afterbay_core::{Method, PhasePlane, State};
 use afterbay_methods::{Composition, GeneralIncrement, Increment};
 use proptest::prelude::*;
 
-/// How far a step moves K, in roundings of what K and the step are made of. `sizes` gives what
-/// bounds the terms of ∂H/∂q, of ∂H/∂p and of H where |q| and |p| are up to the numbers given.
+/// The change of K in a step, in roundings of its terms. `sizes` gives bounds of the terms of
+/// ∂H/∂q, of ∂H/∂p and of H for |q| and |p| up to the given numbers.
 ///
-/// With equations solved but for a in q and b in p, ΔK = a ∂H/∂q + b ∂H/∂p and the roundings of H
-/// and w. Rounding leaves in a that of q and of h ∂H/∂p, in b that of p and of h (∂H/∂q + D).
+/// With residuals a in q and b in p, ΔK = a ∂H/∂q + b ∂H/∂p plus the roundings of H and w. Rounding
+/// contributes to a that of q and of h ∂H/∂p, to b that of p and of h (∂H/∂q + D).
 fn drift<S: PhasePlane<f64>>(
     system: &S,
     h: f64,
@@ -31,8 +31,8 @@ fn drift<S: PhasePlane<f64>>(
         / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
 }
 
-/// For the pendulum with friction up to 1: T ≤ |p1|² + |p2|², since M⁻¹ ≤ 2/(3 - √5) < 3 at unit
-/// masses and lengths.
+/// Bounds for the pendulum with friction up to 1: T ≤ |p1|² + |p2|², since M⁻¹ ≤ 2/(3 - √5) < 3 at
+/// unit masses and lengths.
 fn pendulum_sizes(_q: [f64; 2], [p1, p2]: [f64; 2]) -> [f64; 3] {
     let v = 3.0 * (p1 + p2);
     [2.0 * 9.81 + v * v + v, v, 6.0 * 9.81 + v * (p1 + p2)]
@@ -45,14 +45,14 @@ fn curved_sizes([q1, q2]: [f64; 2], [p1, p2]: [f64; 2]) -> [f64; 3] {
     [hq, hp, hp * (p1 + p2) + r.powi(3) + r.powi(4) + r * r]
 }
 
-/// Steps of h, K looked at after each sweep.
+/// Takes steps of h and checks K after each sweep.
 fn checked<S: PhasePlane<f64>>(
     system: &S,
     h: f64,
     start: &State<[f64; 2]>,
     sizes: impl Fn([f64; 2], [f64; 2]) -> [f64; 3],
 ) -> Result<(), TestCaseError> {
-    // An even sweep is forward, an odd one its adjoint; a sweep of nothing changes nothing.
+    // Even sweeps are forward, odd ones their adjoint; a sweep of length zero changes nothing.
     let sweeps =
         [(vec![1.0], 1.0), (vec![0.0, 1.0], 1.0), (vec![1.0], -0.6), (vec![0.0, 1.0], -0.6)];
     let mut state = start.clone();
@@ -66,7 +66,7 @@ fn checked<S: PhasePlane<f64>>(
             }
             Err(failure) => {
                 prop_assert_eq!(&before, &state, "{}", failure);
-                // Short steps have no excuse.
+                // Short steps may not fail.
                 prop_assert!(h > 0.02, "{}", failure);
             }
         }
@@ -74,8 +74,8 @@ fn checked<S: PhasePlane<f64>>(
     Ok(())
 }
 
-/// Long edges on which a bisection leaves the tail of the quadrature as it was, once, by
-/// coincidence: K would move by up to 12 roundings if that were taken for noise.
+/// Long edges on which a bisection happens to leave the tail of the quadrature unchanged once.
+/// Taken for noise, this would change K by up to 12 roundings.
 #[test]
 fn a_tail_that_stays_once_is_not_taken_for_noise() {
     for (exponent, c, q, p) in [
@@ -104,7 +104,10 @@ fn a_tail_that_stays_once_is_not_taken_for_noise() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(1000)
+    })]
 
     #[test]
     fn k_is_kept_by_the_pendulum(
@@ -141,15 +144,18 @@ proptest! {
             let (mut swing, mut curve) = (state(q, p), state(q, p));
             let _ = step(&method, &pendulum(c), h, &mut swing);
             let _ = step(&method, &Curved(c), h, &mut curve);
-            prop_assert!(swing.w.iter().chain(&curve.w).all(|&w| w >= 0.0), "{:?} {:?}", swing.w, curve.w);
+            let filled = swing.w.iter().chain(&curve.w).all(|&w| w >= 0.0);
+            prop_assert!(filled, "{:?} {:?}", swing.w, curve.w);
         }
     }
 
-    /// The same equations, another solver.
+    /// The same equations under another solver.
     #[test]
     fn a_separable_system_goes_where_increment_takes_it(
         exponent in -5.0..0.0_f64, c in -0.3..1.0, kind in 0..3,
-        (q, p) in (1_usize..12).prop_flat_map(|n| (prop::collection::vec(-1.5..1.5, n), prop::collection::vec(-1.5..1.5, n))),
+        (q, p) in (1_usize..12).prop_flat_map(|n| {
+            (prop::collection::vec(-1.5..1.5, n), prop::collection::vec(-1.5..1.5, n))
+        }),
     ) {
         let (n, h) = (q.len(), 10.0_f64.powf(exponent));
         let system = match kind {
@@ -161,20 +167,21 @@ proptest! {
             let start = State::new(q.clone(), p.clone()).unwrap();
             let (mut one, mut other) = (start.clone(), start);
             let separable = Increment::new(composition.clone());
-            let mut workspace = Method::<Vec<f64>, Springs>::workspace(&separable, &system).unwrap();
+            let mut workspace =
+                Method::<Vec<f64>, Springs>::workspace(&separable, &system).unwrap();
             separable.step(&system, h, &mut one, &mut workspace).unwrap();
             let general = GeneralIncrement::new(composition);
             let mut workspace = Method::<Vec<f64>, Springs>::workspace(&general, &system).unwrap();
             general.step(&system, h, &mut other, &mut workspace).unwrap();
-            let parts = one.q.iter().zip(&other.q).chain(one.p.iter().zip(&other.p)).chain(one.w.iter().zip(&other.w));
-            for (a, b) in parts {
+            let parts = [(&one.q, &other.q), (&one.p, &other.p), (&one.w, &other.w)];
+            for (a, b) in parts.into_iter().flat_map(|(one, other)| one.iter().zip(other)) {
                 prop_assert!((a - b).abs() < 1e-13, "{a} {b}");
             }
         }
     }
 }
 
-/// Quadrature of a trigonometric H keeps K on long edges too, which are taken in parts.
+/// Quadrature of a trigonometric H conserves K on long edges too, which are split.
 #[test]
 fn k_is_kept_on_long_edges_by_slopes_alone() {
     let drift = |h: f64| {

@@ -1,5 +1,5 @@
-//! The orders of the local errors of coordinate increments in q, p and w, where several coordinates
-//! tell them apart.
+//! The orders of the local errors of coordinate increments in q, p and w, which differ for several
+//! coordinates.
 
 use crate::bind::separable;
 use crate::slope;
@@ -12,8 +12,8 @@ use afterbay_systems::{FputChain, VanDerPolRing};
 use slope::slope;
 
 const N: usize = 3;
-/// Small enough for the leading term, and for order 8 large enough to stand above the rounding of
-/// 31 digits over h.
+/// Small enough for the leading error term to dominate, and for order 8 large enough for it to
+/// exceed the rounding of 31 digits over h.
 const STEPS: [f64; 5] = [0.0005, 0.0008, 0.0012, 0.002, 0.003];
 const STEPS_ORDER_8: [f64; 5] = [0.006, 0.008, 0.01, 0.012, 0.016];
 
@@ -21,8 +21,8 @@ fn start<T: Scalar>() -> State<[T; N]> {
     State::new([0.8, -0.3, 0.5].map(T::from_f64), [0.9, 0.7, -0.6].map(T::from_f64)).unwrap()
 }
 
-/// Two wells in one, H = Σ (p_j²/2 + q_j²/2) + q1 q2² + q2 q3², and friction that feels the
-/// neighbours: D_j = c (1 + (q1 + q2 + q3)²) p_j.
+/// H = Σ (p_j²/2 + q_j²/2) + q1 q2² + q2 q3², with friction that depends on the neighbours: D_j = c
+/// (1 + (q1 + q2 + q3)²) p_j.
 struct Crowd;
 
 fn sum<T: Scalar>(q: &[T]) -> T {
@@ -118,7 +118,7 @@ fn increments_have_the_local_orders_of_their_row() {
     }
 }
 
-/// Where D_j depends on q_j and p_j alone, w of the single sweep is one order better.
+/// If D_j depends on q_j and p_j alone, w of the single sweep has one order more.
 #[test]
 fn local_friction_is_kinder_to_the_reservoir() {
     let x = Quad::from_f64;

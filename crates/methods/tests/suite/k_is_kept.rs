@@ -1,5 +1,5 @@
-//! K = H + w is kept to rounding by every method that claims it, whatever the state, the system and
-//! the step; and a passive system's reservoir never gives anything back to a method that claims so.
+//! Every method that claims to conserve K = H + w does so to rounding, for all states, systems and
+//! steps; and under methods that claim passivity the reservoir of a passive system never decreases.
 
 use crate::books;
 use afterbay_core::{Dissipation, Method, Quad, Scalar, Separable, State, StepFailure, System};
@@ -18,7 +18,7 @@ fn passive() -> impl Strategy<Value = Model> {
     })
 }
 
-/// Those of them with a single well.
+/// The passive systems with a single well.
 fn passive_well() -> impl Strategy<Value = Model> {
     passive().prop_map(|model| match model {
         Model::Duffing { alpha, beta, c } => {
@@ -28,8 +28,8 @@ fn passive_well() -> impl Strategy<Value = Model> {
     })
 }
 
-/// May this method fail like this? The plain closed form fails where its equation is singular, what
-/// is iterated where there is nothing to find, δ at its pole, and anything where numbers end.
+/// Whether this failure is legitimate for the method: a singular equation for the plain closed
+/// form, a missing solution for iterations, a pole for δ, and overflow for all.
 fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
     match failure {
         StepFailure::NonFinite { .. } => true,
@@ -51,7 +51,7 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
     }
 }
 
-/// So many cases; what fails is kept beside this file.
+/// Runs this number of cases; failing cases are stored beside this file.
 fn config(cases: u32) -> ProptestConfig {
     let failure_persistence = FileFailurePersistence::WithSource("proptest-regressions");
     ProptestConfig {
@@ -60,7 +60,7 @@ fn config(cases: u32) -> ProptestConfig {
     }
 }
 
-/// Every method that claims K, on one case.
+/// Checks every method that claims to conserve K on one case.
 fn check_k<T: Widen>(case: &Case) -> Result<(), TestCaseError> {
     for row in FIXED.iter().filter(|row| row.keeps_k && on_one_degree(row)) {
         let roundings =
@@ -132,8 +132,8 @@ proptest! {
 
 #[test]
 fn a_strong_drive_is_solved_to_rounding() {
-    // h D is of the size of 1 and h V' is small: a solver that stops at what q loses in D stops too
-    // early.
+    // h D is of order 1 and h V' is small: a solver that stops at the rounding of q in D would stop
+    // too early.
     for (mu, q, p, h) in [
         (-6.023138359935312, -9.429959415871592, -7.1060226154188575, 0.00029234957616029484),
         (9.77203399413433, -8.845958537697308, -6.932642349061287, 0.0013077206492030124),
@@ -151,9 +151,10 @@ fn simple_iteration_stops_at_rounding() {
     let diverging = Model::Duffing { alpha: 0.0, beta: -7.125694500189359, c: -7.297724953138848 };
     let slow = Model::VanDerPol { mu: 7.435408932935137 };
     for case in [
-        // |∂F/∂v| = 3.6: it diverges, with updates below what q could lose.
+        // |∂F/∂v| = 3.6: the iteration diverges, with updates below the rounding of q.
         Case { model: diverging, q: -1.7744761493622853e-10, p: 0.0, w: 0.0, h: 1.0 },
-        // |∂F/∂v| = 0.99: it contracts so slowly that rounding ends the shrinking early.
+        // |∂F/∂v| = 0.99: the iteration converges so slowly that rounding soon
+        // stops the updates from shrinking.
         Case {
             model: slow,
             q: -9.114644483772375,
@@ -168,7 +169,7 @@ fn simple_iteration_stops_at_rounding() {
 
 #[test]
 fn k_is_kept_beside_a_pole_where_the_step_is_endless() {
-    // δ₄(q) is 1e30 and more, so p̄ is that much smaller than p0.
+    // δ₄(q) is at least 1e30, so p̄ is smaller than p0 by this factor.
     for (k, b, q, p, h) in [
         (
             164.03086808500353,
@@ -191,14 +192,14 @@ fn k_is_kept_beside_a_pole_where_the_step_is_endless() {
 
 #[test]
 fn k_is_kept_beside_a_singular_step() {
-    // σ = 1 + h/2 (b + h k/2) is all but 0, and so is p0 - h/2 k q0: p̄ is their quotient.
+    // σ = 1 + h/2 (b + h k/2) and p0 - h/2 k q0 nearly vanish, and p̄ is their quotient.
     for (missing, slack) in [(1e-3, 0.0), (1e-6, 1e-3), (1e-9, 1e-9)] {
         let model = Model::DampedOscillator { k: 1.0, b: -2.5 * (1.0 - missing) };
         check_k::<f64>(&Case { model, q: 1.0, p: 0.5 + slack, w: 0.0, h: 1.0 }).unwrap();
     }
 }
 
-/// A user's system, V = eᵠ - 1 - q with D = c p, whose edge comes from quadrature.
+/// A user-defined system, V = eᵠ - 1 - q with D = c p, whose edges are computed by quadrature.
 struct Exponential {
     c: f64,
 }
@@ -208,8 +209,8 @@ impl<T: Scalar> System<T> for Exponential {
         1
     }
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        // Near 0 the terms of eᵠ - 1 - q cancel, and K is compared with V where edges are not
-        // exact.
+        // Near 0 the terms of eᵠ - 1 - q cancel, and the check of K compares with V where edges are
+        // not exact.
         let q = q[0];
         let series = (2..=14)
             .rev()
@@ -240,14 +241,15 @@ proptest! {
 
     #[test]
     fn k_is_kept_without_an_edge_in_closed_form(
-        q in number(2.0), p in number(2.0), c in prop_oneof![Just(0.0), 0.0..3.0_f64], h in logarithmic(-6.0, -0.5),
+        q in number(2.0), p in number(2.0), c in prop_oneof![Just(0.0), 0.0..3.0_f64],
+        h in logarithmic(-6.0, -0.5),
     ) {
         let system = Exponential { c };
         let total = |state: &State<[f64; 1]>| {
             let [q, p, w] = [state.q, state.p, state.w].map(|x| x[0].widen());
             system.energy(&[q], &[p]) + w
         };
-        // Both ends of p², of the terms of q V' = q eᵠ - q, and w; the work is below these here.
+        // The terms at both ends: p², those of q V' = q eᵠ - q, and w. The work is smaller here.
         let end = |state: &State<[f64; 1]>| {
             let [q, p, w] = [state.q[0], state.p[0], state.w[0]];
             p * p + q.abs() * (q.exp() + 1.0) + w.abs()
@@ -256,7 +258,8 @@ proptest! {
         let before = state.clone();
         ModDg::newton().step(&system, h, &mut state, &mut ()).unwrap();
         let drift = (total(&state) - total(&before)).0.abs();
-        let roundings = drift / (<f64 as Scalar>::EPSILON * (end(&state) + end(&before)) + f64::MIN_POSITIVE);
+        let rounding = <f64 as Scalar>::EPSILON * (end(&state) + end(&before));
+        let roundings = drift / (rounding + f64::MIN_POSITIVE);
         prop_assert!(roundings <= ROUNDINGS, "K moved by {roundings:.1} roundings to {state:?}");
     }
 }

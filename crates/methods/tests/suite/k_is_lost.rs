@@ -1,5 +1,5 @@
-//! Failures built in, each of which the properties of `k_is_kept.rs` must see; and what no method
-//! promises.
+//! Deliberate errors, each of which the properties of `k_is_kept.rs` must detect; and the limits of
+//! what methods claim.
 
 use crate::books;
 use afterbay_core::{RunError, State, StepFailure};
@@ -8,7 +8,7 @@ use books::*;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 
-/// An ordinary start of an ordinary damped system.
+/// A generic state of a generic damped system.
 const ORDINARY: Case = Case {
     model: Model::Duffing { alpha: 1.0, beta: 1.0, c: 0.3 },
     q: 1.3,
@@ -88,7 +88,7 @@ fn what_does_not_claim_k_does_not_keep_it() {
 
 #[test]
 fn a_shared_step_is_not_passive_beside_its_pole() {
-    // δ₃(q) falls without bound as b q/p grows, and a negative δ drains the reservoir.
+    // δ₃(q) → -∞ as b q/p grows, and a negative δ takes energy from the reservoir.
     let case =
         Case { model: Model::DampedOscillator { k: 1.0, b: 0.5 }, q: 2.0, p: 1e-3, w: 0.0, h: 0.3 };
     for Bound { run, .. } in case.model.bind::<f64>(find("moddg-q3-shared").unwrap()) {
@@ -98,8 +98,7 @@ fn a_shared_step_is_not_passive_beside_its_pole() {
 
 #[test]
 fn positive_weights_fill_the_reservoir_while_the_energy_rises() {
-    // rk4 adds h Σ b_i D_i ∂H/∂p_i with b_i > 0: w rises although the step is beyond the limit of
-    // stability.
+    // rk4 adds h Σ b_i D_i ∂H/∂p_i with b_i > 0, so w increases even beyond the limit of stability.
     let case =
         Case { model: Model::DampedOscillator { k: 1.0, b: 0.1 }, q: 2.3, p: -3.1, w: 0.0, h: 3.5 };
     let energy_rises = |name: &str| {

@@ -1,4 +1,4 @@
-//! Linear systems that only lose energy, and what a step does to states measured by it.
+//! Passive linear systems, and the growth of states in a step, measured in the energy norm.
 
 use crate::bind::{linear, nonlinear, separable, uniform};
 use afterbay_core::{
@@ -14,12 +14,12 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Clone)]
 struct Network {
     mass: Vec<f64>,
-    /// One more than masses.
+    /// One spring more than masses.
     spring: Vec<f64>,
     friction: Vec<f64>,
 }
 
-/// 5 masses; what is not `stiff` is of the size of 1.
+/// A chain of 5 masses. Unless it is `stiff`, all parameters are of order 1.
 fn network(stiff: bool) -> Network {
     let x = |j: usize, a: f64| (a * (j + 1) as f64).sin().abs();
     let size = |x: f64, decades: f64| if stiff { 10f64.powf(decades * x) } else { 0.5 + x };
@@ -101,11 +101,10 @@ impl Curvature<f64> for Network {
 
 type Bind = Box<dyn Fn(&Row) -> Result<Run<f64>, InputError>>;
 
-/// A system, the ways to bind a method to it, and coordinates in which H is half the square of the
-/// length.
+/// A system, its bindings to methods, and coordinates in which H is half the squared norm.
 pub(crate) struct Scene {
     pub(crate) name: String,
-    /// The largest entry of the matrix of the flow, summed along rows.
+    /// The largest row sum of the absolute matrix of the flow.
     pub(crate) rate: f64,
     binds: Vec<Bind>,
     /// Lᵀ with L Lᵀ = H''.
@@ -137,7 +136,7 @@ impl Scene {
         Self { name: name.into(), rate, binds, root }
     }
 
-    /// The method bound in every way there is.
+    /// Binds the method in every possible way.
     pub(crate) fn bind(&self, row: &Row) -> Vec<Run<f64>> {
         let runs = self.binds.iter().map(|bind| bind(row));
         runs.filter_map(|run| match run {
@@ -148,7 +147,7 @@ impl Scene {
         .collect()
     }
 
-    /// One step of the state with these coordinates.
+    /// Takes one step of the state with these coordinates.
     fn step(
         &self,
         run: &Run<f64>,
@@ -169,15 +168,16 @@ impl Scene {
         DMatrix::identity(size, size) - &v * v.transpose() * (2.0 / v.norm_squared())
     }
 
-    /// What becomes of the basis.
+    /// The images of the basis under a step.
     fn images(&self, run: &Run<f64>, h: f64) -> Result<DMatrix<f64>, IntegrateError> {
         let basis = self.basis();
         let images = basis.column_iter().map(|x| self.step(run, h, &x.into_owned()));
         Ok(DMatrix::from_columns(&images.collect::<Result<Vec<_>, _>>()?))
     }
 
-    /// By how much states grow a step: the spectral radius of a linear one, else the mean along
-    /// orbits, each state taken back to the energy 1/2 (what is not linear is homogeneous).
+    /// The growth factor of states per step: the spectral radius of a linear step; otherwise the
+    /// mean along orbits, with each state rescaled to the energy 1/2, since nonlinear steps are
+    /// homogeneous.
     pub(crate) fn factor(&self, run: &Run<f64>, h: f64) -> Result<f64, IntegrateError> {
         let (basis, images) = (self.basis(), self.images(run, h)?);
         let size = basis.nrows();
@@ -204,15 +204,15 @@ impl Scene {
         Ok(most)
     }
 
-    /// The most energy left, of that of the start, after a step `reach` times the time of the
-    /// slowest motion.
+    /// The largest fraction of the energy left after a step of `reach` times the slowest time
+    /// scale.
     pub(crate) fn longest(&self, run: &Run<f64>, reach: f64) -> Result<f64, IntegrateError> {
         let images = self.images(run, reach / self.rate)?;
         Ok(images.column_iter().map(|x| x.norm_squared()).fold(0.0, f64::max))
     }
 }
 
-/// The steps of an orbit.
+/// The number of steps of an orbit.
 const ORBIT: u32 = 100;
 
 fn oscillator(k: f64, b: f64) -> Scene {
@@ -242,7 +242,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
         .collect()
 }
 
-/// Damped, with all times of the size of 1.
+/// Damped, with all time scales of order 1.
 pub(crate) fn gentle() -> [Scene; 3] {
     [oscillator(1.0, 2.5), oscillator(1.0, 1.0), masses(false)]
 }

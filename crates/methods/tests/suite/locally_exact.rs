@@ -42,7 +42,7 @@ fn orders<T: Scalar>(counts: [u64; 4], tolerance: f64) {
     check_orders("ring", &LocallyExact, rings, THREE, (2.0, counts), order);
     let pendulums = (&pendulum::<T>(0.125), &pendulum::<Series<T, 24>>(0.125));
     check_orders("pendulum", &LocallyExact, pendulums, TWO, (2.0, counts), order);
-    // Friction that couples velocities, H not separable.
+    // Friction that couples velocities, with H not separable.
     let twisted = Twisted { c: 0.25, offset: 0.0 };
     check_orders::<T, _, _, _>(
         "twisted",
@@ -75,7 +75,7 @@ fn order_two_in_31_digits() {
     orders::<Quad>([200, 280, 400, 560], 0.05);
 }
 
-/// Many steps of a linear system, each up to the period, beside the Taylor series.
+/// Compares many steps of a linear system, each up to the period, with the Taylor series.
 fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(system: &S, series: &R, h: f64) {
     let n = system.dof();
     let q: Vec<f64> = (0..n).map(|j| (0.9 * j as f64 + 0.3).sin()).collect();
@@ -95,7 +95,7 @@ fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(system: &S, serie
 
 #[test]
 fn exact_on_linear_systems() {
-    // At h = π the poles of tanh are met: the oscillator turns by half a period.
+    // h = π is a pole of tanh: the oscillator turns by half a period.
     for h in [0.01, 0.7, std::f64::consts::PI, 9.0] {
         for n in [1, 3, 20] {
             let system = FputChain::new(n, 0.0, 0.25).unwrap();
@@ -106,12 +106,13 @@ fn exact_on_linear_systems() {
         let system = DampedOscillator::new(1.0, 0.0).unwrap();
         exact::<f64, _, _>(&system, &system.map(Series::constant), h);
     }
-    // Overdamped: the midpoint rule turns the fast part around, this one lets it die.
+    // Overdamped: the midpoint rule reverses the sign of the fast component, while this method
+    // damps it.
     let system = DampedOscillator::new(1.0, 200.0).unwrap();
     exact::<f64, _, _>(&system, &system.map(Series::constant), 0.1);
 }
 
-/// |ΔK| in roundings of what K is made of, along the way.
+/// |ΔK| in roundings of its terms along the step.
 fn drift<S: Curvature<f64>>(
     system: &S,
     h: f64,
@@ -148,7 +149,7 @@ fn checked<S: Curvature<f64>>(
         let before = state.clone();
         if let Err(failure) = LocallyExact.step(system, h, &mut state, &mut workspace) {
             prop_assert_eq!(&before, &state, "{}", failure);
-            // A short step may not fail; of a longer one it has to be the length.
+            // Short steps may not fail. If a longer step fails, a shorter one must succeed.
             let shorter = |h: f64| {
                 let mut state = before.clone();
                 LocallyExact
@@ -193,14 +194,19 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn books_of_one_degree(h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0, z in [-2.0..2.0, -2.0..2.0]) {
+    fn books_of_one_degree(
+        h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0,
+        z in [-2.0..2.0, -2.0..2.0],
+    ) {
         checked(&Duffing::new(alpha, beta, c).unwrap(), h, &z[..1], &z[1..])?;
         checked(&VanDerPol::new(c).unwrap(), h, &z[..1], &z[1..])?;
         checked(&Wind { c }, h, &z[..1], &z[1..])?;
     }
 
     #[test]
-    fn books_of_many(h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0)) {
+    fn books_of_many(
+        h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0),
+    ) {
         checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
         checked(&VanDerPolRing::new(3, c, beta).unwrap(), h, &z[..3], &z[3..])?;
         checked(&Twisted { c: c.abs(), offset: 0.0 }, h, &z[..2], &z[2..4])?;
@@ -208,7 +214,7 @@ proptest! {
     }
 }
 
-/// Duffing with D = c |v| v, a friction that is not linear in the velocity.
+/// The Duffing oscillator with D = c |v| v, a friction that is not linear in the velocity.
 struct Wind {
     c: f64,
 }
@@ -248,7 +254,7 @@ impl Curvature<f64> for Wind {
     }
 }
 
-/// Where H is nearly quadratic the error is the nonlinear part's alone.
+/// If H is nearly quadratic, only the nonlinear part contributes to the error.
 #[test]
 fn weak_nonlinearity_costs_little() {
     let error = |beta: f64| {

@@ -1,4 +1,4 @@
-//! All tests of the methods, in one program: each method is compiled for each system once.
+//! All tests of the methods in one program, so that each method is compiled once for each system.
 
 #![cfg(test)]
 

@@ -1,11 +1,11 @@
-//! States with several degrees of freedom, their solution, and how far apart two are.
+//! States with several degrees of freedom, their reference solution, and their distance.
 
 pub(crate) mod orders;
 
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{Scalar, Series, State, System};
 
-/// The state (q, p), in whatever scalar.
+/// The state (q, p), in any scalar.
 pub(crate) fn start<T: Scalar>([q, p]: [&[f64]; 2]) -> State<Vec<T>> {
     let lift = |x: &[f64]| x.iter().map(|&x| T::from_f64(x)).collect();
     State::new(lift(q), lift(p)).unwrap()

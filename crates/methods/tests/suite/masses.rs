@@ -1,5 +1,5 @@
-//! What is no mass is refused before the first step, by every method that divides by it, and by
-//! name.
+//! Invalid masses are refused before the first step, by every method that divides by them, with an
+//! error that names the mass.
 
 use crate::bind::{linear, nonlinear, separable};
 use afterbay_core::{
@@ -52,7 +52,7 @@ impl Linear<f64> for Weights<1> {
     }
 }
 
-/// δ of the undamped oscillator, the same in both equations and without a pole.
+/// δ of the undamped oscillator, which is the same in both equations and has no pole.
 const CORRECTION: Correction<f64> = Correction { third: 1.0 / 12.0, fourth: 0.0 };
 
 impl OrderRaising<f64> for Weights<1> {
@@ -94,7 +94,7 @@ fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64)
     );
 }
 
-/// Asks for no mass: it takes ∂H/∂p as it is.
+/// Whether the method uses no mass: it evaluates ∂H/∂p.
 fn is_free(row: &Row) -> bool {
     matches!(row.needs, Needs::Any | Needs::Curvature | Needs::Linear)
 }
@@ -143,7 +143,7 @@ fn a_run_that_needs_a_mass_does_not_start_without_one() {
     assert_eq!(run(&Increment::new(Composition::pair()), -1.0), refused);
     assert_eq!(run(&ModDg::newton(), -1.0), refused);
     assert_eq!(run(&ModDg { steps: Plain, solver: ClosedForm }, -1.0), refused);
-    // Nothing here divides by a mass.
+    // RK4 does not divide by a mass.
     assert_eq!(run(&Rk4, -1.0), Ok(()));
     for outcome in [run(&Leapfrog, 1.0), run(&ModDg::newton(), 1.0), run(&ModDg::linear(), 1.0)] {
         assert_eq!(outcome, Ok(()));

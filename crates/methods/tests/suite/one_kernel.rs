@@ -1,4 +1,4 @@
-//! One kernel for every storage, and the shortest way through it where nothing is lost.
+//! The same arithmetic in every storage, and shortcuts for D = 0 that change no result.
 
 use crate::bind::nonlinear;
 use crate::slope;
@@ -27,7 +27,7 @@ where
     [bits(state.q.as_slice()), bits(state.p.as_slice()), bits(state.w.as_slice()), bits(&[state.t])]
 }
 
-/// The same bits from every storage.
+/// Checks that every storage gives the same bits.
 fn assert_one_kernel<S, M>(method: &M, system: &S)
 where
     S: System<f64>,
@@ -76,7 +76,7 @@ fn storage_changes_no_bit_of_two_degrees_of_freedom() {
     assert_eq!(carry(&Rk4, &Coupled, q, p), carry(&Rk4, &Coupled, sq, sp));
 }
 
-/// Hides that D = 0 is known beforehand.
+/// A system that does not declare D = 0.
 struct Unaware<S>(S);
 
 impl<S: System<f64>> System<f64> for Unaware<S> {
@@ -106,7 +106,7 @@ impl<S: Separable<f64>> Separable<f64> for Unaware<S> {
     }
 }
 
-/// The largest difference of q and p after a step, in roundings of their size; w must not move.
+/// The largest difference of q and p after a step, in roundings of their size; w must not change.
 fn compare<M, S>(method: &M, aware: &S, unaware: &Unaware<S>, q: f64, p: f64, h: f64) -> f64
 where
     S: System<f64>,
@@ -123,7 +123,10 @@ where
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(500) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(500)
+    })]
 
     #[test]
     fn without_dissipation_the_step_is_the_conservative_one(
@@ -138,20 +141,23 @@ proptest! {
 
     #[test]
     fn closed_form_and_newton_agree(
-        q in -10.0..10.0_f64, p in -10.0..10.0_f64, k in 1e-3..1e2_f64, b in -1.0..10.0_f64, log_h in -6.0..0.0_f64,
+        q in -10.0..10.0_f64, p in -10.0..10.0_f64, k in 1e-3..1e2_f64,
+        b in -1.0..10.0_f64, log_h in -6.0..0.0_f64,
     ) {
         let system = DampedOscillator::new(k, b).unwrap();
-        let (mut closed, mut solved) = (State::new([q], [p]).unwrap(), State::new([q], [p]).unwrap());
+        let start = State::new([q], [p]).unwrap();
+        let (mut closed, mut solved) = (start.clone(), start);
         let grid = || Grid::of(10f64.powf(log_h), 1).unwrap();
         integrate(&ModDg::linear(), &system, grid(), &mut closed, &mut ()).unwrap();
         integrate(&ModDg::newton(), &system, grid(), &mut solved, &mut ()).unwrap();
-        // In units of energy, which neither can tell apart better: √k q and p are the same to it. σ
-        // > 1/2 here.
+        // In units of energy, √k q and p are equivalent for both forms. Here σ > 1/2.
         let size = (p * p + k * q * q).sqrt();
         let off = [(closed.q[0] - solved.q[0]) * k.sqrt(), closed.p[0] - solved.p[0]];
         let dw = (closed.w[0] - solved.w[0]).abs();
-        prop_assert!(off.into_iter().all(|off| off.abs() <= 16.0 * f64::EPSILON * size), "{closed:?} {solved:?}");
-        prop_assert!(dw <= 16.0 * f64::EPSILON * (size * size + closed.w[0].abs()), "{closed:?} {solved:?}");
+        let unit = 16.0 * f64::EPSILON;
+        prop_assert!(off.into_iter().all(|off| off.abs() <= unit * size), "{closed:?} {solved:?}");
+        let energy = size * size + closed.w[0].abs();
+        prop_assert!(dw <= unit * energy, "{closed:?} {solved:?}");
     }
 }
 

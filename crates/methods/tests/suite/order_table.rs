@@ -1,7 +1,7 @@
 //! The order table: the global order of every row of the registry in q, p and w, in 31 digits, on
 //! nonlinear damped problems.
 //!
-//! `cargo test -p afterbay-methods --test suite order_table -- --nocapture` prints it.
+//! `cargo test -p afterbay-methods --test suite order_table -- --nocapture` prints the table.
 
 use crate::bind::{general, linear, nonlinear, separable};
 use crate::slope;
@@ -13,17 +13,17 @@ use rayon::prelude::*;
 use slope::slope;
 use std::ops::ControlFlow;
 
-/// How far a slope may lie from the order.
+/// The largest difference between a slope and the order.
 const TOLERANCE: f64 = 0.05;
 /// The 0.975 quantile of Student's t with three degrees of freedom: five points, two parameters.
 const STUDENT: f64 = 3.182_446_305_284_263;
-/// Largest |K - K0| / |K0| along a run of a method that keeps K, and largest error of one that has
-/// none but rounding: 1.2e-32 each, in up to 2048 steps.
+/// The largest |K - K0| / |K0| along a run of a method that conserves K, and the largest error of
+/// an exact method: 1.2e-32 per step, in up to 2048 steps.
 const KEPT: f64 = 5e-30;
-/// Errors lie above the roundings of 31 digits, and from order 8 on below that of `f64`.
+/// Errors exceed the rounding of 31 digits, and from order 8 on they are below that of `f64`.
 const SEEN: [f64; 2] = [1e-28, 1.1e-16];
 
-/// Five numbers of steps, short enough for the next term of the error to vanish.
+/// Five numbers of steps, large enough for the next error term to be negligible.
 fn counts(order: u32) -> [u64; 5] {
     match order {
         0..4 => [32, 40, 48, 64, 80],
@@ -37,15 +37,15 @@ fn counts(order: u32) -> [u64; 5] {
     }
 }
 
-/// Where a step is its own adjoint the next term of its error is two powers of h smaller, otherwise
-/// one, and the order shows in shorter steps: that is so of explicit methods, of δ at the start of
-/// a step, and of a single sweep.
+/// The factor by which the numbers of steps are multiplied. If a step is not its own adjoint, the
+/// next error term is only one power of h smaller, instead of two, and shorter steps are needed to
+/// see the order. This concerns explicit methods, δ at the start of a step, and single sweeps.
 fn finer(row: &Row) -> u64 {
     if row.needs == Needs::Any || !row.poles().is_empty() || row.order() == 1 { 8 } else { 1 }
 }
 
-/// The global orders that follow from the local ones: q and p feel what the other is off by, and w
-/// feels both, but nothing feels w.
+/// The global orders that follow from the local ones: the errors of q and p affect each other and
+/// w, but the error of w affects neither.
 fn orders(row: &Row) -> [u32; 3] {
     let [q, p, w] = row.local_order;
     [q.min(p), q.min(p), q.min(p).min(w)]
@@ -54,11 +54,11 @@ fn orders(row: &Row) -> [u32; 3] {
 type Energy = dyn Fn(&[Quad], &[Quad]) -> Quad + Sync;
 type Bind = dyn Fn(&Row) -> Run<Quad> + Sync;
 
-/// A system in a state, and its solution at the end.
+/// A system, its initial state, and its solution at the end.
 struct Problem {
     name: &'static str,
     end: f64,
-    /// What its numbers of steps are multiplied by.
+    /// The factor by which its numbers of steps are multiplied.
     finer: u64,
     start: State<Vec<Quad>>,
     exact: State<Vec<Quad>>,
@@ -83,8 +83,8 @@ impl Problem {
         Self { name, end, finer, start, exact, energy, bind: Box::new(bind) }
     }
 
-    /// The errors of q, p and w at the end (Euclidean norms), and the largest drift of K on the
-    /// way.
+    /// The errors of q, p and w at the end (Euclidean norms), and the largest drift of K along the
+    /// run.
     fn run(&self, run: &Run<Quad>, steps: u64) -> ([f64; 3], f64) {
         let mut state = self.start.clone();
         let before = (self.energy)(&state.q, &state.p);
@@ -103,7 +103,7 @@ impl Problem {
         ([far(&state.q, &exact.q), far(&state.p, &exact.p), far(&state.w, &exact.w)], drift)
     }
 
-    /// A line of the table, and what is wrong with it.
+    /// A line of the table, and the errors found in it.
     fn line(&self, row: &Row) -> (String, Vec<String>) {
         let run = (self.bind)(row);
         let exact = row.order() == EXACT;
@@ -154,8 +154,9 @@ fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
     (found, STUDENT * (rest / 3.0 / spread).sqrt())
 }
 
-/// The problems a row is measured on: several degrees of freedom, one of them not separable, where
-/// it takes these. Those with one degree end before p or V' + D vanishes, where δ has its poles.
+/// The problems on which a row is measured: several degrees of freedom, one problem not separable,
+/// if the method applies to these. Those with one degree of freedom end before p or V' + D
+/// vanishes, where δ has its poles.
 fn problems(needs: Needs) -> &'static [usize] {
     match needs {
         Needs::Any | Needs::Curvature | Needs::SeparableOrPlanes => &[0, 1],
@@ -182,7 +183,7 @@ fn all() -> [Problem; 6] {
         Problem::new("chain", chain, &chain.map(lift), three, (1.0, 1), move |row| {
             separable(row, chain).unwrap()
         }),
-        // Its sines turn faster than the chain's forces.
+        // The pendulum's sines vary faster than the forces of the chain.
         Problem::new(
             "pendulum",
             pendulum,

@@ -1,5 +1,4 @@
-//! The order of every method on nonlinear damped problems, variable by variable, in f64 and in 31
-//! digits.
+//! The orders of every method in q, p and w on nonlinear damped problems, in f64 and in 31 digits.
 
 use crate::bind::{linear, nonlinear};
 use crate::slope;
@@ -13,12 +12,13 @@ use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol};
 use slope::slope;
 use std::ops::ControlFlow;
 
-/// How far a slope may lie from the order.
+/// The largest difference between a slope and the order.
 const TOLERANCE: f64 = 0.1;
 
-/// Steps in f64: even local errors of order 4 stay two digits above their rounding, 1e-16/h.
+/// Steps in f64, at which even local errors of order 4 exceed their rounding, 1e-16/h, by two
+/// digits.
 const STEPS: [f64; 5] = [0.008, 0.01, 0.012, 0.016, 0.02];
-/// Steps in 31 digits, where higher orders have died away.
+/// Steps in 31 digits, at which higher-order terms are negligible.
 const FINE_STEPS: [f64; 5] = [0.0004, 0.0006, 0.0009, 0.0013, 0.002];
 
 /// Base points, away from the poles p = 0 and V' + D = 0 of every problem below.
@@ -87,15 +87,15 @@ fn assert_orders(row: &Row, found: [f64; 3]) {
     }
 }
 
-/// One degree of freedom cannot tell a sweep from its adjoint: increments are tested on more
-/// (increment.rs). Beyond order 4 these steps leave nothing but rounding (collocation.rs has longer
-/// ones).
+/// For one degree of freedom a sweep equals its adjoint, so increments are tested with several
+/// (increment.rs). Beyond order 4 the errors of these steps are below rounding (collocation.rs uses
+/// longer ones).
 fn rows() -> impl Iterator<Item = &'static Row> {
     FIXED.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
 }
 
-/// Checks the local orders of every method that binds, at each point in 31 digits, and says how
-/// many did.
+/// Checks the local orders of every method that binds, at each point in 31 digits, and returns the
+/// number of methods.
 fn check_fine<S: System<Series<Quad, 24>>>(
     system: &S,
     bind: impl Fn(&Row) -> Bound<Quad>,
@@ -113,8 +113,8 @@ fn check_fine<S: System<Series<Quad, 24>>>(
         .count()
 }
 
-/// The same in f64 for the root mean square over all points: with steps this large a point where
-/// the leading term is small shows the next one.
+/// Checks the orders in f64 for the root mean square over all points: at steps this large, a point
+/// where the leading error term is small would show the next one.
 fn check<S: System<Series<f64, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<f64>) -> usize {
     let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
     bound
@@ -159,7 +159,7 @@ fn local_orders_on_modified_van_der_pol_in_31_digits() {
     assert_eq!(check_fine(&modified_van_der_pol(), bind), nonlinear_rows());
 }
 
-/// The oscillator bound to all but what leaves no error there (locally_exact.rs).
+/// Binds the oscillator, except to methods that are exact on it (locally_exact.rs).
 fn bind_oscillator<T: Number>(row: &Row) -> Bound<T> {
     if row.name == "locally-exact" {
         return Err(InputError::Unsupported { method: row.name, why: "it has no error" });
@@ -274,7 +274,7 @@ fn an_order_claimed_wrong_by_one_is_seen() {
         assert!((found - f64::from(order - 1)).abs() > 9.0 * TOLERANCE);
         assert!((found - f64::from(order + 1)).abs() > 9.0 * TOLERANCE);
     }
-    // The same of a method: moddg is of order 2 and of no other, and h³ in place of h² would be.
+    // moddg has order 2 and no other; an error of h³ instead of h² would be detected.
     let run = nonlinear::<f64, _>(find("moddg").unwrap(), duffing()).unwrap();
     let found = slopes(&STEPS, &local_errors(&duffing(), &run, &STEPS, POINTS[1]));
     assert!(found.into_iter().all(|found| (found - 3.0).abs() > 9.0 * TOLERANCE), "{found:?}");

@@ -63,7 +63,7 @@ fn every_method_leaves_finite_numbers_or_the_old_state() {
 
 #[test]
 fn a_reservoir_beyond_the_numbers_is_not_finite() {
-    // q and p stay finite; what is lost does not.
+    // q and p stay finite, but the dissipated energy overflows.
     let found = failure(&closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
     assert_eq!(
         found,

@@ -1,4 +1,4 @@
-//! Systems as seen in the plane of one degree of freedom.
+//! Systems with their derivatives in the phase plane of one degree of freedom.
 
 use super::systems::{Springs, Twisted};
 use afterbay_core::{
@@ -6,7 +6,7 @@ use afterbay_core::{
     System,
 };
 
-/// A system known by its slopes alone, with its own edges put aside.
+/// A system given by its slopes alone, without its own edges.
 pub(crate) struct BySlopes<S>(pub(crate) S);
 
 /// The H of [`Twisted`] with D_j = c_j (1 + q_j²) ∂H/∂p_j.
@@ -37,7 +37,7 @@ impl<T: Scalar> System<T> for Curved {
     }
 }
 
-/// ∂/∂q_j and so on of the H of [`Twisted`].
+/// The derivatives of the H of [`Twisted`] with respect to q_j and p_j.
 fn twisted_slopes<T: Scalar>(q: &[T], p: &[T], j: usize, [q_j, p_j]: [T; 2]) -> Slopes<T> {
     let (one, quarter, twist) = (T::one(), T::from_f64(0.25), T::from_f64(0.3));
     let three = T::from_f64(3.0);
@@ -132,7 +132,7 @@ impl<T: Scalar, S: PhasePlane<T>> PhasePlane<T> for BySlopes<S> {
     }
 }
 
-/// [`Springs`] are separable: H, and D_j = c p_j.
+/// [`Springs`] have a separable H, and D_j = c p_j.
 impl Separable<f64> for Springs {
     fn mass(&self, j: usize) -> f64 {
         self.masses[j]
@@ -176,7 +176,7 @@ impl PhasePlane<f64> for Springs {
     }
 }
 
-/// H = p1²/2 + p2²/2 + q1²/2 - a q2⁴/4 pulls the second without end; a = NaN is no force at all.
+/// H = p1²/2 + p2²/2 + q1²/2 - a q2⁴/4 is unbounded below in q2; for a = NaN the force is NaN.
 pub(crate) struct Endless(pub(crate) f64);
 
 impl System<f64> for Endless {

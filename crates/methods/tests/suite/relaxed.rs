@@ -30,7 +30,7 @@ fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
         .unwrap()
 }
 
-/// By numbers of steps.
+/// Checks the order on a chain for these numbers of steps.
 fn chain_orders(method: Relaxed, order: f64, counts: [u64; 4]) {
     let chains = (&chain::<f64>(), &chain::<Series<f64, 24>>());
     check_orders("chain", &method, chains, CHAIN, (2.0, counts), (order, 0.1));
@@ -41,7 +41,7 @@ fn ring_orders<T: Scalar>(method: Relaxed, order: f64, counts: [u64; 4], toleran
     check_orders("ring", &method, rings, CHAIN, (2.0, counts), (order, tolerance));
 }
 
-/// On the chain and the double pendulum in 31 digits: order_table.rs.
+/// order_table.rs measures it on the chain and the double pendulum in 31 digits.
 #[test]
 fn order_four_at_the_grid_points() {
     chain_orders(Relaxed::rk4(), 4.0, [200, 250, 320, 400]);
@@ -56,7 +56,7 @@ fn order_eight_at_the_grid_points() {
     ring_orders::<Quad>(Relaxed::dop853(), 8.0, [1000, 1200, 1400, 1500], 0.05);
 }
 
-/// Steps with one workspace, each beginning where the last one ended.
+/// Takes steps with one workspace, each from the end of the last one.
 fn steps<S: System<f64>>(
     method: Relaxed,
     system: &S,
@@ -68,7 +68,7 @@ fn steps<S: System<f64>>(
     (0..count).try_for_each(|_| method.step(system, h, state, &mut workspace).map(drop))
 }
 
-/// |ΔK| in roundings of what K is made of at both ends.
+/// |ΔK| in roundings of its terms at both ends.
 fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
     let scale = |state: &State<Vec<f64>>| {
         let n = state.dof();
@@ -86,9 +86,9 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
         / (f64::EPSILON / 2.0 * size + f64::MIN_POSITIVE)
 }
 
-/// Is h a time in which the force changes by itself, as one step of RK4 and two of half of it show
-/// where they are off by a hundredth, or K after it by 1e-5 of the kinetic energy? There need be no
-/// root near 1 then.
+/// Whether h is beyond the time scale of the system: one step of RK4 and two of half the size
+/// differ by a hundredth, or K after the step is off by 1e-5 of the kinetic energy. In this case a
+/// root near 1 need not exist.
 fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
     let step = |h: f64, count: u32| {
         let mut state = before.clone();
@@ -110,7 +110,7 @@ fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool 
     pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) > 1e-2 * size
 }
 
-/// Does the advice of the failure hold: is there a step with h/2, h/4, .. h/256?
+/// Whether the advice of the failure holds: a step with h/2, h/4, .. or h/256 succeeds.
 fn cured<S: System<f64>>(method: &Relaxed, system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
     (1..=8).any(|k| {
         let mut state = before.clone();
@@ -119,8 +119,8 @@ fn cured<S: System<f64>>(method: &Relaxed, system: &S, h: f64, before: &State<Ve
     })
 }
 
-/// Is there no γ within ½ of 1 that keeps K, however short the step? Along the direction of a step
-/// K is looked at directly, with that of RK4, and moved to what the failed step was off by.
+/// Whether no γ within ½ of 1 conserves K, however short the step. K is evaluated along the
+/// direction of RK4 and shifted by the error of K of the failed step.
 fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess: f64) -> bool {
     let mut after = before.clone();
     let mut workspace = Method::<Vec<f64>, S>::workspace(&Rk4, system).unwrap();
@@ -134,9 +134,8 @@ fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess:
             .map(|(a, b): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> { along(a, b) });
         State { q, p, w, t: 0.0 }.total(system) - after.total(system) + excess
     };
-    // The direction is that of RK4, not of the method: where K is all but tangent to what it must
-    // be, or γ moves it by little more than it is off by, the one may have a root and the other
-    // none.
+    // The direction is that of RK4, not of the method. If K is nearly tangent to its target, or γ
+    // changes it by little more than its error, one of the two may have a root and the other none.
     let [below, above] = [off(0.99), off(1.01)].map(|x| x - excess);
     let (slope, bend) = ((above - below) / 0.02, (above + below) / 2e-4);
     let moved = [0.5, 1.5].map(|gamma| (off(gamma) - excess).abs());
@@ -149,7 +148,8 @@ fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess:
     (1..=400).all(|i| off(0.5 + f64::from(i) / 400.0) * side > 0.0)
 }
 
-/// A few steps that keep K, rk4 passive, and a failed one changes nothing.
+/// Checks that a few steps conserve K, that rk4 is passive, and that a failed step leaves the state
+/// unchanged.
 fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
     for (method, passive) in [(Relaxed::rk4(), true), (Relaxed::dop853(), false)] {
         let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
@@ -160,7 +160,7 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
             match method.step(system, h, &mut state, &mut workspace) {
                 Ok(_) => {
                     prop_assert!(state.check(q.len()).is_ok());
-                    // The target is that of the first step: twenty steps keep K as well as one.
+                    // The target is K of the first step, so twenty steps conserve K as well as one.
                     let off = drift(system, &first, &state);
                     prop_assert!(
                         off <= 16.0,
@@ -175,11 +175,10 @@ fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(
                 Err(failure) => {
                     let owed = match failure {
                         StepFailure::NoRelaxationRoot { excess } => {
-                            // K may be all but tangent to what it must be, and then a shorter step
-                            // cures it.
+                            // K may be nearly tangent to its target, and then a shorter step
+                            // succeeds.
                             let shorter = h > 1e-2 && cured(&method, system, h, &before);
-                            // What K is off by may be roundings of its terms, of which γ makes no
-                            // less.
+                            // The error of K may be a rounding of its terms, which no γ reduces.
                             let w: f64 = before.w.iter().map(|w| w.abs()).sum();
                             let size = before.energy(system).abs() + w;
                             excess.abs() <= 2e-14 * size
@@ -203,19 +202,25 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn books_of_a_chain(h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), beta in 0.0..2.0, c in -0.5..2.0, z in prop::array::uniform6(-2.0..2.0)) {
+    fn books_of_a_chain(
+        h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), beta in 0.0..2.0, c in -0.5..2.0,
+        z in prop::array::uniform6(-2.0..2.0),
+    ) {
         checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
     }
 
     #[test]
-    fn books_of_a_double_pendulum(h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), c in 0.0..2.0, z in prop::array::uniform4(-2.0..2.0)) {
+    fn books_of_a_double_pendulum(
+        h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), c in 0.0..2.0,
+        z in prop::array::uniform4(-2.0..2.0),
+    ) {
         let system = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [c, 0.25]).unwrap();
         checked(&system, h, &z[..2], &z[2..])?;
     }
 }
 
-/// In the ninth step f·H''f passes through 0, in the other's seventeenth K along the step has its
-/// least value at γ = 1.
+/// In the ninth step f·H''f passes through 0; in the seventeenth step of the other run K along the
+/// step has its minimum at γ = 1.
 #[test]
 fn a_short_step_without_a_root() {
     let system =
@@ -240,7 +245,7 @@ fn a_short_step_without_a_root() {
     checked(&system, 0.008_356_270_392_745_141, &z[..2], &z[2..]).unwrap();
 }
 
-/// K of a million roundings' worth of steps is that of the first.
+/// K of a million steps is that of the first.
 #[test]
 fn roundings_of_k_do_not_add_up() {
     let system = chain::<f64>();
@@ -252,8 +257,8 @@ fn roundings_of_k_do_not_add_up() {
     }
 }
 
-/// The lag is given back by the next step: with it forgotten the error is that of another order,
-/// with it the same as ever.
+/// After the state is changed from outside, a step discards the lag and the target K, as with a new
+/// workspace.
 #[test]
 fn a_state_changed_from_outside_is_a_new_beginning() {
     let system = chain::<f64>();
@@ -284,7 +289,7 @@ fn beyond_stability_there_is_no_root() {
     }
 }
 
-/// f·H''f passes through 0 twice a swing on the double well.
+/// f·H''f passes through 0 twice per oscillation on the double well.
 #[test]
 fn flanks_of_a_double_well() {
     let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
@@ -299,7 +304,7 @@ fn flanks_of_a_double_well() {
     }
 }
 
-/// A force that is no number beyond q1 = 1.
+/// A force that is NaN beyond q1 = 1.
 struct Cliff;
 
 impl System<f64> for Cliff {

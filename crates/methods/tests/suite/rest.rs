@@ -1,5 +1,5 @@
-//! Damped motion that comes to rest away from the origin, where forces are differences of large
-//! terms.
+//! Damped motion that approaches an equilibrium away from the origin, where forces are differences
+//! of large terms.
 
 use crate::bind::{curved, nonlinear, separable};
 use afterbay_core::{Curvature, Grid, Separable, State, System, Tolerance};
@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 const END: f64 = 200.0;
 const STEPS: [f64; 3] = [0.025, 0.125, 0.2];
 
-/// A Morse potential with its lowest point at q1 = 2, coupled to a spring of length 3.
+/// A Morse potential with its minimum at q1 = 2, coupled to a spring of length 3.
 fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
     let friction = DissipationText::Forces(friction.iter().map(ToString::to_string).collect());
     Custom::new(&Description {
@@ -21,8 +21,8 @@ fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
     .unwrap()
 }
 
-/// Every method that applies and has no pole at rest goes on until the end, at the point of rest,
-/// with K kept where it says so.
+/// Checks that every method that applies and has no pole at rest completes the run, ends at the
+/// equilibrium, and conserves K if it claims to.
 fn comes_to_rest<S>(
     system: &S,
     start: &State<Vec<f64>>,
@@ -33,7 +33,7 @@ fn comes_to_rest<S>(
 {
     let total = start.total(system);
     let judge = |name: &str, h: f64, keeps_k: bool, state: &State<Vec<f64>>| {
-        // H, and with it K, tells no nearer points of rest apart than the root of a rounding.
+        // H, and with it K, determines the equilibrium only to the square root of a rounding.
         let near = if registry::find(name).is_some_and(registry::Row::is_adaptive) {
             1e-7_f64.max(10.0 * h)
         } else {

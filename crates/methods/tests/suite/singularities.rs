@@ -9,7 +9,7 @@ use afterbay_methods::registry::{FIXED, Row, Run};
 use afterbay_methods::{Composition, Increment, Rk4};
 use std::ops::ControlFlow;
 
-/// V = 1/q² for a degree of freedom, 1/(q1 - q2)² for two.
+/// V = 1/q² for one degree of freedom, 1/(q1 - q2)² for two.
 struct Repelling {
     n: usize,
 }
@@ -27,8 +27,8 @@ impl Formulas for Repelling {
     }
 }
 
-/// Steps are refused by name where they cross the singularity between q1 and `wall`, and no state
-/// lies beyond.
+/// Checks that steps across the singularity fail with `AcrossSingularity`, and that no state lies
+/// beyond it. Returns the numbers of runs that failed so and of the others.
 fn no_step_crosses<S>(bind: impl Fn(&Row) -> Option<Run<f64>>, n: usize, system: &S) -> [u32; 2]
 where
     S: Separable<f64>,
@@ -76,7 +76,7 @@ fn no_method_steps_across_a_singularity() {
     }
 }
 
-/// Increments on [`Formulas`]: the steps refused.
+/// Runs increments on [`Formulas`], and returns the number of refused steps.
 fn formulas_do_not_cross(n: usize, system: &FromFormulas<Repelling>) -> u32 {
     let mut refused = 0;
     for h in [0.01, 0.1, 0.3, 1.0, 4.0] {
@@ -116,7 +116,8 @@ fn formulas_do_not_cross(n: usize, system: &FromFormulas<Repelling>) -> u32 {
     refused
 }
 
-/// A function that a step may cross: it has a value everywhere, and an enclosure does not show it.
+/// A function that a step may cross: it is finite everywhere, although an interval enclosure does
+/// not show it.
 struct Touching;
 
 impl Formulas for Touching {

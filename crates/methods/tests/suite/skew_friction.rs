@@ -1,4 +1,4 @@
-//! Friction with a skew part that depends on q: increments keep K, orders, and what it owes.
+//! Friction with a skew part that depends on q: under increments K, the orders and passivity hold.
 
 use crate::slope;
 use afterbay_core::taylor::trajectory;
@@ -60,10 +60,13 @@ impl<T: Scalar> Separable<T> for Gyre {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(200)
+    })]
 
-    /// A skew part of R takes no power, however large: H never grows, K is kept, and the reservoirs
-    /// fill in sum.
+    /// A skew part of R does no work, however large it is: H never grows, K is conserved, and Σ w_j
+    /// does not decrease.
     #[test]
     fn a_skew_part_exerts_no_power(
         shape in prop::array::uniform3(prop::array::uniform3(-0.5..0.5_f64)),
@@ -82,7 +85,7 @@ proptest! {
             let (before, filled) = (state.energy(&gyre), state.w.iter().sum::<f64>());
             prop_assert!(method.step(&gyre, h, &mut state, &mut workspace).is_ok());
             let after = state.energy(&gyre);
-            // |w_j| may be as large as what S moves between the reservoirs.
+            // |w_j| may be as large as the energy that S moves between the reservoirs.
             let sizes = start + state.w.iter().map(|w| w.abs()).sum::<f64>();
             let powers: f64 = (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).map(|(i, j)| {
                 gyre.resistance(&[4.0 * start + 2.0; 3], i, j).abs() * 2.0 * start
@@ -90,12 +93,13 @@ proptest! {
             let bound = 64.0 * f64::EPSILON * (sizes + h * powers);
             prop_assert!(after <= before + bound, "H grows from {} to {}", before, after);
             prop_assert!(state.w.iter().sum::<f64>() >= filled - bound);
-            prop_assert!((state.total(&gyre) - start).abs() <= 50.0 * bound, "{:e}", state.total(&gyre) - start);
+            let drift = state.total(&gyre) - start;
+            prop_assert!(drift.abs() <= 50.0 * bound, "{drift:e}");
         }
     }
 }
 
-/// Errors of q, p and w at t = 1 with a skew part, against series.
+/// The errors of q, p and w at t = 1 with a skew part, against Taylor series.
 #[test]
 fn a_skew_part_costs_no_order() {
     let gyre = Gyre {

@@ -1,4 +1,4 @@
-//! The empirical order.
+//! The empirical order of convergence.
 
 /// The slope of log(error) against log(h), by least squares.
 pub(crate) fn slope(steps: &[f64], errors: &[f64]) -> f64 {

@@ -1,30 +1,29 @@
-//! What the registry says of stability, of every row both ways: what is claimed holds, and what is
-//! not claimed does not hold.
+//! The stability flags of the registry, in both directions: methods that claim stability are
+//! stable, and methods that do not are unstable on some scene.
 
 use crate::linear_scenes;
 use afterbay_core::{IntegrateError, StepFailure};
 use afterbay_methods::registry::{Cost, FIXED, Row};
 use linear_scenes::{Scene, gentle, scenes};
 
-/// What the eigenvalues of a step may exceed 1 by, for rounding: where the energy makes lengths, an
-/// eigenvalue of size 1 of what stays bounded is well conditioned.
+/// The rounding error of an eigenvalue: in the energy norm, eigenvalues of modulus 1 of a bounded
+/// step are well conditioned.
 const ROUNDING: f64 = 1e-11;
 
-/// The same for the flow of a matrix, known to a rounding of h |A|.
+/// The rounding error for methods that compute the flow of a matrix, which has h |A| roundings.
 fn rounding(row: &Row, scene: &Scene, h: f64) -> f64 {
     let flow = matches!(row.cost, Cost::Flow | Cost::Paths);
     if flow { ROUNDING + f64::EPSILON * h * scene.rate } else { ROUNDING }
 }
-/// An orbit grows where its energy does by so much a step.
+/// The growth of the energy per step from which an orbit counts as growing.
 const GROWTH: f64 = 1e-6;
 
-/// Steps from 1e-3 to 1e6, closer where oscillations begin to be missed.
+/// Steps from 1e-3 to 1e6, denser where oscillations begin to be unresolved.
 fn steps() -> impl Iterator<Item = f64> {
     (-6..=12).map(|i| 10f64.powf(f64::from(i) / 2.0)).chain([0.5, 2.1, 2.9, 5.0])
 }
 
-/// What becomes of states in one step, or why there is none. `None`: beyond the reach of the
-/// arithmetic.
+/// The result of a step, or its failure. `None` if the step is beyond the range of the arithmetic.
 fn judge<T>(found: Result<T, IntegrateError>) -> Option<Result<T, StepFailure>> {
     match found {
         Ok(found) => Some(Ok(found)),
@@ -36,8 +35,8 @@ fn judge<T>(found: Result<T, IntegrateError>) -> Option<Result<T, StepFailure>> 
     }
 }
 
-/// By how much states of the worst of the scenes and steps grow a step beyond rounding (a failure
-/// is worse than any), where that was, and how many were judged.
+/// The largest growth of states per step beyond rounding over all scenes and steps (a failure
+/// counts as infinite growth), where it occurs, and the number of steps judged.
 fn worst(row: &Row, scenes: &[Scene]) -> (f64, String, usize) {
     let (mut most, mut place, mut judged) = (f64::NEG_INFINITY, String::new(), 0);
     for scene in scenes {
@@ -79,8 +78,7 @@ fn a_stable_is_what_stays_bounded_at_every_step() {
     }
 }
 
-/// Every eigenvalue of the flow is real and negative or in the left half-plane, and times h beyond
-/// any measure.
+/// Every eigenvalue of the flow is in the left half-plane, and h is taken as large as possible.
 #[test]
 fn l_stable_is_what_vanishes_in_one_long_step() {
     for row in FIXED {
@@ -88,7 +86,7 @@ fn l_stable_is_what_vanishes_in_one_long_step() {
         let mut left = Vec::new();
         for scene in gentle() {
             for run in scene.bind(row) {
-                // The longest that is not refused. What fails leaves everything.
+                // The longest step that is not refused. A step that fails damps nothing.
                 let longest = |exponent: i32| judge(scene.longest(&run, 10f64.powi(exponent)));
                 let found = (2..=8).rev().find_map(longest).expect("some step is judged");
                 left.push(found.unwrap_or(f64::INFINITY));

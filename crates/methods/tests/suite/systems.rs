@@ -7,7 +7,7 @@ use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Twisted {
     pub(crate) c: f64,
-    /// Added to H, and no one should notice.
+    /// A constant added to H, which must not change any result.
     pub(crate) offset: f64,
 }
 
@@ -170,7 +170,7 @@ impl<T: Scalar> Curvature<T> for Springs {
     }
 }
 
-/// A state without symmetry.
+/// A state without symmetries.
 pub(crate) fn start<T: Scalar>(n: usize) -> (Vec<T>, Vec<T>) {
     let at = |phase: f64| move |j: usize| T::from_f64((phase + 1.7 * j as f64).sin());
     ((0..n).map(at(0.4)).collect(), (0..n).map(at(2.1)).collect())

@@ -1,5 +1,5 @@
-//! The vectorised coloured sweeps give what the coloured sweeps give one member at a time, to the
-//! bit.
+//! The vectorised coloured sweeps give to the bit the results of coloured sweeps one member at a
+//! time.
 
 use afterbay_core::{
     Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError,
@@ -58,7 +58,8 @@ proptest! {
 
     #[test]
     fn a_chain_is_moved_as_it_is_one_at_a_time(
-        n in 1usize..70, beta in 0.0..2.0, c in -0.2..0.5, h in 0.01..1.0, seed in 0.0..6.0, which in 0usize..5,
+        n in 1usize..70, beta in 0.0..2.0, c in -0.2..0.5, h in 0.01..1.0,
+        seed in 0.0..6.0, which in 0usize..5,
     ) {
         let (system, grid) = (FputChain::new(n, beta, c).unwrap(), Grid::of(h, 3).unwrap());
         let composition = &compositions()[which];
@@ -68,16 +69,18 @@ proptest! {
 
     #[test]
     fn a_ring_is_moved_as_it_is_one_at_a_time(
-        half in 1usize..35, mu in -1.0..2.0, coupling in 0.0..2.0, h in 0.01..0.5, seed in 0.0..6.0, which in 0usize..5,
+        half in 1usize..35, mu in -1.0..2.0, coupling in 0.0..2.0, h in 0.01..0.5,
+        seed in 0.0..6.0, which in 0usize..5,
     ) {
-        let (system, grid) = (VanDerPolRing::new(2 * half, mu, coupling).unwrap(), Grid::of(h, 3).unwrap());
+        let system = VanDerPolRing::new(2 * half, mu, coupling).unwrap();
+        let grid = Grid::of(h, 3).unwrap();
         let composition = &compositions()[which];
         let found = side_by_side(&system, composition, 1, grid, start(2 * half, seed));
         prop_assert_eq!(found, one_at_a_time(&system, composition, grid, start(2 * half, seed)));
     }
 }
 
-/// Tiles meet, the last is not full, and the threads share them in different ways.
+/// Several tiles, the last of them not full, divided among the threads in different ways.
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let grid = Grid::of(0.1, 3).unwrap();
@@ -103,7 +106,7 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn a_step_that_fails_has_a_name_and_changes_nothing() {
-    // Springs that soften: far out nothing holds, and a long step has no solution.
+    // Softening springs: at large extension the force decreases, and a long step has no solution.
     let chain = FputChain::new(3000, -1.0, 0.1).unwrap();
     let before = start(3000, 0.3);
     let failures = [1, 2, 5].map(|threads| {
@@ -119,7 +122,7 @@ fn a_step_that_fails_has_a_name_and_changes_nothing() {
     assert!(failures.iter().all(|failure| *failure == failures[0]), "{failures:?}");
 }
 
-/// Step after step, with the failure of the one after the last where there is one.
+/// Takes one step after the other, and returns the failure of the first step that fails, if any.
 fn step_by_step<S: Uniform>(
     system: &S,
     composition: &Composition,
@@ -140,10 +143,10 @@ fn step_by_step<S: Uniform>(
     (states, None)
 }
 
-/// What was seen of a run, how it ended, and where.
+/// The states seen in a run, its outcome, and its final state.
 type Seen = (Vec<State<Vec<f64>>>, Result<Effort, IntegrateError>, State<Vec<f64>>);
 
-/// A run on some threads, seen at every so many steps.
+/// A run on some threads, shown every `stride` steps.
 fn seen<S: Uniform>(
     system: &S,
     composition: &Composition,
@@ -187,8 +190,8 @@ fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
     }
 }
 
-/// Of a tile and of several, with friction and without; strides that divide what a tile takes at
-/// once, and others.
+/// One tile and several, with and without friction; strides that divide the number of steps a tile
+/// takes at once, and others.
 #[test]
 fn several_steps_at_once_are_the_same_one_by_one() {
     for n in [1, 2, 3, 17, 112, 1023] {
@@ -204,8 +207,8 @@ fn several_steps_at_once_are_the_same_one_by_one() {
 
 #[test]
 fn a_failure_among_several_steps_is_of_the_right_one() {
-    // Springs that soften let go where they are pulled most, in one tile or in two, the sooner the
-    // more.
+    // Softening springs break where they are stretched most, in one tile or in two, earlier for
+    // larger stretch.
     let chain = FputChain::new(2500, -1.0, -0.2).unwrap();
     let grid = Grid::of(0.4, 100).unwrap();
     let mut places = vec![];
@@ -226,7 +229,7 @@ fn a_failure_among_several_steps_is_of_the_right_one() {
             }
         }
     }
-    // In the middle of what a tile takes at once.
+    // In the middle of the steps that a tile takes at once.
     assert!(places.iter().any(|place| (2..7).contains(place)), "{places:?}");
 }
 
@@ -246,7 +249,7 @@ fn two_colours_are_for_chains_and_even_rings() {
     );
 }
 
-/// Alike or not: springs to the walls, H = Σ p_j²/(2 m_j) + q_j²/2, no friction.
+/// Masses, equal or not, on springs to the walls: H = Σ p_j²/(2 m_j) + q_j²/2, no friction.
 #[derive(Clone)]
 struct Masses<T>(Vec<T>);
 
@@ -313,7 +316,7 @@ fn no_members_are_nothing_to_do() {
     assert_eq!(state.dof(), 0);
 }
 
-/// A node of a standing wave stays where it is but for rounding, between forces that cancel.
+/// A node of a standing wave is at rest except for rounding, between forces that cancel.
 #[test]
 fn nodes_of_a_wave_are_no_obstacle() {
     for n in [64, 256, 1024] {
