@@ -7,13 +7,13 @@
 //! ```
 //!
 //! Parameters, for a unit mass: n ≥ 1 masses; the bond energy ε in length²/time² and the damping c
-//! in 1/time, both any finite number; a > 0 in 1/length, the inverse width of the well. A bond is as
-//! stiff as a spring of 2 ε a² near r = 0, stiffens when compressed, and for r → ∞ loses its force at
-//! the energy ε. c > 0 is passive in every degree of freedom, c < 0 is active.
+//! in 1/time, both any finite number; a > 0 in 1/length, the inverse width of the well. A bond is
+//! as stiff as a spring of 2 ε a² near r = 0, stiffens when compressed, and for r → ∞ loses its
+//! force at the energy ε. c > 0 is passive in every degree of freedom, c < 0 is active.
 //!
-//! Invariants: K = H + Σ w_j, and H itself at c = 0. There is no solution in closed form: references
-//! come from [`afterbay_core::taylor::trajectory`].
-//! (P. M. Morse, Phys. Rev. 34 (1929) 57, for the potential.)
+//! Invariants: K = H + Σ w_j, and H itself at c = 0. There is no solution in closed form:
+//! references come from [`afterbay_core::taylor::trajectory`]. (P. M. Morse, Phys. Rev. 34 (1929)
+//! 57, for the potential.)
 
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, inner, not_negative, positive, sum};
