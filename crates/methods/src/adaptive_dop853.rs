@@ -42,11 +42,11 @@ const REFUSED: f64 = 2.0;
 /// error,
 const DOUBT: f64 = 0.01;
 /// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
-const NOISE: f64 = 64.0;
+const NOISE_ROUNDINGS: f64 = 64.0;
 /// The bound imposed on h |λ|, since |R(hλ)| ≤ 1 for |hλ| < 5.96, Re λ ≤ 0. |λ| is evaluated anew
-/// if the bound is less than the factor `NEAR` away.
+/// if the bound is less than the factor `RENEWAL_FACTOR` away.
 const STABLE: f64 = 5.8;
-const NEAR: f64 = 1.25;
+const RENEWAL_FACTOR: f64 = 1.25;
 
 /// The memory of a step.
 #[derive(Clone, Debug)]
@@ -146,7 +146,7 @@ impl<V: Vector> Workspace<V> {
         let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
         let off = (found - target).abs().to_f64();
         let before = std::mem::replace(&mut self.off, off);
-        off > 0.5 * before && off <= NOISE * V::Scalar::EPSILON * terms
+        off > 0.5 * before && off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms
     }
 
     /// The largest factor by which the step may be lengthened while staying stable.
@@ -259,7 +259,7 @@ where
             }
         }
         let error = workspace.step(system, h, state)?;
-        if error > 1.0 || workspace.reach(length) < NEAR {
+        if error > 1.0 || workspace.reach(length) < RENEWAL_FACTOR {
             workspace.see_fastest(system, state);
         }
         let reach = workspace.reach(length);

@@ -6,7 +6,7 @@ use afterbay_core::{Mask, Scalar, Separable, StepFailure};
 /// The change of K, in roundings of its terms, that a step may make. It allows for the error of the
 /// equations of the step and for cancellation between the terms of H, of which only the sum is
 /// known.
-const ROUNDINGS: f64 = 1e4;
+const LARGEST_CHANGE_ROUNDINGS: f64 = 1e4;
 
 /// The terms of K before or after a step.
 #[derive(Clone, Copy)]
@@ -56,7 +56,7 @@ pub(crate) fn check<T: Scalar>(
     let off = (after.energy - before.energy + gained).abs();
     let size = before.size + after.size + gained.abs();
     let unit = T::from_f64(T::EPSILON);
-    let within = |size: T| off.le(T::from_f64(ROUNDINGS) * unit * size).all();
+    let within = |size: T| off.le(T::from_f64(LARGEST_CHANGE_ROUNDINGS) * unit * size).all();
     if within(size) {
         return Ok(());
     }

@@ -8,14 +8,14 @@
 use super::equations::Equations;
 use super::iteration::{Workspace, largest};
 use super::krylov::Krylov;
-use super::progress::{LIMIT, Progress};
+use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::Modes;
 use afterbay_core::{Curvature, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The number of corrections without a new smallest one after which the iteration stops.
-const PATIENCE: u32 = 7;
+const STALLED_CORRECTIONS: u32 = 7;
 /// The Jacobian is renewed if the ratio of successive corrections exceeds this;
-const SLOW: f64 = 0.0625;
+const SLOWEST_RATIO: f64 = 0.0625;
 /// the exact derivative is used if the ratio exceeds the first number after this many corrections.
 const CRAWL: (f64, u32) = (0.5, 12);
 
@@ -126,7 +126,7 @@ impl<V: Vector> Workspace<V> {
         let length = h.to_f64();
         let (mut stale, mut progress) = (true, Progress::new(V::Scalar::EPSILON));
         let mut last = (0, f64::NAN);
-        for iterations in 1..=LIMIT {
+        for iterations in 1..=MOST_ITERATIONS {
             *spent += 1;
             if stale {
                 self.factorise(system, h, state, equations)?;
@@ -150,13 +150,13 @@ impl<V: Vector> Workspace<V> {
                 return Ok(());
             }
             let crawls = self.thorough && iterations >= CRAWL.1 && progress.ratio > CRAWL.0;
-            if progress.is_lost(PATIENCE) || (crawls && progress.is_clear()) {
+            if progress.is_lost(STALLED_CORRECTIONS) || (crawls && progress.is_clear()) {
                 let noise = !crawls && self.is_noise(system, h, state, progress.last);
                 let failure =
                     StepFailure::NewtonStalled { dof, iterations: *spent, update: change };
                 return if noise { Ok(()) } else { Err(failure) };
             }
-            stale = progress.ratio > SLOW && progress.is_clear();
+            stale = progress.ratio > SLOWEST_RATIO && progress.is_clear();
         }
         let (dof, update) = last;
         if progress.is_rounding() {

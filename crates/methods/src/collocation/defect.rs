@@ -9,7 +9,7 @@ use crate::adaptive::Projection;
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The largest change of z that restoring K may cause, as a share of the largest entry of z.
-const FURTHEST: f64 = 1e-8;
+const LARGEST_PROJECTION: f64 = 1e-8;
 
 impl<V: Vector> Workspace<V> {
     /// Computes z1, w1 and the defect. Returns the sum of the terms of K, whose rounding is the
@@ -99,7 +99,7 @@ impl<V: Vector> Workspace<V> {
             target: start - *gained,
             size: start.abs().to_f64() + gained.abs().to_f64(),
             scales: [1.0; 2],
-            allowed: FURTHEST * largest(q).max(largest(p)),
+            allowed: LARGEST_PROJECTION * largest(q).max(largest(p)),
         };
         let moved = projection.apply(system, [q, p], &mut end).is_ok();
         self.weigh(system, start);

@@ -8,18 +8,18 @@
 use super::equations::Equations;
 use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
-use super::progress::{LIMIT, Progress};
+use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
 /// The number of changes without a new smallest one after which the sweeps stop.
-const PATIENCE: u32 = 3;
+const STALLED_SWEEPS: u32 = 3;
 /// The error of K, in roundings of its terms, that is not attributed to the quadrature.
-const ROUNDINGS: f64 = 16.0;
+const K_ROUNDINGS: f64 = 16.0;
 /// The error of K, in roundings of z times their effect on K, that is attributed to rounding: the
 /// new state is rounded once more after the iteration.
-const BENT: f64 = 8.0;
+const END_ROUNDINGS: f64 = 8.0;
 
 /// The rounding error that each of the N terms of a sum may contribute.
 const SUMMED: f64 = 0.5;
@@ -146,10 +146,10 @@ impl<V: Vector> Workspace<V> {
             let scale = self.finish(system, h, state, level, start)?;
             // If more nodes do not reduce the error, it may be due to the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
-            let resolved = self.defect <= ROUNDINGS;
+            let resolved = self.defect <= K_ROUNDINGS;
             if resolved
                 || (settled && self.defect <= SUMMED * state.dof() as f64)
-                || (settled && self.defect * scale <= BENT * self.terms(system, h, state))
+                || (settled && self.defect * scale <= END_ROUNDINGS * self.terms(system, h, state))
             {
                 if !resolved {
                     self.restore(system, h, state, level, start)?;
@@ -242,7 +242,7 @@ impl<V: Vector> Workspace<V> {
         let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
         let (mut progress, mut rate, mut left) = (Progress::new(epsilon), 1.0_f64, f64::INFINITY);
         place_q(&self.rules[level], &mut self.nodes, starts(h, state)[0], &self.q_modes);
-        for sweeps in 1..=LIMIT {
+        for sweeps in 1..=MOST_ITERATIONS {
             let change = self.sweep(system, h, state, level, sizes);
             if !change.is_finite() {
                 return Err(sweeps);
@@ -257,12 +257,12 @@ impl<V: Vector> Workspace<V> {
                 return Ok(sweeps);
             }
             left *= rate;
-            if progress.is_lost(PATIENCE) {
+            if progress.is_lost(STALLED_SWEEPS) {
                 let noise = self.is_noise(system, h, state, progress.last);
                 return if noise { Ok(sweeps) } else { Err(sweeps) };
             }
         }
-        if progress.is_rounding() { Ok(LIMIT) } else { Err(LIMIT) }
+        if progress.is_rounding() { Ok(MOST_ITERATIONS) } else { Err(MOST_ITERATIONS) }
     }
 
     /// Takes one sweep over q and p. Returns their change relative to their size.

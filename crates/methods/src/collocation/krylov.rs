@@ -17,21 +17,21 @@ use crate::linear::Gmres;
 use afterbay_core::{Curvature, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of an iteration, and of products for each.
-const LIMIT: u32 = 30;
+const MOST_CORRECTIONS: u32 = 30;
 const PRODUCTS: usize = 60;
 /// The relative residual at which the products stop.
 const LEFT: f64 = 1e-3;
 /// The largest number of halvings of a correction.
-const HALVINGS: u32 = 6;
+const MOST_HALVINGS: u32 = 6;
 /// Corrections below this share of z are accepted without a test of the residual.
-const NEAR: f64 = 1e-6;
+const UNTESTED_SHARE: f64 = 1e-6;
 /// The number of corrections without a new smallest one after which the iteration stops.
-const PATIENCE: u32 = 6;
+const STALLED_CORRECTIONS: u32 = 6;
 /// The first and the smallest continuation step as a share of h, and the largest number of
 /// evaluations in a step.
-const STRIDE: f64 = 0.25;
-const SHORTEST: f64 = 1e-3;
-const MOST: u32 = 20_000;
+const FIRST_STEP: f64 = 0.25;
+const SHORTEST_STEP: f64 = 1e-3;
+const MOST_EVALUATIONS: u32 = 20_000;
 
 /// The memory of the iteration.
 #[derive(Clone, Debug)]
@@ -104,7 +104,7 @@ impl<V: Vector> Workspace<V> {
         let epsilon = V::Scalar::EPSILON;
         let mut progress = Progress::new(epsilon);
         let mut last = (0, f64::NAN);
-        for _ in 1..=LIMIT {
+        for _ in 1..=MOST_CORRECTIONS {
             let weights = self.weights(h, state);
             self.residual(system, h, state, level, equations);
             let size = length(&equations.missing, weights);
@@ -147,7 +147,7 @@ impl<V: Vector> Workspace<V> {
             let mut share = 1.0;
             self.shift(base, share, equations);
             for halvings in 0.. {
-                if change <= NEAR {
+                if change <= UNTESTED_SHARE {
                     break;
                 }
                 self.residual(system, h, state, level, equations);
@@ -155,7 +155,7 @@ impl<V: Vector> Workspace<V> {
                 if length(&equations.missing, weights) < (1.0 - 1e-4 * share) * size {
                     break;
                 }
-                if halvings == HALVINGS {
+                if halvings == MOST_HALVINGS {
                     return Err(stalled(last, *spent));
                 }
                 share *= 0.5;
@@ -166,7 +166,7 @@ impl<V: Vector> Workspace<V> {
             if share == 1.0 && progress.has_arrived(progress.ratio, change) {
                 return Ok(());
             }
-            if progress.is_lost(PATIENCE) && change <= NEAR {
+            if progress.is_lost(STALLED_CORRECTIONS) && change <= UNTESTED_SHARE {
                 return if self.is_noise(system, h, state, change) {
                     Ok(())
                 } else {
@@ -191,7 +191,7 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.rest(state.dof());
-        let (mut share, mut stride) = (0.0_f64, STRIDE);
+        let (mut share, mut stride) = (0.0_f64, FIRST_STEP);
         while share < 1.0 {
             let next = (share + stride).min(1.0);
             krylov.keep([&self.q_modes, &self.p_modes]);
@@ -202,7 +202,7 @@ impl<V: Vector> Workspace<V> {
                 Err(failure) => {
                     krylov.recall([&mut self.q_modes, &mut self.p_modes]);
                     stride *= 0.25;
-                    if stride < SHORTEST || *spent > MOST {
+                    if stride < SHORTEST_STEP || *spent > MOST_EVALUATIONS {
                         return Err(failure);
                     }
                 }

@@ -5,18 +5,18 @@
 //! larger changes no longer shrink.
 
 /// The largest number of iterations.
-pub(super) const LIMIT: u32 = 100;
+pub(super) const MOST_ITERATIONS: u32 = 100;
 /// The number of changes without a new smallest one that ends an iteration, for changes below the
-/// first and the second bound of [`NOISE`].
-const PATIENCE: [u32; 2] = [3, 10];
+/// first and the second bound of [`NOISE_ROUNDINGS`].
+const STALLED_CHANGES: [u32; 2] = [3, 10];
 /// The largest changes, in roundings, that are accepted where they no longer shrink. Slowly
 /// converging changes may pause temporarily.
-const NOISE: [f64; 2] = [8.0, 1024.0];
+const NOISE_ROUNDINGS: [f64; 2] = [8.0, 1024.0];
 /// Changes up to this number of roundings may be noise.
-const CLEAR: f64 = 64.0;
+const CLEAR_ROUNDINGS: f64 = 64.0;
 /// The size of the next change, in roundings, below which it is omitted. Omitted at every step, it
 /// makes K drift by this amount.
-const UNSEEN: f64 = 0.015625;
+const OMITTED_ROUNDINGS: f64 = 1.0 / 64.0;
 
 /// The changes so far, each relative to the size of z.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +49,7 @@ impl Progress {
     /// Whether the last change is above noise level.
     #[inline(always)]
     pub(super) fn is_clear(&self) -> bool {
-        self.last > CLEAR * self.epsilon
+        self.last > CLEAR_ROUNDINGS * self.epsilon
     }
 
     /// Whether the iteration has converged: changes that shrink by `rate` leave an error below
@@ -58,20 +58,20 @@ impl Progress {
     pub(super) fn has_arrived(&self, rate: f64, left: f64) -> bool {
         let roundings = self.last / self.epsilon;
         self.last == 0.0
-            || (rate < 0.5 && left * rate <= UNSEEN * self.epsilon)
-            || (roundings <= NOISE[0] && self.waited >= PATIENCE[0])
-            || (roundings <= NOISE[1] && self.waited >= PATIENCE[1])
+            || (rate < 0.5 && left * rate <= OMITTED_ROUNDINGS * self.epsilon)
+            || (roundings <= NOISE_ROUNDINGS[0] && self.waited >= STALLED_CHANGES[0])
+            || (roundings <= NOISE_ROUNDINGS[1] && self.waited >= STALLED_CHANGES[1])
     }
 
     /// Whether the last change may be due to the rounding of z.
     #[inline(always)]
     pub(super) fn is_rounding(&self) -> bool {
-        self.last <= NOISE[0] * self.epsilon
+        self.last <= NOISE_ROUNDINGS[0] * self.epsilon
     }
 
     /// Whether the last `patience` changes were above noise level and none was a new smallest one.
     #[inline(always)]
     pub(super) fn is_lost(&self, patience: u32) -> bool {
-        self.waited >= patience && self.last > NOISE[1] * self.epsilon
+        self.waited >= patience && self.last > NOISE_ROUNDINGS[1] * self.epsilon
     }
 }

@@ -5,7 +5,7 @@ use crate::bend::bend;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
 /// The largest change of the coefficients, in roundings, that may be noise.
-const NOISE: f64 = 64.0;
+const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl<V: Vector> Workspace<V> {
     /// The scale of the rounding error of K over the step:
@@ -58,6 +58,6 @@ impl<V: Vector> Workspace<V> {
             self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
         let size = largest(p) + length * reach;
         let terms = size + length * bend(system, q, p) * largest(q).max(largest(p));
-        change * size <= NOISE * V::Scalar::EPSILON * terms
+        change * size <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms
     }
 }

@@ -10,28 +10,28 @@ use super::equation::Workspace;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of an iteration.
-const LIMIT: u32 = 40;
+const MOST_CORRECTIONS: u32 = 40;
 /// The number of corrections without a new smallest one that ends the iteration: at noise level,
 /// and above it.
-const PATIENCE: [u32; 2] = [2, 8];
+const STALLED_CORRECTIONS: [u32; 2] = [2, 8];
 /// The smallest continuation step in s, where the solution is followed from s h = 0 to h.
-const SHORTEST: f64 = 1e-3;
+const SHORTEST_STEP: f64 = 1e-3;
 /// The Jacobian is renewed if the ratio of successive corrections exceeds this,
-const SLOW: f64 = 0.0625;
+const SLOWEST_RATIO: f64 = 0.0625;
 /// or if a correction other than the first exceeds this share of z,
-const FAR: f64 = 0.01;
+const LARGEST_CORRECTION: f64 = 0.01;
 /// unless the correction is below this number of roundings and may be noise.
-const FLOOR: f64 = 1e3;
+const CLEAR_ROUNDINGS: f64 = 1e3;
 /// The largest correction, in roundings of the terms of the equation, that is accepted where
 /// corrections no longer shrink.
-const NOISE: f64 = 64.0;
+const NOISE_ROUNDINGS: f64 = 64.0;
 /// The size of the next correction, in roundings, below which it is omitted. Omitted at every step,
 /// it makes K drift by this amount.
-const UNSEEN: f64 = 1.0 / 1024.0;
+const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
 /// The largest noise of h λ that is admitted to the iteration,
-const NOISY: f64 = 1e-3;
+const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
 /// unless K would change without λ by more than this number of roundings of H.
-const FELT: f64 = 16.0;
+const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 /// An iteration that did not converge.
 struct Stalled {
@@ -87,14 +87,16 @@ impl<V: Vector> Workspace<V> {
         let start = state.energy(system);
         let (mut stale, mut renewed, mut resolved) = (true, false, None);
         let (mut before, mut least, mut waited, mut quiet) = (f64::NAN, f64::INFINITY, 0, 0);
-        for iterations in 1..=LIMIT {
+        for iterations in 1..=MOST_CORRECTIONS {
             let stalled = |failure| Err(Stalled { failure, iterations });
             self.evaluate(system);
             let mut lambda = self.lambda(system, start);
             if lambda.inverse > 0.0 {
                 // Decided once per step, so that the equation does not change while it is solved.
                 let noise = h.to_f64().abs() * epsilon * lambda.rough;
-                if !*resolved.get_or_insert(noise < NOISY || lambda.roundings() > FELT) {
+                if !*resolved.get_or_insert(
+                    noise < LARGEST_LAMBDA_NOISE || lambda.roundings() > NEGLIGIBLE_ROUNDINGS,
+                ) {
                     lambda.drop();
                 }
             }
@@ -115,12 +117,12 @@ impl<V: Vector> Workspace<V> {
 
             // Successive corrections have the ratio `ratio`, unless they are noise.
             let ratio = update.size / before;
-            let lost =
-                update.size <= epsilon || (ratio < 0.5 && ratio * update.size <= UNSEEN * epsilon);
+            let lost = update.size <= epsilon
+                || (ratio < 0.5 && ratio * update.size <= OMITTED_ROUNDINGS * epsilon);
             waited = if update.size < least { 0 } else { waited + 1 };
             least = least.min(update.size);
-            let small = update.reach <= NOISE * epsilon;
-            let done = lost || (small && waited >= PATIENCE[0]);
+            let small = update.reach <= NOISE_ROUNDINGS * epsilon;
+            let done = lost || (small && waited >= STALLED_CORRECTIONS[0]);
             // If the Jacobian had to be renewed, convergence must be confirmed by a correction with
             // a Jacobian evaluated at the current iterate.
             if done && (!renewed || (fresh && small)) {
@@ -130,20 +132,21 @@ impl<V: Vector> Workspace<V> {
             // relative to the forces. A correction with a Jacobian evaluated here must confirm this
             // first.
             quiet = if small && (fresh || quiet > 0) { quiet + 1 } else { 0 };
-            if quiet > PATIENCE[1] {
+            if quiet > STALLED_CORRECTIONS[1] {
                 return Ok(iterations);
             }
-            if waited >= PATIENCE[1] || iterations == LIMIT {
+            if waited >= STALLED_CORRECTIONS[1] || iterations == MOST_CORRECTIONS {
                 let (dof, update) = self.largest();
                 return stalled(StepFailure::NewtonStalled { dof, iterations, update });
             }
             // A Jacobian evaluated far out is large and makes the next correction small.
-            let far = iterations > 1 && update.size > FAR;
-            stale = (ratio > SLOW && update.size > FLOOR * epsilon) || far || done;
+            let far = iterations > 1 && update.size > LARGEST_CORRECTION;
+            stale =
+                (ratio > SLOWEST_RATIO && update.size > CLEAR_ROUNDINGS * epsilon) || far || done;
             renewed |= stale;
             before = update.size;
         }
-        Err(self.unbalanced(LIMIT))
+        Err(self.unbalanced(MOST_CORRECTIONS))
     }
 
     /// Continues the solution from s = 0 to s = 1 for the step size s h.
@@ -183,7 +186,7 @@ impl<V: Vector> Workspace<V> {
                     self.recall();
                     self.place(state);
                     stride *= 0.25;
-                    if stride < SHORTEST {
+                    if stride < SHORTEST_STEP {
                         return Err(match stalled.failure {
                             StepFailure::NewtonStalled { dof, update, .. } => {
                                 StepFailure::NewtonStalled { dof, iterations: spent, update }

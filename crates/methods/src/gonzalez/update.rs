@@ -6,11 +6,11 @@ use crate::adaptive::Projection;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// A solution is rejected if K changes by more than this share of H, of the terms of H and of Δw.
-const NEAR: f64 = 1e-3;
+const LARGEST_DEFECT: f64 = 1e-3;
 /// K is restored if it changes by more than this number of roundings of these terms,
-const ROUNDINGS: f64 = 16.0;
+const RESTORED_ROUNDINGS: f64 = 16.0;
 /// by a change of z of at most this share of its largest entry.
-const FURTHEST: f64 = 1e-8;
+const LARGEST_PROJECTION: f64 = 1e-8;
 
 /// The size of a correction relative to z, including the error that a rounding of q causes in p and
 /// the reverse.
@@ -82,7 +82,7 @@ impl<V: Vector> Workspace<V> {
         // H may be a small sum of large terms.
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
         let size = start.abs() + end.abs() + spent[1] + made_of;
-        let rounding = V::Scalar::from_f64(ROUNDINGS * V::Scalar::EPSILON) * size;
+        let rounding = V::Scalar::from_f64(RESTORED_ROUNDINGS * V::Scalar::EPSILON) * size;
         if off.le(rounding).all() {
             return true;
         }
@@ -117,7 +117,7 @@ impl<V: Vector> Workspace<V> {
         // is 2/h times the gain.
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
-        let most = V::Scalar::from_f64(NEAR) * size + square;
+        let most = V::Scalar::from_f64(LARGEST_DEFECT) * size + square;
         let lost = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
         // Far out H may be infinite at a finite z. A state that is not finite is reported by the
         // step.
@@ -129,7 +129,7 @@ impl<V: Vector> Workspace<V> {
             target: start - gained,
             size: (start.abs() + spent).to_f64(),
             scales: [1.0; 2],
-            allowed: FURTHEST * largest(&self.q).max(largest(&self.p)),
+            allowed: LARGEST_PROJECTION * largest(&self.q).max(largest(&self.p)),
         };
         let energy = self.energy;
         let end = [self.q.as_mut_slice(), self.p.as_mut_slice()];

@@ -32,7 +32,7 @@
 use afterbay_core::{Coupling, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
 
 /// The largest number of momenta that are updated at once.
-const MOST: usize = 512;
+const MOST_MOMENTA: usize = 512;
 /// The magnitudes of the coordinates at which the symmetry of R is tested.
 const SIZES: [f64; 6] = [0.0, 1e-3, 0.1, 1.0, 10.0, 1e3];
 
@@ -66,7 +66,7 @@ impl<V: Vector> Friction<V> {
             );
         }
         let symmetric = symmetric::<V, S>(system);
-        if !symmetric && n > MOST {
+        if !symmetric && n > MOST_MOMENTA {
             return refuse(
                 "D = R ∂H/∂p with R not symmetric couples more than 512 momenta: take gonzalez",
             );

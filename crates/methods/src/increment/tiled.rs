@@ -26,7 +26,7 @@ use std::array::from_fn;
 const LANES: usize = 8;
 
 /// The largest number of steps a tile takes at once.
-const MOST: usize = 8;
+const MOST_STEPS: usize = 8;
 /// The largest number of changes of colour in these steps, unless a single step has more. As many
 /// members are computed redundantly with those of a tile.
 const REDONE: usize = TILE / 32;
@@ -94,7 +94,7 @@ where
             return Err(InputError::Unsupported { method: "increment", why });
         }
         let sweeps = self.composition.sweeps().next_multiple_of(2);
-        let most = (REDONE / sweeps).clamp(1, MOST);
+        let most = (REDONE / sweeps).clamp(1, MOST_STEPS);
         let tile = Tile::new(n, system.coupling() == Coupling::Ring, most * sweeps);
         let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE)).max(1);
         Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads], most })

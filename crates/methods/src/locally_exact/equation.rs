@@ -6,9 +6,9 @@ use crate::linear_flow::LinearFlow;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
 /// The largest rounding error of h λ that is admitted to the iteration,
-const NOISY: f64 = 1e-3;
+const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
 /// unless K would change without λ by more than this number of roundings of H.
-const FELT: f64 = 16.0;
+const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 /// The new state and the memory of the iteration.
 #[derive(Clone, Debug)]
@@ -133,8 +133,8 @@ impl<V: Vector> Workspace<V> {
         let end = system.energy(self.end[0].as_slice(), self.end[1].as_slice());
         let (excess, rounding) =
             (end - start - along, V::Scalar::EPSILON * (start.abs() + end.abs()).to_f64());
-        let felt = (h.abs() / square).to_f64() * rounding > NOISY;
-        let resolved = !felt || excess.abs().to_f64() > FELT * rounding;
+        let felt = (h.abs() / square).to_f64() * rounding > LARGEST_LAMBDA_NOISE;
+        let resolved = !felt || excess.abs().to_f64() > NEGLIGIBLE_ROUNDINGS * rounding;
         if *self.resolved.get_or_insert(resolved) { excess / square } else { zero }
     }
 }

@@ -8,20 +8,20 @@ use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailur
 
 /// The largest number of iterations. An iteration that contracts by 0.93 reaches 31 digits within
 /// them.
-const LIMIT: u32 = 1000;
+const MOST_ITERATIONS: u32 = 1000;
 /// The number of consecutive updates without a new smallest one that ends the iteration: at noise
 /// level, and above it.
-const STALLED: [u32; 2] = [2, 8];
+const STALLED_UPDATES: [u32; 2] = [2, 8];
 /// K is restored if it changes by more than this number of roundings at the ends,
-const RESTORED: f64 = 16.0;
+const RESTORED_ROUNDINGS: f64 = 16.0;
 /// by a change of z of at most the first share of its largest entry; the second bounds the change
 /// that remains.
-const FURTHEST: f64 = 1e-8;
-const KEPT: f64 = 256.0;
+const LARGEST_PROJECTION: f64 = 1e-8;
+const KEPT_ROUNDINGS: f64 = 256.0;
 /// An update of at most this number of roundings of z is below rounding,
-const LOST: f64 = 1.0;
+const LOST_ROUNDINGS: f64 = 1.0;
 /// and one of at most this number is noise if it no longer shrinks.
-const NOISE: f64 = 256.0;
+const NOISE_ROUNDINGS: f64 = 256.0;
 
 impl<V: Vector> Workspace<V> {
     /// Computes z1 and w1.
@@ -39,25 +39,25 @@ impl<V: Vector> Workspace<V> {
         self.dz.iter_mut().for_each(|part| part.as_mut_slice().fill(V::Scalar::zero()));
         self.resolved = None;
         let (mut before, mut least, mut waited, mut last) = (f64::INFINITY, f64::INFINITY, 0, 0);
-        for iterations in 1..=LIMIT {
+        for iterations in 1..=MOST_ITERATIONS {
             self.walk(system, h, state, start, false)?;
             let (update, moved, dof) = self.update(state);
             effort.evaluations += 1;
             effort.iterations += 1;
             let ratio = update / before;
             // λ Δz is known to ε|H|/|Δz|, which exceeds a rounding of z if Δz is short.
-            let noise = NOISE * V::Scalar::EPSILON
-                + NOISE * h.to_f64().abs() * self.roughness(state, start);
+            let noise = NOISE_ROUNDINGS * V::Scalar::EPSILON
+                + NOISE_ROUNDINGS * h.to_f64().abs() * self.roughness(state, start);
             waited = if update < least { 0 } else { waited + 1 };
             least = least.min(update);
             // For a linear system the first path is the solution.
-            if self.linear || update <= LOST * V::Scalar::EPSILON {
-                return self.finish(system, h, state, start, effort, FURTHEST);
+            if self.linear || update <= LOST_ROUNDINGS * V::Scalar::EPSILON {
+                return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
             }
             // Updates that still shrink are noise only if K is conserved to rounding.
             let small = update <= noise;
-            if small && waited >= STALLED[0] {
-                return self.finish(system, h, state, start, effort, FURTHEST);
+            if small && waited >= STALLED_UPDATES[0] {
+                return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
             }
             if small
                 && ratio > 0.5
@@ -65,15 +65,16 @@ impl<V: Vector> Workspace<V> {
             {
                 return Ok(effort);
             }
-            if !update.is_finite() || waited >= STALLED[1] || iterations == LIMIT {
+            if !update.is_finite() || waited >= STALLED_UPDATES[1] || iterations == MOST_ITERATIONS
+            {
                 if waited > 0 && self.is_noise(system, h, state, moved) {
-                    return self.finish(system, h, state, start, effort, FURTHEST);
+                    return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
                 }
                 return Err(StepFailure::NotContracting { dof, iterations, ratio });
             }
             (before, last) = (update, dof);
         }
-        Err(StepFailure::NotContracting { dof: last, iterations: LIMIT, ratio: 1.0 })
+        Err(StepFailure::NotContracting { dof: last, iterations: MOST_ITERATIONS, ratio: 1.0 })
     }
 
     /// Follows the last path once more, with w along it. K may be restored by a change of z of at
@@ -134,7 +135,7 @@ impl<V: Vector> Workspace<V> {
                 off / (V::Scalar::EPSILON * (size + energy.abs()).to_f64())
             }
         };
-        if roundings(energy) <= RESTORED {
+        if roundings(energy) <= RESTORED_ROUNDINGS {
             return Ok(());
         }
         let largest =
@@ -147,7 +148,7 @@ impl<V: Vector> Workspace<V> {
             allowed: furthest * largest(q).max(largest(p)),
         };
         let restored = projection.apply(system, [q, p], &mut energy).is_ok();
-        if restored || roundings(energy) <= KEPT {
+        if restored || roundings(energy) <= KEPT_ROUNDINGS {
             return Ok(());
         }
         Err(StepFailure::ProjectionFailed { excess: (energy - target).to_f64() })
@@ -163,7 +164,11 @@ impl<V: Vector> Workspace<V> {
     {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let z = q.iter().chain(p).fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
-        moved <= NOISE * V::Scalar::EPSILON * (1.0 + h.to_f64().abs() * bend(system, q, p)) * z
+        moved
+            <= NOISE_ROUNDINGS
+                * V::Scalar::EPSILON
+                * (1.0 + h.to_f64().abs() * bend(system, q, p))
+                * z
     }
 
     /// Follows the path of the current Δz, and w along it if requested.

@@ -4,13 +4,13 @@ use super::direction::Direction;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// The largest distance of a root from 1.
-const REACH: f64 = 0.5;
+const LARGEST_DISTANCE: f64 = 0.5;
 /// The largest number of points evaluated.
-const LIMIT: u32 = 12;
+const MOST_POINTS: u32 = 12;
 /// The error of K, in roundings of its terms, at which the search ends,
-const MET: f64 = 2.0;
+const MET_ROUNDINGS: f64 = 2.0;
 /// and the error accepted where the search makes no further progress.
-const NOISE: f64 = 8.0;
+const NOISE_ROUNDINGS: f64 = 8.0;
 
 /// A point of the chord, and the error of K there.
 #[derive(Clone, Copy)]
@@ -48,16 +48,18 @@ impl<V: Vector> Chord<V> {
         let rounding = V::Scalar::EPSILON * (direction.size(state) + now.to_f64().abs());
         let plain = self.place(system, state, direction, one, total)?;
         let excess = plain.excess.to_f64();
-        if excess.abs() <= MET * rounding {
+        if excess.abs() <= MET_ROUNDINGS * rounding {
             return Ok(one);
         }
         let root = self.search(system, state, direction, [now - total, total], plain, rounding);
-        if let Some(root) = root.filter(|root| root.excess.to_f64().abs() <= NOISE * rounding) {
+        if let Some(root) =
+            root.filter(|root| root.excess.to_f64().abs() <= NOISE_ROUNDINGS * rounding)
+        {
             self.place(system, state, direction, root.gamma, total)?;
             return Ok(root.gamma);
         }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
-        if (plain.excess - (now - total)).to_f64().abs() <= NOISE * rounding {
+        if (plain.excess - (now - total)).to_f64().abs() <= NOISE_ROUNDINGS * rounding {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
@@ -90,8 +92,8 @@ impl<V: Vector> Chord<V> {
         let spread = if ahead.lt(V::Scalar::zero()).all() { -spread } else { spread };
         let (mut last, mut best) = (plain, plain);
         let mut next = one - (excess + excess) / (ahead + spread);
-        for _ in 0..LIMIT {
-            let near = (next - one).to_f64().abs() <= REACH;
+        for _ in 0..MOST_POINTS {
+            let near = (next - one).to_f64().abs() <= LARGEST_DISTANCE;
             let point = if near {
                 self.place(system, state, direction, next, total).ok()?
             } else {
@@ -101,7 +103,9 @@ impl<V: Vector> Chord<V> {
             if found < least {
                 best = point;
             }
-            if found <= MET * rounding || (found >= least / 2.0 && least <= NOISE * rounding) {
+            if found <= MET_ROUNDINGS * rounding
+                || (found >= least / 2.0 && least <= NOISE_ROUNDINGS * rounding)
+            {
                 break;
             }
             let secant = (point.excess - last.excess) / (point.gamma - last.gamma);

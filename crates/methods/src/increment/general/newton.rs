@@ -23,13 +23,13 @@ struct Stalled {
 }
 
 /// The largest number of corrections of the direct iteration.
-const LIMIT: u32 = 200;
+const MOST_CORRECTIONS: u32 = 200;
 /// The smallest continuation step in s.
-const SHORTEST: f64 = 1e-6;
+const SHORTEST_STEP: f64 = 1e-6;
 /// The largest number of evaluations of the continuation.
-const MOST: u32 = 10_000;
+const MOST_EVALUATIONS: u32 = 10_000;
 /// Updates of up to so many roundings may be noise.
-const ROUNDINGS: f64 = 64.0;
+const NOISE_ROUNDINGS: f64 = 64.0;
 
 /// Finds the solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where
 /// `equations(s, x) = x + O(s)`. x is an increment of `start`. Numbers up to `reach` enter the
@@ -63,7 +63,7 @@ fn iterate<T: Scalar>(
     let mut size = T::from_f64(f64::NAN);
     // In each lane, marks updates that grew and may be noise.
     let mut grown = zero;
-    for evaluations in 1..=LIMIT {
+    for evaluations in 1..=MOST_CORRECTIONS {
         let Equations { residual: [f, g], excess: [[a, b], [c, d]] } = equations(x);
         // The determinant of 1 + (a, b; c, d), without cancellation for small entries.
         let determinant = one + (a + d) + (a * d - b * c);
@@ -97,14 +97,14 @@ fn iterate<T: Scalar>(
                 (c.abs() * blur[0] + (one + a).abs() * blur[1]) * inverse,
             ];
             let small = share([scale[0] + spread[0], scale[1] + spread[1]])
-                .le(T::from_f64(ROUNDINGS * T::EPSILON));
+                .le(T::from_f64(NOISE_ROUNDINGS * T::EPSILON));
             grown = T::select(small.and(grows), grown + one, grown);
         }
         if lost.or(one.lt(grown)).all() {
             return Ok(Root { x, evaluations });
         }
     }
-    Err(Stalled { update: size.to_f64(), evaluations: LIMIT })
+    Err(Stalled { update: size.to_f64(), evaluations: MOST_CORRECTIONS })
 }
 
 /// Follows the solution from s = 0 to s = 1.
@@ -136,7 +136,7 @@ fn follow<T: Scalar>(
             Err(stalled) => {
                 evaluations += stalled.evaluations;
                 stride *= 0.25;
-                if stride < SHORTEST || evaluations > MOST {
+                if stride < SHORTEST_STEP || evaluations > MOST_EVALUATIONS {
                     let update = stalled.update;
                     return Err(StepFailure::NewtonStalled {
                         dof,
