@@ -45,7 +45,7 @@ impl Subject {
     }
 }
 
-/// The same run, through the API and by hand.
+/// A run timed twice: through the API and by a loop written by hand.
 pub struct Pair {
     /// The aspect measured.
     pub subject: Subject,

@@ -137,8 +137,7 @@ pub fn run_with(
             Err(ReportError::Study(IntegrateError::Interrupted)) => None,
             made => Some(made?),
         };
-        // What was stopped on its way has numbers of runs that did not reach their end: nothing is
-        // said of them.
+        // A part that was interrupted holds unfinished runs. The report states no result of it.
         sheets.push(made.filter(|_| !progress.stopped()).unwrap_or_else(|| interrupted(part)));
     }
     let scene = serde_json::json!({
@@ -186,15 +185,13 @@ fn interrupted(part: &Part) -> Sheet {
 
 /// The first section: every finding in brief.
 fn summary(findings: &[Finding]) -> Section {
-    let mut blocks = vec![
-        Block::Text(
-            "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures \
-             stand side by side throughout and are never mixed: the error of (q, p), the error of w \
-             against the reference, and the drift of K; and where a system is passive, the number of \
-             steps that took energy back from the reservoir."
-                .into(),
-        ),
-    ];
+    let mut blocks = vec![Block::Text(
+        "K alone proves nothing: any method keeps K if one sets w = K₀ - H. So three figures \
+             stand side by side throughout and are never mixed: the error of (q, p), the error of \
+             w against the reference, and the drift of K; and where a system is passive, the \
+             number of steps that took energy back from the reservoir."
+            .into(),
+    )];
     blocks.extend(rule::paragraphs().map(Block::Text));
     blocks.extend(findings.iter().map(|finding| {
         Block::Verdict(finding.verdict, format!("{}: {}", finding.topic, finding.statement))

@@ -71,8 +71,8 @@ impl Sheet {
         self.findings.push(finding);
     }
 
-    /// Where some errors are not resolved, adds a finding about the doubt of the reference to the
-    /// section and to the summary.
+    /// Adds a finding about the doubt of the reference, to the section and to the summary, if some
+    /// errors are below ten times that doubt.
     pub(crate) fn doubt(&mut self, topic: &str, errors: impl Iterator<Item = Measured>) {
         let (mut all, mut open, mut doubt) = (0_u64, 0_u64, 0.0_f64);
         for error in errors {

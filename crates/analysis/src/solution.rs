@@ -86,7 +86,7 @@ impl<T: Scalar> Solution<T> {
         Solution { dof: self.dof, numbers, doubts }
     }
 
-    /// The same states with zero doubt.
+    /// A copy with zero doubt at every state.
     pub(crate) fn without_doubt(&self) -> Self {
         let doubts = vec![Doubt::default(); self.doubts.len()];
         Self { doubts, ..self.clone() }

@@ -7,23 +7,25 @@ use std::process::ExitCode;
 pub(crate) const USAGE: u8 = 2;
 /// The scene is not valid.
 pub(crate) const SCENE: u8 = 3;
-/// A run failed, or no method was found. All results are written.
+/// A run failed or no method was found, and the results are written; or the study could not run.
 pub(crate) const FAILED: u8 = 4;
 /// The results could not be written.
 pub(crate) const STORAGE: u8 = 5;
 /// Added to the number of the signal that ended the command: 130 after Ctrl-C, 143 after SIGTERM.
-const SIGNAL: u8 = 128;
+pub(crate) const SIGNAL: u8 = 128;
 
 /// The codes, for the end of the help text.
 pub(crate) const HELP: &str = "\
 Exit codes:
-  0    all runs completed
+  0    completed; of `paper` also where runs fail, as some are meant to
   2    wrong usage
   3    the scene is not valid
-  4    some runs failed, or no method was found (the results are written)
+  4    some runs failed, or no method was found (the results are written);
+       or the study could not be run
   5    the results could not be written
   130  interrupted by Ctrl-C (all finished work is written)
-  143  terminated by SIGTERM (all finished work is written)";
+  143  terminated by SIGTERM (all finished work is written)
+       A second signal ends the command at once, and nothing is written.";
 
 /// The code of a command that has written its results.
 pub(crate) fn of_results(failed: bool) -> ExitCode {

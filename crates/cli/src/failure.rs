@@ -22,8 +22,8 @@ pub(crate) enum Trouble {
     Storage(#[source] Box<dyn std::error::Error + Send + Sync>),
     #[error("{} holds the results of another scene", folder.display())]
     #[diagnostic(help(
-        "give another folder with --out DIR, or overwrite those results with --force (its scene has \
-         the hash {hash})"
+        "give another folder with --out DIR, or overwrite those results with --force (its scene \
+         has the hash {hash})"
     ))]
     Taken { folder: PathBuf, hash: String },
     #[error("the scene {} cannot be read", path.display())]

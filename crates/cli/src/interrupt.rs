@@ -1,6 +1,7 @@
 //! Ctrl-C and SIGTERM end the computation early, and the results so far are written. A second
 //! signal ends the command at once.
 
+use crate::exit_code::SIGNAL;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -19,7 +20,11 @@ pub(crate) fn listen() {
         // The conditional shutdown is registered first: the first signal arms it, and the second
         // one triggers it. If a handler cannot be installed, the signal ends the command as it does
         // by default.
-        let _ = flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&armed));
+        let _ = flag::register_conditional_shutdown(
+            signal,
+            i32::from(SIGNAL) + signal,
+            Arc::clone(&armed),
+        );
         let _ = flag::register(signal, Arc::clone(&armed));
         let _ = flag::register_usize(signal, Arc::clone(received), signal as usize);
     }

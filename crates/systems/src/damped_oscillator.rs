@@ -17,10 +17,10 @@ mod flow;
 mod order_raising;
 
 use crate::catalog::{Family, Parameter, exactly};
-use crate::{finite, not_negative, positive};
+use crate::{finite, linear_dissipation, positive};
 use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, DissipationForm, Flow, InputError, Line, Linear,
-    Misprinted, OrderRaising, Passive, Scalar, SecondDerivatives, Separable, System,
+    Misprinted, OrderRaising, Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -75,12 +75,7 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
 
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
-        let passive = not_negative(self.b);
-        DissipationForm {
-            zero: passive && not_negative(-self.b),
-            passive: Passive::each_if(passive),
-            ..DissipationForm::LINEAR
-        }
+        linear_dissipation(self.b)
     }
 }
 
@@ -178,6 +173,8 @@ impl Family for DampedOscillator<f64> {
 
 #[cfg(test)]
 mod tests {
+    use afterbay_core::Passive;
+
     use super::*;
 
     #[test]

@@ -16,10 +16,10 @@
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
 use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
-use crate::{finite, is_zero, not_negative};
+use crate::{finite, is_zero, linear_dissipation};
 use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,
-    Passive, Scalar, SecondDerivatives, Separable, System,
+    Scalar, SecondDerivatives, Separable, System,
 };
 use std::sync::Arc;
 
@@ -76,12 +76,7 @@ impl<T: Scalar> System<T> for Duffing<T> {
 
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
-        let passive = not_negative(self.c);
-        DissipationForm {
-            zero: passive && not_negative(-self.c),
-            passive: Passive::each_if(passive),
-            ..DissipationForm::LINEAR
-        }
+        linear_dissipation(self.c)
     }
 }
 
@@ -161,6 +156,8 @@ impl Family for Duffing<f64> {
 
 #[cfg(test)]
 mod tests {
+    use afterbay_core::Passive;
+
     use super::*;
     use afterbay_core::OrderRaising;
 

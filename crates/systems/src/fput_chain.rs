@@ -18,10 +18,11 @@
 //! [`afterbay_core::taylor::trajectory`].
 
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
-use crate::{at_least_one, finite, inner, is_zero, not_negative, sum};
+use crate::walls::{self, beside};
+use crate::{at_least_one, finite, inner, is_zero, linear_dissipation, sum};
 use afterbay_core::{
     Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members,
-    Passive, Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
+    Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
 };
 use std::any::Any;
 use std::sync::Arc;
@@ -77,14 +78,6 @@ impl<T: Scalar> FputChain<T> {
     }
 }
 
-/// The neighbours of j, the walls included.
-#[inline(always)]
-fn beside<T: Scalar>(q: &[T], j: usize) -> (T, T) {
-    let left = if j == 0 { T::zero() } else { q[j - 1] };
-    let right = if j + 1 == q.len() { T::zero() } else { q[j + 1] };
-    (left, right)
-}
-
 impl<T: Scalar> System<T> for FputChain<T> {
     #[inline(always)]
     fn dof(&self) -> usize {
@@ -119,12 +112,7 @@ impl<T: Scalar> System<T> for FputChain<T> {
 
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
-        let passive = not_negative(self.c);
-        DissipationForm {
-            zero: passive && not_negative(-self.c),
-            passive: Passive::each_if(passive),
-            ..DissipationForm::LINEAR
-        }
+        linear_dissipation(self.c)
     }
 
     #[inline(always)]
@@ -170,22 +158,8 @@ impl Uniform for FputChain<f64> {
 
 impl<T: Scalar> Curvature<T> for FputChain<T> {
     #[inline]
-    fn curvature(&self, q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let last = q.len() - 1;
-        let mut left = self.stiffness(q[0]);
-        for j in 0..=last {
-            let right = self.stiffness(if j == last { q[j] } else { q[j + 1] - q[j] });
-            if j > 0 {
-                put(Block::Hqq, j, j - 1, -left);
-            }
-            put(Block::Hqq, j, j, left + right);
-            if j < last {
-                put(Block::Hqq, j, j + 1, -right);
-            }
-            put(Block::Hpp, j, j, T::one());
-            put(Block::Dp, j, j, self.c);
-            left = right;
-        }
+    fn curvature(&self, q: &[T], _p: &[T], put: impl FnMut(Block, usize, usize, T)) {
+        walls::curvature(q, |r| self.stiffness(r), self.c, put);
     }
 
     #[inline(always)]
@@ -237,6 +211,7 @@ impl Family for FputChain<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use afterbay_core::Passive;
 
     #[test]
     fn parameters_have_their_range() {

@@ -23,6 +23,7 @@ mod morse_chain;
 mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
+mod walls;
 
 pub use catalog::{
     DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL,
@@ -38,7 +39,7 @@ pub use morse_chain::MorseChain;
 pub use van_der_pol::VanDerPol;
 pub use van_der_pol_ring::VanDerPolRing;
 
-use afterbay_core::{InputError, Mask, Scalar};
+use afterbay_core::{DissipationForm, InputError, Mask, Passive, Scalar};
 
 /// `value`, if it is finite in every lane.
 fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, InputError> {
@@ -77,6 +78,13 @@ fn not_negative<T: Scalar>(value: T) -> bool {
 #[inline(always)]
 fn is_zero<T: Scalar>(value: T) -> bool {
     not_negative(value) && not_negative(-value)
+}
+
+/// The form of D_j = c p_j: passive in each degree of freedom for c ≥ 0, absent for c = 0.
+#[inline(always)]
+fn linear_dissipation<T: Scalar>(c: T) -> DissipationForm {
+    let passive = Passive::each_if(not_negative(c));
+    DissipationForm { zero: is_zero(c), passive, ..DissipationForm::LINEAR }
 }
 
 /// Writes a function of each entry and its two neighbours, for all entries but the first and the

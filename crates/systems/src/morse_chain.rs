@@ -16,11 +16,12 @@
 //! 57, for the potential.)
 
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
-use crate::{at_least_one, finite, inner, not_negative, positive, sum};
+use crate::walls::{self, beside};
+use crate::{at_least_one, finite, inner, linear_dissipation, positive, sum};
 use afterbay_core::divided;
 use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Passive,
-    Scalar, SecondDerivatives, Separable, Slope, System,
+    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Scalar,
+    SecondDerivatives, Separable, Slope, System,
 };
 use std::sync::Arc;
 
@@ -76,14 +77,6 @@ impl<T: Scalar> MorseChain<T> {
     }
 }
 
-/// The neighbours of j, the walls included.
-#[inline(always)]
-fn beside<T: Scalar>(q: &[T], j: usize) -> (T, T) {
-    let left = if j == 0 { T::zero() } else { q[j - 1] };
-    let right = if j + 1 == q.len() { T::zero() } else { q[j + 1] };
-    (left, right)
-}
-
 impl<T: Scalar> System<T> for MorseChain<T> {
     #[inline(always)]
     fn dof(&self) -> usize {
@@ -118,12 +111,7 @@ impl<T: Scalar> System<T> for MorseChain<T> {
 
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
-        let passive = not_negative(self.c);
-        DissipationForm {
-            zero: passive && not_negative(-self.c),
-            passive: Passive::each_if(passive),
-            ..DissipationForm::LINEAR
-        }
+        linear_dissipation(self.c)
     }
 
     #[inline(always)]
@@ -161,22 +149,8 @@ impl<T: Scalar> Separable<T> for MorseChain<T> {
 
 impl<T: Scalar> Curvature<T> for MorseChain<T> {
     #[inline]
-    fn curvature(&self, q: &[T], _p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let last = q.len() - 1;
-        let mut left = self.stiffness(q[0]);
-        for j in 0..=last {
-            let right = self.stiffness(if j == last { -q[j] } else { q[j + 1] - q[j] });
-            if j > 0 {
-                put(Block::Hqq, j, j - 1, -left);
-            }
-            put(Block::Hqq, j, j, left + right);
-            if j < last {
-                put(Block::Hqq, j, j + 1, -right);
-            }
-            put(Block::Hpp, j, j, T::one());
-            put(Block::Dp, j, j, self.c);
-            left = right;
-        }
+    fn curvature(&self, q: &[T], _p: &[T], put: impl FnMut(Block, usize, usize, T)) {
+        walls::curvature(q, |r| self.stiffness(r), self.c, put);
     }
 }
 

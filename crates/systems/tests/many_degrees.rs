@@ -192,8 +192,8 @@ proptest! {
 
     #[test]
     fn morse_chain(
-        n in 1..21_usize, epsilon in -2.0..2.0_f64, a in 0.1..1.5_f64, c in -2.0..2.0_f64, q in numbers(2.0),
-        p in numbers(3.0),
+        n in 1..21_usize, epsilon in -2.0..2.0_f64, a in 0.1..1.5_f64, c in -2.0..2.0_f64,
+        q in numbers(2.0), p in numbers(3.0),
     ) {
         prop_assume!(epsilon.abs() > 1e-3);
         let system = MorseChain::new(n, epsilon, a, c).unwrap();

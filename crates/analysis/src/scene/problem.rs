@@ -84,7 +84,7 @@ pub enum SceneProblem {
     /// An unknown name.
     #[error("there is no {what} {name}")]
     Unknown {
-        /// What the name should refer to.
+        /// The kind of thing that was named, such as "method".
         what: &'static str,
         /// The name.
         name: String,
@@ -100,7 +100,7 @@ pub enum SceneProblem {
     /// A list without entries.
     #[error("the list is empty: give one {what} at least")]
     Empty {
-        /// What the list contains.
+        /// The kind of its entries.
         what: &'static str,
     },
     /// A study without methods.

@@ -55,7 +55,7 @@ pub struct LongRun {
     pub setup: Setup,
     /// The windows that every start completed, four per decade.
     pub rows: Vec<LongRunRow>,
-    /// How the runs ended: the ending of the first that did not reach its end, if any.
+    /// The ending of the first run that did not complete; `completed` if all did.
     pub ending: Ending,
 }
 

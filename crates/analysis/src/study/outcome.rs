@@ -1,4 +1,4 @@
-//! How a run ended, as one word for tables and as a sentence.
+//! The ending of a run: one word for tables, and a sentence.
 
 use crate::record::RunOutcome;
 use afterbay_core::{IntegrateError, StepFailure};

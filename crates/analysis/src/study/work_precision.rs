@@ -190,8 +190,8 @@ pub(super) fn errors(
     Ok(watch.row((row.name, h, tolerance), (ending, effort), &state, exact))
 }
 
-/// How a run of so many steps ended, its step (the mean one where steps follow from a tolerance),
-/// and the tolerance.
+/// The ending of a run of `steps` steps, its step size and its tolerance. The step size is the mean
+/// one if the steps follow from a tolerance.
 ///
 /// # Errors
 /// Invalid input of a run by tolerance.

@@ -136,7 +136,7 @@ impl<T: Side> Room<T> {
     }
 }
 
-/// What has been observed of a run so far.
+/// The statistics of a run, accumulated step by step.
 #[derive(Clone, Debug)]
 pub(super) struct Seen<T> {
     /// The mean of A over the second half.

@@ -18,7 +18,7 @@ use afterbay_core::{Grid, InputError, IntegrateError, System};
 use afterbay_methods::registry::Run;
 use std::ops::ControlFlow;
 
-/// How well the exact solution is known.
+/// The accuracy of the reference of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Standing {
     /// Halving the step changes the compared quantities by at most a hundredth of what is allowed.

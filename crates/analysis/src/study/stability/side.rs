@@ -4,7 +4,7 @@ use afterbay_core::{Scalar, State, f64x8};
 
 /// A number, or eight side by side with access to each.
 pub(super) trait Side: Scalar {
-    /// The same with lane k replaced.
+    /// Replaces the number in lane k by x.
     fn with(self, k: usize, x: f64) -> Self;
     /// Built from the number of each lane.
     fn gather(each: impl Fn(usize) -> f64) -> Self {
