@@ -196,39 +196,29 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
-        if self.registers > 16 {
-            return self.large_results(frame, point);
-        }
-        self.last::<T, 16, K>(frame, point)
-    }
-
-    /// A separate function, so that a small program does not reserve the registers of a large one.
-    #[inline(never)]
-    fn large_results<T: Scalar, const K: usize>(
-        &self,
-        frame: &[T],
-        point: &Point<'_, T>,
-    ) -> [T; K] {
-        match self.registers {
-            0..=64 => self.last::<T, 64, K>(frame, point),
-            _ => self.last::<T, REGISTERS, K>(frame, point),
-        }
-    }
-
-    #[inline(always)]
-    fn last<T: Scalar, const N: usize, const K: usize>(
-        &self,
-        frame: &[T],
-        point: &Point<'_, T>,
-    ) -> [T; K] {
-        let mut registers = [T::zero(); N];
-        self.execute(&mut registers, frame, point, |_, _| {});
         let mut results = [T::zero(); K];
+        if self.registers > 16 {
+            self.large(frame, point, &mut results, &mut |_, _| {});
+        } else {
+            self.execute(&mut [T::zero(); 16], frame, point, &mut results, |_, _| {});
+        }
         results
-            .iter_mut()
-            .zip(&self.results)
-            .for_each(|(x, &at)| *x = registers[at as usize & (N - 1)]);
-        results
+    }
+
+    /// Runs a program that needs many registers. A separate function, so that a small program does
+    /// not reserve them, and one for all callers, since a long program hides the cost of the calls.
+    #[inline(never)]
+    fn large<T: Scalar>(
+        &self,
+        frame: &[T],
+        point: &Point<'_, T>,
+        results: &mut [T],
+        give: &mut dyn FnMut(u32, T),
+    ) {
+        match self.registers {
+            0..=64 => self.execute(&mut [T::zero(); 64], frame, point, results, give),
+            _ => self.execute(&mut [T::zero(); REGISTERS], frame, point, results, give),
+        }
     }
 
     /// Calls `give` with the index and the value of every result of [`Program::many`].
@@ -236,19 +226,11 @@ impl Program {
     /// # Panics
     /// If the program reads beyond the end of a part of the point.
     #[inline]
-    pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
+    pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, mut give: impl FnMut(u32, T)) {
         if self.registers > 16 {
-            return self.large_run(frame, point, give);
+            return self.large(frame, point, &mut [], &mut give);
         }
-        self.execute(&mut [T::zero(); 16], frame, point, give);
-    }
-
-    #[inline(never)]
-    fn large_run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
-        match self.registers {
-            0..=64 => self.execute(&mut [T::zero(); 64], frame, point, give),
-            _ => self.execute(&mut [T::zero(); REGISTERS], frame, point, give),
-        }
+        self.execute(&mut [T::zero(); 16], frame, point, &mut [], give);
     }
 
     /// Runs the program in N registers. N is a power of two, so that the mask makes every index
@@ -259,6 +241,7 @@ impl Program {
         r: &mut [T; N],
         frame: &[T],
         point: &Point<'_, T>,
+        results: &mut [T],
         mut give: impl FnMut(u32, T),
     ) {
         let at = |register: Register| register as usize & (N - 1);
@@ -295,6 +278,9 @@ impl Program {
                 }
                 Instruction::Give { index, a } => give(index, r[at(a)]),
             }
+        }
+        for (result, &register) in results.iter_mut().zip(&self.results) {
+            *result = r[at(register)];
         }
     }
 }

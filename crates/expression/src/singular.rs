@@ -60,12 +60,11 @@ impl Graph {
 impl Program {
     /// Whether what the program computes is singular somewhere on a line, given the ends of the
     /// parameter of the line, the frame, and the inputs over a part of the line.
-    #[inline(never)]
     pub fn is_singular(
         &self,
         line: [f64; 2],
-        frame: impl Fn(usize) -> Interval,
-        input: impl Fn(Input, Interval) -> Interval,
+        frame: &dyn Fn(usize) -> Interval,
+        input: &dyn Fn(Input, Interval) -> Interval,
     ) -> bool {
         match self.registers {
             0..=16 => self.search::<16>(line, frame, input),
@@ -77,19 +76,19 @@ impl Program {
     fn search<const N: usize>(
         &self,
         line: [f64; 2],
-        frame: impl Fn(usize) -> Interval,
-        input: impl Fn(Input, Interval) -> Interval,
+        frame: &dyn Fn(usize) -> Interval,
+        input: &dyn Fn(Input, Interval) -> Interval,
     ) -> bool {
         let mut registers = [Interval::zero(); N];
-        is_singular(line, |part| self.sight(&mut registers, &frame, |x| input(x, part)))
+        is_singular(line, |part| self.sight(&mut registers, frame, &|x| input(x, part)))
     }
 
     /// One run over an interval.
     fn sight<const N: usize>(
         &self,
         r: &mut [Interval; N],
-        frame: impl Fn(usize) -> Interval,
-        input: impl Fn(Input) -> Interval,
+        frame: &dyn Fn(usize) -> Interval,
+        input: &dyn Fn(Input) -> Interval,
     ) -> Sight {
         let mut worst = Sight::Clear;
         let at = |register: Register| register as usize & (N - 1);

@@ -17,6 +17,8 @@ pub(crate) use gmres::Gmres;
 pub(crate) use number::Number;
 use small::Small;
 use sparse::Sparse;
+use std::fmt::Debug;
+use std::ops::{Deref, DerefMut};
 use tridiagonal::Tridiagonal;
 
 /// The solver of the linear equations of an implicit step.
@@ -37,7 +39,7 @@ pub enum LinearSolver {
 pub(crate) const SMALL: usize = 32;
 
 /// A square matrix whose entries are filled in and then factorised in place.
-pub(crate) trait Solver<T> {
+pub(crate) trait Solver<T>: Debug + Send + Sync {
     /// The index of an entry in [`Solver::values`]; `None` outside the pattern.
     fn slot(&self, row: usize, column: usize) -> Option<usize>;
 
@@ -54,16 +56,17 @@ pub(crate) trait Solver<T> {
 
     /// Replaces the right-hand side x by the solution.
     fn solve(&mut self, x: &mut [T]);
+
+    /// A copy of the matrix and its factors.
+    fn copied(&self) -> Box<dyn Solver<T>>;
 }
 
-/// One of the solvers.
-#[derive(Clone, Debug)]
-pub(crate) enum Matrix<T = f64> {
-    Small(Small<T>),
-    Chain(Tridiagonal<T>),
-    Sparse(Box<Sparse<T>>),
-    Dense(Dense<T>),
-}
+/// A matrix with the solver chosen for it.
+///
+/// Its type is erased, so that faer is compiled once per number ([`Number::matrix`]) and not again
+/// in every crate that steps a method.
+#[derive(Debug)]
+pub(crate) struct Matrix<T = f64>(Box<dyn Solver<T>>);
 
 impl<T: Number> Matrix<T> {
     /// Creates a matrix with entries at `pattern` and on the diagonal.
@@ -72,53 +75,41 @@ impl<T: Number> Matrix<T> {
         size: usize,
         pattern: Vec<(usize, usize)>,
     ) -> Result<Self, InputError> {
-        Ok(match solver {
-            LinearSolver::Small => Self::Small(Small::new(size)),
-            LinearSolver::Chain => Self::Chain(Tridiagonal::new(size)),
-            LinearSolver::Sparse => Self::Sparse(Box::new(Sparse::new(size, pattern)?)),
-            LinearSolver::Dense => Self::Dense(Dense::new(size)),
-        })
-    }
-
-    fn solver(&self) -> &dyn Solver<T> {
-        match self {
-            Self::Small(matrix) => matrix,
-            Self::Chain(matrix) => matrix,
-            Self::Sparse(matrix) => matrix.as_ref(),
-            Self::Dense(matrix) => matrix,
-        }
-    }
-
-    fn solver_mut(&mut self) -> &mut dyn Solver<T> {
-        match self {
-            Self::Small(matrix) => matrix,
-            Self::Chain(matrix) => matrix,
-            Self::Sparse(matrix) => matrix.as_mut(),
-            Self::Dense(matrix) => matrix,
-        }
+        Ok(Self(T::matrix(solver, size, pattern)?))
     }
 }
 
-impl<T: Number> Solver<T> for Matrix<T> {
-    fn slot(&self, row: usize, column: usize) -> Option<usize> {
-        self.solver().slot(row, column)
+impl<T> Clone for Matrix<T> {
+    fn clone(&self) -> Self {
+        Self(self.0.copied())
     }
+}
 
-    fn values(&mut self) -> &mut [T] {
-        self.solver_mut().values()
-    }
+impl<T> Deref for Matrix<T> {
+    type Target = dyn Solver<T>;
 
-    fn factorise(&mut self) -> Result<(), usize> {
-        self.solver_mut().factorise()
+    fn deref(&self) -> &Self::Target {
+        &*self.0
     }
+}
 
-    fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
-        self.solver().subtract(values, a, x);
+impl<T> DerefMut for Matrix<T> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut *self.0
     }
+}
 
-    fn solve(&mut self, x: &mut [T]) {
-        self.solver_mut().solve(x);
-    }
+fn matrix<T: Number>(
+    solver: LinearSolver,
+    size: usize,
+    pattern: Vec<(usize, usize)>,
+) -> Result<Box<dyn Solver<T>>, InputError> {
+    Ok(match solver {
+        LinearSolver::Small => Box::new(Small::new(size)),
+        LinearSolver::Chain => Box::new(Tridiagonal::new(size)),
+        LinearSolver::Sparse => Box::new(Sparse::new(size, pattern)?),
+        LinearSolver::Dense => Box::new(Dense::new(size)),
+    })
 }
 
 /// Subtracts from x the product of a with a dense matrix stored by columns.

@@ -23,7 +23,7 @@
 
 use super::rule::Modes;
 use super::spectrum::{self, Eigenvalue};
-use crate::linear::{LinearSolver, Matrix, Number, SMALL, Solver};
+use crate::linear::{LinearSolver, Matrix, Number, SMALL};
 use afterbay_core::{Block, Curvature, Scalar, StepFailure};
 use faer::c64;
 
@@ -77,33 +77,31 @@ impl Equations {
     {
         let n = system.dof();
         let origin = vec![T::zero(); n];
-        let (mut count, mut most) = (0_usize, 0);
-        let (mut eliminate, mut near) = (true, true);
+        let mut entries = Vec::new();
         system.curvature(&origin, &origin, |block, i, j, _| {
-            count += 1;
-            most = i.max(j).max(most);
-            near &= i.abs_diff(j) <= 1;
-            eliminate &= match block {
-                Block::Hqp => false,
-                Block::Hpp => i == j,
-                Block::Hqq | Block::Dq | Block::Dp => true,
-            };
+            entries.push(Entry { block, i, j, slots: [0; 2] });
         });
+        Self::with_entries(n, entries, stages)
+    }
+
+    fn with_entries(n: usize, mut entries: Vec<Entry>, stages: usize) -> Result<Self, StepFailure> {
+        let most = entries.iter().map(|entry| entry.i.max(entry.j)).max().unwrap_or(0);
         if most >= n {
             return Err(StepFailure::Singular { dof: most, slope: f64::NAN });
         }
-        let chain = eliminate && near;
+        let eliminate = entries.iter().all(|entry| match entry.block {
+            Block::Hqp => false,
+            Block::Hpp => entry.i == entry.j,
+            Block::Hqq | Block::Dq | Block::Dp => true,
+        });
+        let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
         let size = if eliminate { n } else { 2 * n };
         let spectrum = spectrum::of(stages);
-        let dense = !chain && (size <= SMALL || count.saturating_mul(FEW) >= size * size);
+        let dense = !chain && (size <= SMALL || entries.len().saturating_mul(FEW) >= size * size);
         let bytes = 16.0 * (spectrum.len() * size) as f64 * size as f64;
         if dense && bytes > MEMORY {
             return Err(StepFailure::TooLarge { unknowns: size, bytes });
         }
-        let mut entries = Vec::with_capacity(count);
-        system.curvature(&origin, &origin, |block, i, j, _| {
-            entries.push(Entry { block, i, j, slots: [0; 2] });
-        });
         let solver = match dense {
             _ if chain => LinearSolver::Chain,
             true if size <= SMALL => LinearSolver::Small,
@@ -153,15 +151,18 @@ impl Equations {
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let Self { entries, values, inertia, diagonal, matrices, spectrum, gain, .. } = self;
-        let mut next = values.iter_mut();
-        let mut most = 0.0_f64;
+        let mut next = self.values.iter_mut();
         system.curvature(q, p, |_, _, _, value| {
             if let Some(place) = next.next() {
                 *place = value.to_f64();
-                most = most.max(place.abs());
             }
         });
+        self.factorise_values(h)
+    }
+
+    fn factorise_values(&mut self, h: f64) -> Result<(), usize> {
+        let Self { entries, values, inertia, diagonal, matrices, spectrum, gain, .. } = self;
+        let most = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         (*gain, self.h) = (h.abs() * most, h);
         let given = || entries.iter().zip(values.iter());
         if let Some(inertia) = inertia {

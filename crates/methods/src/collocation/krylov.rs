@@ -119,7 +119,7 @@ impl<V: Vector> Workspace<V> {
             correction.copy_from_slice(missed);
             scaled(correction, weights);
             let inverse = weights.map(f64::recip);
-            let products = gmres.solve(LEFT, correction, |v, to| {
+            let mut multiply = |v: &[f64], to: &mut [f64]| {
                 equations.missing.copy_from_slice(v);
                 scaled(&mut equations.missing, inverse);
                 equations.solve();
@@ -131,7 +131,8 @@ impl<V: Vector> Workspace<V> {
                     *to = if share == 0.0 { 0.0 } else { (missed - missing) / share };
                 }
                 scaled(to, weights);
-            });
+            };
+            let products = gmres.solve(LEFT, correction, &mut multiply);
             *spent += products as u32 + 1;
             equations.missing.copy_from_slice(correction);
             scaled(&mut equations.missing, inverse);

@@ -17,7 +17,7 @@
 //! C is replaced by c Dp. If δq is not eliminated, hλR is omitted: obtaining R from Dp would
 //! require a linear solve, and the omission only costs corrections.
 
-use crate::linear::{LinearSolver, Matrix, SMALL, Solver};
+use crate::linear::{LinearSolver, Matrix, SMALL};
 use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
 
 /// A derivative provided by the system, and its positions in the matrix.

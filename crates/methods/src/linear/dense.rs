@@ -81,4 +81,8 @@ impl<T: Number> Solver<T> for Dense<T> {
         let stack = MemStack::new(&mut self.scratch);
         solve::solve_in_place_with_conj(factors, factors, rows, Conj::No, x, Par::Seq, stack);
     }
+
+    fn copied(&self) -> Box<dyn Solver<T>> {
+        Box::new(self.clone())
+    }
 }

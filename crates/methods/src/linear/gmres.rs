@@ -37,7 +37,7 @@ impl Gmres {
         &mut self,
         tolerance: f64,
         x: &mut [f64],
-        mut multiply: impl FnMut(&[f64], &mut [f64]),
+        multiply: &mut dyn FnMut(&[f64], &mut [f64]),
     ) -> usize {
         let Self { basis, columns, rotations, right } = self;
         let size = dot(x, x).sqrt();
@@ -109,14 +109,14 @@ mod tests {
         let exact: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
         let two = |i: usize, j: usize| if i == j { 1.0 + (i % 2) as f64 } else { 0.0 };
         for (products, matrix) in [(n, &entry as &dyn Fn(usize, usize) -> f64), (2, &two)] {
-            let multiply = |a: &[f64], to: &mut [f64]| {
+            let mut multiply = |a: &[f64], to: &mut [f64]| {
                 for (i, to) in to.iter_mut().enumerate() {
                     *to = a.iter().enumerate().map(|(j, a)| matrix(i, j) * a).sum();
                 }
             };
             let mut x = vec![0.0; n];
             multiply(&exact, &mut x);
-            let done = Gmres::new(n, n).solve(1e-12, &mut x, multiply);
+            let done = Gmres::new(n, n).solve(1e-12, &mut x, &mut multiply);
             assert_eq!(done, products);
             for (x, exact) in x.iter().zip(&exact) {
                 assert!((x - exact).abs() < 1e-10, "{x} {exact}");

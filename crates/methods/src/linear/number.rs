@@ -1,5 +1,7 @@
 //! The entries of a matrix: real or complex numbers.
 
+use super::{LinearSolver, Solver, matrix};
+use afterbay_core::InputError;
 use faer::c64;
 use faer::traits::ComplexField;
 use std::ops::{AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -14,6 +16,7 @@ pub(crate) trait Number:
     + AddAssign
     + SubAssign
     + MulAssign
+    + 'static
 {
     /// 0
     const ZERO: Self;
@@ -29,6 +32,16 @@ pub(crate) trait Number:
 
     /// 1 / self
     fn inverse(self) -> Self;
+
+    /// A matrix of these numbers, with entries at `pattern` and on the diagonal.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] if a sparse matrix does not fit in memory.
+    fn matrix(
+        solver: LinearSolver,
+        size: usize,
+        pattern: Vec<(usize, usize)>,
+    ) -> Result<Box<dyn Solver<Self>>, InputError>;
 }
 
 impl Number for f64 {
@@ -49,6 +62,15 @@ impl Number for f64 {
     #[inline(always)]
     fn inverse(self) -> Self {
         1.0 / self
+    }
+
+    #[inline(never)]
+    fn matrix(
+        solver: LinearSolver,
+        size: usize,
+        pattern: Vec<(usize, usize)>,
+    ) -> Result<Box<dyn Solver<Self>>, InputError> {
+        matrix(solver, size, pattern)
     }
 }
 
@@ -80,5 +102,13 @@ impl Number for c64 {
             let scale = 1.0 / re.mul_add(share, im);
             Self { re: share * scale, im: -scale }
         }
+    }
+    #[inline(never)]
+    fn matrix(
+        solver: LinearSolver,
+        size: usize,
+        pattern: Vec<(usize, usize)>,
+    ) -> Result<Box<dyn Solver<Self>>, InputError> {
+        matrix(solver, size, pattern)
     }
 }

@@ -81,4 +81,8 @@ impl<T: Number> Solver<T> for Small<T> {
             }
         }
     }
+
+    fn copied(&self) -> Box<dyn Solver<T>> {
+        Box::new(self.clone())
+    }
 }

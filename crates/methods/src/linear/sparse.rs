@@ -1,17 +1,19 @@
-//! Sparse matrices: faer's sparse LU with one symbolic analysis.
+//! Sparse matrices: faer's simplicial sparse LU, with columns in COLAMD order.
 //!
-//! The simplicial factorisation reuses the memory of the one before, so refactorising allocates
+//! The factorisation reuses the memory of the one before, so refactorising allocates
 //! only if pivoting produces more fill-in than ever before. To reserve this memory, the matrix is
 //! factorised twice on creation, once with pivots on the diagonal and once with random ones. A zero
 //! pivot is divided by, and the solution is then not finite.
 
 use super::{Number, Solver};
 use afterbay_core::InputError;
-use faer::dyn_stack::{MemStack, StackReq};
-use faer::sparse::linalg::lu::{
-    LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu,
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::perm::{Perm, PermRef};
+use faer::sparse::linalg::lu::simplicial::{
+    SimplicialLu, factorize_simplicial_numeric_lu, factorize_simplicial_numeric_lu_scratch,
+    solve_in_place_scratch,
 };
-use faer::sparse::linalg::{LuError, SupernodalThreshold};
+use faer::sparse::linalg::{LuError, colamd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par};
 use std::mem::MaybeUninit;
@@ -21,8 +23,10 @@ use std::mem::MaybeUninit;
 pub(crate) struct Sparse<T> {
     pattern: SymbolicSparseColMat<usize>,
     values: Vec<T>,
-    symbolic: SymbolicLu<usize>,
-    numeric: NumericLu<usize, T>,
+    factors: SimplicialLu<usize, T>,
+    columns: Perm<usize>,
+    rows: Vec<usize>,
+    rows_inverse: Vec<usize>,
     scratch: Vec<MaybeUninit<u8>>,
 }
 
@@ -36,18 +40,21 @@ impl<T: Number> Sparse<T> {
         let rows: Vec<usize> = entries.iter().map(|&(row, _)| row).collect();
         let values = vec![T::ZERO; rows.len()];
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-        let params = LuSymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..Default::default()
-        };
         let why = "the sparse matrix of its step does not fit in memory";
-        let unsupported = |_| InputError::Unsupported { method: "an implicit method", why };
-        let symbolic = factorize_symbolic_lu(pattern.as_ref(), params).map_err(unsupported)?;
-        let factorising = symbolic.factorize_numeric_lu_scratch::<T>(Par::Seq, Default::default());
-        let solving = symbolic.solve_in_place_scratch::<T>(1, Par::Seq);
+        let unsupported = InputError::Unsupported { method: "an implicit method", why };
+        let columns = order(&pattern).ok_or(unsupported)?;
+        let factorising = factorize_simplicial_numeric_lu_scratch::<usize, T>(size, size);
+        let solving = solve_in_place_scratch::<usize, T>(size, 1, Par::Seq);
         let bytes = StackReq::or(factorising, solving).unaligned_bytes_required();
-        let scratch = vec![MaybeUninit::uninit(); bytes];
-        let mut matrix = Self { pattern, values, symbolic, numeric: NumericLu::new(), scratch };
+        let mut matrix = Self {
+            pattern,
+            values,
+            factors: SimplicialLu::new(),
+            columns,
+            rows: vec![0; size],
+            rows_inverse: vec![0; size],
+            scratch: vec![MaybeUninit::uninit(); bytes],
+        };
         matrix.reserve(&entries);
         Ok(matrix)
     }
@@ -67,6 +74,18 @@ impl<T: Number> Sparse<T> {
     }
 }
 
+/// The order of the columns that keeps the factors sparse; `None` if memory runs out.
+fn order(pattern: &SymbolicSparseColMat<usize>) -> Option<Perm<usize>> {
+    let (size, entries) = (pattern.ncols(), pattern.compute_nnz());
+    let mut memory =
+        MemBuffer::try_new(colamd::order_scratch::<usize>(size, size, entries)).ok()?;
+    let (mut forward, mut inverse) = (vec![0; size], vec![0; size]);
+    let stack = MemStack::new(&mut memory);
+    colamd::order(&mut forward, &mut inverse, pattern.as_ref(), colamd::Control::default(), stack)
+        .ok()?;
+    Some(Perm::new_checked(forward.into(), inverse.into(), size))
+}
+
 impl<T: Number> Solver<T> for Sparse<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         if column >= self.pattern.ncols() {
@@ -82,15 +101,16 @@ impl<T: Number> Solver<T> for Sparse<T> {
     }
 
     fn factorise(&mut self) -> Result<(), usize> {
-        let Self { pattern, values, symbolic, numeric, scratch } = self;
+        let Self { pattern, values, factors, columns, rows, rows_inverse, scratch } = self;
         if let Some(entry) = values.iter().position(|x| !x.size().is_finite()) {
             return Err(pattern.row_idx()[entry]);
         }
         let matrix = SparseColMatRef::new(pattern.as_ref(), &values[..]);
         let stack = MemStack::new(scratch);
-        let factors =
-            symbolic.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default());
-        factors.map(|_| ()).map_err(|error| match error {
+        let columns = columns.as_ref();
+        let done =
+            factorize_simplicial_numeric_lu(rows, rows_inverse, factors, matrix, columns, stack);
+        done.map_err(|error| match error {
             LuError::SymbolicSingular { index } => index,
             LuError::Generic(_) => 0,
         })
@@ -108,7 +128,12 @@ impl<T: Number> Solver<T> for Sparse<T> {
     fn solve(&mut self, x: &mut [T]) {
         let n = x.len();
         let x = MatMut::from_column_major_slice_mut(x, n, 1);
-        let factors = LuRef::new_unchecked(&self.symbolic, &self.numeric);
-        factors.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(&mut self.scratch));
+        let rows = PermRef::new_checked(&self.rows, &self.rows_inverse, n);
+        let (columns, stack) = (self.columns.as_ref(), MemStack::new(&mut self.scratch));
+        self.factors.solve_in_place_with_conj(rows, columns, Conj::No, x, Par::Seq, stack);
+    }
+
+    fn copied(&self) -> Box<dyn Solver<T>> {
+        Box::new(self.clone())
     }
 }

@@ -119,4 +119,8 @@ impl<T: Number> Solver<T> for Tridiagonal<T> {
             *x = before;
         }
     }
+
+    fn copied(&self) -> Box<dyn Solver<T>> {
+        Box::new(self.clone())
+    }
 }

@@ -29,8 +29,8 @@ impl<T: Scalar> Custom<T> {
         (0..T::LANES).any(|lane| {
             part.program.is_singular(
                 [q[j].lane(lane), to.lane(lane)],
-                |k| enclosed(frame[k], lane),
-                |input, end| match input {
+                &|k| enclosed(frame[k], lane),
+                &|input, end| match input {
                     Input::Coordinate(i) => enclosed(q[i as usize], lane),
                     Input::End => end,
                     Input::Momentum(_) | Input::Velocity(_) => Interval::WHOLE,
@@ -138,17 +138,15 @@ impl<T: Scalar> System<T> for Custom<T> {
         let Potential::Programs { value, .. } = &self.shape.potential else { return false };
         let frame = self.frame(value);
         (0..T::LANES).any(|lane| {
-            value.program.is_singular(
-                [0.0, 1.0],
-                |k| enclosed(frame[k], lane),
-                |input, share| match input {
+            value.program.is_singular([0.0, 1.0], &|k| enclosed(frame[k], lane), &|input, share| {
+                match input {
                     Input::Coordinate(i) => {
                         let [from, to] = [from, to].map(|q| enclosed(q[i as usize], lane));
                         between(from, to, share)
                     }
                     Input::Momentum(_) | Input::Velocity(_) | Input::End => Interval::WHOLE,
-                },
-            )
+                }
+            })
         })
     }
 }
