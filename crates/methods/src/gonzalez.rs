@@ -40,6 +40,8 @@ use afterbay_core::{
 };
 use equation::Workspace;
 
+pub(crate) use iteration::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
+
 /// Gonzalez's discrete gradient method.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gonzalez {

@@ -257,7 +257,7 @@ impl<V: Vector> Workspace<V> {
                 return Ok(sweeps);
             }
             left *= rate;
-            if progress.is_lost(STALLED_SWEEPS) {
+            if progress.diverges(STALLED_SWEEPS) {
                 let noise = self.is_noise(system, h, state, progress.last);
                 return if noise { Ok(sweeps) } else { Err(sweeps) };
             }

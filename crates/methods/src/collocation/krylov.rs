@@ -6,7 +6,6 @@
 //! precondition GMRES (D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397). A correction
 //! is halved until it reduces the residual. If the iteration does not converge from a constant, the
 //! solution is continued from h = 0.
-//! miss less. Where that leads nowhere from rest, the solution is followed from h = 0.
 
 use super::equations::Equations;
 use super::iteration::{Workspace, largest, starts};
@@ -166,7 +165,7 @@ impl<V: Vector> Workspace<V> {
             if share == 1.0 && progress.has_arrived(progress.ratio, change) {
                 return Ok(());
             }
-            if progress.is_lost(STALLED_CORRECTIONS) && change <= UNTESTED_SHARE {
+            if progress.diverges(STALLED_CORRECTIONS) && change <= UNTESTED_SHARE {
                 return if self.is_noise(system, h, state, change) {
                     Ok(())
                 } else {

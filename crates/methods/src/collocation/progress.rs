@@ -71,7 +71,7 @@ impl Progress {
 
     /// Whether the last `patience` changes were above noise level and none was a new smallest one.
     #[inline(always)]
-    pub(super) fn is_lost(&self, patience: u32) -> bool {
+    pub(super) fn diverges(&self, patience: u32) -> bool {
         self.waited >= patience && self.last > NOISE_ROUNDINGS[1] * self.epsilon
     }
 }
