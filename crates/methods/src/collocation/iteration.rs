@@ -221,8 +221,14 @@ impl<V: Vector> Workspace<V> {
             }
         };
         cold_path();
-        let after = self.newton(system, h, state, level, self.stiff)?;
-        Ok(spent(before + after))
+        match self.newton(system, h, state, level, self.stiff) {
+            Ok(after) => Ok(spent(before + after)),
+            Err(StepFailure::NewtonStalled { dof, iterations, update }) => {
+                let iterations = before + iterations;
+                Err(StepFailure::NewtonStalled { dof, iterations, update })
+            }
+            Err(failure) => Err(failure),
+        }
     }
 
     /// Sweeps until the coefficients converge to rounding. Returns the number of sweeps, as the
