@@ -20,7 +20,10 @@ const MOST_CORRECTIONS: u32 = 30;
 const PRODUCTS: usize = 60;
 /// The relative residual at which the products stop.
 const LEFT: f64 = 1e-3;
-/// The largest number of halvings of a correction.
+/// A correction is accepted if it reduces the residual by this part of its share at least (C. T.
+/// Kelley, Iterative Methods for Linear and Nonlinear Equations, 8.2). Otherwise it is halved,
+const LEAST_DECREASE: f64 = 1e-4;
+/// at most so many times.
 const MOST_HALVINGS: u32 = 6;
 /// Corrections below this share of z are accepted without a test of the residual.
 const UNTESTED_SHARE: f64 = 1e-6;
@@ -151,7 +154,7 @@ impl<V: Vector> Workspace<V> {
                 }
                 self.residual(system, h, state, level, equations);
                 *spent += 1;
-                if length(&equations.missing, weights) < (1.0 - 1e-4 * share) * size {
+                if length(&equations.missing, weights) < (1.0 - LEAST_DECREASE * share) * size {
                     break;
                 }
                 if halvings == MOST_HALVINGS {
