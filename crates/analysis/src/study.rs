@@ -24,6 +24,7 @@ pub use reference::LARGEST_BY_SERIES;
 use crate::progress::Progress;
 use crate::{Model, Solution};
 use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef};
+use afterbay_methods::registry::{self, Row};
 use serde::Serialize;
 
 /// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom
@@ -72,6 +73,12 @@ impl Problem {
     ) -> Result<Solution<f64>, IntegrateError> {
         reference::reference(self, h, count, progress)
     }
+}
+
+/// The row of a method that a study runs by itself.
+fn method(name: &'static str) -> Result<&'static Row, InputError> {
+    registry::find(name)
+        .ok_or(InputError::Unsupported { method: name, why: "it is not registered" })
 }
 
 /// The largest differences over the degrees of freedom, of q, p and w.

@@ -1,6 +1,9 @@
 //! Recommendations of `pick` are within the bound all along. The check is independent of its code:
 //! it compares runs with the reference at the times of their steps.
 
+mod after;
+
+use after::After;
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::Problem;
@@ -9,7 +12,7 @@ use afterbay_core::{Grid, StateRef, Tolerance};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{Custom, DUFFING, Description, DissipationText, FPUT_CHAIN};
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
 
 fn custom(potential: &str, dissipation: &str) -> Model {
@@ -201,19 +204,6 @@ fn a_pick_with_a_kink_is_honest() {
     for candidate in &found.qualified {
         assert_eq!(candidate.run.passivity_violations, Some(0), "{}", candidate.run.method);
         assert!(candidate.run.k_drift < 1e-9, "{}", candidate.run.method);
-    }
-}
-
-/// Asks to stop after a number of pieces.
-struct After(AtomicUsize, usize);
-
-impl Progress for After {
-    fn begin(&self, _stage: &str, _total: usize) {}
-    fn advance(&self) {
-        self.0.fetch_add(1, Ordering::Relaxed);
-    }
-    fn stopped(&self) -> bool {
-        self.0.load(Ordering::Relaxed) >= self.1
     }
 }
 

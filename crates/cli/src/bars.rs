@@ -11,9 +11,8 @@ pub(crate) struct Bars {
 }
 
 impl Bars {
-    /// Starts without a bar. From here on Ctrl-C stops the computation and not the command.
+    /// Starts without a bar.
     pub(crate) fn new() -> Self {
-        interrupt::listen();
         Self { bar: Mutex::new(ProgressBar::hidden()) }
     }
 

@@ -3,7 +3,7 @@
 use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
 use crate::failure::Failure;
-use crate::{exit_code, scene, table};
+use crate::{exit_code, interrupt, scene, table};
 use afterbay_analysis::experiment::Results;
 use afterbay_analysis::record::{self, Manifest, RunOutcome};
 use afterbay_analysis::report::Verdict;
@@ -40,6 +40,7 @@ pub(crate) fn run(
     })?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
     folder(&out, &scene, arguments.force)?;
+    interrupt::listen();
     let bars = Bars::new();
     let (output, findings): Results = match what {
         What::Run => experiment::run(&scene, &bars),

@@ -12,7 +12,7 @@ static RECEIVED: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
 /// Whether the user has been told that the command is stopping.
 static TOLD: AtomicBool = AtomicBool::new(false);
 
-/// Installs the handlers.
+/// Installs the handlers. From here on the first signal stops the computation and not the command.
 pub(crate) fn listen() {
     let received = RECEIVED.get_or_init(Arc::default);
     let armed = Arc::new(AtomicBool::new(false));

@@ -3,7 +3,7 @@
 use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
-use crate::{exit_code, table};
+use crate::{exit_code, interrupt, table};
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::record;
 use afterbay_analysis::report::Verdict;
@@ -13,6 +13,7 @@ use std::process::ExitCode;
 pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, Failure> {
     // Fails now rather than after everything is computed.
     record::prepare(out).map_err(Failure::storage)?;
+    interrupt::listen();
     let bars = Bars::new();
     let extent = if quick { Extent::Quick } else { Extent::Full };
     let (output, findings) = paper::run(extent, &bars)?;

@@ -4,7 +4,7 @@ use crate::arguments::{Format, PickArguments};
 use crate::bars::Bars;
 use crate::experiment::folder;
 use crate::failure::Failure;
-use crate::{exit_code, scene, table};
+use crate::{exit_code, interrupt, scene, table};
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
 use afterbay_analysis::{Measured, ReportError, experiment};
 use std::process::ExitCode;
@@ -19,6 +19,7 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     if let Some(out) = &arguments.out {
         folder(out, &scene, arguments.force)?;
     }
+    interrupt::listen();
     let bars = Bars::new();
     let wanted = Wanted { error, at_end, keep_k, passive };
     let found = pick::run(&scene.problem, wanted, &bars).map_err(Failure::study)?;

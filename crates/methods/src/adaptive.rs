@@ -1,10 +1,10 @@
-//! Step size control, shared by the adaptive methods: the error allowed of a step, the projection
-//! onto K, and bounds of a system's frequencies.
+//! Step size control, shared by the adaptive methods: the error allowed of a step, and bounds of a
+//! system's frequencies. The projection onto K, which implicit methods of fixed step use too.
 
 mod budget;
 mod projection;
 mod rates;
 
 pub(crate) use budget::{Budget, largest};
-pub(crate) use projection::Projection;
+pub(crate) use projection::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 pub(crate) use rates::Rates;

@@ -34,7 +34,8 @@ pub struct AdaptiveDop853;
 
 /// The stage at the end of the step: ∇H there approximates ∇H at z1.
 const LAST: usize = 11;
-/// The weight of the squared ratio of the two error estimates in their combination.
+/// The weight of the squared ratio of the two error estimates in their combination (Hairer,
+/// Norsett, Wanner, II.10).
 const SHARE: f64 = 0.01;
 /// The smallest error assigned to a step whose projection fails.
 const REFUSED: f64 = 2.0;

@@ -25,9 +25,15 @@
 //! from Δz = 0 may then converge to one that does not continue from h = 0; this is not checked. K
 //! is exact and the step passive on each of them.
 //!
+//! **Solved** are 2N equations for Δz, to rounding. Newton's iteration starts from Δz = 0 and keeps
+//! its Jacobian while corrections shrink fast. If it does not converge, the solution is continued
+//! from h = 0. The linear equations are solved in `f64`, by a solver chosen by the coupling
+//! ([`Gonzalez::solver`]): only scalars that hold one number are possible. K that is off by more
+//! than 16 roundings is restored by a move of (q, p) along ∇H.
+//!
 //! A step **fails** and leaves the state unchanged where Newton's iteration finds no solution, also
-//! by continuation from h = 0. For scalars that hold one number: the linear equations are solved in
-//! `f64`.
+//! by continuation ([`StepFailure::NewtonStalled`]), where the linear equations are singular
+//! (`Singular`), and where a number is not finite (`NonFinite`).
 
 mod equation;
 mod iteration;
@@ -39,6 +45,8 @@ use afterbay_core::{
     Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
 };
 use equation::Workspace;
+
+pub(crate) use iteration::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
 
 /// Gonzalez's discrete gradient method.
 #[derive(Clone, Copy, Debug, Default)]

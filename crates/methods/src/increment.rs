@@ -1,5 +1,5 @@
-//! The coordinate-increment discrete gradient (Itoh-Abe) with a vector reservoir, for N degrees of
-//! freedom.
+//! The coordinate-increment discrete gradient (T. Itoh, K. Abe, J. Comput. Phys. 76 (1988) 85-102)
+//! with a vector reservoir, for N degrees of freedom.
 //!
 //! The coordinates are updated one after the other. Each moves along one edge of the box spanned by
 //! the old and the new state:
@@ -21,6 +21,18 @@
 //! this conserves K, the orders, and passivity of Σ Δw_j, for D = R(q) ∂H/∂p with R symmetric or
 //! not. Coupled D that is not linear in the momenta is refused, and so is an unsymmetric R with
 //! more than 512 degrees of freedom.
+//!
+//! **Solved** is one scalar equation for each coordinate, that of [`crate::moddg`], to rounding by
+//! Newton's method with continuation from h = 0. A half step of coupled friction takes one division
+//! for each momentum, or an elimination where R is not symmetric.
+//!
+//! A step **fails** and leaves the state unchanged where
+//! - a number is not finite ([`StepFailure::NonFinite`]);
+//! - the equation of a coordinate is not solved (`NewtonStalled`, `SeveralSolutions`), or that of
+//!   coupled friction is singular (`Singular`);
+//! - V is singular on an edge (`AcrossSingularity`);
+//! - divided differences by quadrature are not resolved (`EdgeUnresolved`) or lose K
+//!   (`BalanceLost`).
 
 mod before;
 mod compensated;

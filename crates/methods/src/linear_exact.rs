@@ -13,7 +13,6 @@
 //! too large. The flow is then the Taylor series of the system over spans that are short compared
 //! with 1/|A|, with Gauss nodes for w: O(N) for each product if only neighbours are coupled, up to
 //! h |A| of about 1000.
-//! product where neighbours alone act on each other, up to h |A| of about 1000.
 //!
 //! The only error is rounding. With up to 12 degrees of freedom long steps are computed in 31
 //! digits, and the errors of q, p, w and K in one step are roundings of their terms, for any step
@@ -172,8 +171,8 @@ where
             }
         };
         for (w, &w0) in w.iter_mut().zip(w0) {
-            let lost = damping.passive == Passive::Each && w.lt(V::Scalar::zero()).all();
-            *w = if lost || damping.zero { w0 } else { w0 + *w };
+            let negative = damping.passive == Passive::Each && w.lt(V::Scalar::zero()).all();
+            *w = if negative || damping.zero { w0 } else { w0 + *w };
         }
         commit(state, [q, p, w], !damping.zero)?;
         Ok(effort)

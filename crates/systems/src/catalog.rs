@@ -114,7 +114,7 @@ impl SystemRow {
 }
 
 /// Every system except [`Custom`](crate::Custom).
-pub static SYSTEMS: [&SystemRow; 8] = [
+pub static SYSTEMS: &[&SystemRow] = &[
     &DAMPED_OSCILLATOR,
     &DUFFING,
     &VAN_DER_POL,

@@ -1,10 +1,10 @@
 //! Trajectories.
 
 use super::outcome::Ending;
-use super::{Problem, numbered};
+use super::{Problem, method, numbered};
 use crate::progress::Progress;
 use afterbay_core::{Grid, IntegrateError, StateRef, Tolerance};
-use afterbay_methods::registry::{ADAPTIVE, Row};
+use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -112,6 +112,9 @@ pub fn run(
         .collect()
 }
 
+/// The method whose states at given times are kept.
+const SAMPLED: &str = "adaptive-collocation";
+
 /// Runs adaptive collocation and keeps the states at the times of every `every`-th step of size h.
 /// K is exact at these times too.
 ///
@@ -130,9 +133,9 @@ pub fn sampled(
     let steps: Vec<u64> = (0..=grid.steps / every).map(|n| n * every).chain(last).collect();
     let times: Vec<f64> = steps.iter().map(|&step| step as f64 * h).collect();
     let (mut rows, mut state) = (Vec::new(), problem.start()?);
-    let row = &ADAPTIVE[0];
-    let method = problem.model.bind(row)?;
-    let result = method.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
+    let row = method(SAMPLED)?;
+    let run = problem.model.bind(row)?;
+    let result = run.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
         let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
         let (energy, total) = (state.energy(&*system), state.total(&*system));
         let step = steps.get(n as usize).copied().unwrap_or(grid.steps);

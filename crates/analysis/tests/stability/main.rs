@@ -1,6 +1,8 @@
 //! Stability maps: limits and verdicts known from theory, and maps that do not depend on lanes or
 //! threads.
 
+#[path = "../after/mod.rs"]
+mod after;
 mod limits;
 mod map;
 mod verdicts;

@@ -1,14 +1,15 @@
 //! Maps: their cells in lanes and on threads, their atlas, any parameter, and an early stop.
 
+use crate::after::After;
 use crate::{custom, rows, spread, well};
 use afterbay_analysis::Model;
-use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, MapError, Verdict, atlas};
 use afterbay_systems::{
     DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, VAN_DER_POL,
 };
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 
 #[test]
 fn side_by_side_each_has_the_verdict_it_has_alone() {
@@ -137,19 +138,6 @@ fn any_parameter_of_any_system_can_be_varied() {
     let cells = map.run(&rows(&["rk4", "gonzalez", "increment-2"]), &Silent).expect("a map");
     for cell in cells {
         assert_eq!(cell.verdict == Verdict::Right, cell.h == 0.05, "{cell:?}");
-    }
-}
-
-/// Asks to stop after a number of pieces.
-struct After(AtomicUsize, usize);
-
-impl Progress for After {
-    fn begin(&self, _stage: &str, _total: usize) {}
-    fn advance(&self) {
-        self.0.fetch_add(1, Ordering::Relaxed);
-    }
-    fn stopped(&self) -> bool {
-        self.0.load(Ordering::Relaxed) >= self.1
     }
 }
 

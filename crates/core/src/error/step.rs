@@ -23,7 +23,8 @@ pub enum StepFailure {
     /// The fixed-point iteration does not contract.
     #[error(
         "the fixed-point iteration of degree of freedom {} does not contract (updates change by \
-         the factor {} after {iterations} iterations): take a smaller step or Newton's method",
+         the factor {} after {iterations} iterations): take a smaller step, or a method that is \
+         solved by Newton's iteration",
         dof + 1,
         factor(*ratio)
     )]
@@ -46,7 +47,7 @@ pub enum StepFailure {
     NewtonStalled {
         /// Which degree of freedom, from 0.
         dof: usize,
-        /// Iterations done.
+        /// Evaluations of the equation, over all attempts.
         iterations: u32,
         /// The last update.
         update: f64,

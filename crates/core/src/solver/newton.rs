@@ -79,7 +79,9 @@ impl Newton {
     ) -> Result<Root<T>, StepFailure> {
         let first = equation.at(T::one(), start);
         let pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
-        let near = pair.improvable.and(pair.correction.lost(T::from_f64(roundings) * pair.scale));
+        let near = pair
+            .improvable
+            .and(pair.correction.next_is_rounding(T::from_f64(roundings) * pair.scale));
         if near.all() {
             return Ok(pair.root());
         }

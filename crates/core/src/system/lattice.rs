@@ -10,6 +10,10 @@ use crate::numbers::f64x8;
 /// q_{n+1} = 0. Mass, partial derivative, divided difference and dissipation of every j are those
 /// of the middle member of a chain of three at `q = [q_{j-1}, q_j, q_{j+1}]`.
 /// [`crate::validate::uniform`] verifies this.
+///
+/// A lane gives the bits that its member gives alone if the formulas are free of `exp`, `exp_m1`
+/// and `sin_cos`. Their last digits differ in lanes, so that a sweep in lanes and one member by
+/// member then agree to roundings only.
 pub trait Uniform: Separable<f64> {
     /// The system in lanes.
     type Lanes: Separable<f64x8>;

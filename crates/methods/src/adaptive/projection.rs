@@ -6,6 +6,12 @@ use afterbay_core::{Scalar, System};
 /// longer reduce it.
 const ROUNDINGS: [f64; 2] = [2.0, 16.0];
 
+/// A step solved to rounding restores K if it is off by more than this number of roundings of its
+/// terms at the ends,
+pub(crate) const RESTORED_ROUNDINGS: f64 = 16.0;
+/// by a change of z of at most this share of its largest entry.
+pub(crate) const LARGEST_PROJECTION: f64 = 1e-8;
+
 /// The projection of (q, p) along ∇H, scaled by the tolerances of q and p.
 pub(crate) struct Projection<'a, T> {
     /// ∂H/∂q and ∂H/∂p, at (q, p) or near it

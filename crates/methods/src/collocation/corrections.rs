@@ -105,8 +105,9 @@ impl<V: Vector> Workspace<V> {
     /// The force that is not finite, if the residual is not.
     #[cold]
     pub(super) fn not_finite(&self, equations: &Equations) -> StepFailure {
-        let lost = |&(most, _): &(f64, usize)| !most.is_finite();
-        let (value, dof) = equations.largest().into_iter().find(lost).unwrap_or((f64::NAN, 0));
+        let not_finite = |&(most, _): &(f64, usize)| !most.is_finite();
+        let (value, dof) =
+            equations.largest().into_iter().find(not_finite).unwrap_or((f64::NAN, 0));
         StepFailure::NonFinite { quantity: Quantity::Force, dof, value }
     }
 
@@ -150,7 +151,7 @@ impl<V: Vector> Workspace<V> {
                 return Ok(());
             }
             let crawls = self.thorough && iterations >= CRAWL.1 && progress.ratio > CRAWL.0;
-            if progress.is_lost(STALLED_CORRECTIONS) || (crawls && progress.is_clear()) {
+            if progress.diverges(STALLED_CORRECTIONS) || (crawls && progress.is_clear()) {
                 let noise = !crawls && self.is_noise(system, h, state, progress.last);
                 let failure =
                     StepFailure::NewtonStalled { dof, iterations: *spent, update: change };

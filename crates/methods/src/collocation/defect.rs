@@ -5,11 +5,8 @@
 
 use super::iteration::{Workspace, largest};
 use super::nodes::losses;
-use crate::adaptive::Projection;
+use crate::adaptive::{LARGEST_PROJECTION, Projection};
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
-
-/// The largest change of z that restoring K may cause, as a share of the largest entry of z.
-const LARGEST_PROJECTION: f64 = 1e-8;
 
 impl<V: Vector> Workspace<V> {
     /// Computes z1, w1 and the defect. Returns the sum of the terms of K, whose rounding is the

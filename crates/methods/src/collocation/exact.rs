@@ -7,7 +7,7 @@ use crate::adaptive::Projection;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The error of K, in roundings, that is accepted where the terms of H cancel.
-const LOST: f64 = 64.0;
+const ACCEPTED_ROUNDINGS: f64 = 64.0;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
     /// Makes K exact by the smallest change of (q, p) in the scaled norm. If it exceeds the allowed
@@ -56,7 +56,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         });
         let effort = spare.find(system, h, state)?;
         let roundings = spare.defect();
-        if roundings > LOST {
+        if roundings > ACCEPTED_ROUNDINGS {
             return Err(StepFailure::Unresolved { nodes: MOST, roundings });
         }
         for d in 0..state.dof() {

@@ -221,8 +221,14 @@ impl<V: Vector> Workspace<V> {
             }
         };
         cold_path();
-        let after = self.newton(system, h, state, level, self.stiff)?;
-        Ok(spent(before + after))
+        match self.newton(system, h, state, level, self.stiff) {
+            Ok(after) => Ok(spent(before + after)),
+            Err(StepFailure::NewtonStalled { dof, iterations, update }) => {
+                let iterations = before + iterations;
+                Err(StepFailure::NewtonStalled { dof, iterations, update })
+            }
+            Err(failure) => Err(failure),
+        }
     }
 
     /// Sweeps until the coefficients converge to rounding. Returns the number of sweeps, as the
@@ -257,7 +263,7 @@ impl<V: Vector> Workspace<V> {
                 return Ok(sweeps);
             }
             left *= rate;
-            if progress.is_lost(STALLED_SWEEPS) {
+            if progress.diverges(STALLED_SWEEPS) {
                 let noise = self.is_noise(system, h, state, progress.last);
                 return if noise { Ok(sweeps) } else { Err(sweeps) };
             }

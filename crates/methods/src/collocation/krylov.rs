@@ -6,7 +6,6 @@
 //! precondition GMRES (D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397). A correction
 //! is halved until it reduces the residual. If the iteration does not converge from a constant, the
 //! solution is continued from h = 0.
-//! miss less. Where that leads nowhere from rest, the solution is followed from h = 0.
 
 use super::equations::Equations;
 use super::iteration::{Workspace, largest, starts};
@@ -21,7 +20,10 @@ const MOST_CORRECTIONS: u32 = 30;
 const PRODUCTS: usize = 60;
 /// The relative residual at which the products stop.
 const LEFT: f64 = 1e-3;
-/// The largest number of halvings of a correction.
+/// A correction is accepted if it reduces the residual by this part of its share at least (C. T.
+/// Kelley, Iterative Methods for Linear and Nonlinear Equations, 8.2). Otherwise it is halved,
+const LEAST_DECREASE: f64 = 1e-4;
+/// at most so many times.
 const MOST_HALVINGS: u32 = 6;
 /// Corrections below this share of z are accepted without a test of the residual.
 const UNTESTED_SHARE: f64 = 1e-6;
@@ -153,7 +155,7 @@ impl<V: Vector> Workspace<V> {
                 }
                 self.residual(system, h, state, level, equations);
                 *spent += 1;
-                if length(&equations.missing, weights) < (1.0 - 1e-4 * share) * size {
+                if length(&equations.missing, weights) < (1.0 - LEAST_DECREASE * share) * size {
                     break;
                 }
                 if halvings == MOST_HALVINGS {
@@ -167,7 +169,7 @@ impl<V: Vector> Workspace<V> {
             if share == 1.0 && progress.has_arrived(progress.ratio, change) {
                 return Ok(());
             }
-            if progress.is_lost(STALLED_CORRECTIONS) && change <= UNTESTED_SHARE {
+            if progress.diverges(STALLED_CORRECTIONS) && change <= UNTESTED_SHARE {
                 return if self.is_noise(system, h, state, change) {
                     Ok(())
                 } else {

@@ -71,7 +71,58 @@ impl Progress {
 
     /// Whether the last `patience` changes were above noise level and none was a new smallest one.
     #[inline(always)]
-    pub(super) fn is_lost(&self, patience: u32) -> bool {
+    pub(super) fn diverges(&self, patience: u32) -> bool {
         self.waited >= patience && self.last > NOISE_ROUNDINGS[1] * self.epsilon
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The unit roundoff of `f64`.
+    const EPSILON: f64 = f64::EPSILON / 2.0;
+
+    fn after(changes: &[f64]) -> Progress {
+        let mut progress = Progress::new(EPSILON);
+        changes.iter().for_each(|&change| progress.see(change));
+        progress
+    }
+
+    #[test]
+    fn the_next_change_is_omitted_once_it_is_below_rounding() {
+        let arrived = |changes: &[f64]| {
+            let progress = after(changes);
+            progress.has_arrived(progress.ratio, progress.last)
+        };
+        // The next changes are about 1e-15 and 1e-21.
+        assert!(!arrived(&[1e-3, 1e-9]));
+        assert!(arrived(&[1e-3, 1e-9, 1e-15]));
+        // A ratio near 1 predicts nothing.
+        assert!(!arrived(&[1e-18 / 0.75, 1e-18]));
+        assert!(arrived(&[1e-3, 0.0]));
+    }
+
+    #[test]
+    fn small_changes_that_no_longer_shrink_are_noise() {
+        let arrived = |roundings: f64, changes: usize| {
+            let progress = after(&vec![roundings * EPSILON; changes]);
+            assert!(!progress.diverges(3) || roundings > NOISE_ROUNDINGS[1]);
+            progress.has_arrived(1.0, f64::INFINITY)
+        };
+        // The first change is the smallest; the wait begins with the second.
+        assert!(!arrived(8.0, 3) && arrived(8.0, 4));
+        assert!(!arrived(9.0, 10) && arrived(9.0, 11));
+        assert!(!arrived(1025.0, 100));
+    }
+
+    #[test]
+    fn large_changes_that_no_longer_shrink_diverge() {
+        assert!(after(&[1.0, 2.0, 1.5, 4.0]).diverges(3));
+        assert!(!after(&[1.0, 2.0, 1.5]).diverges(3));
+        // A new smallest change begins the wait anew.
+        assert!(!after(&[1.0, 2.0, 1.5, 0.5, 0.7, 0.6]).diverges(3));
+        // Noise does not diverge.
+        assert!(!after(&[1024.0 * EPSILON; 9]).diverges(3));
     }
 }

@@ -29,9 +29,9 @@ const NOISE_ROUNDINGS: f64 = 64.0;
 /// it makes K drift by this amount.
 const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
 /// The largest noise of h λ that is admitted to the iteration,
-const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
+pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
 /// unless K would change without λ by more than this number of roundings of H.
-const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
+pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 /// An iteration that did not converge.
 struct Stalled {
@@ -117,12 +117,12 @@ impl<V: Vector> Workspace<V> {
 
             // Successive corrections have the ratio `ratio`, unless they are noise.
             let ratio = update.size / before;
-            let lost = update.size <= epsilon
+            let next_is_rounding = update.size <= epsilon
                 || (ratio < 0.5 && ratio * update.size <= OMITTED_ROUNDINGS * epsilon);
             waited = if update.size < least { 0 } else { waited + 1 };
             least = least.min(update.size);
             let small = update.reach <= NOISE_ROUNDINGS * epsilon;
-            let done = lost || (small && waited >= STALLED_CORRECTIONS[0]);
+            let done = next_is_rounding || (small && waited >= STALLED_CORRECTIONS[0]);
             // If the Jacobian had to be renewed, convergence must be confirmed by a correction with
             // a Jacobian evaluated at the current iterate.
             if done && (!renewed || (fresh && small)) {

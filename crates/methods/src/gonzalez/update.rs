@@ -2,15 +2,11 @@
 //! not converge.
 
 use super::equation::{Lambda, Workspace};
-use crate::adaptive::Projection;
+use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// A solution is rejected if K changes by more than this share of H, of the terms of H and of Δw.
 const LARGEST_DEFECT: f64 = 1e-3;
-/// K is restored if it changes by more than this number of roundings of these terms,
-const RESTORED_ROUNDINGS: f64 = 16.0;
-/// by a change of z of at most this share of its largest entry.
-const LARGEST_PROJECTION: f64 = 1e-8;
 
 /// The size of a correction relative to z, including the error that a rounding of q causes in p and
 /// the reverse.
@@ -118,10 +114,10 @@ impl<V: Vector> Workspace<V> {
         let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
         let most = V::Scalar::from_f64(LARGEST_DEFECT) * size + square;
-        let lost = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
+        let unbalanced = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
         // Far out H may be infinite at a finite z. A state that is not finite is reported by the
         // step.
-        if lost.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
+        if unbalanced.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
             return false;
         }
         let projection = Projection {
@@ -202,7 +198,8 @@ fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V
 
 /// The largest entries, in eight lanes. The correction is NaN if an entry is not finite.
 fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Largest {
-    let (mut corrections, mut z, mut increments, mut lost) =
+    // `nan` is 0, or NaN where an entry is not finite.
+    let (mut corrections, mut z, mut increments, mut nan) =
         ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
     let (correction, correction_rest) = correction.as_chunks::<8>();
     let (start, start_rest) = start.as_chunks::<8>();
@@ -213,7 +210,7 @@ fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Large
             corrections[k] = larger(corrections[k], correction[k].abs());
             z[k] = larger(z[k], start[k].to_f64().abs() + width);
             increments[k] = larger(increments[k], width);
-            lost[k] += correction[k] * 0.0;
+            nan[k] += correction[k] * 0.0;
         }
     }
     let rest = correction_rest.iter().zip(start_rest).zip(increment_rest).zip(0..8);
@@ -222,11 +219,11 @@ fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Large
         corrections[k] = larger(corrections[k], correction.abs());
         z[k] = larger(z[k], start.to_f64().abs() + width);
         increments[k] = larger(increments[k], width);
-        lost[k] += correction * 0.0;
+        nan[k] += correction * 0.0;
     }
     let most = |lanes: [f64; 8]| lanes.into_iter().fold(0.0, larger);
-    let lost: f64 = lost.iter().sum();
-    Largest { correction: most(corrections) + lost, z: most(z), increment: most(increments) }
+    let nan: f64 = nan.iter().sum();
+    Largest { correction: most(corrections) + nan, z: most(z), increment: most(increments) }
 }
 
 /// The larger of two numbers; NaN is ignored.

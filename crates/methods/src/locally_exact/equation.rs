@@ -2,13 +2,9 @@
 //! with A.
 
 use super::slopes::Slopes;
+use crate::gonzalez::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
 use crate::linear_flow::LinearFlow;
 use afterbay_core::{Curvature, Scalar, State, Vector};
-
-/// The largest rounding error of h λ that is admitted to the iteration,
-const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
-/// unless K would change without λ by more than this number of roundings of H.
-const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 /// The new state and the memory of the iteration.
 #[derive(Clone, Debug)]

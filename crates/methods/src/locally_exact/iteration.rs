@@ -1,7 +1,7 @@
 //! The fixed-point iteration for Δz, and w along the path found.
 
 use super::equation::Workspace;
-use crate::adaptive::Projection;
+use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 use crate::bend::bend;
 use crate::commit;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
@@ -12,14 +12,10 @@ const MOST_ITERATIONS: u32 = 1000;
 /// The number of consecutive updates without a new smallest one that ends the iteration: at noise
 /// level, and above it.
 const STALLED_UPDATES: [u32; 2] = [2, 8];
-/// K is restored if it changes by more than this number of roundings at the ends,
-const RESTORED_ROUNDINGS: f64 = 16.0;
-/// by a change of z of at most the first share of its largest entry; the second bounds the change
-/// that remains.
-const LARGEST_PROJECTION: f64 = 1e-8;
+/// The change of K, in roundings at the ends, that may remain where K cannot be restored further.
 const KEPT_ROUNDINGS: f64 = 256.0;
 /// An update of at most this number of roundings of z is below rounding,
-const LOST_ROUNDINGS: f64 = 1.0;
+const CONVERGED_ROUNDINGS: f64 = 1.0;
 /// and one of at most this number is noise if it no longer shrinks.
 const NOISE_ROUNDINGS: f64 = 256.0;
 
@@ -51,7 +47,7 @@ impl<V: Vector> Workspace<V> {
             waited = if update < least { 0 } else { waited + 1 };
             least = least.min(update);
             // For a linear system the first path is the solution.
-            if self.linear || update <= LOST_ROUNDINGS * V::Scalar::EPSILON {
+            if self.linear || update <= CONVERGED_ROUNDINGS * V::Scalar::EPSILON {
                 return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
             }
             // Updates that still shrink are noise only if K is conserved to rounding.

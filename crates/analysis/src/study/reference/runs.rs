@@ -2,12 +2,12 @@
 //! families at tight tolerances. Of the two runs that agree best, one is the reference and the
 //! other its check.
 
-use super::super::Problem;
+use super::super::{Problem, method};
 use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef, Tolerance};
-use afterbay_methods::registry::{self, Setting};
+use afterbay_methods::registry::Setting;
 use std::ops::ControlFlow;
 
 /// The largest difference of two runs that agree, relative to the largest number in them.
@@ -95,14 +95,11 @@ fn halved(
     count: usize,
     progress: &dyn Progress,
 ) -> Result<(Solution<f64>, bool), IntegrateError> {
-    let row = registry::find("increment-8");
-    let row =
-        row.ok_or(InputError::Unsupported { method: "increment-8", why: "it is not registered" })?;
-    let (method, dof) = (problem.model.bind(row)?, problem.model.dof());
+    let (run, dof) = (problem.model.bind(method("increment-8")?)?, problem.model.dof());
     let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
         let mut solution = Solution::with_room(dof, count + 1);
         let grid = Grid::<f64>::of(h / parts as f64, count as u64 * parts)?;
-        method.run(grid, &mut problem.start()?, 1, &mut |step, state| {
+        run.run(grid, &mut problem.start()?, 1, &mut |step, state| {
             if step % parts == 0 {
                 solution.push(state);
             }
@@ -152,9 +149,7 @@ fn by_tolerance(
     (h, count): (f64, usize),
     progress: &dyn Progress,
 ) -> Result<Solution<f64>, IntegrateError> {
-    let row = registry::find(name);
-    let row = row.ok_or(InputError::Unsupported { method: name, why: "it is not registered" })?;
-    let (method, dof) = (problem.model.bind(row)?, problem.model.dof());
+    let (run, dof) = (problem.model.bind(method(name)?)?, problem.model.dof());
     let most = MOST_WORK / dof as u64;
     let mut state: State<Vec<f64>> = problem.start()?;
     let mut solution = Solution::with_room(dof, count + 1);
@@ -166,7 +161,7 @@ fn by_tolerance(
             steps += 1;
             if steps > most { ControlFlow::Break(()) } else { heard(progress) }
         };
-        method.run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut see)?;
+        run.run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut see)?;
         if progress.stopped() {
             return Err(IntegrateError::Interrupted);
         }

@@ -24,14 +24,15 @@ pub fn acos<T: Scalar>(a: T, b: T) -> Line<T> {
     with_derivative(b - a, value, -root.recip(), -(b / (root * root * root)))
 }
 
-/// The width below which the derivative of φ[a, b] is taken as φ''/2: the error of that is of the
-/// order of the width, and the rounding error of the quotient of the order of ε over the width.
-const SHORT: f64 = 1e-5;
+/// The shortest edge on which the derivative of φ[a, b] by b is the quotient (φ'(b) - φ[a, b])/(b -
+/// a). On a shorter one it is its limit φ''(b)/2, whose error is of the order of the width; the
+/// rounding error of the quotient is of the order of ε over the width.
+const SHORTEST_EDGE: f64 = 1e-5;
 
 /// φ[a, b] with its derivative by b, given φ'(b) and φ''(b).
 #[inline(always)]
 fn with_derivative<T: Scalar>(width: T, value: T, first: T, second: T) -> Line<T> {
-    let short = width.abs().lt(T::from_f64(SHORT));
+    let short = width.abs().lt(T::from_f64(SHORTEST_EDGE));
     let far = (first - value) / T::select(short, T::one(), width);
     Line { value, slope: T::select(short, second.half(), far) }
 }

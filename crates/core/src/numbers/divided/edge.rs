@@ -31,18 +31,19 @@ pub fn by_quadrature<T: Scalar>(a: T, b: T, f: impl Fn(T) -> T) -> Line<T> {
     with_derivative(a, b, value, f)
 }
 
-/// The shortest edge, near the point 0, on which the derivative is a difference quotient: about the
-/// square root of the unit roundoff of f64, in the units of the coordinate.
-const SHORT: f64 = 1e-7;
+/// The shortest edge, near the point 0, on which the derivative by b is the quotient
+/// (f(b) - mean)/(b - a), for a mean of f. On a shorter one it is its limit f'/2. About the square
+/// root of the unit roundoff of f64, in the units of the coordinate.
+const SHORTEST_EDGE: f64 = 1e-7;
 
 /// A mean with its derivative by b.
 #[inline]
 fn with_derivative<T: Scalar>(a: T, b: T, value: T, f: impl Fn(T) -> T) -> Line<T> {
     let width = b - a;
-    // On a shorter edge the slope would be rounding noise, and f'/2 replaces it. The rounding error
-    // of a grows with |a|, while f is assumed to vary over a length of 1: their geometric mean is
+    // On a shorter edge the quotient would be rounding noise. f'/2 replaces it, with f' a difference
+    // quotient over the shortest edge. The rounding error of a grows with |a|, while f is assumed to vary over a length of 1: their geometric mean is
     // best.
-    let reach = (a + T::from_f64(SHORT) * (T::one() + a.abs()).sqrt()) - a;
+    let reach = (a + T::from_f64(SHORTEST_EDGE) * (T::one() + a.abs()).sqrt()) - a;
     let short = width.abs().lt(reach);
     let step = T::select(short, reach, width);
     let rise = (f(a + step) - T::select(short, f(a), value)) / step;

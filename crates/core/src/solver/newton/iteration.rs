@@ -200,11 +200,11 @@ impl<T: Scalar> Iteration<T> {
             * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
         // Converged if the next correction is below rounding. A bisection does not predict it.
         let corrected = self.halved[0].or(self.halved[1]).not();
-        let lost = open.and(corrected).and(self.correction.lost_near_rest(scale));
+        let converged = open.and(corrected).and(self.correction.next_is_rounding_near_rest(scale));
         // Numbers near underflow are rounded by the smallest normal number.
         let scale = scale + T::from_f64(f64::MIN_POSITIVE);
-        self.done = self.done.or(lost);
-        let unsure = open.and(self.anew.or(lost.not()));
+        self.done = self.done.or(converged);
+        let unsure = open.and(self.anew.or(converged.not()));
         if !unsure.any() {
             return 0;
         }

@@ -50,8 +50,8 @@ impl<T: Scalar> TwoCorrections<T> {
     #[inline(always)]
     pub(super) fn rest(&mut self) {
         let none = self.correction.previous.abs().le(T::zero());
-        let lost = self.correction.lost_near_rest(self.scale);
-        self.done = self.done.or(self.improvable.and(none.or(lost)));
+        let converged = self.correction.next_is_rounding_near_rest(self.scale);
+        self.done = self.done.or(self.improvable.and(none.or(converged)));
     }
 }
 
@@ -79,11 +79,11 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     let scale =
         T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
     let correction = Correction { previous, update, rest, missing };
-    let lost = correction.lost(scale);
+    let converged = correction.next_is_rounding(scale);
     let improvable = can_be_improved(first.slope).and(can_be_improved(missing));
     TwoCorrections {
         end,
-        done: lost.and(improvable),
+        done: converged.and(improvable),
         improvable,
         inverse,
         residuals: [before, residual],
@@ -110,7 +110,7 @@ impl<T: Scalar> Correction<T> {
         Self { previous: zero, update: zero, rest: zero, missing: zero }
     }
 
-    /// Whether the next correction is less than `scale`.
+    /// Whether the next correction is less than `scale`, the rounding of x.
     ///
     /// A correction turns an error e into e (r + c + d), with r the error of the inverse, c the
     /// change of the slope over e/2, and d the error of a slope that is not quite the derivative.
@@ -119,7 +119,7 @@ impl<T: Scalar> Correction<T> {
     /// same. Both sides are multiplied by the square of the previous correction, which avoids a
     /// division.
     #[inline(always)]
-    pub(super) fn lost(&self, scale: T) -> T::Mask {
+    pub(super) fn next_is_rounding(&self, scale: T) -> T::Mask {
         let (size, largest) = (self.update.abs(), self.previous.abs());
         let off = (self.rest + self.missing).half().mul_add(-self.previous, self.update).abs();
         let contraction = self.missing.abs().mul_add(largest, size);
@@ -127,19 +127,19 @@ impl<T: Scalar> Correction<T> {
         next.lt(scale * (largest * largest))
     }
 
-    /// [`Correction::lost`], with all terms divided by the previous correction where the products
-    /// would underflow.
+    /// [`Correction::next_is_rounding`], with all terms divided by the previous correction where
+    /// the products would underflow.
     #[inline(always)]
-    pub(super) fn lost_near_rest(&self, scale: T) -> T::Mask {
+    pub(super) fn next_is_rounding_near_rest(&self, scale: T) -> T::Mask {
         let largest = self.previous.abs();
         let vanishing = (scale * (largest * largest)).lt(T::from_f64(f64::MIN_POSITIVE));
-        let lost = self.lost(scale);
+        let converged = self.next_is_rounding(scale);
         if !vanishing.any() {
-            return lost;
+            return converged;
         }
         cold_path();
         let share = largest.recip();
         let shares = Self { previous: self.previous * share, update: self.update * share, ..*self };
-        lost.or(vanishing.and(shares.lost(scale * share)))
+        converged.or(vanishing.and(shares.next_is_rounding(scale * share)))
     }
 }

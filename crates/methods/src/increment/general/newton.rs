@@ -85,7 +85,7 @@ fn iterate<T: Scalar>(
         size = share(scale);
         // Where updates shrink by a factor, the next one shrinks by at least this factor. The
         // iteration has converged if the next update would be below rounding.
-        let lost = (size * size).le(T::from_f64(T::EPSILON) * previous);
+        let next_is_rounding = (size * size).le(T::from_f64(T::EPSILON) * previous);
         // Updates of a converging iteration shrink; updates that are noise grow from time to time.
         let grows = previous.le(size);
         if grows.any() {
@@ -100,7 +100,7 @@ fn iterate<T: Scalar>(
                 .le(T::from_f64(NOISE_ROUNDINGS * T::EPSILON));
             grown = T::select(small.and(grows), grown + one, grown);
         }
-        if lost.or(one.lt(grown)).all() {
+        if next_is_rounding.or(one.lt(grown)).all() {
             return Ok(Root { x, evaluations });
         }
     }
