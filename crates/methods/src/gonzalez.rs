@@ -35,6 +35,7 @@ mod jacobian;
 mod update;
 
 use crate::linear::LinearSolver;
+use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
     Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
 };
@@ -47,6 +48,12 @@ pub struct Gonzalez {
     /// algorithm for a separable chain, Gaussian elimination for up to 32 unknowns, faer's dense LU
     /// for all-to-all coupling, its sparse LU otherwise.
     pub solver: Option<LinearSolver>,
+}
+
+impl Binding for Gonzalez {
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, _, _>(*self, target.curvature()?)
+    }
 }
 
 impl<V, S> Method<V, S> for Gonzalez

@@ -23,6 +23,7 @@
 //! more than 512 degrees of freedom.
 
 mod before;
+mod binding;
 mod compensated;
 mod composition;
 mod friction;
@@ -30,6 +31,7 @@ mod general;
 mod tile;
 mod tiled;
 
+pub(crate) use binding::Increments;
 pub use compensated::Compensated;
 pub use composition::Composition;
 pub use general::GeneralIncrement;

@@ -16,6 +16,7 @@
 
 pub mod steps;
 
+mod binding;
 mod closed_form;
 mod implicit;
 
