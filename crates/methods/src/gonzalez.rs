@@ -29,7 +29,7 @@
 //! by continuation from h = 0. For scalars that hold one number: the linear equations are solved in
 //! `f64`.
 
-mod equation;
+pub(crate) mod equation;
 mod iteration;
 mod jacobian;
 mod update;
@@ -64,7 +64,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        Workspace::new(system, self.solver)
+        Workspace::new("gonzalez", system, self.solver, true)
     }
 
     fn step(
@@ -80,7 +80,7 @@ where
         }
         let n = state.dof();
         let dissipative = !system.dissipation_form().zero;
-        let effort = workspace.find(system, h, state)?;
+        let effort = workspace.find(system, h, state, |found| found.settle(system, h, state))?;
         let Workspace { q, p, w, energy, .. } = workspace;
         let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_slice());
         let mut finite = energy.is_finite();
