@@ -8,8 +8,8 @@ use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
 use crate::moddg::steps::{Placement, Plain, Printed, Raised};
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, Collocation, Composition, Gonzalez, Leapfrog, LinearExact,
-    LocallyExact, ModDg, Relaxed, Rk4,
+    AdaptiveCollocation, AdaptiveDop853, Collocation, Composition, Gonzalez, ImplicitMidpoint,
+    Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed, Rk4,
 };
 use afterbay_core::solver::FixedPoint;
 
@@ -74,6 +74,18 @@ pub const METHODS: &[Row] = &[
         cost: Cost::Modes(1),
         needs: Needs::Curvature,
         form: Form::Fixed(&Gonzalez { solver: None }),
+    },
+    Row {
+        name: "implicit-midpoint",
+        about: "the Gauss method of one stage, solved to rounding",
+        local_order: [2; 3],
+        keeps_k: false,
+        passive: true,
+        a_stable: true,
+        l_stable: false,
+        cost: Cost::Modes(1),
+        needs: Needs::Curvature,
+        form: Form::Fixed(&ImplicitMidpoint),
     },
     Row {
         name: "locally-exact",
