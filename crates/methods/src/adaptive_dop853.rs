@@ -21,6 +21,7 @@
 
 use crate::adaptive::{Budget, Projection, Rates, largest};
 use crate::bend::bend;
+use crate::registry::binding::{AdaptiveBinding, Bound, Target};
 use crate::runge_kutta::{Dop853, Embedded, P, Q, Stages, Tableau, W};
 use afterbay_core::{
     Adaptive, Attempt, Curvature, Effort, InputError, Quantity, Scalar, State, StepFailure, System,
@@ -204,6 +205,17 @@ impl<V: Vector> Workspace<V> {
         to.p.as_mut_slice().copy_from_slice(self.p.as_slice());
         for (w, &gain) in to.w.as_mut_slice().iter_mut().zip(self.gain.as_slice()) {
             *w += gain;
+        }
+    }
+}
+
+impl AdaptiveBinding for AdaptiveDop853 {
+    fn bind(&self, target: &Target<'_, f64>) -> Bound<f64> {
+        let system = target.curvature()?;
+        match target.system.dof() {
+            1 => target.chosen::<[f64; 1], _, _>(*self, system),
+            2 => target.chosen::<[f64; 2], _, _>(*self, system),
+            _ => target.chosen::<Vec<f64>, _, _>(*self, system),
         }
     }
 }

@@ -53,6 +53,7 @@ mod stiffness;
 
 pub use adaptive::AdaptiveCollocation;
 
+use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, Vector};
 use iteration::Workspace;
 pub(crate) use legendre::gauss;
@@ -71,6 +72,12 @@ impl Collocation {
     /// Uses s stages and 2s nodes, sufficient for H of degree 4.
     pub const fn new(stages: usize) -> Self {
         Self { stages, nodes: 2 * stages }
+    }
+}
+
+impl Binding for Collocation {
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, _, _>(*self, target.curvature()?)
     }
 }
 

@@ -35,12 +35,13 @@
 //! by continuation ([`StepFailure::NewtonStalled`]), where the linear equations are singular
 //! (`Singular`), and where a number is not finite (`NonFinite`).
 
-mod equation;
+pub(crate) mod equation;
 mod iteration;
 mod jacobian;
 mod update;
 
 use crate::linear::LinearSolver;
+use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
     Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
 };
@@ -57,6 +58,12 @@ pub struct Gonzalez {
     pub solver: Option<LinearSolver>,
 }
 
+impl Binding for Gonzalez {
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, _, _>(*self, target.curvature()?)
+    }
+}
+
 impl<V, S> Method<V, S> for Gonzalez
 where
     V: Vector,
@@ -65,7 +72,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        Workspace::new(system, self.solver)
+        Workspace::new("gonzalez", system, self.solver, true)
     }
 
     fn step(
@@ -81,7 +88,7 @@ where
         }
         let n = state.dof();
         let dissipative = !system.dissipation_form().zero;
-        let effort = workspace.find(system, h, state)?;
+        let effort = workspace.find(system, h, state, |found| found.settle(system, h, state))?;
         let Workspace { q, p, w, energy, .. } = workspace;
         let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_slice());
         let mut finite = energy.is_finite();

@@ -35,6 +35,7 @@
 //!   (`BalanceLost`).
 
 mod before;
+mod binding;
 mod compensated;
 mod composition;
 mod friction;
@@ -42,6 +43,7 @@ mod general;
 mod tile;
 mod tiled;
 
+pub(crate) use binding::Increments;
 pub use compensated::Compensated;
 pub use composition::Composition;
 pub use general::GeneralIncrement;

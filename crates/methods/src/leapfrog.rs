@@ -10,6 +10,7 @@
 //! with damping), for any D. The equation for p½ is solved separately for each momentum, so systems
 //! whose D couples the momenta are refused.
 
+use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
     Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
@@ -37,6 +38,14 @@ pub struct Workspace<V> {
     q: V,
     p: V,
     w: V,
+}
+
+impl Binding for Leapfrog {
+    const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
+
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, _, _>(*self, target.separable()?)
+    }
 }
 
 impl<V, S> Method<V, S> for Leapfrog

@@ -28,6 +28,7 @@ mod table;
 
 use crate::commit::commit;
 use crate::linear_flow::LinearFlow;
+use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
     Curvature, Effort, InputError, Mask, Method, Passive, Scalar, State, StepFailure, Vector,
 };
@@ -61,6 +62,12 @@ pub struct Workspace<V: Vector> {
     /// The same vectors for products with A
     inner: ([V; 2], V),
     constant: [V; 2],
+}
+
+impl Binding for LinearExact {
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, _, _>(*self, target.curvature()?)
+    }
 }
 
 impl<V, S> Method<V, S> for LinearExact

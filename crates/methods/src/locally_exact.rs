@@ -46,12 +46,19 @@ mod iteration;
 mod slopes;
 
 use crate::commit::commit;
+use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFailure, Vector};
 use equation::Workspace;
 
 /// The locally exact discrete gradient method.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LocallyExact;
+
+impl Binding for LocallyExact {
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, _, _>(*self, target.curvature()?)
+    }
+}
 
 impl<V, S> Method<V, S> for LocallyExact
 where

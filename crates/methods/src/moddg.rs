@@ -26,6 +26,7 @@
 
 pub mod steps;
 
+mod binding;
 mod closed_form;
 mod implicit;
 

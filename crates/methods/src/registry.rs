@@ -1,20 +1,21 @@
 //! The registry of all methods by name: their orders, conserved quantities, requirements and costs,
 //! and the binding of a method to a system.
 
+pub(crate) mod binding;
 mod cost;
-mod forms;
 pub mod inlined;
 mod number;
 mod run;
 mod table;
 
-use crate::moddg::steps::{Equation, Placement, Printed, Raised};
-use crate::{Composition, Relaxed};
-use afterbay_core::{Abilities, InputError};
+use crate::moddg::steps::Equation;
+use afterbay_core::{Abilities, InputError, Scalar};
+use binding::{Form, Target};
 use std::sync::Arc;
 
 pub use cost::Cost;
 pub use number::{Compensable, Number, compensated};
+pub(crate) use run::fixed;
 pub use run::{Run, Setting, Show};
 pub use table::{ADAPTIVE, FIXED, METHODS};
 
@@ -59,7 +60,7 @@ pub struct Row {
     pub cost: Cost,
     /// The class of systems to which the method applies.
     pub needs: Needs,
-    kind: Kind,
+    form: Form,
 }
 
 impl Row {
@@ -70,26 +71,30 @@ impl Row {
 
     /// Whether the method chooses its steps by a tolerance.
     pub const fn is_adaptive(&self) -> bool {
-        matches!(self.kind, Kind::AdaptiveCollocation | Kind::AdaptiveDop853)
+        matches!(self.form, Form::Adaptive(_))
     }
 
     /// Whether the method can step eight systems side by side. Whether it can for a given system is
     /// determined when it is bound.
-    pub const fn has_lanes(&self) -> bool {
-        matches!(self.kind, Kind::Leapfrog | Kind::Rk4 | Kind::Increment(_) | Kind::ModDg)
+    pub fn has_lanes(&self) -> bool {
+        matches!(self.form, Form::Fixed(method) if method.lanes())
     }
 
     /// The equations whose δ the method uses; the δ have poles.
     pub fn poles(&self) -> &'static [Equation] {
-        let (Kind::Raised(Raised(placement, _)) | Kind::Printed(Printed(placement, _))) = self.kind
-        else {
-            return &[];
-        };
-        match placement {
-            Placement::Shared(Equation::Q) | Placement::Single(Equation::Q) => &[Equation::Q],
-            Placement::Shared(Equation::P) | Placement::Single(Equation::P) => &[Equation::P],
-            Placement::Each => &[Equation::Q, Equation::P],
+        match self.form {
+            Form::Fixed(method) => method.delta_poles(),
+            Form::Adaptive(_) => &[],
         }
+    }
+
+    /// The method, if it is of this type.
+    fn method<M: 'static>(&self) -> Option<&'static M> {
+        self.form.any().downcast_ref()
+    }
+
+    fn target<'a, T: Scalar>(&self, system: &'a Arc<dyn Abilities<T>>) -> Target<'a, T> {
+        Target { name: self.name, system }
     }
 }
 
@@ -127,26 +132,6 @@ impl Needs {
             Self::Printed => "damped oscillator",
         }
     }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Kind {
-    Leapfrog,
-    Rk4,
-    Relaxed(Relaxed),
-    ModDg,
-    ModDgFixedPoint,
-    Raised(Raised),
-    Printed(Printed),
-    LinearExact,
-    LocallyExact,
-    Gonzalez,
-    /// The number of stages s.
-    Collocation(usize),
-    /// A composition of sweeps.
-    Increment(fn() -> Composition),
-    AdaptiveCollocation,
-    AdaptiveDop853,
 }
 
 /// Finds the row of a method by its name.

@@ -35,8 +35,11 @@ mod root;
 mod track;
 
 use crate::commit::commit;
+use crate::registry::binding::{Binding, Bound, Target};
 use crate::runge_kutta::{Classical, Dop853};
-use afterbay_core::{Effort, InputError, Method, Scalar, State, StepFailure, System, Vector};
+use afterbay_core::{
+    Abilities, Effort, InputError, Method, Scalar, State, StepFailure, System, Vector,
+};
 use direction::Direction;
 use root::Chord;
 use track::Track;
@@ -74,6 +77,12 @@ pub struct Workspace<V: Vector> {
     direction: Direction<V>,
     chord: Chord<V>,
     track: Track<V>,
+}
+
+impl Binding for Relaxed {
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, dyn Abilities<V::Scalar>, _>(*self, target.system.clone())
+    }
 }
 
 impl<V, S> Method<V, S> for Relaxed

@@ -13,8 +13,10 @@
 //! No equation is **solved**. A step **fails** and leaves the state unchanged where a number is not
 //! finite ([`StepFailure::NonFinite`]).
 
+use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System, Vector,
+    Abilities, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System,
+    Vector,
 };
 use std::hint::cold_path;
 
@@ -39,6 +41,14 @@ pub struct Workspace<V> {
 /// For each stage, the offset of the next stage in units of h, and the weight of this stage in
 /// units of h/6.
 const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
+
+impl Binding for Rk4 {
+    const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
+
+    fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.fixed::<V, dyn Abilities<V::Scalar>, _>(*self, target.system.clone())
+    }
+}
 
 impl<V, S> Method<V, S> for Rk4
 where

@@ -34,6 +34,7 @@
 
 use super::engine::Engine;
 use super::gauss::Gauss;
+use crate::registry::binding::{AdaptiveBinding, Bound, Target};
 use afterbay_core::{
     Adaptive, Attempt, Curvature, Effort, InputError, Quad, State, StepFailure, Tolerance, Vector,
 };
@@ -67,6 +68,16 @@ macro_rules! with {
             Order::Sixteen($engine) => $body,
         }
     };
+}
+
+impl AdaptiveBinding for AdaptiveCollocation {
+    fn bind(&self, target: &Target<'_, f64>) -> Bound<f64> {
+        let system = target.curvature()?;
+        match target.system.dof() {
+            1 => target.chosen::<[f64; 1], _, _>(*self, system),
+            _ => target.chosen::<Vec<f64>, _, _>(*self, system),
+        }
+    }
 }
 
 impl<V, S> Adaptive<V, S> for AdaptiveCollocation

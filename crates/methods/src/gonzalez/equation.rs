@@ -10,21 +10,23 @@ use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 pub struct Workspace<V: Vector> {
     pub(super) jacobian: Jacobian,
     pub(super) dissipative: bool,
+    /// Whether λ is part of the equation. Without it the equation is that of the midpoint rule.
+    pub(super) has_lambda: bool,
     /// Δz
-    pub(super) dq: V,
-    pub(super) dp: V,
+    pub(crate) dq: V,
+    pub(crate) dp: V,
     /// z̄ = z0 + Δz/2, and ∇H and D there
-    pub(super) q_mean: V,
-    pub(super) p_mean: V,
-    pub(super) hq: V,
+    pub(crate) q_mean: V,
+    pub(crate) p_mean: V,
+    pub(crate) hq: V,
     pub(super) hp: V,
     /// ∇̄H_p and D̄
-    pub(super) v: V,
-    pub(super) d: V,
+    pub(crate) v: V,
+    pub(crate) d: V,
     /// z1 = z0 + Δz and w1
-    pub(super) q: V,
-    pub(super) p: V,
-    pub(super) w: V,
+    pub(crate) q: V,
+    pub(crate) p: V,
+    pub(crate) w: V,
     /// H(z1)
     pub(super) energy: V::Scalar,
     /// ∇H at z1
@@ -32,14 +34,14 @@ pub struct Workspace<V: Vector> {
     /// A copy of Δz to restore
     pub(super) kept: [V; 2],
     /// The residual of each equation, then the correction
-    pub(super) missing: [Vec<f64>; 2],
+    pub(crate) missing: [Vec<f64>; 2],
     /// ∂λ/∂Δz and h (-Δp, Δq), the factors of the rank-one part of the Jacobian; the latter
     /// multiplied by the inverse of the remaining Jacobian
     slope: [Vec<f64>; 2],
     turned: [Vec<f64>; 2],
     /// h/2 times the largest second derivative at the start of the iteration: the factor by which a
     /// rounding of q enters p, and of p enters q
-    pub(super) gain: f64,
+    pub(crate) gain: f64,
     /// The largest entry of R Δp, R = ∂D/∂v, at the last Jacobian: the factor by which λ enters D
     pub(super) dragged: f64,
     /// 1 + slope · turned, if the rank-one part is present
@@ -47,26 +49,32 @@ pub struct Workspace<V: Vector> {
 }
 
 /// λ, the rounding of its numerator over ε|Δz|², and 1/|Δz|²; all 0 where λ = 0 is imposed.
-pub(super) struct Lambda<T> {
+pub(crate) struct Lambda<T> {
     pub(super) value: T,
     pub(super) rough: f64,
     pub(super) inverse: f64,
 }
 
 impl<T: Scalar> Lambda<T> {
+    /// λ = 0
+    pub(crate) fn zero() -> Self {
+        Self { value: T::zero(), rough: 0.0, inverse: 0.0 }
+    }
+
     /// The change of K without λ, λ |Δz|², in roundings of H.
     pub(super) fn roundings(&self) -> f64 {
         if self.rough > 0.0 { self.value.to_f64().abs() / (T::EPSILON * self.rough) } else { 0.0 }
     }
-
-    /// Sets λ = 0.
-    pub(super) fn drop(&mut self) {
-        *self = Self { value: T::zero(), rough: 0.0, inverse: 0.0 };
-    }
 }
 
 impl<V: Vector> Workspace<V> {
-    pub(super) fn new<S>(system: &S, solver: Option<LinearSolver>) -> Result<Self, InputError>
+    /// The memory of the method `name` for a system.
+    pub(crate) fn new<S>(
+        name: &'static str,
+        system: &S,
+        solver: Option<LinearSolver>,
+        has_lambda: bool,
+    ) -> Result<Self, InputError>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -74,8 +82,9 @@ impl<V: Vector> Workspace<V> {
         let zeros = || V::zeros(n);
         let reals = || [vec![0.0; n], vec![0.0; n]];
         Ok(Self {
-            jacobian: Jacobian::new(system, solver)?,
+            jacobian: Jacobian::new(name, system, solver)?,
             dissipative: !system.dissipation_form().zero,
+            has_lambda,
             dq: zeros(),
             dp: zeros(),
             q_mean: zeros(),
@@ -123,7 +132,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Evaluates ∇H at z̄.
-    pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
+    pub(crate) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let (q, p) = (self.q_mean.as_slice(), self.p_mean.as_slice());
         system.gradient(q, p, self.hq.as_mut_slice(), self.hp.as_mut_slice());
     }
@@ -133,12 +142,15 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
+        if !self.has_lambda {
+            return Lambda::zero();
+        }
         let [along_q, square_q] = products(self.dq.as_slice(), self.hq.as_slice());
         let [along_p, square_p] = products(self.dp.as_slice(), self.hp.as_slice());
         let (along, square) = (along_q + along_p, square_q + square_p);
         // If |Δz|² underflows, there is no divisor.
         if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
-            return Lambda { value: V::Scalar::zero(), rough: 0.0, inverse: 0.0 };
+            return Lambda::zero();
         }
         let end = system.energy(self.q.as_slice(), self.p.as_slice());
         let inverse = 1.0 / square.to_f64();
@@ -227,7 +239,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Computes the residual of the equation at Δz.
-    pub(super) fn residual<S: Curvature<V::Scalar> + ?Sized>(
+    pub(crate) fn residual<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
         h: V::Scalar,

@@ -6,7 +6,7 @@
 //! Jacobian at the explicit z0 + h/2 f(z0) saves few corrections on short steps. On long steps that
 //! point may be so far out that corrections are small only because the Jacobian is large.)
 
-use super::equation::Workspace;
+use super::equation::{Lambda, Workspace};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of an iteration.
@@ -44,12 +44,13 @@ fn effort(spent: u32) -> Effort {
 }
 
 impl<V: Vector> Workspace<V> {
-    /// Computes Δz, z̄, z1 and w1.
-    pub(super) fn find<S>(
+    /// Computes Δz, z̄ and z1. `settle` computes w1 and returns whether it accepts the solution.
+    pub(crate) fn find<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
         state: &State<V>,
+        settle: impl Fn(&mut Self) -> bool,
     ) -> Result<Effort, StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -57,12 +58,12 @@ impl<V: Vector> Workspace<V> {
         self.initial_guess();
         self.place(state);
         let stalled = match self.iterate(system, h, state) {
-            Ok(spent) if self.settle(system, h, state) => return Ok(effort(spent)),
+            Ok(spent) if settle(self) => return Ok(effort(spent)),
             Ok(spent) => self.unbalanced(spent),
             Err(stalled) => stalled,
         };
         let spent = self.follow(system, h, state, stalled)?;
-        if self.settle(system, h, state) {
+        if settle(self) {
             return Ok(effort(spent));
         }
         if self.energy.is_finite().all() {
@@ -84,7 +85,7 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         let epsilon = V::Scalar::EPSILON;
-        let start = state.energy(system);
+        let start = if self.has_lambda { state.energy(system) } else { V::Scalar::zero() };
         let (mut stale, mut renewed, mut resolved) = (true, false, None);
         let (mut before, mut least, mut waited, mut quiet) = (f64::NAN, f64::INFINITY, 0, 0);
         for iterations in 1..=MOST_CORRECTIONS {
@@ -97,7 +98,7 @@ impl<V: Vector> Workspace<V> {
                 if !*resolved.get_or_insert(
                     noise < LARGEST_LAMBDA_NOISE || lambda.roundings() > NEGLIGIBLE_ROUNDINGS,
                 ) {
-                    lambda.drop();
+                    lambda = Lambda::zero();
                 }
             }
             if stale && let Err(dof) = self.factorise(system, h, &lambda) {

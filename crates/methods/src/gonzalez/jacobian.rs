@@ -55,7 +55,12 @@ pub(super) struct Jacobian {
 }
 
 impl Jacobian {
-    pub(super) fn new<T, S>(system: &S, wanted: Option<LinearSolver>) -> Result<Self, InputError>
+    /// The matrix for a system. `method` is named by the errors.
+    pub(super) fn new<T, S>(
+        method: &'static str,
+        system: &S,
+        wanted: Option<LinearSolver>,
+    ) -> Result<Self, InputError>
     where
         T: Scalar,
         S: Curvature<T> + ?Sized,
@@ -66,7 +71,7 @@ impl Jacobian {
         system.curvature(&origin, &origin, |block, i, j, _| {
             entries.push(Entry { block, i, j, slots: [0; 2] });
         });
-        let unsupported = |why| InputError::Unsupported { method: "gonzalez", why };
+        let unsupported = |why| InputError::Unsupported { method, why };
         if entries.iter().any(|entry| entry.i >= n || entry.j >= n) {
             return Err(unsupported("a second derivative belongs to no degree of freedom"));
         }

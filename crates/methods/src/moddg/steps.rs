@@ -64,6 +64,15 @@ pub struct Raised(pub Placement, pub Degree);
 pub struct Printed(pub Placement, pub Degree);
 
 impl Placement {
+    /// The equations whose δ is used.
+    pub(crate) fn equations(self) -> &'static [Equation] {
+        match self {
+            Self::Shared(Equation::Q) | Self::Single(Equation::Q) => &[Equation::Q],
+            Self::Shared(Equation::P) | Self::Single(Equation::P) => &[Equation::P],
+            Self::Each => &[Equation::Q, Equation::P],
+        }
+    }
+
     #[inline]
     fn distribute<T: Scalar>(
         self,

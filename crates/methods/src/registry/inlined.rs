@@ -2,16 +2,42 @@
 //! dispatch; the forms here serve systems whose steps are so cheap that the cost of these calls is
 //! measurable.
 
+use super::Row;
 use super::run::{Run, chosen, fixed};
-use super::{Kind, Row};
+use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Increment, Leapfrog, ModDg, Rk4,
+    AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Leapfrog, ModDg, Relaxed, Rk4,
     Tiled,
 };
 use afterbay_core::solver::FixedPoint;
-use afterbay_core::{Abilities, Curvature, InputError, Linear, Separable, Uniform, Vector};
+use afterbay_core::{
+    Abilities, Adaptive, Curvature, InputError, Linear, Method, Separable, System, Uniform, Vector,
+};
 use std::sync::Arc;
+
+type Form = Option<Result<Run<f64>, InputError>>;
+
+/// Binds the method of the row to `system` if it is an `M`. States are stored in `V`.
+fn fixed_if<V, M, S>(row: &Row, system: &Arc<S>) -> Form
+where
+    V: Vector<Scalar = f64> + 'static,
+    S: System<f64> + 'static,
+    M: Method<V, S> + Copy + Send + Sync + 'static,
+    M::Workspace: Clone + Send + Sync + 'static,
+{
+    Some(fixed::<V, S, M>(row.name, *row.method::<M>()?, system.clone()))
+}
+
+/// As [`fixed_if`], for a method with step size control.
+fn chosen_if<V, M, S>(row: &Row, system: &Arc<S>) -> Form
+where
+    V: Vector<Scalar = f64> + 'static,
+    S: System<f64> + 'static,
+    M: Adaptive<V, S> + Copy + Send + Sync + 'static,
+{
+    Some(chosen::<V, S, M>(row.name, *row.method::<M>()?, system.clone()))
+}
 
 /// Binds a method to a separable system with one degree of freedom. Returns `None` where
 /// [`bind`](super::bind) is as fast.
@@ -22,22 +48,17 @@ pub fn one_degree<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, Input
 where
     S: Abilities<f64> + Separable<f64> + Curvature<f64>,
 {
-    let name = row.name;
-    match row.kind {
-        Kind::Leapfrog => Some(fixed::<[f64; 1], S, _>(name, Leapfrog, system)),
-        // Linear systems have a closed form.
-        Kind::ModDg if system.clone().linear().is_none() => {
-            Some(fixed::<[f64; 1], S, _>(name, ModDg::newton(), system))
-        }
-        Kind::ModDgFixedPoint => {
-            let method = ModDg { steps: Plain, solver: FixedPoint };
-            Some(fixed::<[f64; 1], S, _>(name, method, system))
-        }
-        Kind::Increment(composition) => {
-            Some(fixed::<[f64; 1], S, _>(name, Increment::new(composition()), system))
-        }
-        _ => few_degrees::<[f64; 1], [f64; 1], S>(row, system),
+    if let Some(increments) = row.method::<Increments>() {
+        return Some(fixed::<[f64; 1], S, _>(row.name, increments.in_sequence(), system));
     }
+    // Linear systems have a closed form.
+    if row.method::<ModDg>().is_some() && system.clone().linear().is_some() {
+        return None;
+    }
+    fixed_if::<[f64; 1], Leapfrog, S>(row, &system)
+        .or_else(|| fixed_if::<[f64; 1], ModDg, S>(row, &system))
+        .or_else(|| fixed_if::<[f64; 1], ModDg<Plain, FixedPoint>, S>(row, &system))
+        .or_else(|| few_degrees::<[f64; 1], [f64; 1], S>(row, system))
 }
 
 /// Binds a method to a linear system with one degree of freedom, with the closed form of implicit
@@ -49,9 +70,9 @@ pub fn linear<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputErro
 where
     S: Abilities<f64> + Linear<f64> + Curvature<f64>,
 {
-    match row.kind {
-        Kind::ModDg => Some(fixed::<[f64; 1], S, _>(row.name, ModDg::linear(), system)),
-        _ => one_degree(row, system),
+    match row.method::<ModDg>() {
+        Some(_) => Some(fixed::<[f64; 1], S, _>(row.name, ModDg::linear(), system)),
+        None => one_degree(row, system),
     }
 }
 
@@ -67,15 +88,11 @@ where
     W: Vector<Scalar = f64> + 'static,
     S: Curvature<f64> + 'static,
 {
-    let name = row.name;
-    match row.kind {
-        Kind::Rk4 => Some(fixed::<V, S, _>(name, Rk4, system)),
-        Kind::Relaxed(method) => Some(fixed::<V, S, _>(name, method, system)),
-        Kind::Collocation(stages) => Some(fixed::<V, S, _>(name, Collocation::new(stages), system)),
-        Kind::AdaptiveCollocation => Some(chosen::<V, S, _>(name, AdaptiveCollocation, system)),
-        Kind::AdaptiveDop853 => Some(chosen::<W, S, _>(name, AdaptiveDop853, system)),
-        _ => None,
-    }
+    fixed_if::<V, Rk4, S>(row, &system)
+        .or_else(|| fixed_if::<V, Relaxed, S>(row, &system))
+        .or_else(|| fixed_if::<V, Collocation, S>(row, &system))
+        .or_else(|| chosen_if::<V, AdaptiveCollocation, S>(row, &system))
+        .or_else(|| chosen_if::<W, AdaptiveDop853, S>(row, &system))
 }
 
 /// Binds a method to a chain or a ring of equal members. Returns `None` where [`bind`](super::bind)
@@ -88,19 +105,17 @@ where
     S: Uniform + Curvature<f64> + 'static,
     S::Lanes: 'static,
 {
-    let name = row.name;
-    match row.kind {
-        Kind::Increment(composition) if Tiled::fits(&*system).is_ok() => {
-            Some(fixed::<Vec<f64>, S, _>(name, Tiled::new(composition()), system))
-        }
-        _ if system.dof() == 1 => None,
-        Kind::Leapfrog => Some(fixed::<Vec<f64>, S, _>(name, Leapfrog, system)),
-        Kind::Gonzalez => Some(fixed::<Vec<f64>, S, _>(name, Gonzalez::default(), system)),
-        Kind::AdaptiveCollocation => {
-            Some(chosen::<Vec<f64>, S, _>(name, AdaptiveCollocation, system))
-        }
-        Kind::AdaptiveDop853 if system.dof() == 2 => None,
-        Kind::AdaptiveDop853 => Some(chosen::<Vec<f64>, S, _>(name, AdaptiveDop853, system)),
-        _ => None,
+    if let Some(increments) = row.method::<Increments>()
+        && Tiled::fits(&*system).is_ok()
+    {
+        return Some(fixed::<Vec<f64>, S, _>(row.name, increments.tiled(), system));
     }
+    let n = system.dof();
+    if n == 1 || (n == 2 && row.method::<AdaptiveDop853>().is_some()) {
+        return None;
+    }
+    fixed_if::<Vec<f64>, Leapfrog, S>(row, &system)
+        .or_else(|| fixed_if::<Vec<f64>, Gonzalez, S>(row, &system))
+        .or_else(|| chosen_if::<Vec<f64>, AdaptiveCollocation, S>(row, &system))
+        .or_else(|| chosen_if::<Vec<f64>, AdaptiveDop853, S>(row, &system))
 }

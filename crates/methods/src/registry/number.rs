@@ -1,9 +1,11 @@
 //! The scalars in which methods can be bound. The methods are compiled here, once per scalar,
 //! rather than in the crates that use them.
 
-use super::{Row, Run, forms};
+use super::binding::Form;
+use super::{Row, Run};
+use crate::increment::Increments;
 use afterbay_core::{
-    Abilities, Corrected, InputError, Lanewise, Quad, Scalar, Separable, f64x4, f64x8,
+    Abilities, Corrected, InputError, Lanewise, Quad, Quantity, Scalar, Separable, f64x4, f64x8,
 };
 use std::sync::Arc;
 
@@ -18,23 +20,34 @@ pub trait Number: Scalar {
 
 impl Number for f64 {
     fn bind(row: &Row, system: &Arc<dyn Abilities<Self>>) -> Result<Run<Self>, InputError> {
-        forms::in_f64(row, system)
+        if system.dof() == 0 {
+            let quantity = Quantity::Coordinate;
+            return Err(InputError::Length { quantity, expected: 1, found: 0 });
+        }
+        match row.form {
+            Form::Fixed(method) => method.in_f64(&row.target(system)),
+            Form::Adaptive(method) => method.bind(&row.target(system)),
+        }
     }
 }
 
 impl Number for Quad {
     fn bind(row: &Row, system: &Arc<dyn Abilities<Self>>) -> Result<Run<Self>, InputError> {
-        if system.dof() == 1 {
-            forms::of_any::<[Self; 1]>(row, system)
-        } else {
-            forms::of_any::<Vec<Self>>(row, system)
+        let target = row.target(system);
+        match row.form {
+            Form::Fixed(method) => method.in_quad(&target),
+            Form::Adaptive(_) => Err(target.refused("it runs in f64 only")),
         }
     }
 }
 
 impl Number for f64x8 {
     fn bind(row: &Row, system: &Arc<dyn Abilities<Self>>) -> Result<Run<Self>, InputError> {
-        forms::in_lanes(row, system)
+        let target = row.target(system);
+        match row.form {
+            Form::Fixed(method) => method.in_lanes(&target),
+            Form::Adaptive(_) => Err(target.no_lanes()),
+        }
     }
 }
 
@@ -57,7 +70,7 @@ impl Compensable for f64 {
         system: &Arc<dyn Abilities<Self>>,
         exact: Arc<dyn Separable<Corrected<Self>>>,
     ) -> Result<Run<Self>, InputError> {
-        forms::compensated(row, system, exact)
+        in_colours(row, system, exact)
     }
 }
 
@@ -67,7 +80,7 @@ impl Compensable for f64x4 {
         system: &Arc<dyn Abilities<Self>>,
         exact: Arc<dyn Separable<Corrected<Self>>>,
     ) -> Result<Run<Self>, InputError> {
-        forms::compensated(row, system, exact)
+        in_colours(row, system, exact)
     }
 }
 
@@ -77,7 +90,19 @@ impl Compensable for f64x8 {
         system: &Arc<dyn Abilities<Self>>,
         exact: Arc<dyn Separable<Corrected<Self>>>,
     ) -> Result<Run<Self>, InputError> {
-        forms::compensated(row, system, exact)
+        in_colours(row, system, exact)
+    }
+}
+
+fn in_colours<T: Lanewise>(
+    row: &Row,
+    system: &Arc<dyn Abilities<T>>,
+    exact: Arc<dyn Separable<Corrected<T>>>,
+) -> Result<Run<T>, InputError> {
+    let target = row.target(system);
+    match row.method::<Increments>() {
+        Some(increments) => increments.compensated(&target, exact),
+        None => Err(target.refused("only coordinate increments can be compensated")),
     }
 }
 

@@ -321,7 +321,7 @@ fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
 }
 
 /// Binds a fixed-step method, with states stored in `V` while it steps.
-pub(super) fn fixed<V, S, M>(
+pub(crate) fn fixed<V, S, M>(
     name: &'static str,
     method: M,
     system: Arc<S>,

@@ -1,8 +1,17 @@
 //! The rows of the registry.
 
-use super::{Cost, EXACT, Kind, Needs, Row};
-use crate::moddg::steps::{Degree, Equation, Placement, Printed, Raised};
-use crate::{Composition, Relaxed};
+use super::binding::Form;
+use super::{Cost, EXACT, Needs, Row};
+use crate::increment::Increments;
+use crate::moddg::steps::Degree::{Fourth, Third};
+use crate::moddg::steps::Equation::{P, Q};
+use crate::moddg::steps::Placement::{Each, Shared, Single};
+use crate::moddg::steps::{Placement, Plain, Printed, Raised};
+use crate::{
+    AdaptiveCollocation, AdaptiveDop853, Collocation, Composition, Gonzalez, ImplicitMidpoint,
+    Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed, Rk4,
+};
+use afterbay_core::solver::FixedPoint;
 
 /// All methods; those with a fixed step come before those with a tolerance.
 pub const METHODS: &[Row] = &[
@@ -16,7 +25,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Explicit(1),
         needs: Needs::Separable,
-        kind: Kind::Leapfrog,
+        form: Form::Fixed(&Leapfrog),
     },
     Row {
         name: "rk4",
@@ -28,7 +37,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Explicit(4),
         needs: Needs::Any,
-        kind: Kind::Rk4,
+        form: Form::Fixed(&Rk4),
     },
     Row {
         name: "relaxed-rk4",
@@ -40,7 +49,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Relaxed(4),
         needs: Needs::Any,
-        kind: Kind::Relaxed(Relaxed::rk4()),
+        form: Form::Fixed(&Relaxed::rk4()),
     },
     Row {
         name: "relaxed-dop853",
@@ -52,7 +61,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Relaxed(12),
         needs: Needs::Any,
-        kind: Kind::Relaxed(Relaxed::dop853()),
+        form: Form::Fixed(&Relaxed::dop853()),
     },
     Row {
         name: "gonzalez",
@@ -64,7 +73,19 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Modes(1),
         needs: Needs::Curvature,
-        kind: Kind::Gonzalez,
+        form: Form::Fixed(&Gonzalez { solver: None }),
+    },
+    Row {
+        name: "implicit-midpoint",
+        about: "the Gauss method of one stage, solved to rounding",
+        local_order: [2; 3],
+        keeps_k: false,
+        passive: true,
+        a_stable: true,
+        l_stable: false,
+        cost: Cost::Modes(1),
+        needs: Needs::Curvature,
+        form: Form::Fixed(&ImplicitMidpoint),
     },
     Row {
         name: "locally-exact",
@@ -76,7 +97,7 @@ pub const METHODS: &[Row] = &[
         l_stable: true,
         cost: Cost::Paths,
         needs: Needs::Curvature,
-        kind: Kind::LocallyExact,
+        form: Form::Fixed(&LocallyExact),
     },
     Row {
         name: "linear-exact",
@@ -88,16 +109,16 @@ pub const METHODS: &[Row] = &[
         l_stable: true,
         cost: Cost::Flow,
         needs: Needs::Linear,
-        kind: Kind::LinearExact,
+        form: Form::Fixed(&LinearExact),
     },
-    collocation("collocation-2", 1),
-    collocation("collocation-4", 2),
-    collocation("collocation-6", 3),
-    collocation("collocation-8", 4),
-    collocation("collocation-10", 5),
-    collocation("collocation-12", 6),
-    collocation("collocation-14", 7),
-    collocation("collocation-16", 8),
+    collocation("collocation-2", &Collocation::new(1)),
+    collocation("collocation-4", &Collocation::new(2)),
+    collocation("collocation-6", &Collocation::new(3)),
+    collocation("collocation-8", &Collocation::new(4)),
+    collocation("collocation-10", &Collocation::new(5)),
+    collocation("collocation-12", &Collocation::new(6)),
+    collocation("collocation-14", &Collocation::new(7)),
+    collocation("collocation-16", &Collocation::new(8)),
     Row {
         name: "moddg",
         about: "the paper's modified discrete gradient, solved to rounding",
@@ -108,7 +129,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Sweeps(1),
         needs: Needs::OneDegree,
-        kind: Kind::ModDg,
+        form: Form::Fixed(&ModDg::newton()),
     },
     Row {
         name: "moddg-fixed-point",
@@ -120,31 +141,31 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Sweeps(1),
         needs: Needs::OneDegree,
-        kind: Kind::ModDgFixedPoint,
+        form: Form::Fixed(&ModDg { steps: Plain, solver: FixedPoint }),
     },
-    raised("moddg-q3-shared", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Third),
-    raised("moddg-q4-shared", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Fourth),
-    raised("moddg-p3-shared", [2, 3, 2], Placement::Shared(Equation::P), Degree::Third),
-    raised("moddg-p4-shared", [2, 3, 2], Placement::Shared(Equation::P), Degree::Fourth),
-    raised("moddg-q3-single", [3, 2, 2], Placement::Single(Equation::Q), Degree::Third),
-    raised("moddg-q4-single", [3, 2, 2], Placement::Single(Equation::Q), Degree::Fourth),
-    raised("moddg-p3-single", [2, 3, 2], Placement::Single(Equation::P), Degree::Third),
-    raised("moddg-p4-single", [2, 3, 2], Placement::Single(Equation::P), Degree::Fourth),
-    raised("moddg-qp3", [3, 3, 2], Placement::Each, Degree::Third),
-    raised("moddg-qp4", [4, 4, 2], Placement::Each, Degree::Fourth),
-    printed("moddg-q4-shared-printed", [3, 2, 2], Placement::Shared(Equation::Q), Degree::Fourth),
-    printed("moddg-q4-single-printed", [3, 2, 2], Placement::Single(Equation::Q), Degree::Fourth),
-    printed("moddg-p3-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Third),
-    printed("moddg-p3-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Third),
-    printed("moddg-p4-shared-printed", [2, 2, 2], Placement::Shared(Equation::P), Degree::Fourth),
-    printed("moddg-p4-single-printed", [2, 2, 2], Placement::Single(Equation::P), Degree::Fourth),
+    raised("moddg-q3-shared", [3, 2, 2], &Raised(Shared(Q), Third)),
+    raised("moddg-q4-shared", [3, 2, 2], &Raised(Shared(Q), Fourth)),
+    raised("moddg-p3-shared", [2, 3, 2], &Raised(Shared(P), Third)),
+    raised("moddg-p4-shared", [2, 3, 2], &Raised(Shared(P), Fourth)),
+    raised("moddg-q3-single", [3, 2, 2], &Raised(Single(Q), Third)),
+    raised("moddg-q4-single", [3, 2, 2], &Raised(Single(Q), Fourth)),
+    raised("moddg-p3-single", [2, 3, 2], &Raised(Single(P), Third)),
+    raised("moddg-p4-single", [2, 3, 2], &Raised(Single(P), Fourth)),
+    raised("moddg-qp3", [3, 3, 2], &Raised(Each, Third)),
+    raised("moddg-qp4", [4, 4, 2], &Raised(Each, Fourth)),
+    printed("moddg-q4-shared-printed", [3, 2, 2], &Printed(Shared(Q), Fourth)),
+    printed("moddg-q4-single-printed", [3, 2, 2], &Printed(Single(Q), Fourth)),
+    printed("moddg-p3-shared-printed", [2, 2, 2], &Printed(Shared(P), Third)),
+    printed("moddg-p3-single-printed", [2, 2, 2], &Printed(Single(P), Third)),
+    printed("moddg-p4-shared-printed", [2, 2, 2], &Printed(Shared(P), Fourth)),
+    printed("moddg-p4-single-printed", [2, 2, 2], &Printed(Single(P), Fourth)),
     increment(
         "increment-1",
         [2, 1, 1],
         1,
         true,
         "coordinate increments: one sweep",
-        Composition::sweep,
+        &Increments(Composition::sweep),
     ),
     increment(
         "increment-2",
@@ -152,7 +173,7 @@ pub const METHODS: &[Row] = &[
         2,
         true,
         "coordinate increments: a sweep and its adjoint",
-        Composition::pair,
+        &Increments(Composition::pair),
     ),
     increment(
         "increment-4",
@@ -160,7 +181,7 @@ pub const METHODS: &[Row] = &[
         10,
         false,
         "coordinate increments, 5 pairs of sweeps (Suzuki)",
-        Composition::suzuki4,
+        &Increments(Composition::suzuki4),
     ),
     increment(
         "increment-6",
@@ -168,7 +189,7 @@ pub const METHODS: &[Row] = &[
         14,
         false,
         "coordinate increments, 7 pairs of sweeps (Yoshida)",
-        Composition::yoshida6,
+        &Increments(Composition::yoshida6),
     ),
     increment(
         "increment-8",
@@ -176,7 +197,7 @@ pub const METHODS: &[Row] = &[
         34,
         false,
         "coordinate increments, 17 pairs of sweeps (Kahan, Li)",
-        Composition::kahan_li8,
+        &Increments(Composition::kahan_li8),
     ),
     Row {
         name: "adaptive-collocation",
@@ -188,7 +209,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Nodes,
         needs: Needs::Curvature,
-        kind: Kind::AdaptiveCollocation,
+        form: Form::Adaptive(&AdaptiveCollocation),
     },
     Row {
         name: "adaptive-dop853",
@@ -200,7 +221,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Explicit(12),
         needs: Needs::Curvature,
-        kind: Kind::AdaptiveDop853,
+        form: Form::Adaptive(&AdaptiveDop853),
     },
 ];
 
@@ -219,7 +240,8 @@ const fn steps() -> usize {
     count
 }
 
-const fn collocation(name: &'static str, stages: usize) -> Row {
+const fn collocation(name: &'static str, method: &'static Collocation) -> Row {
+    let stages = method.stages;
     Row {
         name,
         about: "energy-preserving collocation, solved to rounding",
@@ -230,7 +252,7 @@ const fn collocation(name: &'static str, stages: usize) -> Row {
         l_stable: false,
         cost: Cost::Modes(stages as u32),
         needs: Needs::Curvature,
-        kind: Kind::Collocation(stages),
+        form: Form::Fixed(method),
     }
 }
 
@@ -245,9 +267,8 @@ const fn increment(
     sweeps: u32,
     forward: bool,
     about: &'static str,
-    composition: fn() -> Composition,
+    method: &'static Increments,
 ) -> Row {
-    let kind = Kind::Increment(composition);
     Row {
         name,
         about,
@@ -258,71 +279,54 @@ const fn increment(
         l_stable: false,
         cost: Cost::Sweeps(sweeps),
         needs: Needs::SeparableOrPlanes,
-        kind,
+        form: Form::Fixed(method),
     }
 }
 
-const fn raised(
+const fn raised(name: &'static str, local_order: [u32; 3], method: &'static Raised) -> Row {
+    let Raised(placement, degree) = *method;
+    let about = match (placement, degree) {
+        (Shared(Q), Third) => "moddg with δ₃(q) in all three equations",
+        (Shared(Q), Fourth) => "moddg with δ₄(q) in all three equations",
+        (Shared(P), Third) => "moddg with δ₃(p) in all three equations",
+        (Shared(P), Fourth) => "moddg with δ₄(p) in all three equations",
+        (Single(Q), Third) => "moddg with δ₃(q) in the equation for q alone",
+        (Single(Q), Fourth) => "moddg with δ₄(q) in the equation for q alone",
+        (Single(P), Third) => "moddg with δ₃(p) in the equation for p alone",
+        (Single(P), Fourth) => "moddg with δ₄(p) in the equation for p alone",
+        (Each, Third) => "moddg with δ₃(q) in q, δ₃(p) in p, h in w",
+        (Each, Fourth) => "moddg with δ₄(q) in q, δ₄(p) in p, h in w",
+    };
+    modified(name, about, local_order, placement, Needs::OneDegree, Form::Fixed(method))
+}
+
+const fn printed(name: &'static str, local_order: [u32; 3], method: &'static Printed) -> Row {
+    let about = "the same as the paper prints it";
+    modified(name, about, local_order, method.0, Needs::Printed, Form::Fixed(method))
+}
+
+/// The row of the scheme with δ in place of h. Near a pole δ may be negative, and a shared negative
+/// step returns energy from the reservoir, on linear systems too; hence no shared δ is A-stable.
+/// The others have h in the equation for w.
+const fn modified(
     name: &'static str,
+    about: &'static str,
     local_order: [u32; 3],
     placement: Placement,
-    degree: Degree,
+    needs: Needs,
+    form: Form,
 ) -> Row {
-    let about = match (placement, degree) {
-        (Placement::Shared(Equation::Q), Degree::Third) => {
-            "moddg with δ₃(q) in all three equations"
-        }
-        (Placement::Shared(Equation::Q), Degree::Fourth) => {
-            "moddg with δ₄(q) in all three equations"
-        }
-        (Placement::Shared(Equation::P), Degree::Third) => {
-            "moddg with δ₃(p) in all three equations"
-        }
-        (Placement::Shared(Equation::P), Degree::Fourth) => {
-            "moddg with δ₄(p) in all three equations"
-        }
-        (Placement::Single(Equation::Q), Degree::Third) => {
-            "moddg with δ₃(q) in the equation for q alone"
-        }
-        (Placement::Single(Equation::Q), Degree::Fourth) => {
-            "moddg with δ₄(q) in the equation for q alone"
-        }
-        (Placement::Single(Equation::P), Degree::Third) => {
-            "moddg with δ₃(p) in the equation for p alone"
-        }
-        (Placement::Single(Equation::P), Degree::Fourth) => {
-            "moddg with δ₄(p) in the equation for p alone"
-        }
-        (Placement::Each, Degree::Third) => "moddg with δ₃(q) in q, δ₃(p) in p, h in w",
-        (Placement::Each, Degree::Fourth) => "moddg with δ₄(q) in q, δ₄(p) in p, h in w",
-    };
-    let keeps_k = matches!(placement, Placement::Shared(_));
-    let kind = Kind::Raised(Raised(placement, degree));
-    // Near a pole δ may be negative, and a shared negative step returns energy from the reservoir,
-    // on linear systems too; hence no shared δ is A-stable. The others have h in the equation for
-    // w.
-    let passive = !keeps_k;
+    let keeps_k = matches!(placement, Shared(_));
     Row {
         name,
         about,
         local_order,
         keeps_k,
-        passive,
+        passive: !keeps_k,
         a_stable: false,
         l_stable: false,
         cost: Cost::Sweeps(1),
-        needs: Needs::OneDegree,
-        kind,
+        needs,
+        form,
     }
-}
-
-const fn printed(
-    name: &'static str,
-    local_order: [u32; 3],
-    placement: Placement,
-    degree: Degree,
-) -> Row {
-    let row = raised(name, local_order, placement, degree);
-    let kind = Kind::Printed(Printed(placement, degree));
-    Row { about: "the same as the paper prints it", needs: Needs::Printed, kind, ..row }
 }

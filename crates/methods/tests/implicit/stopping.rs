@@ -13,7 +13,7 @@ fn solvers() -> impl Iterator<Item = &'static Row> {
     FIXED.iter().filter(|row| row.needs == Needs::Curvature)
 }
 
-/// Checks that the run of every such method completes and conserves K.
+/// Checks that the run of every such method completes, and conserves K if the method claims to.
 fn ends<S>(name: &str, system: &S, start: &State<Vec<f64>>, h: f64, steps: u64)
 where
     S: Separable<f64> + Curvature<f64> + Clone + 'static,
@@ -40,7 +40,7 @@ fn finishes<S: Curvature<f64>>(
     }
     let off = drift(system, h, start, &state);
     assert!(
-        off < 16.0 * (steps as f64).sqrt(),
+        !row.keeps_k || off < 16.0 * (steps as f64).sqrt(),
         "{name}: {} with h = {h}: K is off by {off} roundings",
         row.name
     );

@@ -73,7 +73,9 @@ fn a_failed_step_that_changes_the_state_is_caught() {
 fn what_does_not_claim_k_does_not_keep_it() {
     for row in FIXED.iter().filter(|row| !row.keeps_k) {
         let oscillator = Case { model: Model::DampedOscillator { k: 1.0, b: 0.3 }, ..ORDINARY };
-        for case in [ORDINARY, oscillator] {
+        // The midpoint rule keeps K where H is quadratic.
+        let quadratic = (row.name != "implicit-midpoint").then_some(oscillator);
+        for case in [ORDINARY].into_iter().chain(quadratic) {
             for Bound { run, closed } in case.model.bind::<f64>(row) {
                 let wrong = case.keeps_k(&|h, state| run.step(h, state), 1e6 * ROUNDINGS);
                 assert!(

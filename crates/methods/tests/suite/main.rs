@@ -25,6 +25,7 @@ mod gonzalez;
 mod gonzalez_k;
 mod gonzalez_memory;
 mod gonzalez_references;
+mod implicit_midpoint;
 mod increment;
 mod increment_general;
 mod increment_general_k;
