@@ -6,6 +6,7 @@ mod cost;
 pub mod inlined;
 mod number;
 mod run;
+mod stepper;
 mod table;
 
 use crate::moddg::steps::Equation;

@@ -2,7 +2,8 @@
 //! [`AdaptiveBinding`], in its own file; its row holds it as a [`Form`].
 
 use super::Run;
-use super::run::{Once, chosen, fixed};
+use super::run::{chosen, fixed};
+use super::stepper::ErasedMethod;
 use crate::moddg::steps::Equation;
 use afterbay_core::{
     Abilities, Adaptive, InputError, Linear, Method, Misprinted, OrderRaising, Quad, Scalar,
@@ -145,8 +146,7 @@ impl<T: Scalar> Target<'_, T> {
         self.system.clone().misprinted().ok_or_else(|| self.refused(why))
     }
 
-    /// Binds a fixed-step method to `system`, one of the views of the target. Its step is compiled
-    /// once.
+    /// Binds a fixed-step method to `system`, one of the views of the target.
     pub(crate) fn fixed<V, S, M>(&self, method: M, system: Arc<S>) -> Bound<T>
     where
         V: Vector<Scalar = T> + 'static,
@@ -154,7 +154,8 @@ impl<T: Scalar> Target<'_, T> {
         M: Method<V, S> + Send + Sync + 'static,
         M::Workspace: Clone + Send + Sync + 'static,
     {
-        fixed::<V, S, _>(self.name, Once(method), system)
+        let method = ErasedMethod::<V>::new(method, system)?;
+        fixed::<V, dyn Abilities<T>, _>(self.name, method, Arc::clone(self.system))
     }
 
     /// Binds a method with step size control to `system`, one of the views of the target.

@@ -2,8 +2,8 @@
 
 use afterbay_core::{
     Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar,
-    State, StateRef, Statistics, StepFailure, System, Tolerance, Vector, integrate_in,
-    integrate_within, sample_within,
+    State, StateRef, Statistics, System, Tolerance, Vector, integrate_in, integrate_within,
+    sample_within,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -360,40 +360,4 @@ where
         method: name,
         bound: Box::new(Chosen { method, system, storage: PhantomData::<fn() -> V> }),
     })
-}
-
-/// A method whose step is compiled once for all of its callers.
-///
-/// [`integrate_in`] takes a step in two places and [`Run::step`] in a third. For a system behind
-/// dynamic dispatch the cost of one more call per step is negligible.
-#[derive(Clone, Copy)]
-pub(super) struct Once<M>(pub(super) M);
-
-impl<V, S, M> Method<V, S> for Once<M>
-where
-    V: Vector,
-    S: System<V::Scalar> + ?Sized,
-    M: Method<V, S>,
-{
-    type Workspace = M::Workspace;
-
-    fn workspace(&self, system: &S) -> Result<Self::Workspace, InputError> {
-        self.0.workspace(system)
-    }
-
-    #[inline(never)]
-    fn step(
-        &self,
-        system: &S,
-        h: V::Scalar,
-        state: &mut State<V>,
-        workspace: &mut Self::Workspace,
-    ) -> Result<Effort, StepFailure> {
-        self.0.step(system, h, state, workspace)
-    }
-
-    #[inline(always)]
-    fn is_memoryless(&self) -> bool {
-        self.0.is_memoryless()
-    }
 }
