@@ -154,7 +154,7 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
         Model::Listed(known, _) => row("equations", known.equations.into()),
     }
     for (name, value) in &table.parameters {
-        row(name, value.to_string());
+        row(name, value.text());
     }
     row("degrees of freedom", problem.model.dof().to_string());
     row("equations are linear", if is_linear(&system) { "yes" } else { "no" }.into());

@@ -6,6 +6,7 @@
 mod depth;
 mod document;
 mod literal;
+mod numbers;
 mod plan;
 mod planner;
 mod problem;
@@ -21,7 +22,7 @@ pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
 
 use crate::study::Problem;
-use afterbay_core::{Grid, InputError, Quantity, Scalar, State};
+use afterbay_core::{Grid, Quantity, Scalar, State};
 use planner::Planner;
 use source::Source;
 
@@ -73,22 +74,17 @@ impl Scene {
         let source = Source::parse(text)?;
         source.check(&schema())?;
         let document: Document = source.read()?;
-        let model = system::model(&source, &document.system)?;
+        let (initial, time) = (&document.initial, &document.time);
+        let count = initial.q.count().or(initial.p.count());
+        let known = numbers::parameters(&source, &document.system.parameters, count)?;
+        let model = system::model(&source, &document.system, &known, count)?;
 
         let at =
             |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
-        let dof = model.dof();
-        let (initial, time) = (&document.initial, &document.time);
-        for (path, quantity, part) in [
-            ("initial.q", Quantity::Coordinate, &initial.q),
-            ("initial.p", Quantity::Momentum, &initial.p),
-        ] {
-            if part.len() != dof {
-                let error = InputError::Length { quantity, expected: dof, found: part.len() };
-                return Err(at(path, error.into()));
-            }
-        }
-        let problem = Problem { model, q: initial.q.clone(), p: initial.p.clone(), end: time.end };
+        let with = (&known, model.dof());
+        let q = numbers::entries(&source, "initial.q", Quantity::Coordinate, &initial.q, with)?;
+        let p = numbers::entries(&source, "initial.p", Quantity::Momentum, &initial.p, with)?;
+        let problem = Problem { model, q, p, end: time.end };
         let start: State<Vec<f64>> =
             problem.start().map_err(|error| at("initial", error.into()))?;
         system::finite_at(&source, &problem, &start)?;

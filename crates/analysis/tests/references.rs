@@ -16,8 +16,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 fn described(potential: &str, friction: DissipationText) -> Custom<f64> {
     let parts = (Vec::new(), Vec::new());
     let potential = potential.to_owned();
-    let description =
-        Description { potential, dissipation: friction, masses: parts.0, parameters: parts.1 };
+    let description = Description {
+        potential,
+        dissipation: friction,
+        masses: parts.0,
+        parameters: parts.1,
+        ..Description::default()
+    };
     Custom::new(&description).expect("a system")
 }
 

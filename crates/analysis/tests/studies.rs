@@ -260,6 +260,7 @@ fn custom(potential: &str, dissipation: &str) -> Model {
         dissipation: friction,
         masses: Vec::new(),
         parameters: Vec::new(),
+        ..Description::default()
     };
     Model::Custom(Custom::new(&description).expect("a system"))
 }

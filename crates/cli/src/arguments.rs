@@ -91,7 +91,7 @@ pub(crate) enum Command {
         /// The shell.
         shell: Shell,
     },
-    /// List methods or systems.
+    /// List methods, systems, or the functions of expressions.
     List {
         /// What to list.
         #[arg(value_enum)]
@@ -152,6 +152,8 @@ pub(crate) enum What {
     Methods,
     /// Every system with its equations and parameters.
     Systems,
+    /// What the expressions of a scene are made of.
+    Functions,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -4,7 +4,7 @@ use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table;
 use afterbay_methods::registry::{EXACT, METHODS, Row};
-use afterbay_systems::{SYSTEMS, SystemRow};
+use afterbay_systems::{FUNCTIONS, SYSTEMS, SystemRow};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -88,17 +88,55 @@ impl From<&SystemRow> for System {
     }
 }
 
+/// A word of expressions.
+#[derive(Serialize)]
+struct Word {
+    write: String,
+    meaning: &'static str,
+}
+
+/// What expressions are made of.
+fn words() -> impl Iterator<Item = Word> {
+    const OTHERS: [(&str, &str); 8] = [
+        ("q1, q2, ..", "coordinates; also q[1], q[i+1]"),
+        ("p1, p2, ..", "momenta; also p[1], p[i+1]"),
+        ("+ - * / ^", "operators; -q1^2 is -(q1^2), and 2^3^2 is 2^(3^2)"),
+        ("pi", "3.14159.."),
+        ("n", "the number of degrees of freedom"),
+        ("i", "in a rule for all degrees of freedom: the number of this one, from 1"),
+        ("sum(i, 1, n-1, (q[i+1] - q[i])^2)", "the sum over a whole number i, both ends included"),
+        ("q[wrap(i+1)]", "a periodic index: n+1 is 1, and 0 is n"),
+    ];
+    let others = OTHERS.map(|(write, meaning)| Word { write: write.into(), meaning });
+    let functions = FUNCTIONS.map(|(name, meaning)| Word { write: format!("{name}(x)"), meaning });
+    others.into_iter().chain(functions)
+}
+
 /// The methods that take a step, then those that take a tolerance.
 fn methods() -> impl Iterator<Item = Method> {
     METHODS.iter().map(Method::from)
 }
 
+/// The built-in systems, and the one that a scene describes.
 fn systems() -> impl Iterator<Item = System> {
-    SYSTEMS.iter().map(|row| System::from(*row))
+    let custom = System {
+        name: "custom",
+        equations: "H = Σ p_j²/(2 m_j) + V(q), D_j(q, p), by expressions in the scene",
+        parameters: Vec::new(),
+        units: Vec::new(),
+        ranges: "named by the scene",
+        solution: "Taylor series",
+    };
+    SYSTEMS.iter().map(|row| System::from(*row)).chain([custom])
 }
 
 pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
     match (what, format) {
+        (What::Functions, Format::Json) => table::json(&words().collect::<Vec<_>>())?,
+        (What::Functions, Format::Table) => {
+            let rows = words().map(|word| vec![word.write.to_string(), word.meaning.to_string()]);
+            table::print(&["write", "what it is"], rows)?;
+        }
         (What::Methods, Format::Json) => table::json(&methods().collect::<Vec<_>>())?,
         (What::Systems, Format::Json) => table::json(&systems().collect::<Vec<_>>())?,
         (What::Methods, Format::Table) => {

@@ -36,6 +36,8 @@ struct Compiler<'a> {
     /// The number of nodes of the program that have this node as an operand; results count twice
     /// more.
     uses: HashMap<Node, u32>,
+    /// The number of registers that a node takes to compute.
+    registers: HashMap<Node, usize>,
 }
 
 /// The program that keeps `results` in registers to the end and gives each of `given` with its
@@ -47,12 +49,17 @@ pub(super) fn compile(
 ) -> Result<Program, TooManyRegisters> {
     let roots: Vec<Node> = results.iter().copied().chain(given.iter().map(|x| x.1)).collect();
     let mut uses = HashMap::new();
-    for node in graph.cone(&roots, Kinds::ALL) {
+    let cone = graph.cone(&roots, Kinds::ALL);
+    for &node in &cone {
         graph.term(node).operands().for_each(|x| *uses.entry(x).or_insert(0) += 1);
     }
     // A result keeps a register of its own and is not fused into a sum.
     roots.iter().for_each(|&x| *uses.entry(x).or_insert(0) += 2);
-    let compiler = Compiler { graph, uses };
+    let mut compiler = Compiler { graph, uses, registers: HashMap::new() };
+    for node in cone {
+        let registers = compiler.count_registers(node);
+        compiler.registers.insert(node, registers);
+    }
     let order = compiler.order(&roots);
 
     // The frame, the inputs, and the last time each value is needed.
@@ -183,8 +190,24 @@ impl Compiler<'_> {
             .filter(|derivative| self.uses.contains_key(derivative))
     }
 
-    /// All nodes of the program, operands before the nodes they enter and close to them. Closed
-    /// nodes are in the frame, so that their operands are left out.
+    /// The operands of a node, those that take most registers last.
+    fn operands(&self, node: Node) -> Vec<Node> {
+        let mut operands: Vec<Node> = self.operation(node).operands().collect();
+        operands.sort_by_key(|x| self.registers.get(x).copied().unwrap_or(1));
+        operands
+    }
+
+    /// The number of registers that a node takes if its operands are computed in the best order,
+    /// by R. Sethi and J. D. Ullman, J. ACM 17 (1970) 715-728. Shared nodes count each time.
+    fn count_registers(&self, node: Node) -> usize {
+        let needs = self.operands(node).into_iter().rev();
+        let needs = needs.map(|x| self.registers.get(&x).copied().unwrap_or(1));
+        needs.enumerate().map(|(held, needed)| held + needed).max().unwrap_or(1)
+    }
+
+    /// All nodes of the program, operands before the nodes they enter and close to them. Operands
+    /// that take more registers come first, so that few values wait. Closed nodes are in the frame,
+    /// so that their operands are left out.
     fn order(&self, roots: &[Node]) -> Vec<Node> {
         let (mut order, mut seen) = (Vec::new(), HashSet::new());
         for &root in roots {
@@ -195,7 +218,7 @@ impl Compiler<'_> {
                 } else if seen.insert(node) {
                     stack.push((node, true));
                     if !self.graph.closed(node) {
-                        stack.extend(self.operation(node).operands().map(|x| (x, false)));
+                        stack.extend(self.operands(node).into_iter().map(|x| (x, false)));
                     }
                 }
             }

@@ -36,11 +36,28 @@ pub enum Function {
     Sech,
 }
 
-/// The names of all functions. The tangent is the quotient of sine and cosine.
-pub(crate) const NAMES: [&str; 13] = [
-    "abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh",
-    "tanh",
+/// The functions that a text may call, with what they are.
+pub const FUNCTIONS: [(&str, &str); 14] = [
+    ("abs", "the absolute value"),
+    ("sqrt", "the square root"),
+    ("exp", "the exponential function"),
+    ("log", "the natural logarithm"),
+    ("ln", "the natural logarithm"),
+    ("sin", "the sine"),
+    ("cos", "the cosine"),
+    ("tan", "the tangent, the quotient of sine and cosine"),
+    ("asin", "the inverse sine"),
+    ("acos", "the inverse cosine"),
+    ("atan", "the inverse tangent"),
+    ("sinh", "the hyperbolic sine"),
+    ("cosh", "the hyperbolic cosine"),
+    ("tanh", "the hyperbolic tangent"),
 ];
+
+/// The names of all functions.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|function| function.0)
+}
 
 impl Graph {
     /// The function of that name at x; none if there is no such function.
@@ -49,7 +66,7 @@ impl Graph {
             "abs" => Function::Abs,
             "sqrt" => Function::Sqrt,
             "exp" => Function::Exp,
-            "log" => Function::Log,
+            "log" | "ln" => Function::Log,
             "sin" => Function::Sin,
             "cos" => Function::Cos,
             "tan" => {

@@ -2,7 +2,8 @@
 //!
 //! An expression is made of numbers, named parameters, coordinates `q1, q2, ..`, momenta
 //! `p1, p2, ..`, the operators `+ - * / ^`, parentheses, the constant `pi` and the functions `sin`
-//! `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `sqrt` `abs`.
+//! `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `ln` `sqrt` `abs`; of entries
+//! such as `q[i+1]`, and of sums such as `sum(i, 1, n-1, (q[i+1] - q[i])^2)`, which are written out.
 //!
 //! 1. [`parse()`] reads a text into a [`Graph`], in which equal terms are one [`Node`].
 //! 2. [`Graph::gradient`] adds the derivatives of a node by its inputs.
@@ -28,8 +29,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut graph = Graph::default();
 //! let parameters = ["k".to_owned()];
-//! let (coordinates, momenta) = (Ok(()), Ok(()));
-//! let names = Names { parameters: &parameters, dof: Some(1), coordinates, momenta };
+//! let names = Names { dof: Some(1), ..Names::of(&parameters) };
 //! let potential = parse(&mut graph, &names, "k*q1^2/2 - cos(q1)")?.node;
 //! let slope = graph.gradient(potential, Kinds::COORDINATES, &[Input::Coordinate(0)])[0];
 //! let mean = graph.divided_difference(potential, 0);
@@ -69,10 +69,13 @@ mod singular;
 mod slope;
 mod structure;
 
-pub use function::Function;
+pub use function::{FUNCTIONS, Function};
 pub use graph::{Graph, Input, Kinds, Node, Term};
 pub use monomial::Monomial;
-pub use parse::{MOST_DEGREES, Names, ParseError, Parsed, Problem, is_name, is_reserved, parse};
+pub use parse::{
+    Definition, MOST_DEGREES, Names, ParseError, Parsed, Problem, evaluate, is_name, is_reserved,
+    parse,
+};
 pub use program::{BLOCK, Point, Program, REGISTERS, TooManyRegisters};
 pub use ridge::{Base, Form, Ridge};
 pub use structure::{Degrees, Sign};

@@ -5,16 +5,25 @@
 //! product = factor (("*" | "/") factor)*
 //! factor  = ("-" | "+") factor | power
 //! power   = atom ("^" factor)?                  -q1^2 is -(q1²), 2^3^2 is 512, 2^-3 is allowed
-//! atom    = number | name | function "(" sum ")" | "(" sum ")"
+//! atom    = number | name | function "(" sum ")" | "(" sum ")" | entry | series
+//! entry   = ("q" | "p") "[" index "]"           q[i+1], counted from 1
+//! series  = "sum" "(" name "," index "," index "," sum ")"
 //! ```
+//!
+//! An index is made of whole numbers, index variables, `n`, `+ - *`, parentheses and
+//! `wrap(index)`, which brings it into 1..n. A series is written out when it is parsed: the text of
+//! its term is read once for each value of its variable (`index.rs`).
 //!
 //! Bounds on the length and on the nesting of a text bound the time and the stack that parsing
 //! takes.
 
-use crate::function;
+mod index;
+mod problem;
+
+use crate::function::{self, FUNCTIONS};
 use crate::graph::{Graph, Input, Node};
+pub use problem::{ParseError, Problem};
 use std::ops::Range;
-use thiserror::Error;
 use winnow::Parser as _;
 use winnow::combinator::opt;
 use winnow::error::EmptyError;
@@ -25,84 +34,56 @@ use winnow::token::{any, one_of, take_while};
 const LONGEST: usize = 1 << 16;
 /// The deepest nesting of parentheses, signs and powers.
 const DEEPEST: usize = 256;
+/// The most bytes read while the terms of sums are written out.
+const MOST_WRITTEN_OUT: usize = 1 << 23;
 /// The largest index of a coordinate or momentum.
 pub const MOST_DEGREES: usize = 100_000;
 
-/// What is wrong with an expression.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub enum Problem {
-    /// A symbol or word that the grammar does not allow here.
-    #[error("{found} where {expected} should be")]
-    Unexpected {
-        /// The symbol or word.
-        found: String,
-        /// What the grammar allows.
-        expected: &'static str,
-    },
-    /// A name that is not defined.
-    #[error(
-        "{name} is not known{}",
-        nearest.as_ref().map(|x| format!(": do you mean {x}?")).unwrap_or_default()
-    )]
-    Unknown {
-        /// The name.
-        name: String,
-        /// The most similar known name, if one is similar.
-        nearest: Option<String>,
-    },
-    /// A number outside the range of `f64`.
-    #[error("{text} is too large or too small for a number")]
-    Number {
-        /// As it was written.
-        text: String,
-    },
-    /// A coordinate or momentum with an invalid index.
-    #[error(
-        "{name} is no coordinate or momentum: they are counted from 1, without leading zeros, up \
-         to {}",
-        MOST_DEGREES
-    )]
-    Index {
-        /// As it was written.
-        name: String,
-    },
-    /// A degree of freedom beyond the last.
-    #[error("{name} is beyond the last of {dof} degrees of freedom")]
-    BeyondLast {
-        /// As it was written.
-        name: String,
-        /// N
-        dof: usize,
-    },
-    /// A coordinate or momentum where [`Names`] does not allow it.
-    #[error("{name} has no place here: {rule}")]
-    NoPlace {
-        /// As it was written.
-        name: String,
-        /// The rule.
-        rule: &'static str,
-    },
-    /// A text that is too long.
-    #[error("{bytes} bytes are more than {LONGEST}")]
-    TooLong {
-        /// Its length.
-        bytes: usize,
-    },
-    /// Parentheses, signs or powers that are nested too deeply.
-    #[error("nested deeper than {DEEPEST}")]
-    TooDeep,
-}
-
 /// The names that an expression may mention.
+#[derive(Clone, Copy)]
 pub struct Names<'a> {
     /// The parameters, in the order of their values.
     pub parameters: &'a [String],
-    /// The number of degrees of freedom, if it is known.
+    /// Names of other expressions, each with its node.
+    pub definitions: &'a [Definition],
+    /// The largest index a coordinate or momentum may have, if there is a limit.
     pub dof: Option<usize>,
+    /// The value of `n`, the number of degrees of freedom, if it is known.
+    pub count: Option<usize>,
+    /// The value of `i`, the number of this degree of freedom, for one of a list of expressions.
+    pub index: Option<usize>,
     /// Whether coordinates are allowed; if not, the rule that a message quotes.
     pub coordinates: Result<(), &'static str>,
     /// Whether momenta are allowed; if not, the rule that a message quotes.
     pub momenta: Result<(), &'static str>,
+}
+
+impl<'a> Names<'a> {
+    /// The parameters, and all coordinates and momenta.
+    pub fn of(parameters: &'a [String]) -> Self {
+        Self {
+            parameters,
+            definitions: &[],
+            dof: None,
+            count: None,
+            index: None,
+            coordinates: Ok(()),
+            momenta: Ok(()),
+        }
+    }
+}
+
+/// A named expression that others may mention.
+#[derive(Clone, Debug)]
+pub struct Definition {
+    /// Its name.
+    pub name: String,
+    /// Its node in the graph.
+    pub node: Node,
+    /// Whether it mentions each of the parameters.
+    pub used: Vec<bool>,
+    /// Whether it depends on the number of degrees of freedom.
+    pub counted: bool,
 }
 
 /// A parsed expression.
@@ -116,19 +97,13 @@ pub struct Parsed {
     pub used: Vec<bool>,
     /// The largest index of a coordinate or momentum, counted from 1; 0 if there is none.
     pub dof: usize,
+    /// Whether it depends on the number of degrees of freedom.
+    pub counted: bool,
+    /// Whether it mentions each of the definitions.
+    pub defined: Vec<bool>,
 }
 
 type Text<'s> = LocatingSlice<&'s str>;
-
-/// A text is no expression.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("bytes {}..{}: {problem}", span.start, span.end)]
-pub struct ParseError {
-    /// The bytes of the text that are wrong.
-    pub span: Range<usize>,
-    /// What is wrong.
-    pub problem: Problem,
-}
 
 /// Parses an expression and adds its nodes to the graph.
 ///
@@ -142,14 +117,37 @@ pub fn parse(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Parsed,
         });
     }
     let (used, node) = (vec![false; names.parameters.len()], graph.number(0.0));
-    let parsed = Parsed { node, places: Vec::new(), used, dof: 0 };
-    let mut reader = Reader { graph, names, text: LocatingSlice::new(text), depth: 0, parsed };
+    let defined = vec![false; names.definitions.len()];
+    let parsed = Parsed { node, places: Vec::new(), used, dof: 0, counted: false, defined };
+    let text = LocatingSlice::new(text);
+    let mut reader =
+        Reader { graph, names, text, depth: 0, parsed, variables: Vec::new(), written: 0 };
     let node = reader.sum()?;
     reader.space();
     if !reader.text.is_empty() {
         return Err(reader.unexpected("an operator or the end"));
     }
     Ok(Parsed { node, ..reader.parsed })
+}
+
+/// The value of an expression in parameters. `count` is the value of `n`, `index` that of `i`.
+///
+/// # Errors
+/// [`ParseError`]; coordinates and momenta have no place in it.
+pub fn evaluate(
+    text: &str,
+    parameters: &[(String, f64)],
+    count: Option<usize>,
+    index: Option<usize>,
+) -> Result<f64, ParseError> {
+    let mut graph = Graph::default();
+    let (known, values): (Vec<_>, Vec<_>) = parameters.iter().cloned().unzip();
+    let rule = Err("this is made of numbers and parameters");
+    let (coordinates, momenta) = (rule, rule);
+    let names = Names { count, index, coordinates, momenta, ..Names::of(&known) };
+    let node = parse(&mut graph, &names, text)?.node;
+    let values = graph.evaluate(&graph.all(&[node]), &values, |_| 0.0);
+    Ok(values.get(&node).copied().unwrap_or(f64::NAN))
 }
 
 /// Whether the text is a name: letters, digits and underscores, no digit first.
@@ -159,7 +157,7 @@ pub fn is_name(text: &str) -> bool {
 
 /// Whether the name is a constant, a function, a coordinate or a momentum.
 pub fn is_reserved(name: &str) -> bool {
-    name == "pi" || function::NAMES.contains(&name) || index(name).is_some()
+    name == "pi" || function::names().any(|known| known == name) || index(name).is_some()
 }
 
 fn in_name(c: char) -> bool {
@@ -178,6 +176,10 @@ struct Reader<'a, 's> {
     text: Text<'s>,
     depth: usize,
     parsed: Parsed,
+    /// The index variables of the sums around this place, innermost last.
+    variables: Vec<(String, i64)>,
+    /// The bytes read in terms of sums.
+    written: usize,
 }
 
 impl Reader<'_, '_> {
@@ -295,7 +297,13 @@ impl Reader<'_, '_> {
             return Err(self.unexpected("a number, a name or a parenthesis"));
         };
         let span = start..self.text.previous_token_end();
-        if !function::NAMES.contains(&name) {
+        if matches!(name, "q" | "p") && self.symbol(&['[']).is_some() {
+            return self.entry(name, start);
+        }
+        if name == "sum" && !self.names.parameters.iter().any(|known| known == name) {
+            return self.series(start);
+        }
+        if !function::names().any(|known| known == name) {
             return self.variable(name).map_err(|problem| ParseError { span, problem });
         }
         if self.symbol(&['(']).is_none() {
@@ -345,6 +353,9 @@ impl Reader<'_, '_> {
     }
 
     fn variable(&mut self, name: &str) -> Result<Node, Problem> {
+        if let Some(value) = self.index_variable(name) {
+            return Ok(self.graph.number(value as f64));
+        }
         if name == "pi" {
             return Ok(self.graph.pi());
         }
@@ -356,7 +367,23 @@ impl Reader<'_, '_> {
                 self.parsed.used[index] = true;
                 Ok(self.graph.parameter(index as u32))
             }
-            None => Err(self.unknown(name)),
+            None => self.defined(name),
+        }
+    }
+
+    /// The value of another expression, of `i` or of `n`.
+    fn defined(&mut self, name: &str) -> Result<Node, Problem> {
+        if let Some(at) = self.names.definitions.iter().position(|x| x.name == name) {
+            let definition = &self.names.definitions[at];
+            self.parsed.used.iter_mut().zip(&definition.used).for_each(|(used, &x)| *used |= x);
+            self.parsed.defined[at] = true;
+            self.parsed.counted |= definition.counted;
+            return Ok(definition.node);
+        }
+        match (name, self.names.index) {
+            ("i", Some(index)) => Ok(self.graph.number(index as f64)),
+            ("n", _) => self.count().map(|n| self.graph.number(n as f64)),
+            _ => Err(self.unknown(name)),
         }
     }
 
@@ -367,11 +394,26 @@ impl Reader<'_, '_> {
             digits.parse::<usize>().ok().filter(|&j| j <= MOST_DEGREES && !digits.starts_with('0'));
         let Some(index) = index else { return Err(Problem::Index { name: short() }) };
         let of_q = name.starts_with('q');
-        let place = if of_q { self.names.coordinates } else { self.names.momenta };
-        place.map_err(|rule| Problem::NoPlace { name: short(), rule })?;
         if let Some(dof) = self.names.dof.filter(|&dof| index > dof) {
+            self.allowed(of_q, short)?;
             return Err(Problem::BeyondLast { name: short(), dof });
         }
+        self.input(of_q, index, short)
+    }
+
+    fn allowed(&self, of_q: bool, name: impl Fn() -> String) -> Result<(), Problem> {
+        let place = if of_q { self.names.coordinates } else { self.names.momenta };
+        place.map_err(|rule| Problem::NoPlace { name: name(), rule })
+    }
+
+    /// The coordinate or momentum of an index that exists.
+    fn input(
+        &mut self,
+        of_q: bool,
+        index: usize,
+        name: impl Fn() -> String,
+    ) -> Result<Node, Problem> {
+        self.allowed(of_q, name)?;
         self.parsed.dof = self.parsed.dof.max(index);
         let j = (index - 1) as u32;
         Ok(self.graph.input(if of_q { Input::Coordinate(j) } else { Input::Momentum(j) }))
@@ -379,8 +421,10 @@ impl Reader<'_, '_> {
 
     /// The error for an unknown name, with the most similar known name.
     fn unknown(&self, name: &str) -> Problem {
-        let known =
-            self.names.parameters.iter().map(String::as_str).chain(function::NAMES).chain(["pi"]);
+        let parameters = self.names.parameters.iter().map(String::as_str);
+        let definitions = self.names.definitions.iter().map(|x| x.name.as_str());
+        let functions = FUNCTIONS.iter().map(|x| x.0);
+        let known = parameters.chain(definitions).chain(functions).chain(["pi"]);
         let short: String = name.chars().take(64).collect();
         let distances = known.map(|known| (strsim::osa_distance(&short, known), known));
         let nearest = distances.min_by_key(|x| x.0).filter(|&(distance, known)| {

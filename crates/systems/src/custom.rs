@@ -8,8 +8,10 @@
 //! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., + - * / ^,
 //! parentheses, pi and the functions sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs.
 //! `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product if the exponent is a whole number, with
-//! a square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. N is the
-//! number of masses, else of the D_j, else the largest index in V.
+//! a square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. `q[i+1]`
+//! is an entry, `sum(i, 1, n-1, ..)` a sum over whole numbers, `wrap(i+1)` a periodic index; i in
+//! the expression of a degree of freedom is its number. N is the number of masses, else of the D_j,
+//! else the one given where `n` is used, else the largest index in V.
 //!
 //! All derivatives come from the expressions. Terms of V without q_j are left out of ∂V/∂q_j and
 //! the second derivatives, so that each costs O(1) if the coupling is local. Divided differences of
@@ -37,7 +39,7 @@ mod ridges;
 mod shape;
 mod structure;
 
-pub use afterbay_expression::Problem;
+pub use afterbay_expression::{FUNCTIONS, Problem};
 pub use description::{Description, DissipationText};
 pub use failure::{CustomError, Place};
 pub use structure::Structure;

@@ -29,7 +29,9 @@ pub use catalog::{
     DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL,
     MORSE_CHAIN, SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
-pub use custom::{Custom, CustomError, Description, DissipationText, Place, Problem, Structure};
+pub use custom::{
+    Custom, CustomError, Description, DissipationText, FUNCTIONS, Place, Problem, Structure,
+};
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;

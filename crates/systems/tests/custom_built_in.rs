@@ -174,7 +174,13 @@ proptest! {
         };
         let masses = masses[..n].iter().map(|m| format!("{m:?}")).collect();
         let parameters = Vec::new();
-        let description = Description { potential, dissipation: friction, masses, parameters };
+        let description = Description {
+            potential,
+            dissipation: friction,
+            masses,
+            parameters,
+            ..Description::default()
+        };
         let own = Custom::new(&description).unwrap();
         let (q, p) = (&q[..n], &p[..n]);
         for outcome in [validate::separable(&own, q, p), validate::curvature(&own, q, p)] {

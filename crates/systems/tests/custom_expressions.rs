@@ -191,6 +191,7 @@ fn system(potential: &Tree, friction: Option<&Tree>, parameter: f64) -> Option<C
         dissipation: friction,
         parameters,
         masses: Vec::new(),
+        ..Description::default()
     };
     match Custom::new(&description) {
         Ok(system) => Some(system),

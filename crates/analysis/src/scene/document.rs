@@ -28,34 +28,38 @@ pub struct Document {
 pub struct SystemTable {
     /// One of `afterbay list systems`, or "custom".
     pub name: String,
-    /// The values of its parameters.
+    /// The values of its parameters: numbers, or expressions in other parameters such as
+    /// "sqrt(k/m)". A parameter given as an expression follows those that it mentions.
     #[serde(default)]
-    pub parameters: BTreeMap<String, f64>,
+    pub parameters: BTreeMap<String, Expression>,
     /// Custom: V(q), an expression in q1, q2, .. and the parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<Expression>,
-    /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom.
+    /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom, or one rule for
+    /// all of them, in which i is the number of the degree of freedom: "c*p[i]".
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub dissipation: Option<Vec<Expression>>,
+    pub dissipation: Option<PerDegree>,
     /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R
     /// is constant and positive semidefinite the system is passive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Vec<Vec<Expression>>>,
-    /// Custom: the masses, all 1 if not given.
+    /// Custom: the masses, one for each degree of freedom, or one rule for all of them. All are 1
+    /// if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass: Option<Vec<Expression>>,
+    pub mass: Option<PerDegree>,
 }
 
 impl SystemTable {
     /// The expressions of a custom system, each with its name.
     pub fn expressions(&self) -> Vec<(String, String)> {
         let mut all = Vec::new();
-        let numbered = |name: &'static str, list: Option<&Vec<Expression>>| {
-            let list = list.map_or(&[][..], |list| list.as_slice());
-            list.iter()
-                .enumerate()
-                .map(move |(j, text)| (format!("{name}{}", j + 1), text.text()))
-                .collect::<Vec<_>>()
+        let numbered = |name: &str, given: Option<&PerDegree>| match given {
+            None => Vec::new(),
+            Some(PerDegree::Rule(rule)) => vec![(format!("{name}_i"), rule.text())],
+            Some(PerDegree::List(list)) => {
+                let list = list.iter().enumerate();
+                list.map(|(j, text)| (format!("{name}{}", j + 1), text.text())).collect()
+            }
         };
         all.extend(self.potential.iter().map(|text| ("V".into(), text.text())));
         all.extend(numbered("D", self.dissipation.as_ref()));
@@ -80,7 +84,7 @@ pub enum Expression {
 
 impl Expression {
     /// The expression as text.
-    pub(super) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         match self {
             Self::Number(value) => format!("{value:?}"),
             Self::Text(text) => text.clone(),
@@ -88,14 +92,58 @@ impl Expression {
     }
 }
 
+/// Expressions, one for each degree of freedom.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum PerDegree {
+    /// One after another.
+    List(Vec<Expression>),
+    /// One rule for all, in which i is the number of the degree of freedom.
+    Rule(Expression),
+}
+
+/// Numbers, one for each degree of freedom.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Entries {
+    /// One after another.
+    List(Vec<Expression>),
+    /// One rule for a number of entries.
+    Counted(CountedTable),
+    /// One rule for all, in which i is the number of the degree of freedom.
+    Rule(Expression),
+}
+
+impl Entries {
+    /// The number of entries, if it is given.
+    pub(super) fn count(&self) -> Option<usize> {
+        match self {
+            Self::List(list) => Some(list.len()),
+            Self::Counted(table) => usize::try_from(table.count).ok(),
+            Self::Rule(_) => None,
+        }
+    }
+}
+
+/// A number of entries by one rule.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CountedTable {
+    /// The number of entries.
+    pub count: u64,
+    /// Entry i, counted from 1: a number or an expression such as "0.1*sin(pi*i/(n + 1))".
+    pub value: Expression,
+}
+
 /// The initial state.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InitialTable {
-    /// The coordinates, one for each degree of freedom.
-    pub q: Vec<f64>,
-    /// The momenta.
-    pub p: Vec<f64>,
+    /// The coordinates: a list, one rule for all such as "0.1*i", or { count, value }. Expressions
+    /// may mention the parameters, i (the number of the degree of freedom) and n (their count).
+    pub q: Entries,
+    /// The momenta, likewise.
+    pub p: Entries,
 }
 
 /// The time span of a run.

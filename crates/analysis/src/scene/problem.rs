@@ -154,6 +154,32 @@ pub enum SceneProblem {
     /// A system that cannot be made.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A number given by an invalid expression.
+    #[error("{0}")]
+    Expression(afterbay_expression::Problem),
+    /// A number given by an expression that is not finite.
+    #[error("this is {value:?}")]
+    NotFinite {
+        /// Its value.
+        value: f64,
+    },
+    /// A parameter that is defined by itself.
+    #[error("{name} is defined by itself, or by parameters that are defined by it")]
+    Circle {
+        /// Its name.
+        name: String,
+    },
+    /// A varied parameter that others are computed from, in a built-in system.
+    #[error("{name} cannot be varied: {other} is computed from it")]
+    Computed {
+        /// The varied parameter.
+        name: String,
+        /// The parameter given by an expression.
+        other: String,
+    },
+    /// Rules for all degrees of freedom, without their number.
+    #[error("the number of degrees of freedom is not given")]
+    NoCount,
     /// Expressions that are not valid.
     #[error("{}", in_words(.0))]
     Custom(CustomError),
@@ -188,13 +214,30 @@ impl SceneProblem {
             Self::Nothing { .. } => {
                 Some("`afterbay schema` describes all tables a scene may have".into())
             }
-            Self::Input(InputError::NotAMultiple { nearest, .. }) => {
-                Some(format!("step = {nearest:?} divides it"))
+            Self::Input(InputError::NotAMultiple { end, h, nearest }) => {
+                Some(match short_steps(*end, *h) {
+                    [Some(below), Some(above)] => format!("{below} and {above} divide it"),
+                    [Some(step), None] | [None, Some(step)] => format!("{step} divides it"),
+                    [None, None] => format!("{nearest:?} divides it"),
+                })
             }
             Self::Input(InputError::Unsupported { .. }) => {
                 Some("`afterbay list methods` says what each method needs".into())
             }
+            Self::NoCount => {
+                Some("write q = { count = 8, value = .. } in [initial], or a list".into())
+            }
             Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
+            Self::Expression(problem) | Self::Custom(CustomError::Expression { problem, .. }) => {
+                problem.advice().map(str::to_owned)
+            }
+            Self::Missing { key } => match key.as_str() {
+                "initial" => Some("for example:  [initial]  q = [1.0]  p = [0.0]".into()),
+                "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
+                "system" => Some("for example:  [system]  name = \"duffing\"".into()),
+                "step" => Some("the size of a step, such as step = 0.01".into()),
+                _ => None,
+            },
             Self::Custom(CustomError::NotFinite { .. })
             | Self::Input(InputError::NotFinite { .. }) => {
                 Some("start where H and all forces are finite".into())
@@ -202,6 +245,24 @@ impl SceneProblem {
             _ => None,
         }
     }
+}
+
+/// The nearest steps of at most two digits below and above h that divide the end.
+fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
+    let exponent = h.log10().floor() - 1.0;
+    let step = |digits: u32, shift: f64| format!("{digits}e{}", exponent + shift).parse::<f64>();
+    let divides = |step: &f64| {
+        let steps = end / step;
+        steps >= 0.5 && (steps - steps.round()).abs() <= 1e-9 * steps
+    };
+    let all = || {
+        let steps = (0..2).flat_map(|shift| (10..100).map(move |digits| (digits, shift)));
+        let steps = steps.filter_map(|(digits, shift)| step(digits, f64::from(shift)).ok());
+        steps.filter(divides)
+    };
+    let below = all().filter(|step| *step < h).max_by(f64::total_cmp);
+    let above = all().filter(|step| *step > h).min_by(f64::total_cmp);
+    [below, above].map(|step| step.map(|step| step.to_string()))
 }
 
 /// The nearest name if one is similar, else all names.

@@ -1,11 +1,13 @@
 //! The system of a scene.
 
-use super::document::{Expression, SystemTable};
+use super::document::{Expression, PerDegree, SystemTable};
+use super::numbers::Parameters;
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use crate::study::Problem;
 use crate::{Model, ModelError};
 use afterbay_core::{InputError, Quantity, State};
+use afterbay_expression::MOST_DEGREES;
 use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place, SYSTEMS};
 
 /// The name of a system given by expressions.
@@ -15,10 +17,19 @@ const CUSTOM: &str = "custom";
 const MOST_PARAMETERS: usize = 1000;
 
 /// Makes the system of a table.
-pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, SceneError> {
+///
+/// `known` are its parameters as numbers, and `count` is the number of entries of the initial state,
+/// if it is given.
+pub(super) fn model(
+    source: &Source<'_>,
+    table: &SystemTable,
+    known: &Parameters,
+    count: Option<usize>,
+) -> Result<Model, SceneError> {
     if table.name == CUSTOM {
-        return custom(source, table).map(Model::Custom);
+        return custom(source, table, count).map(Model::Custom);
     }
+    let numbers = known;
     let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
     let Some(row) = SYSTEMS.iter().find(|row| row.name == table.name) else {
         let known = SYSTEMS.iter().map(|row| row.name).chain([CUSTOM]).map(str::to_owned).collect();
@@ -53,7 +64,7 @@ pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, S
         let path = if table.parameters.is_empty() { "system" } else { "system.parameters" };
         return Err(at(path, SceneProblem::Missing { key: format!("parameters.{missing}") }));
     }
-    let values = table.parameters.iter().map(|(name, &value)| (name.as_str(), value));
+    let values = numbers.iter().map(|(name, value)| (name.as_str(), *value));
     let model = Model::named(row, values).map_err(|error| {
         let path = match &error {
             ModelError::NoParameter { name } | ModelError::Whole { name, .. } => name.as_str(),
@@ -70,7 +81,11 @@ pub(super) fn model(source: &Source<'_>, table: &SystemTable) -> Result<Model, S
     }
 }
 
-fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, SceneError> {
+fn custom(
+    source: &Source<'_>,
+    table: &SystemTable,
+    count: Option<usize>,
+) -> Result<Custom<f64>, SceneError> {
     let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
     if table.parameters.len() > MOST_PARAMETERS {
         let problem = SceneProblem::Budget {
@@ -88,8 +103,11 @@ fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, Scene
         ("system.dissipation", "force", table.dissipation.as_ref()),
         ("system.mass", "mass", table.mass.as_ref()),
     ] {
-        if list.is_some_and(Vec::is_empty) {
+        if matches!(list, Some(PerDegree::List(list)) if list.is_empty()) {
             return Err(at(key, SceneProblem::Empty { what }));
+        }
+        if let (Some(PerDegree::Rule(_)), None) = (list, dof(table, count)) {
+            return Err(at(key, SceneProblem::NoCount));
         }
     }
     if table.friction.as_ref().is_some_and(Vec::is_empty) {
@@ -99,22 +117,46 @@ fn custom(source: &Source<'_>, table: &SystemTable) -> Result<Custom<f64>, Scene
         let why = "the friction is given by `dissipation` already";
         return Err(at("system.friction", SceneProblem::Misplaced { key: "friction", why }));
     }
-    Custom::new(&description(table)).map_err(|error| located(source, error))
+    Custom::new(&description(table, count)).map_err(|error| located(source, error))
 }
 
-/// The expressions of a table.
-fn description(table: &SystemTable) -> Description {
+/// The number of degrees of freedom: the length of a list of the system, else `count`.
+fn dof(table: &SystemTable, count: Option<usize>) -> Option<usize> {
+    let listed = |given: &Option<PerDegree>| match given {
+        Some(PerDegree::List(list)) => Some(list.len()),
+        Some(PerDegree::Rule(_)) | None => None,
+    };
+    let rows = table.friction.as_ref().map(Vec::len);
+    listed(&table.mass).or(listed(&table.dissipation)).or(rows).or(count)
+}
+
+/// The expressions of a table. A rule is repeated for each degree of freedom.
+fn description(table: &SystemTable, count: Option<usize>) -> Description {
+    let dof = dof(table, count);
     let texts = |list: &[Expression]| list.iter().map(Expression::text).collect::<Vec<_>>();
+    let each = |given: &PerDegree| match given {
+        PerDegree::List(list) => texts(list),
+        PerDegree::Rule(rule) => vec![rule.text(); dof.unwrap_or(0).min(MOST_DEGREES + 1)],
+    };
     let friction = match (&table.dissipation, &table.friction) {
-        (Some(forces), _) => DissipationText::Forces(texts(forces)),
+        (Some(forces), _) => DissipationText::Forces(each(forces)),
         (None, Some(rows)) => DissipationText::Matrix(rows.iter().map(|row| texts(row)).collect()),
         (None, None) => DissipationText::None,
     };
+    let (mut parameters, mut definitions) = (Vec::new(), Vec::new());
+    for (name, value) in &table.parameters {
+        match value {
+            Expression::Number(value) => parameters.push((name.clone(), *value)),
+            Expression::Text(text) => definitions.push((name.clone(), text.clone())),
+        }
+    }
     Description {
         potential: table.potential.as_ref().map(Expression::text).unwrap_or_default(),
         dissipation: friction,
-        masses: table.mass.as_deref().map(texts).unwrap_or_default(),
-        parameters: table.parameters.iter().map(|(name, &value)| (name.clone(), value)).collect(),
+        masses: table.mass.as_ref().map(each).unwrap_or_default(),
+        parameters,
+        definitions,
+        dof,
     }
 }
 
@@ -142,10 +184,11 @@ fn located(source: &Source<'_>, error: CustomError) -> SceneError {
     SceneError { problem: SceneProblem::Custom(error), span }
 }
 
-/// The path of an expression.
+/// The path of an expression. A rule for all degrees of freedom has the path of its key.
 fn path(place: Place) -> String {
     match place {
         Place::Potential => "system.potential".into(),
+        Place::Definition(_) => "system.parameters".into(),
         Place::Mass(j) => format!("system.mass.{j}"),
         Place::Dissipation(j) => format!("system.dissipation.{j}"),
         Place::Friction(i, j) => format!("system.friction.{i}.{j}"),

@@ -125,3 +125,30 @@ fn a_scene_says_what_it_leaves_out() {
             .all(|pair| (pair[1] / pair[0] / 1000.0_f64.powf(0.2) - 1.0).abs() < 1e-12)
     );
 }
+
+#[test]
+fn rules_make_what_lists_make() {
+    let with = |dissipation: &str, mass: &str, c: &str, q: &str| {
+        let [_, good] = bad::GOOD;
+        Scene::read(
+            &good
+                .replace("[\"c*p1\", \"c*p2\"]", dissipation)
+                .replace("[1.0, 2.0]", mass)
+                .replace("c = 0.05", c)
+                .replace("[0.3, 0.0]", q),
+        )
+        .unwrap()
+    };
+    let lists = with("[\"1*c*p1\", \"2*c*p2\"]", "[1.5, 2.0]", "c = 0.05", "[0.3, 0.15]");
+    for q in ["[\"6*c\", 0.15]", "{ count = 2, value = \"0.3/i\" }", "\"0.3/i\""] {
+        let rules = with("\"i*c*p[i]\"", "\"1 + i/n\"", "b = 0.5, c = \"b/10\"", q);
+        let [a, b] = [&lists, &rules].map(|scene| scene.problem.start::<f64>().unwrap());
+        assert_eq!(a, b, "{q}");
+        let [a, b] = [&lists, &rules].map(|scene| scene.problem.model.system::<f64>().unwrap());
+        let ([mut d, mut e], v) = ([[0.0; 2]; 2], [0.7, -0.2]);
+        a.dissipation(&[0.0; 2], &v, &v, &mut d);
+        b.dissipation(&[0.0; 2], &v, &v, &mut e);
+        assert_eq!(d, e, "{q}");
+        assert_eq!(a.energy(&[0.1, 0.2], &v), b.energy(&[0.1, 0.2], &v), "{q}");
+    }
+}

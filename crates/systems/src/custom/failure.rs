@@ -17,6 +17,18 @@ pub enum Place {
     Friction(usize, usize),
     /// m_j
     Mass(usize),
+    /// A parameter that is an expression
+    Definition(usize),
+}
+
+impl Place {
+    /// The degree of freedom of the expression, if it is one of a list.
+    pub(super) fn degree(self) -> Option<usize> {
+        match self {
+            Self::Dissipation(j) | Self::Friction(j, _) | Self::Mass(j) => Some(j),
+            Self::Potential | Self::Definition(_) => None,
+        }
+    }
 }
 
 impl fmt::Display for Place {
@@ -26,6 +38,7 @@ impl fmt::Display for Place {
             Self::Dissipation(j) => write!(f, "entry {} of the dissipation", j + 1),
             Self::Friction(i, j) => write!(f, "entry {}, {} of the friction matrix", i + 1, j + 1),
             Self::Mass(j) => write!(f, "mass {}", j + 1),
+            Self::Definition(k) => write!(f, "parameter {}", k + 1),
         }
     }
 }

@@ -1,0 +1,94 @@
+//! The numbers of a scene that are given by expressions.
+
+use super::document::{Entries, Expression};
+use super::problem::{SceneError, SceneProblem};
+use super::source::Source;
+use afterbay_core::{InputError, Quantity};
+use afterbay_expression::{ParseError, Problem, evaluate};
+use std::collections::BTreeMap;
+
+/// The parameters of a system by name, as numbers.
+pub(super) type Parameters = Vec<(String, f64)>;
+
+/// Evaluates the parameters, each after those that it mentions. `count` is the value of n.
+pub(super) fn parameters(
+    source: &Source<'_>,
+    given: &BTreeMap<String, Expression>,
+    count: Option<usize>,
+) -> Result<Parameters, SceneError> {
+    let path = |name: &str| format!("system.parameters.{name}");
+    let (mut known, mut waiting) = (Parameters::new(), Vec::new());
+    for (name, value) in given {
+        match value {
+            Expression::Number(value) => known.push((name.clone(), *value)),
+            Expression::Text(text) => waiting.push((name, text)),
+        }
+    }
+    while !waiting.is_empty() {
+        let (before, mut later) = (waiting.len(), Vec::new());
+        for (name, text) in waiting {
+            match evaluate(text, &known, count, None) {
+                Ok(value) => {
+                    let value = finite(source, &path(name), value)?;
+                    known.push((name.clone(), value));
+                }
+                Err(ParseError { problem: Problem::Unknown { name: other, .. }, .. })
+                    if given.contains_key(&other) =>
+                {
+                    later.push((name, text));
+                }
+                Err(error) => return Err(located(source, &path(name), error)),
+            }
+        }
+        if later.len() == before {
+            let name = later[0].0.clone();
+            let span = source.span(&path(&name));
+            return Err(SceneError { problem: SceneProblem::Circle { name }, span });
+        }
+        waiting = later;
+    }
+    Ok(known)
+}
+
+/// Evaluates the entries of q or p for `dof` degrees of freedom.
+pub(super) fn entries(
+    source: &Source<'_>,
+    path: &str,
+    quantity: Quantity,
+    given: &Entries,
+    (known, dof): (&Parameters, usize),
+) -> Result<Vec<f64>, SceneError> {
+    if let Some(found) = given.count().filter(|&found| found != dof) {
+        let problem = InputError::Length { quantity, expected: dof, found }.into();
+        return Err(SceneError { problem, span: source.span(path) });
+    }
+    let number = |path: &str, value: &Expression, i: usize| match value {
+        Expression::Number(value) => Ok(*value),
+        Expression::Text(text) => evaluate(text, known, Some(dof), Some(i))
+            .map_err(|error| located(source, path, error))
+            .and_then(|value| finite(source, path, value)),
+    };
+    let by_rule =
+        |path: &str, rule: &Expression| (1..=dof).map(|i| number(path, rule, i)).collect();
+    match given {
+        Entries::List(list) => list
+            .iter()
+            .enumerate()
+            .map(|(j, value)| number(&format!("{path}.{j}"), value, j + 1))
+            .collect(),
+        Entries::Counted(table) => by_rule(&format!("{path}.value"), &table.value),
+        Entries::Rule(rule) => by_rule(path, rule),
+    }
+}
+
+fn finite(source: &Source<'_>, path: &str, value: f64) -> Result<f64, SceneError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(SceneError { problem: SceneProblem::NotFinite { value }, span: source.span(path) })
+}
+
+fn located(source: &Source<'_>, path: &str, error: ParseError) -> SceneError {
+    let span = source.span_within(path, &error.span);
+    SceneError { problem: SceneProblem::Expression(error.problem), span }
+}

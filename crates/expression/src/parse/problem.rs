@@ -1,0 +1,142 @@
+//! Why a text is no expression.
+
+use super::index::MOST_INDEX;
+use super::{DEEPEST, LONGEST, MOST_DEGREES, MOST_WRITTEN_OUT};
+use std::ops::Range;
+use thiserror::Error;
+
+/// What is wrong with an expression.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum Problem {
+    /// A symbol or word that the grammar does not allow here.
+    #[error("{found} where {expected} should be")]
+    Unexpected {
+        /// The symbol or word.
+        found: String,
+        /// What the grammar allows.
+        expected: &'static str,
+    },
+    /// A name that is not defined.
+    #[error(
+        "{name} is not known{}",
+        nearest.as_ref().map(|x| format!(": do you mean {x}?")).unwrap_or_default()
+    )]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The most similar known name, if one is similar.
+        nearest: Option<String>,
+    },
+    /// A number outside the range of `f64`.
+    #[error("{text} is too large or too small for a number")]
+    Number {
+        /// As it was written.
+        text: String,
+    },
+    /// A coordinate or momentum with an invalid index.
+    #[error(
+        "{name} is no coordinate or momentum: they are counted from 1, without leading zeros, up \
+         to {}",
+        MOST_DEGREES
+    )]
+    Index {
+        /// As it was written.
+        name: String,
+    },
+    /// A degree of freedom beyond the last.
+    #[error("{name} is beyond the last of {dof} degrees of freedom")]
+    BeyondLast {
+        /// As it was written.
+        name: String,
+        /// N
+        dof: usize,
+    },
+    /// A coordinate or momentum where [`Names`] does not allow it.
+    #[error("{name} has no place here: {rule}")]
+    NoPlace {
+        /// As it was written.
+        name: String,
+        /// The rule.
+        rule: &'static str,
+    },
+    /// An entry q\[j\] or p\[j\] outside 1..=N.
+    #[error("{name}[{index}] does not exist: entries are counted from 1{}", last(*dof))]
+    NoEntry {
+        /// q or p.
+        name: char,
+        /// j
+        index: i64,
+        /// N, if it is known.
+        dof: Option<usize>,
+    },
+    /// An index that is too large to compute.
+    #[error("an index is at most {} in size", MOST_INDEX)]
+    LargeIndex,
+    /// The number of degrees of freedom is needed but not known.
+    #[error("the number of degrees of freedom is not known here")]
+    NoCount,
+    /// Sums with too many terms.
+    #[error("its sums are too long: written out they have more than {MOST_WRITTEN_OUT} bytes")]
+    TooManyTerms,
+    /// A text that is too long.
+    #[error("{bytes} bytes are more than {LONGEST}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+    },
+    /// Parentheses, signs or powers that are nested too deeply.
+    #[error("nested deeper than {DEEPEST}")]
+    TooDeep,
+}
+
+impl Problem {
+    /// What to write instead, where the mistake is a common one.
+    pub fn advice(&self) -> Option<&'static str> {
+        match self {
+            Self::Unexpected { found, expected } => {
+                let first = found.chars().next()?;
+                match first {
+                    '*' => Some("powers are written q1^2, products 2*q1"),
+                    '[' => Some("entries are written q[1], p[1], .."),
+                    ',' => Some("numbers are written with a point: 9.81"),
+                    '(' | '.' | '0'..='9' | 'A'..='Z' | 'a'..='z'
+                        if expected.contains("operator") =>
+                    {
+                        Some("products are written with a sign: 2*q1, g*(1 - q1)")
+                    }
+                    _ => None,
+                }
+            }
+            Self::Unknown { name, nearest: None } => match name.as_str() {
+                "t" | "time" => Some("H and D may not depend on time"),
+                "min" | "max" | "sign" | "floor" | "mod" => {
+                    Some("`afterbay list functions` shows the functions there are")
+                }
+                "i" | "n" => None,
+                name if name.starts_with('v') => {
+                    Some("the velocity of a unit mass is p1; in general it is p1/m")
+                }
+                _ => Some(
+                    "coordinates are q1, q2, .., momenta p1, p2, ..; other names are defined in \
+                     `parameters`",
+                ),
+            },
+            Self::NoCount => Some("write q = { count = 8, value = .. } in [initial]"),
+            _ => None,
+        }
+    }
+}
+
+fn last(dof: Option<usize>) -> String {
+    dof.map_or(String::new(), |dof| format!(" to {dof}"))
+}
+
+/// A text is no expression.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("bytes {}..{}: {problem}", span.start, span.end)]
+pub struct ParseError {
+    /// The bytes of the text that are wrong.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub problem: Problem,
+}
