@@ -18,6 +18,7 @@ fn system(potential: &str, dissipation: &str) -> Custom<f64> {
         dissipation: friction,
         masses: Vec::new(),
         parameters: Vec::new(),
+        ..Description::default()
     };
     Custom::new(&description).unwrap()
 }

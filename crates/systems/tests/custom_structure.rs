@@ -16,6 +16,7 @@ fn system(potential: &str, friction: DissipationText, parameters: &[(&str, f64)]
         dissipation: friction,
         masses: Vec::new(),
         parameters,
+        ..Description::default()
     };
     Custom::new(&description).unwrap_or_else(|error| panic!("{potential}: {error}"))
 }
@@ -160,6 +161,7 @@ fn a_friction_matrix() {
             dissipation: friction,
             masses: texts(&masses),
             parameters: Vec::new(),
+            ..Description::default()
         };
         assert_eq!(Custom::new(&description).unwrap().dissipation_form(), expected, "{rows:?}");
     }
@@ -175,6 +177,7 @@ fn friction_follows_the_velocity() {
             dissipation: friction,
             masses,
             parameters: Vec::new(),
+            ..Description::default()
         })
         .unwrap()
     };

@@ -114,6 +114,7 @@ fn what_is_not_polynomial_keeps_k_too() {
         ]),
         masses: vec![text("2"), text("1")],
         parameters: vec![(text("g"), 1.5), (text("c"), 0.1)],
+        ..Description::default()
     };
     let own = Custom::new(&description).unwrap();
     let own = own.map(Quad::from_f64);
