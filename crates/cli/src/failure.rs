@@ -4,6 +4,7 @@ use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
 use afterbay_analysis::ReportError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
+use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -48,7 +49,37 @@ pub(crate) enum Trouble {
     Study(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
 
+/// A failure as JSON.
+#[derive(Serialize)]
+pub(crate) struct FailureJson {
+    error: String,
+    causes: Vec<String>,
+    help: Option<String>,
+    /// The line and the column in the scene, counted from 1.
+    place: Option<[usize; 2]>,
+    exit_code: u8,
+}
+
 impl Failure {
+    pub(crate) fn json(&self) -> FailureJson {
+        let trouble = &*self.diagnostic;
+        let causes = std::iter::successors(std::error::Error::source(trouble), |e| e.source());
+        let place = match trouble {
+            Trouble::Scene { text, span: Some(span), .. } => {
+                let before = text.inner().get(..span.offset()).unwrap_or_default();
+                Some(place_after(before))
+            }
+            _ => None,
+        };
+        FailureJson {
+            error: trouble.to_string(),
+            causes: causes.map(ToString::to_string).collect(),
+            help: trouble.help().map(|help| help.to_string()),
+            place,
+            exit_code: self.code,
+        }
+    }
+
     fn new(trouble: Trouble, code: u8) -> Self {
         Self { diagnostic: Box::new(trouble), code }
     }
@@ -72,9 +103,7 @@ impl Failure {
         let fits = around(text, &span).lines().all(|line| line.len() <= WIDEST);
         let mut message = error.problem.to_string();
         if span != (0..0) && !fits {
-            let before = text.get(..span.start).unwrap_or_default();
-            let line = before.matches('\n').count() + 1;
-            let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+            let [line, column] = place_after(text.get(..span.start).unwrap_or_default());
             message = format!("{}:{line}:{column}: {message}", path.display());
         }
         let text = if fits { text } else { "" };
@@ -99,6 +128,12 @@ impl Failure {
     pub(crate) fn threads(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::new(Trouble::Threads(Box::new(error)), USAGE)
     }
+}
+
+/// The line and the column behind a text, counted from 1.
+fn place_after(before: &str) -> [usize; 2] {
+    let line = before.matches('\n').count() + 1;
+    [line, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1]
 }
 
 /// The longest line of a scene that is shown, in bytes.

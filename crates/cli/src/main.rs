@@ -13,7 +13,7 @@ mod pick;
 mod scene;
 mod table;
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
 use experiment::What;
 use failure::Failure;
@@ -45,6 +45,8 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => code,
         Err(failure) => {
+            // A failure to print has nowhere to go but the exit code.
+            let _ = (format == Format::Json).then(|| table::json(&failure.json()));
             eprintln!("{:?}", miette::Report::new(*failure.diagnostic));
             exit_code::of_failure(failure.code)
         }

@@ -3,13 +3,14 @@
 mod budget;
 mod values;
 
-use super::document::{Document, Spacing, Spread};
+use super::document::{Document, Expression, Spacing, Spread};
 use super::plan::{
     EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
     WorkPrecisionPlan,
 };
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
+use crate::Model;
 use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
 use afterbay_methods::registry::{self, FIXED, Row};
@@ -143,6 +144,10 @@ impl Planner<'_> {
                 SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
             return self.refuse(&format!("{named}.name"), problem);
         }
+        if let Some(other) = self.computed_from(&varied.name) {
+            let problem = SceneProblem::Computed { name: varied.name.clone(), other };
+            return self.refuse(&format!("{named}.name"), problem);
+        }
         let cells = (steps.len() * values.len() * methods.len()) as f64;
         self.budget(
             path,
@@ -186,6 +191,21 @@ impl Planner<'_> {
             Spread::Range(range) => range.scale,
         };
         Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
+    }
+
+    /// A parameter of a built-in system that is computed from this one when the scene is read. In a
+    /// system of expressions it follows.
+    fn computed_from(&self, name: &str) -> Option<String> {
+        if matches!(self.problem.model, Model::Custom(_)) {
+            return None;
+        }
+        let mentions = |text: &str| {
+            text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(|word| word == name)
+        };
+        self.document.system.parameters.iter().find_map(|(other, value)| match value {
+            Expression::Text(text) if mentions(text) => Some(other.clone()),
+            _ => None,
+        })
     }
 
     fn at_steps(

@@ -247,7 +247,8 @@ impl SceneProblem {
     }
 }
 
-/// The nearest steps of at most two digits below and above h that divide the end.
+/// The nearest steps of at most two digits that divide the end, between h/2 and h and between h and
+/// 2 h.
 fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
     let exponent = h.log10().floor() - 1.0;
     let step = |digits: u32, shift: f64| format!("{digits}e{}", exponent + shift).parse::<f64>();
@@ -256,9 +257,9 @@ fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
         steps >= 0.5 && (steps - steps.round()).abs() <= 1e-9 * steps
     };
     let all = || {
-        let steps = (0..2).flat_map(|shift| (10..100).map(move |digits| (digits, shift)));
+        let steps = (-1..2).flat_map(|shift| (10..100).map(move |digits| (digits, shift)));
         let steps = steps.filter_map(|(digits, shift)| step(digits, f64::from(shift)).ok());
-        steps.filter(divides)
+        steps.filter(|step| (0.5 * h..=2.0 * h).contains(step)).filter(divides)
     };
     let below = all().filter(|step| *step < h).max_by(f64::total_cmp);
     let above = all().filter(|step| *step > h).min_by(f64::total_cmp);

@@ -140,7 +140,7 @@ fn rules_make_what_lists_make() {
         .unwrap()
     };
     let lists = with("[\"1*c*p1\", \"2*c*p2\"]", "[1.5, 2.0]", "c = 0.05", "[0.3, 0.15]");
-    for q in ["[\"6*c\", 0.15]", "{ count = 2, value = \"0.3/i\" }", "\"0.3/i\""] {
+    for q in ["[\"c + 0.25\", 0.15]", "{ count = 2, value = \"0.3/i\" }", "\"0.3/i\""] {
         let rules = with("\"i*c*p[i]\"", "\"1 + i/n\"", "b = 0.5, c = \"b/10\"", q);
         let [a, b] = [&lists, &rules].map(|scene| scene.problem.start::<f64>().unwrap());
         assert_eq!(a, b, "{q}");

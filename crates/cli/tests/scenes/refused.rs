@@ -149,3 +149,18 @@ fn a_run_that_fails_ends_with_4_and_its_results_are_written() {
     );
     assert!(out.join("report.html").exists() && out.join("data/trajectory.csv").exists());
 }
+
+#[test]
+fn programs_read_the_error_as_json() {
+    let [good, _] = bad::GOOD;
+    let (_folder, path) = written("bad.toml", good.replace("\"moddg\"", "\"mdodg\"").as_bytes());
+    let (code, stdout, _) = done(afterbay(&["check", "--format", "json"]).arg(&path));
+    let error: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    let at = good.split("\"moddg\"").next().expect("text before it");
+    let column = at.rsplit('\n').next().expect("a line").len() + 1;
+    assert_eq!(code, Some(3));
+    assert_eq!(error["error"], "there is no method mdodg");
+    assert_eq!(error["help"], "did you mean moddg?");
+    assert_eq!(error["place"], serde_json::json!([at.matches('\n').count() + 1, column]));
+    assert_eq!(error["exit_code"], 3);
+}

@@ -56,9 +56,9 @@ pub(super) const CHANGES: &[Change] = &[
     ("parameter = { name", "parameter = { nme", "nme", "there is no key nme", "mean name"),
     // Values of the wrong kind.
     (
-        "k = 1.0",
-        "k = \"1.0\"",
-        "\"1.0\"",
+        "end = 20.0",
+        "end = \"20.0\"",
+        "\"20.0\"",
         "is text, where a number is expected",
         "without quotation marks",
     ),
@@ -69,8 +69,8 @@ pub(super) const CHANGES: &[Change] = &[
         "is text, where a number",
         "without quotation marks",
     ),
-    ("q = [2.3]", "q = 2.3", "2.3", "a number with a fraction, where a list is expected", ""),
-    ("q = [2.3]", "q = [[2.3]]", "[2.3]", "a list, where a number is expected", ""),
+    ("q = [2.3]", "q = true", "true", "true or false, where", ""),
+    ("q = [2.3]", "q = [[2.3]]", "[2.3]", "a list, where a number or text is expected", ""),
     ("end = 20.0", "end = true", "true", "true or false, where a number", ""),
     ("end = 20.0", "end = 2020-01-01", "2020-01-01", "a date or time", ""),
     ("end = 20.0", "end = { of = 1 }", "{ of = 1 }", "a table, where a number", ""),
