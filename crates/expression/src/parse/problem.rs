@@ -51,7 +51,7 @@ pub enum Problem {
         /// N
         dof: usize,
     },
-    /// A coordinate or momentum where [`Names`] does not allow it.
+    /// A coordinate or momentum where [`Names`](super::Names) does not allow it.
     #[error("{name} has no place here: {rule}")]
     NoPlace {
         /// As it was written.
