@@ -26,6 +26,8 @@ use afterbay_core::{Grid, Quantity, Scalar, State};
 use planner::Planner;
 use source::Source;
 
+/// The number of states shown of a run without a step.
+const STATES_SHOWN: f64 = 1000.0;
 /// The most bytes a scene may have.
 pub const MOST_BYTES: usize = 1 << 20;
 
@@ -36,7 +38,8 @@ pub struct Scene {
     pub document: Document,
     /// The system, the initial state and the end of time.
     pub problem: Problem,
-    /// The step h, a divisor of the end.
+    /// The step h, a divisor of the end. Where the scene gives none, it is the spacing of the states
+    /// shown.
     pub step: f64,
     /// Trajectories.
     pub run: Option<RunPlan>,
@@ -88,7 +91,8 @@ impl Scene {
         let start: State<Vec<f64>> =
             problem.start().map_err(|error| at("initial", error.into()))?;
         system::finite_at(&source, &problem, &start)?;
-        let grid = Grid::<f64>::new(time.step, time.end).map_err(|error| {
+        let step = time.step.unwrap_or(time.end / STATES_SHOWN);
+        let grid = Grid::<f64>::new(step, time.end).map_err(|error| {
             at(if time.end > 0.0 { "time.step" } else { "time.end" }, error.into())
         })?;
         let planner =

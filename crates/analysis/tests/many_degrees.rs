@@ -112,7 +112,7 @@ fn steps_that_are_no_doublings_have_a_solution_of_their_own() {
 #[test]
 fn what_is_owed_in_each_is_counted_in_each() {
     let count = |problem: &Problem, name: &str, h: f64| {
-        work_precision::run(problem, &rows(&[name]), &[h], &[], &Silent).unwrap()[0]
+        work_precision::run(problem, (&rows(&[name]), &[h]), (&[], &[]), &Silent).unwrap()[0]
             .passivity_violations
     };
     let passive = chain(4, 0.5, 2.0);

@@ -155,9 +155,8 @@ fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
     // Simple iteration does not contract at h = 2.5, but it does at the next step size.
     let found = work_precision::run(
         &oscillator(),
-        &rows(&["moddg-fixed-point"]),
-        &[2.5, 0.1],
-        &[],
+        (&rows(&["moddg-fixed-point"]), &[2.5, 0.1]),
+        (&[], &[]),
         &Silent,
     )
     .expect("runs");

@@ -50,7 +50,10 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     };
     if let Some(plan) = &scene.run {
         let steps = (scene.problem.end / scene.step).round();
-        add("run", &plan.methods, format!("{steps} steps of {}, {}", scene.step, kept(plan.every)));
+        let all: Vec<_> = plan.methods.iter().chain(&plan.adaptive).copied().collect();
+        let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x}"));
+        let detail = format!("{steps} steps of {}, {}{tolerance}", scene.step, kept(plan.every));
+        add("run", &all, detail);
     }
     if let Some(plan) = &studies.local_order {
         let detail =

@@ -1,6 +1,5 @@
 //! Trajectories by each method.
 
-use super::names;
 use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::{Readings, Said};
 use crate::progress::Progress;
@@ -22,10 +21,12 @@ pub(super) fn sheet(
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Trajectories");
     let (problem, n) = (&scene.problem, scene.problem.model.dof());
-    progress.begin("trajectories", plan.methods.len() + usize::from(plan.tolerance.is_some()));
+    progress.begin("trajectories", plan.methods.len() + plan.adaptive.len());
     let mut found = trajectory::run(problem, &plan.methods, scene.step, plan.every, progress)?;
-    if let Some(tolerance) = plan.tolerance {
-        found.push(trajectory::sampled(problem, tolerance, scene.step, plan.every, progress)?);
+    let asked = plan.adaptive.iter().zip(plan.tolerance.iter().cycle());
+    for (row, &tolerance) in asked {
+        let (h, every) = (scene.step, plan.every);
+        found.push(trajectory::sampled(problem, row, tolerance, h, every, progress)?);
     }
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &trajectory::columns(n), &rows)?;
@@ -112,7 +113,7 @@ pub(super) fn sheet(
     );
     sheet.text(format!(
         "Methods: {}. The table contains one of every {} states, and the last.",
-        names(&plan.methods).join(", "),
+        found.iter().map(|run| run.method).collect::<Vec<_>>().join(", "),
         plan.every
     ));
     Ok(sheet)

@@ -9,7 +9,6 @@ use crate::report::Block;
 use crate::scene::{Scene, WorkPrecisionPlan};
 use crate::sheet::{ReportError, Sheet, of_errors, table};
 use crate::study::work_precision::{self, WorkRow};
-use afterbay_methods::registry::ADAPTIVE;
 
 /// The table from which the charts are made.
 const DATA: &str = "work_precision";
@@ -22,12 +21,13 @@ pub(super) fn sheet(
     let mut sheet = Sheet::new("Accuracy against cost");
     let (problem, mut all) = (&scene.problem, names(&plan.methods));
     if !plan.tolerances.is_empty() {
-        all.extend(ADAPTIVE.iter().map(|row| row.name));
+        all.extend(names(&plan.adaptive));
     }
-    let runs = plan.methods.len() * plan.steps.len() + ADAPTIVE.len() * plan.tolerances.len();
+    let runs = plan.methods.len() * plan.steps.len() + plan.adaptive.len() * plan.tolerances.len();
     progress.begin("cost of accuracy", 2 * runs);
-    let found =
-        work_precision::run(problem, &plan.methods, &plan.steps, &plan.tolerances, progress)?;
+    let by_step = (&plan.methods[..], &plan.steps[..]);
+    let by_tolerance = (&plan.adaptive[..], &plan.tolerances[..]);
+    let found = work_precision::run(problem, by_step, by_tolerance, progress)?;
     sheet.data(DATA, &found)?;
     sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
     sheet.text(format!(

@@ -35,7 +35,9 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     for (name, problem) in std::iter::once(("damped-oscillator", oscillator())).chain(problems()) {
         let runs = rows.len() * steps.len() + ADAPTIVE.len() * tolerances.len();
         progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
-        let found = work_precision::run(&problem, &rows, &steps, &tolerances, progress)?;
+        let adaptive: Vec<_> = ADAPTIVE.iter().collect();
+        let found =
+            work_precision::run(&problem, (&rows, &steps), (&adaptive, &tolerances), progress)?;
         let folder =
             if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
         let data = format!("{folder}work_precision");

@@ -152,8 +152,9 @@ pub struct InitialTable {
 pub struct TimeTable {
     /// The end of time, a multiple of the step.
     pub end: f64,
-    /// The step h.
-    pub step: f64,
+    /// The step h. It may be left out where all methods choose their steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
 }
 
 /// The table of `afterbay run`.
@@ -166,8 +167,8 @@ pub struct RunTable {
     /// keeps at most 10,000 states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
-    /// A relative and absolute tolerance of q, p and w. Adaptive collocation then runs with it too
-    /// and is shown at the same times.
+    /// A relative and absolute tolerance of q, p and w for the methods that choose their steps,
+    /// which are shown at the same times. If none of them is named, adaptive-collocation runs too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }
@@ -245,8 +246,8 @@ pub struct WorkPrecisionTable {
     pub methods: Option<Vec<String>>,
     /// The steps, each of which divides the end of time.
     pub steps: Spread,
-    /// Relative and absolute tolerances of q, p and w. Methods that choose their steps run with
-    /// each of them too.
+    /// Relative and absolute tolerances of q, p and w for the methods that choose their steps. If
+    /// none of them is named, all of them run with each tolerance.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tolerances: Vec<f64>,
 }

@@ -8,11 +8,13 @@ use afterbay_methods::registry::Row;
 /// The plan of trajectories.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
-    /// The methods.
+    /// The methods that take a step.
     pub methods: Vec<&'static Row>,
+    /// The methods that choose their steps.
+    pub adaptive: Vec<&'static Row>,
     /// The number of steps between two states that are kept.
     pub every: u64,
-    /// The tolerance of adaptive collocation.
+    /// The tolerance of the methods that choose their steps.
     pub tolerance: Option<f64>,
 }
 
@@ -67,8 +69,10 @@ pub struct StepsPlan {
 /// The plan of work against precision.
 #[derive(Clone, Debug)]
 pub struct WorkPrecisionPlan {
-    /// The methods.
+    /// The methods that take a step.
     pub methods: Vec<&'static Row>,
+    /// The methods that choose their steps.
+    pub adaptive: Vec<&'static Row>,
     /// The steps, in the order of the scene.
     pub steps: Vec<f64>,
     /// The tolerances of methods that choose their steps.

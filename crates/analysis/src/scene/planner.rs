@@ -13,7 +13,7 @@ use super::source::Source;
 use crate::Model;
 use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
-use afterbay_methods::registry::{self, FIXED, Row};
+use afterbay_methods::registry::{self, ADAPTIVE, METHODS, Row};
 use budget::{MOST_CELLS, MOST_TOLERANCES};
 use values::entry;
 
@@ -25,6 +25,9 @@ pub(super) struct Planner<'a> {
     /// The number of steps of a run.
     pub(super) steps: u64,
 }
+
+/// The method that runs with the tolerance of [run] if no other is named.
+const UNLESS_NAMED: &str = "adaptive-collocation";
 
 type Planned<T> = Result<T, SceneError>;
 
@@ -39,15 +42,33 @@ impl Planner<'_> {
 
     pub(super) fn run(&self) -> Planned<Option<RunPlan>> {
         let Some(table) = &self.document.run else { return Ok(None) };
-        let methods = self.methods("run.methods", &table.methods)?;
+        let path = "run.methods";
+        let Methods { fixed: methods, mut adaptive } = self.methods(path, &table.methods)?;
+        if table.tolerance.is_none() {
+            self.none_adaptive(path, &table.methods, &adaptive)?;
+        } else if adaptive.is_empty() {
+            adaptive.extend(registry::find(UNLESS_NAMED));
+        }
+        if !methods.is_empty() {
+            self.step(None)?;
+        }
         let every = self.every("run.every", table.every, self.steps)?;
         self.steps_fit("time.step", self.steps as f64 * methods.len() as f64)?;
         let columns = trajectory::columns(self.problem.model.dof()).len();
-        self.table_fits("run.every", self.steps / every, methods.len() * columns)?;
+        let count = methods.len() + adaptive.len();
+        self.table_fits("run.every", self.steps / every, count * columns)?;
         if let Some(tolerance) = table.tolerance {
             self.within("run.tolerance", Tolerance::all(tolerance).check::<f64>())?;
         }
-        Ok(Some(RunPlan { methods, every, tolerance: table.tolerance }))
+        Ok(Some(RunPlan { methods, adaptive, every, tolerance: table.tolerance }))
+    }
+
+    /// The step of a table, else that of the scene.
+    fn step(&self, own: Option<f64>) -> Planned<f64> {
+        match own.or(self.document.time.step) {
+            Some(step) => Ok(step),
+            None => self.refuse("time", SceneProblem::Missing { key: "step".into() }),
+        }
     }
 
     pub(super) fn studies(&self) -> Planned<Studies> {
@@ -55,7 +76,7 @@ impl Planner<'_> {
         let mut studies = Studies::default();
         if let Some(table) = &tables.local_order {
             let path = "study.local-order";
-            let methods = self.own_methods(path, table.methods.as_ref())?;
+            let methods = self.fixed_methods(path, table.methods.as_ref())?;
             let steps = self.spread(&format!("{path}.steps"), &table.steps)?;
             let base = format!("{path}.base_step");
             let grid = self.within(&base, Grid::<f64>::new(table.base_step, self.problem.end))?;
@@ -71,13 +92,15 @@ impl Planner<'_> {
             });
         }
         if let Some(table) = &tables.global_order {
-            let plan = self.at_steps("study.global-order", table.methods.as_ref(), &table.steps)?;
+            let path = "study.global-order";
+            let methods = self.fixed_methods(path, table.methods.as_ref())?;
+            let plan = self.at_steps(path, methods, &table.steps)?;
             studies.global_order = Some(plan);
         }
         if let Some(table) = &tables.energy {
             let path = "study.energy";
-            let methods = self.own_methods(path, table.methods.as_ref())?;
-            let step = table.step.unwrap_or(self.document.time.step);
+            let methods = self.fixed_methods(path, table.methods.as_ref())?;
+            let step = self.step(table.step)?;
             let grid =
                 self.within(&format!("{path}.step"), Grid::<f64>::new(step, self.problem.end))?;
             let every = self.every(&format!("{path}.every"), table.every, grid.steps)?;
@@ -90,18 +113,26 @@ impl Planner<'_> {
         }
         if let Some(table) = &tables.work_precision {
             let path = "study.work-precision";
-            let StepsPlan { methods, steps } =
-                self.at_steps(path, table.methods.as_ref(), &table.steps)?;
+            let (at, names) = self.names(path, table.methods.as_ref())?;
+            let Methods { fixed, mut adaptive } = self.methods(&at, names)?;
+            if table.tolerances.is_empty() && table.methods.is_some() {
+                self.none_adaptive(&at, names, &adaptive)?;
+            }
+            if adaptive.is_empty() {
+                adaptive.extend(ADAPTIVE);
+            }
+            let StepsPlan { methods, steps } = self.at_steps(path, fixed, &table.steps)?;
             let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
             let size = (tolerances.len() as f64, MOST_TOLERANCES);
             self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
             self.list(&path, &tolerances, |tolerance| Tolerance::all(tolerance).check::<f64>())?;
-            studies.work_precision = Some(WorkPrecisionPlan { methods, steps, tolerances });
+            studies.work_precision =
+                Some(WorkPrecisionPlan { methods, adaptive, steps, tolerances });
         }
         if let Some(table) = &tables.long_run {
             let path = "study.long-run";
-            let methods = self.own_methods(path, table.methods.as_ref())?;
-            let step = table.step.unwrap_or(self.document.time.step);
+            let methods = self.fixed_methods(path, table.methods.as_ref())?;
+            let step = self.step(table.step)?;
             self.within(&format!("{path}.step"), Grid::<f64>::of(step, table.count))?;
             if table.count == 0 {
                 let range = "at least 1";
@@ -125,7 +156,7 @@ impl Planner<'_> {
     fn stability(&self) -> Planned<Option<StabilityPlan>> {
         let Some(table) = &self.document.study.stability else { return Ok(None) };
         let path = "study.stability";
-        let methods = self.own_methods(path, table.methods.as_ref())?;
+        let methods = self.fixed_methods(path, table.methods.as_ref())?;
         let mut steps = self.spread(&format!("{path}.steps"), &table.steps)?;
         let (varied, named) = (&table.parameter, format!("{path}.parameter"));
         let mut values = self.range(
@@ -211,10 +242,9 @@ impl Planner<'_> {
     fn at_steps(
         &self,
         path: &str,
-        methods: Option<&Vec<String>>,
+        methods: Vec<&'static Row>,
         steps: &Spread,
     ) -> Planned<StepsPlan> {
-        let methods = self.own_methods(path, methods)?;
         let spread = self.spread(&format!("{path}.steps"), steps)?;
         let mut all = 0.0;
         for (i, &h) in spread.iter().enumerate() {
@@ -226,39 +256,69 @@ impl Planner<'_> {
         Ok(StepsPlan { methods, steps: spread })
     }
 
-    fn own_methods(&self, path: &str, own: Option<&Vec<String>>) -> Planned<Vec<&'static Row>> {
+    /// The names of the methods of a study, which are those of [run] unless it has its own, and the
+    /// path of their list.
+    fn names<'n>(
+        &'n self,
+        path: &str,
+        own: Option<&'n Vec<String>>,
+    ) -> Planned<(String, &'n [String])> {
         match (own, &self.document.run) {
-            (Some(names), _) => self.methods(&format!("{path}.methods"), names),
-            (None, Some(run)) => self.methods("run.methods", &run.methods),
+            (Some(names), _) => Ok((format!("{path}.methods"), names)),
+            (None, Some(run)) => Ok(("run.methods".into(), &run.methods)),
             (None, None) => self.refuse(path, SceneProblem::NoMethods),
         }
     }
 
+    /// The methods of a study at given steps. Methods of [run] that choose their steps are left
+    /// out.
+    fn fixed_methods(&self, path: &str, own: Option<&Vec<String>>) -> Planned<Vec<&'static Row>> {
+        let (at, names) = self.names(path, own)?;
+        let Methods { fixed, adaptive } = self.methods(&at, names)?;
+        if own.is_some() {
+            self.none_adaptive(&at, names, &adaptive)?;
+        }
+        if fixed.is_empty() { self.refuse(path, SceneProblem::NoMethods) } else { Ok(fixed) }
+    }
+
+    /// Refuses a method that chooses its steps where there is no tolerance.
+    fn none_adaptive(&self, path: &str, names: &[String], found: &[&'static Row]) -> Planned<()> {
+        let Some(row) = found.first() else { return Ok(()) };
+        let at = names.iter().position(|name| name == row.name).unwrap_or(0);
+        self.refuse(&format!("{path}.{at}"), SceneProblem::Adaptive { name: row.name })
+    }
+
     /// The rows of the named methods, if all apply.
-    fn methods(&self, path: &str, names: &[String]) -> Planned<Vec<&'static Row>> {
-        let mut rows: Vec<&'static Row> = Vec::with_capacity(names.len());
+    fn methods(&self, path: &str, names: &[String]) -> Planned<Methods> {
+        let mut found = Methods { fixed: Vec::new(), adaptive: Vec::new() };
         for (i, name) in names.iter().enumerate() {
             let path = format!("{path}.{i}");
             let Some(row) = registry::find(name) else {
-                let known = FIXED.iter().map(|row| row.name.to_owned()).collect();
+                let known = METHODS.iter().map(|row| row.name.to_owned()).collect();
                 return self.refuse(
                     &path,
                     SceneProblem::Unknown { what: "method", name: name.clone(), known },
                 );
             };
-            if row.is_adaptive() {
-                return self.refuse(&path, SceneProblem::Adaptive { name: row.name });
-            }
+            let rows = if row.is_adaptive() { &mut found.adaptive } else { &mut found.fixed };
             if rows.iter().any(|other| other.name == row.name) {
                 return self.refuse(&path, SceneProblem::Twice { name: name.clone() });
             }
-            self.within(&path, self.problem.model.bind(row).map(drop))?;
             rows.push(row);
+            self.within(&path, self.problem.model.bind(row).map(drop))?;
         }
-        if rows.is_empty() {
+        if names.is_empty() {
             self.refuse(path, SceneProblem::Empty { what: "method" })
         } else {
-            Ok(rows)
+            Ok(found)
         }
     }
+}
+
+/// Methods of a scene.
+struct Methods {
+    /// Those that take a step.
+    fixed: Vec<&'static Row>,
+    /// Those that choose their steps.
+    adaptive: Vec<&'static Row>,
 }

@@ -1,7 +1,7 @@
 //! Trajectories.
 
 use super::outcome::Ending;
-use super::{Problem, method, numbered};
+use super::{Problem, numbered};
 use crate::progress::Progress;
 use afterbay_core::{Grid, IntegrateError, StateRef, Tolerance};
 use afterbay_methods::registry::Row;
@@ -112,16 +112,14 @@ pub fn run(
         .collect()
 }
 
-/// The method whose states at given times are kept.
-const SAMPLED: &str = "adaptive-collocation";
-
-/// Runs adaptive collocation and keeps the states at the times of every `every`-th step of size h.
-/// K is exact at these times too.
+/// Runs a method that chooses its steps, and keeps the states at the times of every `every`-th step
+/// of size h. K is exact at these times too.
 ///
 /// # Errors
 /// Invalid input.
 pub fn sampled(
     problem: &Problem,
+    row: &'static Row,
     tolerance: f64,
     h: f64,
     every: u64,
@@ -133,7 +131,6 @@ pub fn sampled(
     let steps: Vec<u64> = (0..=grid.steps / every).map(|n| n * every).chain(last).collect();
     let times: Vec<f64> = steps.iter().map(|&step| step as f64 * h).collect();
     let (mut rows, mut state) = (Vec::new(), problem.start()?);
-    let row = method(SAMPLED)?;
     let run = problem.model.bind(row)?;
     let result = run.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
         let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);

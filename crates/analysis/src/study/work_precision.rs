@@ -9,7 +9,7 @@ use crate::{Measured, Solution};
 use afterbay_core::{
     Abilities, Effort, Grid, IntegrateError, State, StateRef, Statistics, Tolerance,
 };
-use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
+use afterbay_methods::registry::{Row, Setting};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -87,9 +87,8 @@ impl WorkRow {
 /// Invalid input. The row of a run that fails contains its failure.
 pub fn run(
     problem: &Problem,
-    methods: &[&'static Row],
-    steps: &[f64],
-    tolerances: &[f64],
+    (methods, steps): (&[&'static Row], &[f64]),
+    (adaptive, tolerances): (&[&'static Row], &[f64]),
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
     let exact = problem.solution(problem.end, 1, progress)?;
@@ -98,7 +97,7 @@ pub fn run(
         methods.iter().flat_map(|&row| grids.iter().map(move |&grid| (row, Setting::Step(grid))));
     let within = |&tolerance: &f64| Setting::Tolerance(Tolerance::all(tolerance), problem.end);
     let by_tolerance =
-        ADAPTIVE.iter().flat_map(|row| tolerances.iter().map(move |x| (row, within(x))));
+        adaptive.iter().flat_map(|&row| tolerances.iter().map(move |x| (row, within(x))));
     let tasks: Vec<(&'static Row, Setting<f64>)> = by_step.chain(by_tolerance).collect();
     let mut rows = tasks
         .par_iter()

@@ -152,3 +152,40 @@ fn rules_make_what_lists_make() {
         assert_eq!(a.energy(&[0.1, 0.2], &v), b.energy(&[0.1, 0.2], &v), "{q}");
     }
 }
+
+#[test]
+fn methods_that_choose_their_steps_are_named_like_the_others() {
+    let with = |methods: &str, run: &str, time: &str| {
+        let [good, _] = bad::GOOD;
+        let [before, after] =
+            good.split_once("[study.local-order]").map(<[&str; 2]>::from).unwrap();
+        let study = after.split_once("[study.work-precision]").unwrap().1;
+        let study = study.split_once("[study.stability]").unwrap().0;
+        let text = format!("{before}[study.work-precision]{study}")
+            .replace("[\"moddg\", \"rk4\"]\n", &format!("{methods}\n{run}\n"))
+            .replace("step = 0.01\n", time)
+            .replace("[\"leapfrog\"]", "[\"leapfrog\", \"adaptive-dop853\"]\ntolerances = [1e-6]");
+        Scene::read(&text)
+    };
+    let names = |rows: &[&afterbay_methods::registry::Row]| -> Vec<_> {
+        rows.iter().map(|row| row.name).collect()
+    };
+    let (both, step) = ("[\"rk4\", \"adaptive-dop853\"]", "step = 0.01\n");
+    let scene = with(both, "tolerance = 1e-6", step).unwrap();
+    let run = scene.run.unwrap();
+    assert_eq!((names(&run.methods), names(&run.adaptive)), (vec!["rk4"], vec!["adaptive-dop853"]));
+    let study = scene.studies.work_precision.unwrap();
+    assert_eq!(names(&study.methods), ["leapfrog"]);
+    assert_eq!(names(&study.adaptive), ["adaptive-dop853"]);
+
+    let run = with("[\"rk4\"]", "tolerance = 1e-6", step).unwrap().run.unwrap();
+    assert_eq!(names(&run.adaptive), ["adaptive-collocation"]);
+
+    let free = with("[\"adaptive-dop853\"]", "tolerance = 1e-6", "").unwrap();
+    assert_eq!(names(&free.run.unwrap().methods), [""; 0]);
+    assert_eq!(free.step, free.problem.end / 1000.0);
+
+    let says = |methods, run, time| with(methods, run, time).unwrap_err().problem.to_string();
+    assert_eq!(says(both, "", step), "adaptive-dop853 takes a tolerance instead of a step");
+    assert_eq!(says(both, "tolerance = 1e-6", ""), "the key step is missing");
+}

@@ -29,7 +29,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     ] {
         let rows = paper.methods(names)?;
         progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
-        let found = work_precision::run(&problem, &rows, &steps, &[], progress)?;
+        let found = work_precision::run(&problem, (&rows, &steps), (&[], &[]), progress)?;
         let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
         let data = format!("{name}/work_precision");
         sheet.data(&data, &found)?;
