@@ -5,6 +5,8 @@ use crate::graph::{Graph, Kinds, Node, Term};
 use crate::program::{Instruction, Program, REGISTERS, Register, TooManyRegisters};
 use std::collections::{HashMap, HashSet};
 
+/// The number of registers of a small program.
+pub(super) const SMALL: usize = 16;
 /// The largest number of inputs that are all loaded at the start of a run.
 const PRELOADED: usize = 8;
 
@@ -36,16 +38,32 @@ struct Compiler<'a> {
     /// The number of nodes of the program that have this node as an operand; results count twice
     /// more.
     uses: HashMap<Node, u32>,
-    /// The number of registers that a node takes to compute.
+    /// The number of registers that a node takes to compute; empty if operands are computed in the
+    /// order of the text.
     registers: HashMap<Node, usize>,
 }
 
 /// The program that keeps `results` in registers to the end and gives each of `given` with its
 /// index as soon as it is computed.
+///
+/// A small program computes operands in the order of the text, which was measured to be faster. A
+/// large one computes first what takes most registers, so that few values wait.
 pub(super) fn compile(
     graph: &Graph,
     results: &[Node],
     given: &[(u32, Node)],
+) -> Result<Program, TooManyRegisters> {
+    match compile_in_order(graph, results, given, false) {
+        Ok(program) if program.registers <= SMALL => Ok(program),
+        _ => compile_in_order(graph, results, given, true),
+    }
+}
+
+fn compile_in_order(
+    graph: &Graph,
+    results: &[Node],
+    given: &[(u32, Node)],
+    few_registers: bool,
 ) -> Result<Program, TooManyRegisters> {
     let roots: Vec<Node> = results.iter().copied().chain(given.iter().map(|x| x.1)).collect();
     let mut uses = HashMap::new();
@@ -56,7 +74,7 @@ pub(super) fn compile(
     // A result keeps a register of its own and is not fused into a sum.
     roots.iter().for_each(|&x| *uses.entry(x).or_insert(0) += 2);
     let mut compiler = Compiler { graph, uses, registers: HashMap::new() };
-    for node in cone {
+    for node in cone.into_iter().filter(|_| few_registers) {
         let registers = compiler.count_registers(node);
         compiler.registers.insert(node, registers);
     }
@@ -205,9 +223,8 @@ impl Compiler<'_> {
         needs.enumerate().map(|(held, needed)| held + needed).max().unwrap_or(1)
     }
 
-    /// All nodes of the program, operands before the nodes they enter and close to them. Operands
-    /// that take more registers come first, so that few values wait. Closed nodes are in the frame,
-    /// so that their operands are left out.
+    /// All nodes of the program, operands before the nodes they enter and close to them. Closed
+    /// nodes are in the frame, so that their operands are left out.
     fn order(&self, roots: &[Node]) -> Vec<Node> {
         let (mut order, mut seen) = (Vec::new(), HashSet::new());
         for &root in roots {

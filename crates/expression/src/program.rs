@@ -200,7 +200,9 @@ impl Program {
         if self.registers > 16 {
             self.large(frame, point, &mut results, &mut |_, _| {});
         } else {
-            self.execute(&mut [T::zero(); 16], frame, point, &mut results, |_, _| {});
+            let mut registers = [T::zero(); 16];
+            self.execute(&mut registers, frame, point, |_, _| {});
+            self.read(&registers, &mut results);
         }
         results
     }
@@ -216,8 +218,24 @@ impl Program {
         give: &mut dyn FnMut(u32, T),
     ) {
         match self.registers {
-            0..=64 => self.execute(&mut [T::zero(); 64], frame, point, results, give),
-            _ => self.execute(&mut [T::zero(); REGISTERS], frame, point, results, give),
+            0..=64 => {
+                let mut registers = [T::zero(); 64];
+                self.execute(&mut registers, frame, point, give);
+                self.read(&registers, results);
+            }
+            _ => {
+                let mut registers = [T::zero(); REGISTERS];
+                self.execute(&mut registers, frame, point, give);
+                self.read(&registers, results);
+            }
+        }
+    }
+
+    /// Reads the results at the end of a run.
+    #[inline(always)]
+    fn read<T: Scalar, const N: usize>(&self, registers: &[T; N], results: &mut [T]) {
+        for (result, &register) in results.iter_mut().zip(&self.results) {
+            *result = registers[register as usize & (N - 1)];
         }
     }
 
@@ -230,7 +248,7 @@ impl Program {
         if self.registers > 16 {
             return self.large(frame, point, &mut [], &mut give);
         }
-        self.execute(&mut [T::zero(); 16], frame, point, &mut [], give);
+        self.execute(&mut [T::zero(); 16], frame, point, give);
     }
 
     /// Runs the program in N registers. N is a power of two, so that the mask makes every index
@@ -241,7 +259,6 @@ impl Program {
         r: &mut [T; N],
         frame: &[T],
         point: &Point<'_, T>,
-        results: &mut [T],
         mut give: impl FnMut(u32, T),
     ) {
         let at = |register: Register| register as usize & (N - 1);
@@ -278,9 +295,6 @@ impl Program {
                 }
                 Instruction::Give { index, a } => give(index, r[at(a)]),
             }
-        }
-        for (result, &register) in results.iter_mut().zip(&self.results) {
-            *result = r[at(register)];
         }
     }
 }
