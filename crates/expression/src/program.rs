@@ -3,7 +3,7 @@
 //! A program computes the operands of its results and nothing else. Nodes that depend on no input
 //! are computed once, before all runs. They make up the frame that a run starts from.
 
-use crate::compile::compile;
+use crate::compile::{SMALL, compile};
 use crate::function::Function;
 use crate::graph::{Graph, Input, Node};
 use afterbay_core::Scalar;
@@ -196,14 +196,15 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
-        let mut results = [T::zero(); K];
-        if self.registers > 16 {
+        if self.registers > SMALL {
+            let mut results = [T::zero(); K];
             self.large(frame, point, &mut results, &mut |_, _| {});
-        } else {
-            let mut registers = [T::zero(); 16];
-            self.execute(&mut registers, frame, point, |_, _| {});
-            self.read(&registers, &mut results);
+            return results;
         }
+        // Arrays of their own, which the compiler keeps in the processor's registers.
+        let (mut registers, mut results) = ([T::zero(); SMALL], [T::zero(); K]);
+        self.execute(&mut registers, frame, point, |_, _| {});
+        self.read(&registers, &mut results);
         results
     }
 
@@ -245,10 +246,10 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, mut give: impl FnMut(u32, T)) {
-        if self.registers > 16 {
+        if self.registers > SMALL {
             return self.large(frame, point, &mut [], &mut give);
         }
-        self.execute(&mut [T::zero(); 16], frame, point, give);
+        self.execute(&mut [T::zero(); SMALL], frame, point, give);
     }
 
     /// Runs the program in N registers. N is a power of two, so that the mask makes every index
