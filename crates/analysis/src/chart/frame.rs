@@ -1,12 +1,12 @@
 //! The frame of a chart: canvas, axes, titles and the room for a legend.
 
-use kuva::backend::svg::SvgBackend;
 use kuva::render::axis::{add_axes_and_grid, add_labels_and_title};
 use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 use kuva::render::theme::Theme;
 
 use super::axis::{Axis, Span};
+use super::drawing::Drawing;
 use super::look;
 
 /// The size of legend and tick text in pixels.
@@ -56,7 +56,6 @@ impl Frame {
         let computed = ComputedLayout::from_layout(&layout);
         let mut scene = Scene::new(size.0 + right, size.1 + below);
         scene.font_family = computed.font_family.clone();
-        scene.text_color = Some("#1a1a1a".into());
         Self { title: title.into(), layout, computed, minor: (x_span.minor, y_span.minor), scene }
     }
 
@@ -100,16 +99,10 @@ impl Frame {
         self.add(Primitive::GroupEnd);
     }
 
-    /// The chart as SVG text, with a view box so that it can be shown at any width.
-    pub(super) fn svg(self) -> String {
-        let svg = SvgBackend::new().render_scene(&self.scene);
-        let (w, h) = (self.scene.width, self.scene.height);
-        let title = maud::html! { (self.title) }.into_string();
-        svg.replacen(
-            "<svg ",
-            &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}" "#),
-            1,
-        )
+    /// The finished chart.
+    pub(super) fn drawing(self) -> Drawing {
+        let Scene { width, height, elements, font_family, .. } = self.scene;
+        Drawing { title: self.title, size: (width, height), elements, font: font_family }
     }
 }
 
@@ -129,6 +122,17 @@ pub(super) fn text(
         rotate: None,
         bold: false,
         color: None,
+    }
+}
+
+/// One line of grey text.
+pub(super) fn note(content: impl Into<String>, at: (f64, f64), anchor: TextAnchor) -> Primitive {
+    match text(content, at, anchor) {
+        Primitive::Text { x, y, content, size, anchor, rotate, bold, .. } => {
+            let color = Some(look::GREY.into());
+            Primitive::Text { x, y, content, size, anchor, rotate, bold, color }
+        }
+        other => other,
     }
 }
 

@@ -95,7 +95,7 @@ pub(super) fn sheet(
         ),
     ];
     let [a, b, c, d] =
-        charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
+        charts.map(|(name, caption, chart)| sheet.figure(name, chart.draw(), caption, DATA));
     sheet.show_pair(a, b);
     sheet.show_pair(c, d);
     Ok(sheet)

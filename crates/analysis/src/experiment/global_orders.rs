@@ -100,7 +100,7 @@ pub(super) fn sheet(
         let caption = format!("Global error of {variable} against the step.");
         sheet.figure(
             &format!("global-error-{variable}"),
-            chart(variable).svg(),
+            chart(variable).draw(),
             caption,
             "global_orders",
         )

@@ -87,7 +87,7 @@ pub(super) fn sheet(
     let [q, p, w] = [0, 1, 2].map(|i| {
         let name = VARIABLES[i];
         let caption = format!("Median of the local errors of {name} over the base grid.");
-        sheet.figure(&format!("local-error-{name}"), chart(i, name).svg(), caption, "local_orders")
+        sheet.figure(&format!("local-error-{name}"), chart(i, name).draw(), caption, "local_orders")
     });
     sheet.show_pair(q, p);
     sheet.section.blocks.push(crate::report::Block::Figure(w));

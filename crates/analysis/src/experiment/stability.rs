@@ -69,7 +69,7 @@ pub(super) fn sheet(
         let cells: Vec<_> = found.iter().filter(|row| row.method == method).collect();
         let verdicts = verdict_map(&format!("{method}: verdict"), plan, &cells);
         let name = format!("stability-{method}");
-        figures.push(sheet.figure(&name, verdicts.svg(), "What the run did.", DATA));
+        figures.push(sheet.figure(&name, verdicts.draw(), "What the run did.", DATA));
         let radii: Option<Vec<f64>> = cells.iter().map(|row| row.spectral_radius).collect();
         if let Some(radii) = radii {
             let cells = Cells::Values {
@@ -81,7 +81,7 @@ pub(super) fn sheet(
             let caption = "The exact spectral radius of the step matrix.";
             figures.push(sheet.figure(
                 &format!("spectral-radius-{method}"),
-                radius.svg(),
+                radius.draw(),
                 caption,
                 DATA,
             ));

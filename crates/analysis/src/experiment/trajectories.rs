@@ -121,7 +121,7 @@ pub(super) fn sheet(
 
 fn pair(sheet: &mut Sheet, left: (&str, &LineChart, &str), right: (&str, &LineChart, &str)) {
     let [left, right] =
-        [left, right].map(|(name, chart, caption)| sheet.figure(name, chart.svg(), caption, DATA));
+        [left, right].map(|(name, chart, caption)| sheet.figure(name, chart.draw(), caption, DATA));
     sheet.show_pair(left, right);
 }
 
