@@ -193,7 +193,8 @@ impl Output {
             put(&artifact.name, artifact.text.as_bytes())?;
             let Some(picture) = &artifact.picture else { return Ok(()) };
             let name = Path::new(&artifact.name).with_extension("png");
-            let png = picture.png().map_err(|why| StorageError::Picture { path: name.clone(), why });
+            let png =
+                picture.png().map_err(|why| StorageError::Picture { path: name.clone(), why });
             put(&name.to_string_lossy(), &png?)
         })?;
         put("run.json", manifest.as_bytes())?;

@@ -6,6 +6,8 @@ use kuva::render::render::{PathData, Primitive, Scene};
 
 /// Pixels of a PNG file for one pixel of the chart.
 const SCALE: f32 = 2.0;
+/// The width in pixels beyond which a chart is marked as wide, for the style sheet of the report.
+const WIDE: f64 = 800.0;
 
 /// A chart with all its elements placed.
 #[derive(Debug, Clone)]
@@ -22,9 +24,10 @@ impl Drawing {
         let svg = SvgBackend::new().render_scene(&self.scene(self.elements.clone()));
         let (w, h) = self.size;
         let title = maud::html! { (self.title) }.into_string();
+        let class = if w > WIDE { r#" class="wide""# } else { "" };
         svg.replacen(
             "<svg ",
-            &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}" "#),
+            &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}"{class} "#),
             1,
         )
     }

@@ -12,12 +12,16 @@ use super::look;
 /// The size of legend and tick text in pixels.
 pub(super) const TEXT: u32 = 13;
 
+/// The colour of grid lines.
+const GRID: &str = "#e4e4e4";
+
 /// A chart under construction. It converts coordinates along the axes to pixels.
 pub(super) struct Frame {
     title: String,
     layout: Layout,
     computed: ComputedLayout,
     minor: (Vec<f64>, Vec<f64>),
+    own: Vec<(f64, String)>,
     scene: Scene,
 }
 
@@ -31,7 +35,7 @@ impl Frame {
         size: (f64, f64),
         (right, below): (f64, f64),
     ) -> Self {
-        let theme = Theme { grid_color: "#e4e4e4".into(), ..Theme::light() };
+        let theme = Theme { grid_color: GRID.into(), ..Theme::light() };
         let mut layout = Layout::new((x_span.lo, x_span.hi), (y_span.lo, y_span.hi))
             .with_width(size.0)
             .with_height(size.1)
@@ -56,7 +60,14 @@ impl Frame {
         let computed = ComputedLayout::from_layout(&layout);
         let mut scene = Scene::new(size.0 + right, size.1 + below);
         scene.font_family = computed.font_family.clone();
-        Self { title: title.into(), layout, computed, minor: (x_span.minor, y_span.minor), scene }
+        Self {
+            title: title.into(),
+            layout,
+            computed,
+            minor: (x_span.minor, y_span.minor),
+            own: x_span.own,
+            scene,
+        }
     }
 
     /// Draws axes and titles over the contents. `grid` adds grid lines.
@@ -64,7 +75,15 @@ impl Frame {
         self.layout.show_grid = grid;
         add_axes_and_grid(&mut self.scene, &self.computed, &self.layout);
         add_labels_and_title(&mut self.scene, &self.computed, &self.layout);
-        let (left, _, _, bottom) = self.plot();
+        let (left, top, _, bottom) = self.plot();
+        for (x, label) in std::mem::take(&mut self.own) {
+            let x = self.computed.map_x(x);
+            if grid && !label.is_empty() {
+                self.add(look::stroke(&[(x, top), (x, bottom)], GRID.into(), 1.0, None));
+            }
+            self.add(look::stroke(&[(x, bottom), (x, bottom + 5.0)], "#000000".into(), 1.0, None));
+            self.add(text(label, (x, bottom + 14.0), TextAnchor::Middle));
+        }
         for x in std::mem::take(&mut self.minor.0) {
             let x = self.computed.map_x(x);
             self.add(look::stroke(&[(x, bottom), (x, bottom + 3.0)], "#000000".into(), 0.8, None));

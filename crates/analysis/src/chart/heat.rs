@@ -247,7 +247,9 @@ mod tests {
     #[test]
     fn equal_neighbours_are_one_rectangle() {
         let verdicts = vec![0, 0, 1, 1, 1, 1];
-        let svg = map(Cells::Verdicts { names: vec!["good".into(), "bad".into()], verdicts }).draw().svg();
+        let svg = map(Cells::Verdicts { names: vec!["good".into(), "bad".into()], verdicts })
+            .draw()
+            .svg();
         let cells = &svg[svg.find("crispEdges").unwrap()..svg.find("</g>").unwrap()];
         assert_eq!(cells.matches('z').count(), 3);
         assert!(svg.contains("good") && svg.contains("bad"));
@@ -255,7 +257,8 @@ mod tests {
 
     #[test]
     fn a_value_that_is_not_finite_is_shown_as_such() {
-        let with = |values| map(Cells::Values { label: "log₁₀ ρ".into(), span: 1.0, values }).draw().svg();
+        let with =
+            |values| map(Cells::Values { label: "log₁₀ ρ".into(), span: 1.0, values }).draw().svg();
         assert!(with(vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]).contains("not finite"));
         assert!(!with(vec![1.5; 6]).contains("not finite"));
     }

@@ -29,10 +29,7 @@ impl Legend {
     /// The legend of a chart: beside the plot where it fits, else below.
     pub(super) fn of(curves: &[Curve]) -> Self {
         let column = column(curves);
-        if curves.len() > 1
-            && column <= BESIDE
-            && (curves.len() as f64) * ROW < CANVAS.1 - 60.0
-        {
+        if curves.len() > 1 && column <= BESIDE && (curves.len() as f64) * ROW < CANVAS.1 - 60.0 {
             return Self { right: column, below: 0.0, overhang: 0.0, columns: 1, column };
         }
         Self::below(curves)

@@ -2,7 +2,7 @@
 
 use kuva::render::render::TextAnchor;
 
-use super::axis::{Axis, Scale, Span, extent};
+use super::axis::{Axis, MOST_TICKS, Scale, Span, extent};
 use super::drawing::Drawing;
 use super::frame::{self, Frame};
 use super::legend::{Legend, ROW};
@@ -42,7 +42,8 @@ pub struct Curve {
 /// A point that an axis cannot show (not finite, or not positive on a logarithmic axis) is left
 /// out: the line joins its neighbours, and a note below the chart gives the number of missing
 /// points. A curve of more than 1500 points is thinned to that many, keeping the lowest and the
-/// highest point of each stretch. A single curve has no legend.
+/// highest point of each stretch. A single curve has no legend. Where all points have at most eight
+/// places on a logarithmic horizontal axis, as errors at some steps have, its ticks are there.
 #[derive(Debug, Clone)]
 pub struct LineChart {
     /// A short title above the plot.
@@ -67,7 +68,11 @@ impl LineChart {
             self.curves.iter().map(|curve| place(&self.x, &self.y, &curve.bounds)).collect();
         let missing = self.curves.iter().map(|c| c.points.len()).sum::<usize>()
             - placed.iter().map(Vec::len).sum::<usize>();
-        let x_span = self.x.span(placed.iter().chain(&bounds).flatten().map(|p| p.0));
+        let xs = || placed.iter().chain(&bounds).flatten().map(|p| p.0);
+        let mut x_span = self.x.span(xs());
+        if self.x.scale == Scale::Log {
+            x_span = x_span.with_ticks_at(few(xs()));
+        }
         let y_span = self.y.span(placed.iter().chain(&bounds).flatten().map(|p| p.1));
         let guides = self.guide_lines(&placed, &y_span);
 
@@ -176,6 +181,17 @@ fn label_guide(frame: &mut Frame, slope: f64, from: Point, to: Point) {
     };
     let rim = r##"stroke="#ffffff" stroke-width="3" paint-order="stroke""##;
     frame.group(rim, [label]);
+}
+
+/// The different coordinates, as many as an axis may have ticks and one more.
+fn few(coordinates: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut found: Vec<f64> = Vec::new();
+    for x in coordinates {
+        if found.len() <= MOST_TICKS && found.iter().all(|other| (x - other).abs() > 1e-9) {
+            found.push(x);
+        }
+    }
+    found
 }
 
 /// The coordinates along the axes of the points that both can show.

@@ -11,7 +11,7 @@ use super::line::{CANVAS, Curve, draw_curve, most_points, place};
 use super::look::Look;
 use super::thin::thin;
 
-/// The size of a panel in pixels. Two of them are as wide as a chart.
+/// The size of a panel in pixels. Two of them are as wide as a chart, three as a report.
 const PANEL: (f64, f64) = (380.0, 300.0);
 /// The height of the title above the panels, in pixels.
 const TITLE: f64 = 34.0;
@@ -53,7 +53,9 @@ impl Panels {
             frame.drawing()
         };
         let panels: Vec<_> = self.panels.iter().zip(&placed).map(panel).collect();
-        let mut drawing = Drawing::grid(&self.title, panels, 2, TITLE);
+        // Neither more than three in a row nor one alone in the last row of four.
+        let columns = if panels.len() == 4 { 2 } else { 3 };
+        let mut drawing = Drawing::grid(&self.title, panels, columns, TITLE);
         drawing.elements.push(heading(&self.title, drawing.size.0));
         let first = self.panels.first().map_or(&[][..], |(_, curves)| curves);
         let looks = Look::of_labels(first.iter().map(|curve| curve.label.as_str()));

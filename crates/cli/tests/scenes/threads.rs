@@ -15,7 +15,9 @@ fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, Vec<u8
         for file in std::fs::read_dir(out.path().join(part)).expect("a folder").flatten() {
             let name = format!("{part}/{}", file.file_name().to_string_lossy());
             // Charts of measured time.
-            if !["figures/work-qp", "figures/work-w"].contains(&name.split('.').next().unwrap_or("")) {
+            if !["figures/work-qp", "figures/work-w"]
+                .contains(&name.split('.').next().unwrap_or(""))
+            {
                 files.insert(name, timeless(&file.path()));
             }
         }
