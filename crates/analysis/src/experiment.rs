@@ -2,6 +2,7 @@
 //! finding on each.
 
 mod energy;
+mod figures;
 mod global_orders;
 mod local_orders;
 mod long_run;
@@ -15,7 +16,7 @@ use crate::claim::Finding;
 use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::record::{Manifest, Output, RunOutcome, processor};
-use crate::report::Report;
+use crate::report::{Block, Report};
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
@@ -33,10 +34,11 @@ pub type Results = (Output, Vec<Finding>);
 /// [`ReportError`] if nothing can be run. The table of a run that fails ends with its last good
 /// state.
 pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
-    let mut sheets = vec![about(scene)?];
+    let mut sheets = Vec::new();
     if let Some(plan) = &scene.run {
         sheets.push(trajectories::sheet(scene, plan, progress)?);
     }
+    sheets.push(about(scene)?);
     finish("run", scene, sheets)
 }
 
@@ -69,7 +71,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
     if let Some(plan) = &studies.stability {
         parts.push(("stability", Box::new(|| stability::sheet(scene, plan, progress))));
     }
-    let mut sheets = vec![about(scene)?];
+    let mut sheets = Vec::new();
     for (name, part) in parts {
         if progress.stopped() {
             break;
@@ -88,6 +90,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
             Err(error) => return Err(error),
         }
     }
+    sheets.push(about(scene)?);
     finish("study", scene, sheets)
 }
 
@@ -96,7 +99,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
 /// # Errors
 /// [`ReportError`] if a table cannot be made.
 pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
-    let sheets = vec![about(scene)?, pick::sheet(scene, found)?];
+    let sheets = vec![pick::sheet(scene, found)?, about(scene)?];
     finish("pick", scene, sheets)
 }
 
@@ -206,27 +209,39 @@ fn finish(
     let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
     let manifest = Manifest::new(command, document, runs);
     let mut report = Report {
-        title: format!(
-            "{}: {}",
-            scene.problem.model.name(),
-            match command {
-                "run" => "trajectories",
-                "pick" => "the cheapest method and step",
-                _ => "studies",
-            }
-        ),
+        title: scene.title.clone().unwrap_or_else(|| scene.problem.model.name().into()),
         subtitle: format!(
-            "afterbay {} on {} ({} threads). All quantities are in the units of the scene.",
+            "{} by afterbay {} on {} ({} threads). {}",
+            match command {
+                "run" => "Trajectories",
+                "pick" => "The cheapest method and step",
+                _ => "Studies",
+            },
             manifest.version,
             processor(),
-            manifest.threads
+            manifest.threads,
+            match &scene.document.units {
+                Some(_) => "Units are those that the scene names.",
+                None => "All quantities are in the units of the scene.",
+            }
         ),
         sections: Vec::new(),
     };
     let mut artifacts = Vec::new();
-    for sheet in sheets {
+    for mut sheet in sheets {
         artifacts.extend(sheet.artifacts);
+        sheet.section.blocks.sort_by_key(place);
         report.sections.push(sheet.section);
     }
     Ok((Output { report, artifacts, manifest }, findings))
+}
+
+/// The place of a block in its section: findings, charts, how they were made, tables.
+fn place(block: &Block) -> u8 {
+    match block {
+        Block::Verdict(..) => 0,
+        Block::Figure(_) | Block::Pair(..) => 1,
+        Block::Text(_) => 2,
+        Block::Table(_) | Block::Fold(..) => 3,
+    }
 }

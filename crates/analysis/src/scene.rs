@@ -13,10 +13,10 @@ mod problem;
 mod source;
 mod system;
 
-pub use document::{Document, Spacing};
+pub use document::{Document, Spacing, UnitsTable, Variable};
 pub use plan::{
-    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
-    WorkPrecisionPlan,
+    EnergyPlan, FigurePlan, LocalOrderPlan, LongRunPlan, RunPlan, Shown, StabilityPlan, StepsPlan,
+    Studies, WorkPrecisionPlan,
 };
 pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
@@ -34,6 +34,8 @@ pub const MOST_BYTES: usize = 1 << 20;
 /// A scene that can be run.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// The title of reports. Commands take the name of the file where the scene has none.
+    pub title: Option<String>,
     /// The document it was read from.
     pub document: Document,
     /// The system, the initial state and the end of time.
@@ -43,6 +45,10 @@ pub struct Scene {
     pub step: f64,
     /// Trajectories.
     pub run: Option<RunPlan>,
+    /// Figures of the trajectories.
+    pub figures: Vec<FigurePlan>,
+    /// Units, for the axes of charts.
+    pub units: UnitsTable,
     /// Studies.
     pub studies: Studies,
 }
@@ -98,6 +104,9 @@ impl Scene {
         let planner =
             Planner { source: &source, document: &document, problem: &problem, steps: grid.steps };
         let (run, studies) = (planner.run()?, planner.studies()?);
-        Ok(Self { step: grid.h.to_f64(), problem, run, studies, document })
+        let figures = planner.figures(run.as_ref())?;
+        let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());
+        let step = grid.h.to_f64();
+        Ok(Self { title, step, problem, run, figures, units, studies, document })
     }
 }

@@ -1,6 +1,6 @@
 //! A section of a report under construction.
 
-use crate::chart::{Axis, Curve, LineChart, Style};
+use crate::chart::{Axis, Curve, Drawing, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, sci};
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
@@ -120,17 +120,18 @@ impl Sheet {
         Ok(())
     }
 
-    /// Stores a chart as `figures/NAME.svg` and returns its figure. The numbers of the chart are in
-    /// `data/DATA.csv`.
+    /// Stores a chart as `figures/NAME.svg` and `figures/NAME.png` and returns its figure. The
+    /// numbers of the chart are in `data/DATA.csv`.
     pub(crate) fn figure(
         &mut self,
         name: &str,
-        svg: String,
+        chart: Drawing,
         caption: impl Into<String>,
         data: &str,
     ) -> Figure {
-        let file = format!("figures/{name}.svg");
-        self.artifacts.push(Artifact { name: file.clone(), text: svg.clone() });
+        let (svg, file) = (chart.svg(), format!("figures/{name}.svg"));
+        let picture = Some(chart);
+        self.artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture });
         Figure { svg, caption: caption.into(), file, data: format!("data/{data}.csv") }
     }
 
@@ -142,7 +143,7 @@ impl Sheet {
         caption: impl Into<String>,
         data: &str,
     ) {
-        let figure = self.figure(name, chart.svg(), caption, data);
+        let figure = self.figure(name, chart.draw(), caption, data);
         self.section.blocks.push(Block::Figure(figure));
     }
 

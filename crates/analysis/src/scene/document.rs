@@ -1,5 +1,10 @@
 //! The tables and keys of a scene file, as they are written.
 
+mod figures;
+
+pub(super) use figures::FigureTable;
+pub use figures::{UnitsTable, Variable};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -8,6 +13,9 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Document {
+    /// The title of reports [default: the name of the file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
     /// The system to integrate.
     pub system: SystemTable,
     /// The state at t = 0. The reservoir starts empty.
@@ -20,6 +28,13 @@ pub struct Document {
     /// Studies, for `afterbay study`.
     #[serde(default)]
     pub study: StudyTables,
+    /// Figures of `afterbay run`, each under the name of its file. Default figures of other names
+    /// are shown too.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub figure: BTreeMap<String, FigureTable>,
+    /// Units, for the axes of charts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<UnitsTable>,
 }
 
 /// A built-in system by name, or a custom one.

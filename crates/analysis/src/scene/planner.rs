@@ -1,6 +1,7 @@
 //! Plans from the tables of a scene.
 
 mod budget;
+mod figures;
 mod values;
 
 use super::document::{Document, Expression, Spacing, Spread};
@@ -34,6 +35,11 @@ type Planned<T> = Result<T, SceneError>;
 impl Planner<'_> {
     fn refuse<T>(&self, path: &str, problem: impl Into<SceneProblem>) -> Planned<T> {
         Err(SceneError { problem: problem.into(), span: self.source.span(path) })
+    }
+
+    /// Refuses with a path whose keys may contain dots.
+    fn refuse_at<T>(&self, keys: &[&str], problem: SceneProblem) -> Planned<T> {
+        Err(SceneError { problem, span: self.source.span_of(keys) })
     }
 
     fn within<T>(&self, path: &str, result: Result<T, InputError>) -> Planned<T> {

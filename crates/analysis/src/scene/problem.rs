@@ -97,6 +97,12 @@ pub enum SceneProblem {
         /// The method.
         name: &'static str,
     },
+    /// A figure whose name is none of a file.
+    #[error("{name:?} cannot be the name of a figure, which is that of its files")]
+    FileName {
+        /// The name.
+        name: String,
+    },
     /// A list without entries.
     #[error("the list is empty: give one {what} at least")]
     Empty {
@@ -203,6 +209,9 @@ impl SceneProblem {
             Self::Adaptive { .. } => {
                 Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
             }
+            Self::FileName { .. } => {
+                Some("a name has letters, digits, `-` and `_`, at most 100 of them".into())
+            }
             Self::Quoted { .. } => Some("write the number without quotation marks".into()),
             Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
             Self::NoText => Some("save the file as UTF-8".into()),
@@ -235,6 +244,7 @@ impl SceneProblem {
                 "initial" => Some("for example:  [initial]  q = [1.0]  p = [0.0]".into()),
                 "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
                 "system" => Some("for example:  [system]  name = \"duffing\"".into()),
+                "y" => Some("a quantity such as y = \"q1\", or a map such as map = \"q\"".into()),
                 "step" => Some("the size of a step, such as step = 0.01".into()),
                 _ => None,
             },
