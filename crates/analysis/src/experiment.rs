@@ -23,6 +23,7 @@ use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::Pick;
 use afterbay_core::{InputError, IntegrateError, Passive, State};
 use afterbay_methods::registry::Row;
+use afterbay_systems::Described;
 
 /// All results of an experiment, and its findings.
 pub type Results = (Output, Vec<Finding>);
@@ -147,12 +148,12 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
             for (name, expression) in table.expressions() {
                 row(&name, expression);
             }
-            let structure = custom.structure();
-            row(
-                "degree of V",
-                structure.degree.map_or("not a polynomial".into(), |degree| degree.to_string()),
-            );
-            row("coupling", format!("{:?}", structure.coupling).to_lowercase());
+            if let Described::Separable(custom) = custom {
+                let degree = custom.structure().degree;
+                let degree = degree.map_or("not a polynomial".into(), |degree| degree.to_string());
+                row("degree of V", degree);
+            }
+            row("coupling", format!("{:?}", system.coupling()).to_lowercase());
         }
         Model::Listed(known, _) => row("equations", known.equations.into()),
     }

@@ -47,14 +47,19 @@ pub struct SystemTable {
     /// "sqrt(k/m)". A parameter given as an expression follows those that it mentions.
     #[serde(default)]
     pub parameters: BTreeMap<String, Expression>,
-    /// Custom: V(q), an expression in q1, q2, .. and the parameters.
+    /// Custom: V(q), an expression in q1, q2, .. and the parameters. H = Σ p_j²/(2 m_j) + V(q).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<Expression>,
-    /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom, or one rule for
-    /// all of them, in which i is the number of the degree of freedom: "c*p[i]".
+    /// Custom, instead of `potential` and `mass`: H(q, p), an expression in q1, q2, .., p1, p2, ..
+    /// and the parameters. Methods for a separable H refuse it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hamiltonian: Option<Expression>,
+    /// Custom: the dissipative forces D_j(q, p, v), one for each degree of freedom, or one rule for
+    /// all of them, in which i is the number of the degree of freedom: "c*p[i]". The velocities v1,
+    /// v2, .. are ∂H/∂p_j.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dissipation: Option<PerDegree>,
-    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R
+    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = ∂H/∂p_j. Where R
     /// is constant and positive semidefinite the system is passive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Vec<Vec<Expression>>>,
@@ -77,6 +82,7 @@ impl SystemTable {
             }
         };
         all.extend(self.potential.iter().map(|text| ("V".into(), text.text())));
+        all.extend(self.hamiltonian.iter().map(|text| ("H".into(), text.text())));
         all.extend(numbered("D", self.dissipation.as_ref()));
         for (i, row) in self.friction.iter().flatten().enumerate() {
             let row = row.iter().enumerate();
