@@ -79,6 +79,14 @@ fn the_figures_shown_without_being_asked_for() {
 }
 
 #[test]
+fn masses_that_move_alike_have_a_panel_each() {
+    let alike = chain(4).replace("sin(9*i)", "i*(5 - i)");
+    let output = output(&alike);
+    assert!(svg(&output, "coordinates").matches("translate(").count() >= 4);
+    assert!(output.report.html().contains("Some curves coincide"));
+}
+
+#[test]
 fn a_scene_chooses_figures_titles_and_units() {
     let text = format!(
         "title = \"A <damped> oscillator\"\n{OSCILLATOR}\n[units]\ntime = \"s\"\nq = \"m\"\n\

@@ -103,13 +103,17 @@ fn heading(title: &str, width: f64) -> Primitive {
 }
 
 /// Whether any two curves coincide to the eye: they are nowhere further apart than a 250th of the
-/// extent of all. Points are compared in their order.
+/// extent of all. Points are compared in their order. Curves that are all the same line, such as
+/// quantities that are 0, need not be told apart.
 pub fn coincide(curves: &[Curve]) -> bool {
     let size = |part: fn(&(f64, f64)) -> f64| {
         let (lo, hi) = extent(curves.iter().flat_map(|curve| &curve.points).map(part))?;
         Some((hi - lo) / 250.0)
     };
     let (Some(x), Some(y)) = (size(|p| p.0), size(|p| p.1)) else { return false };
+    if y <= 0.0 {
+        return false;
+    }
     let near = |a: &Curve, b: &Curve| {
         let mut pairs = a.points.iter().zip(&b.points);
         pairs.all(|(a, b)| (a.0 - b.0).abs() <= x && (a.1 - b.1).abs() <= y)
@@ -133,6 +137,8 @@ mod tests {
         assert!(with(0.001) && with(1.001));
         assert!(!with(0.1) && !with(-3.0));
         assert!(!coincide(&[curve("a", 0.0)]) && !coincide(&[]));
+        let flat = Curve { points: vec![(0.0, 2.0), (1.0, 2.0)], ..curve("flat", 0.0) };
+        assert!(!coincide(&[flat.clone(), flat]));
     }
 
     #[test]

@@ -31,7 +31,10 @@ fn defaults(dof: usize, run: &RunPlan) -> Vec<FigurePlan> {
     let one: Vec<_> = all.iter().copied().take(1).collect();
     let plan = |name: &str, title: &str, methods: &[&'static str], shown| FigurePlan {
         name: name.into(),
-        title: Some(title.into()),
+        title: Some(match methods {
+            [method] => format!("{title} by {method}"),
+            _ => title.into(),
+        }),
         methods: methods.to_vec(),
         shown,
     };
@@ -81,12 +84,12 @@ pub(super) fn draw(plan: &FigurePlan, found: &[Trajectory], units: &UnitsTable) 
     }
 }
 
-/// The title of a figure. It names the method if the figure shows one.
-fn title(plan: &FigurePlan, runs: &[&Trajectory], quantities: &str) -> String {
-    let what = plan.title.as_deref().unwrap_or(quantities);
-    match (&plan.methods[..], runs) {
-        ([one], _) => format!("{what} by {one}"),
-        _ => what.to_owned(),
+/// The title of a figure: its own, or its quantities, and its method if it shows one.
+fn title(plan: &FigurePlan, quantities: &str) -> String {
+    match (&plan.title, &plan.methods[..]) {
+        (Some(title), _) => title.clone(),
+        (None, [method]) => format!("{quantities} by {method}"),
+        (None, _) => quantities.to_owned(),
     }
 }
 
@@ -114,7 +117,7 @@ fn draw_curves(
     let over_time = x == Observable::Time;
     let over = if over_time { "over time".into() } else { format!("against {}", x.symbol()) };
     let mut caption = format!("{} {over}", quantities(y, log));
-    let title = title(plan, runs, &caption);
+    let title = title(plan, &caption);
     let x_symbol = if over_time { "time t".into() } else { x.symbol() };
     let x_axis = Axis::linear(x.label(&x_symbol, units));
     let y_label = label(y, log, units);
@@ -123,11 +126,16 @@ fn draw_curves(
         caption.push_str(". A logarithmic axis cannot show zeros");
     }
     let overlaid: Vec<Curve> = runs.iter().flat_map(|run| curves(run, !several)).collect();
-    if several && runs.len() <= PANELS && (!single || (!log && coincide(&overlaid))) {
-        if single {
-            caption.push_str(". The curves of some methods coincide, so each has its own panel");
-        }
-        let panels = runs.iter().map(|run| (run.method.to_owned(), curves(run, true))).collect();
+    let hidden = !log && coincide(&overlaid);
+    let panels: Vec<(String, Vec<Curve>)> = if several && !single {
+        runs.iter().map(|run| (run.method.to_owned(), curves(run, true))).collect()
+    } else if hidden {
+        caption.push_str(". Some curves coincide, so each has its own panel");
+        overlaid.iter().map(|curve| (curve.label.clone(), vec![curve.clone()])).collect()
+    } else {
+        Vec::new()
+    };
+    if (1..=PANELS).contains(&panels.len()) {
         let panels = Panels { title, x: x_axis, y: y_axis, panels };
         return Drawn { drawing: panels.draw(), caption: caption + ".", wide: true };
     }
@@ -194,7 +202,7 @@ fn draw_maps(
     let sizes = found.iter().flat_map(|(_, (_, values))| values).map(|value| value.abs());
     let span = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
     let span = if span > 0.0 { span } else { 1.0 };
-    let title = title(plan, runs, &format!("{letter}_i over the chain and time"));
+    let title = title(plan, &format!("{letter}_i over the chain and time"));
     let several = found.len() > 1;
     let map = |(method, (times, values)): (&str, (Vec<f64>, Vec<f64>))| HeatMap {
         title: if several { method.into() } else { title.clone() },
