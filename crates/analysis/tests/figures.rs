@@ -107,6 +107,18 @@ fn a_scene_chooses_figures_titles_and_units() {
 }
 
 #[test]
+fn a_study_begins_with_its_charts_and_shows_orders_at_the_steps() {
+    let text = OSCILLATOR.to_owned() + "[study.global-order]\nsteps = [0.1, 0.04, 0.02]\n";
+    let scene = Scene::read(&text).expect("a scene");
+    let (output, _) = experiment::study(&scene, &Silent).expect("it runs");
+    let html = output.report.html();
+    let first = |part: &str| html.find(part).expect("it is there");
+    assert!(first("class=\"verdict") < first("<figure") && first("<figure") < first("<table"));
+    let chart = svg(&output, "global-error-q");
+    assert!([">0.1<", ">0.04<", ">0.02<", "slope 2"].iter().all(|text| chart.contains(text)));
+}
+
+#[test]
 fn every_figure_is_a_picture_too() {
     let (folder, output) = (tempfile::tempdir().expect("a folder"), output(OSCILLATOR));
     output.write(folder.path()).expect("written");
