@@ -155,5 +155,6 @@ fn a_run_that_fails_is_shown_as_far_as_it_came() {
         .replace("\"moddg\"", "\"rk4\"");
     let output =
         output(&(text + "[figure.a]\nmap = \"q\"\n[figure.b]\nx = \"K\"\ny = [\"q1\", \"W\"]\n"));
+    assert!(output.manifest.runs.iter().any(|run| run.outcome != "completed"));
     assert!(figures(&output).iter().all(|figure| !figure.text.contains("NaN")));
 }
