@@ -307,6 +307,24 @@ mod tests {
     }
 
     #[test]
+    fn long_tables_are_folded_once() {
+        let table = |rows| {
+            let rows = vec![vec!["cell".to_string()]; rows];
+            Block::Table(Table { header: vec!["h".into()], rows })
+        };
+        let folds = |block| report(vec![block]).matches("<details>").count();
+        assert_eq!([folds(table(20)), folds(table(21))], [0, 1]);
+        assert_eq!(folds(Block::Fold("all".into(), vec![table(21)])), 1);
+        assert!(report(vec![table(21)]).contains("Table of 21 rows"));
+    }
+
+    #[test]
+    fn a_figure_links_its_files() {
+        let html = report(vec![Block::Figure(figure())]);
+        assert!(["a.svg", "a.png", "a.csv"].iter().all(|file| html.contains(file)));
+    }
+
+    #[test]
     fn columns_of_numbers_are_told_from_text() {
         let column = |cells: &[&str]| {
             let rows = cells.iter().map(|cell| vec![(*cell).to_string()]).collect();

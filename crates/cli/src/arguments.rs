@@ -56,8 +56,10 @@ pub(crate) enum Command {
     },
     /// Run the methods of a scene's `[run]` table and write the trajectories.
     ///
-    /// Writes report.html, which opens in any browser, figures/*.svg, data/trajectory.csv and
-    /// run.json to a folder. The table of a run that fails ends with its last good state.
+    /// Writes report.html, which opens in any browser, figures/ (SVG and PNG),
+    /// data/trajectory.csv and run.json to a folder. Tables [figure.NAME] of the scene choose
+    /// quantities and methods for figures. The table of a run that fails ends with its last good
+    /// state.
     Run(SceneArguments),
     /// Run the studies that a scene declares: orders, energy books, cost, stability, long runs.
     ///

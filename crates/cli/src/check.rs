@@ -54,6 +54,10 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x}"));
         let detail = format!("{steps} steps of {}, {}{tolerance}", scene.step, kept(plan.every));
         add("run", &all, detail);
+        let figures: Vec<_> = scene.figures.iter().map(|plan| plan.name.as_str()).collect();
+        if !figures.is_empty() {
+            add("figures", &[], figures.join(", "));
+        }
     }
     if let Some(plan) = &studies.local_order {
         let detail =

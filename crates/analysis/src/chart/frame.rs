@@ -79,7 +79,12 @@ impl Frame {
         for (x, label) in std::mem::take(&mut self.own) {
             let x = self.computed.map_x(x);
             if grid && !label.is_empty() {
-                self.add(look::stroke(&[(x, top), (x, bottom)], GRID.into(), 1.0, None));
+                self.add(look::stroke(
+                    &[(x, top + 1.0), (x, bottom - 1.0)],
+                    GRID.into(),
+                    1.0,
+                    None,
+                ));
             }
             self.add(look::stroke(&[(x, bottom), (x, bottom + 5.0)], "#000000".into(), 1.0, None));
             self.add(text(label, (x, bottom + 14.0), TextAnchor::Middle));

@@ -103,16 +103,59 @@ fn heading(title: &str, width: f64) -> Primitive {
 }
 
 /// Whether any two curves coincide to the eye: they are nowhere further apart than a 250th of the
-/// extent of all. Points are compared in their order.
+/// extent of all. Points are compared in their order. Curves that are all the same line, such as
+/// quantities that are 0, need not be told apart.
 pub fn coincide(curves: &[Curve]) -> bool {
     let size = |part: fn(&(f64, f64)) -> f64| {
         let (lo, hi) = extent(curves.iter().flat_map(|curve| &curve.points).map(part))?;
         Some((hi - lo) / 250.0)
     };
     let (Some(x), Some(y)) = (size(|p| p.0), size(|p| p.1)) else { return false };
+    if y <= 0.0 {
+        return false;
+    }
     let near = |a: &Curve, b: &Curve| {
         let mut pairs = a.points.iter().zip(&b.points);
         pairs.all(|(a, b)| (a.0 - b.0).abs() <= x && (a.1 - b.1).abs() <= y)
     };
     curves.iter().enumerate().any(|(i, a)| curves.iter().skip(i + 1).any(|b| near(a, b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chart::Style;
+
+    fn curve(label: &str, shift: f64) -> Curve {
+        let points = (0..100).map(|i| (f64::from(i), (f64::from(i) * 0.1).sin() + shift)).collect();
+        Curve { label: label.into(), points, bounds: Vec::new(), style: Style::Line }
+    }
+
+    #[test]
+    fn curves_coincide_where_none_is_seen_beside_the_other() {
+        let with = |shift| coincide(&[curve("a", 0.0), curve("b", 1.0), curve("c", shift)]);
+        assert!(with(0.001) && with(1.001));
+        assert!(!with(0.1) && !with(-3.0));
+        assert!(!coincide(&[curve("a", 0.0)]) && !coincide(&[]));
+        let flat = Curve { points: vec![(0.0, 2.0), (1.0, 2.0)], ..curve("flat", 0.0) };
+        assert!(!coincide(&[flat.clone(), flat]));
+    }
+
+    #[test]
+    fn panels_share_axes_and_one_legend() {
+        let panel = |title: &str, shift| {
+            (title.to_owned(), vec![curve("H", shift), curve("K", shift + 1.0)])
+        };
+        let panels = Panels {
+            title: "Energy".into(),
+            x: Axis::linear("t"),
+            y: Axis::linear("energy"),
+            panels: vec![panel("rk4", 0.0), panel("moddg", 50.0), panel("leapfrog", 0.0)],
+        };
+        let svg = panels.draw().svg();
+        assert_eq!(svg.matches(">K</text>").count(), 1, "the legend");
+        assert_eq!(svg.matches(">20</text>").count(), svg.matches(">40</text>").count());
+        assert!(svg.matches(">40</text>").count() >= 3, "each panel reaches to 50");
+        assert!(["Energy", "rk4", "moddg", "leapfrog"].iter().all(|text| svg.contains(text)));
+    }
 }

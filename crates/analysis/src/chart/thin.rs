@@ -14,7 +14,7 @@ pub(super) fn thin(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
     }
     if !points.is_sorted_by(|a, b| a.0 <= b.0) && !points.is_sorted_by(|a, b| a.0 >= b.0) {
         let stride = points.len().div_ceil(OF_ORBITS * most);
-        let end = ((points.len() - 1) % stride != 0).then_some(*last);
+        let end = (!(points.len() - 1).is_multiple_of(stride)).then_some(*last);
         return points.iter().step_by(stride).copied().chain(end).collect();
     }
     let stretches = (most.saturating_sub(2) / 2).max(1);

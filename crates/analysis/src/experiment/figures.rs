@@ -10,7 +10,7 @@ use crate::study::trajectory::{Trajectory, TrajectoryRow};
 const SHOWN: usize = 6;
 /// The least number of degrees of freedom of which a map is shown.
 const CHAIN: usize = 8;
-/// The most columns and rows of a map.
+/// The most columns and rows of a map. Several maps of a figure share their square.
 const CELLS: usize = 128;
 /// The most panels of a chart. Beyond, the curves share one plot.
 const PANELS: usize = 12;
@@ -31,7 +31,10 @@ fn defaults(dof: usize, run: &RunPlan) -> Vec<FigurePlan> {
     let one: Vec<_> = all.iter().copied().take(1).collect();
     let plan = |name: &str, title: &str, methods: &[&'static str], shown| FigurePlan {
         name: name.into(),
-        title: Some(title.into()),
+        title: Some(match methods {
+            [method] => format!("{title} by {method}"),
+            _ => title.into(),
+        }),
         methods: methods.to_vec(),
         shown,
     };
@@ -81,12 +84,12 @@ pub(super) fn draw(plan: &FigurePlan, found: &[Trajectory], units: &UnitsTable) 
     }
 }
 
-/// The title of a figure. It names the method if the figure shows one.
-fn title(plan: &FigurePlan, runs: &[&Trajectory], quantities: &str) -> String {
-    let what = plan.title.as_deref().unwrap_or(quantities);
-    match (&plan.methods[..], runs) {
-        ([one], _) => format!("{what} by {one}"),
-        _ => what.to_owned(),
+/// The title of a figure: its own, or its quantities, and its method if it shows one.
+fn title(plan: &FigurePlan, quantities: &str) -> String {
+    match (&plan.title, &plan.methods[..]) {
+        (Some(title), _) => title.clone(),
+        (None, [method]) => format!("{quantities} by {method}"),
+        (None, _) => quantities.to_owned(),
     }
 }
 
@@ -96,92 +99,83 @@ fn draw_curves(
     (x, y, log): (Observable, &[Observable], bool),
     units: &UnitsTable,
 ) -> Drawn {
-    let curve = |run: &Trajectory, y: Observable, label: &str| {
-        let Some(first) = run.rows.first() else { return line(label, Vec::new()) };
-        let points = run.rows.iter().filter_map(|row| {
-            let value = y.of(row, first)?;
-            Some((x.of(row, first)?, if log { value.abs() } else { value }))
-        });
-        line(label, points.collect())
+    let points = |run: &Trajectory, y: Observable| -> Vec<(f64, f64)> {
+        let Some(first) = run.rows.first() else { return Vec::new() };
+        let value = |row| y.of(row, first).map(|value| if log { value.abs() } else { value });
+        run.rows.iter().filter_map(|row| Some((x.of(row, first)?, value(row)?))).collect()
     };
-    let symbol = |y: &Observable| if log { format!("|{}|", y.symbol()) } else { y.symbol() };
-    let of =
-        |run: &Trajectory| -> Vec<Curve> { y.iter().map(|y| curve(run, *y, &symbol(y))).collect() };
-    let quantities = quantities(y, log);
-    let over =
-        if x == Observable::Time { "over time".into() } else { format!("against {}", x.symbol()) };
-    let title = title(plan, runs, &format!("{quantities} {over}"));
-    let x_label = if x == Observable::Time { "time t".into() } else { x.symbol() };
-    let x_axis = Axis::linear(x.label(&x_label, units));
-    let label = labels(y, log, units);
-    let y_axis = if log { Axis::log(label) } else { Axis::linear(label) };
-    let mut caption = format!("{quantities} {over}");
+    let (single, several) = (y.len() == 1, runs.len() > 1);
+    // A curve is named by what tells it from the others of its plot.
+    let curves = |run: &Trajectory, alone: bool| -> Vec<Curve> {
+        let label = |y: Observable| match (single, alone) {
+            (true, _) => run.method.to_owned(),
+            (false, true) => symbol(y, log),
+            (false, false) => format!("{}, {}", run.method, symbol(y, log)),
+        };
+        y.iter().map(|&y| line(&label(y), points(run, y))).collect()
+    };
+    let over_time = x == Observable::Time;
+    let over = if over_time { "over time".into() } else { format!("against {}", x.symbol()) };
+    let mut caption = format!("{} {over}", quantities(y, log));
+    let title = title(plan, &caption);
+    let x_symbol = if over_time { "time t".into() } else { x.symbol() };
+    let x_axis = Axis::linear(x.label(&x_symbol, units));
+    let y_label = label(y, log, units);
+    let y_axis = if log { Axis::log(y_label) } else { Axis::linear(y_label) };
     if log {
         caption.push_str(". A logarithmic axis cannot show zeros");
     }
-    let (single, several) = (y.len() == 1, runs.len() > 1);
-    let overlaid: Vec<Curve> = if single {
-        runs.iter().flat_map(|run| y.iter().map(|y| curve(run, *y, run.method))).collect()
+    let overlaid: Vec<Curve> = runs.iter().flat_map(|run| curves(run, !several)).collect();
+    let hidden = !log && coincide(&overlaid);
+    let panels: Vec<(String, Vec<Curve>)> = if several && !single {
+        runs.iter().map(|run| (run.method.to_owned(), curves(run, true))).collect()
+    } else if hidden {
+        caption.push_str(". Some curves coincide, so each has its own panel");
+        overlaid.iter().map(|curve| (curve.label.clone(), vec![curve.clone()])).collect()
     } else {
-        runs.iter().take(1).flat_map(|run| of(run)).collect()
+        Vec::new()
     };
-    let hidden = several && (!single || (!log && coincide(&overlaid)));
-    if hidden && runs.len() <= PANELS {
-        let panel = |run: &&Trajectory| {
-            let curves = if single {
-                y.iter().map(|y| curve(run, *y, run.method)).collect()
-            } else {
-                of(run)
-            };
-            (run.method.to_owned(), curves)
-        };
-        if single {
-            caption.push_str(". The curves of some methods coincide, so each has its own panel");
-        }
-        let panels =
-            Panels { title, x: x_axis, y: y_axis, panels: runs.iter().map(panel).collect() };
+    if (1..=PANELS).contains(&panels.len()) {
+        let panels = Panels { title, x: x_axis, y: y_axis, panels };
         return Drawn { drawing: panels.draw(), caption: caption + ".", wide: true };
     }
-    let curves = if single || !several {
-        overlaid
-    } else {
-        let name = |run: &Trajectory, y: &Observable| format!("{}, {}", run.method, symbol(y));
-        let of = |run: &&Trajectory| -> Vec<_> {
-            y.iter().map(|y| curve(run, *y, &name(run, y))).collect()
-        };
-        runs.iter().flat_map(of).collect()
-    };
-    let chart = LineChart { title, x: x_axis, y: y_axis, curves, guides: Vec::new() };
+    let chart = LineChart { title, x: x_axis, y: y_axis, curves: overlaid, guides: Vec::new() };
     Drawn { drawing: chart.draw(), caption: caption + ".", wide: false }
 }
 
-/// The quantities of a chart in short: `q1, q2`, or `q1 to q6`.
+/// The quantities of a chart in short: `q1, q2`, or `q1, …, q6`.
 fn quantities(y: &[Observable], log: bool) -> String {
-    let symbols: Vec<String> = y.iter().map(|y| y.symbol()).collect();
-    let text = match &symbols[..] {
+    let symbols: Vec<String> = y.iter().map(|y| symbol(*y, log)).collect();
+    match &symbols[..] {
         [first, .., last] if symbols.len() > 3 => format!("{first}, …, {last}"),
         _ => symbols.join(", "),
-    };
-    if log { format!("|{text}|") } else { text }
+    }
+}
+
+/// The symbol of a quantity, or of its absolute value.
+fn symbol(y: Observable, absolute: bool) -> String {
+    if absolute { format!("|{}|", y.symbol()) } else { y.symbol() }
 }
 
 /// The label of the vertical axis. Quantities of one unit share it.
-fn labels(y: &[Observable], log: bool, units: &UnitsTable) -> String {
-    let same =
-        |one: &Observable| y.iter().all(|other| other.label("", units) == one.label("", units));
+fn label(y: &[Observable], log: bool, units: &UnitsTable) -> String {
+    let shared = |one: &Observable| y.iter().all(|y| y.label("", units) == one.label("", units));
     match y {
-        [first, ..] if same(first) => {
-            let text = match first {
-                Observable::Of(variable, _) if y.len() > 3 => format!("{}_j", letter(*variable)),
-                _ => quantities(y, false),
-            };
-            first.label(&if log { format!("|{text}|") } else { text }, units)
+        [first @ Observable::Of(variable, _), ..] if y.len() > 3 && all_of(y, *variable) => {
+            let entry = format!("{}_j", letter(*variable));
+            first.label(&if log { format!("|{entry}|") } else { entry }, units)
         }
+        [first, ..] if shared(first) => first.label(&quantities(y, log), units),
         _ => {
-            let each: Vec<String> = y.iter().map(|y| y.label(&y.symbol(), units)).collect();
+            let each: Vec<String> = y.iter().map(|y| y.label(&symbol(*y, log), units)).collect();
             each.join(", ")
         }
     }
+}
+
+/// Whether all quantities are entries of one variable.
+fn all_of(y: &[Observable], variable: Variable) -> bool {
+    y.iter().all(|y| matches!(y, Observable::Of(other, _) if *other == variable))
 }
 
 fn draw_maps(
@@ -192,11 +186,12 @@ fn draw_maps(
 ) -> Drawn {
     let dof =
         runs.iter().flat_map(|run| run.rows.first()).map(|row| row.q.len()).max().unwrap_or(0);
-    let columns = spaced(dof, CELLS);
+    let most = (CELLS as f64 / (runs.len().max(1) as f64).sqrt()) as usize;
+    let columns = spaced(dof, most);
     let letter = letter(variable);
     let cells = |run: &Trajectory| -> (Vec<f64>, Vec<f64>) {
         let rows: Vec<_> =
-            spaced(run.rows.len(), CELLS).into_iter().filter_map(|i| run.rows.get(i)).collect();
+            spaced(run.rows.len(), most).into_iter().filter_map(|i| run.rows.get(i)).collect();
         let value = |row: &&TrajectoryRow| -> Vec<f64> {
             let entries = entries(variable, row);
             columns.iter().filter_map(|&j| entries.get(j).copied()).collect()
@@ -207,7 +202,7 @@ fn draw_maps(
     let sizes = found.iter().flat_map(|(_, (_, values))| values).map(|value| value.abs());
     let span = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
     let span = if span > 0.0 { span } else { 1.0 };
-    let title = title(plan, runs, &format!("{letter}_i over the chain and time"));
+    let title = title(plan, &format!("{letter}_i over the chain and time"));
     let several = found.len() > 1;
     let map = |(method, (times, values)): (&str, (Vec<f64>, Vec<f64>))| HeatMap {
         title: if several { method.into() } else { title.clone() },
@@ -233,8 +228,9 @@ fn draw_maps(
     Drawn { drawing, caption: caption + ".", wide: several }
 }
 
-/// At most `most` of the numbers below `count`, evenly spaced.
+/// At most `most` of the numbers below `count`, but two at least, evenly spaced.
 fn spaced(count: usize, most: usize) -> Vec<usize> {
+    let most = most.max(2);
     if count <= most {
         return (0..count).collect();
     }

@@ -224,6 +224,10 @@ impl SceneProblem {
     pub fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
+            // The nearest name of q7 is q1, which helps no one.
+            Self::Unknown { what: "quantity", known, .. } => {
+                Some(format!("there are {}", known.join(", ")))
+            }
             Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
             Self::Adaptive { .. } => {
                 Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())

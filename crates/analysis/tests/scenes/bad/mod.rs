@@ -1,6 +1,7 @@
 //! Scenes with one mistake, and the message for each.
 
 mod custom;
+mod figures;
 mod form;
 mod named;
 mod nested;
@@ -36,5 +37,11 @@ pub(crate) fn all() -> Vec<Bad> {
     let form = changed(named::GOOD, form::CHANGES);
     let named = changed(named::GOOD, named::CHANGES);
     let custom = changed(custom::GOOD, custom::CHANGES);
-    form.chain(named).chain(custom).chain(custom::places()).chain(nested::texts()).collect()
+    let figures = changed(named::GOOD, figures::CHANGES);
+    form.chain(named)
+        .chain(figures)
+        .chain(custom)
+        .chain(custom::places())
+        .chain(nested::texts())
+        .collect()
 }
