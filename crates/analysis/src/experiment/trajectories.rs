@@ -8,9 +8,12 @@ use crate::scene::{RunPlan, Scene};
 use crate::sheet::{ReportError, Sheet, scientific};
 use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Trajectory};
+use afterbay_core::Passive;
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
 const MOST_ENTRIES: usize = 4;
+/// The rise of H, as a share of its size, up to which it counts as rounding.
+const ROUNDING: f64 = 1e-10;
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
@@ -33,7 +36,9 @@ pub(super) fn sheet(
     let record =
         |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
-    say(&mut sheet, &found);
+    let form = problem.model.system::<f64>()?.dissipation_form();
+    let passive = !form.zero && form.passive != Passive::No;
+    say(&mut sheet, &found, passive);
     for run in &found {
         let Some(end) = run.rows.last() else { continue };
         let of_method = |what: &str, value| (run.method.to_owned(), what.to_owned(), value);
@@ -88,9 +93,25 @@ fn drift(run: &Trajectory) -> f64 {
     run.rows.iter().fold(0.0, |most: f64, row| most.max((row.total - start).abs()))
 }
 
-fn say(sheet: &mut Sheet, found: &[Trajectory]) {
+/// The largest rise of H between two states that were kept, the first before the second, and none
+/// if it is a rounding of the start.
+fn rise(run: &Trajectory) -> Option<f64> {
+    let (mut least, mut rise, mut size) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+    for row in &run.rows {
+        least = least.min(row.energy);
+        rise = rise.max(row.energy - least);
+        size = size.max(row.energy.abs().min(row.total.abs()));
+    }
+    (rise > ROUNDING * size).then_some(rise)
+}
+
+fn say(sheet: &mut Sheet, found: &[Trajectory], passive: bool) {
     let readings = found.iter().fold(Readings::default(), |r, run| {
-        r.and(run.method, "run", run.ending.outcome).and(run.method, "drift", drift(run))
+        let r = r.and(run.method, "run", run.ending.outcome).and(run.method, "drift", drift(run));
+        match rise(run).filter(|_| passive) {
+            Some(rise) => r.and(run.method, "rise", rise),
+            None => r,
+        }
     });
     sheet.find("Trajectories", readings, where_they_went);
 }
@@ -99,11 +120,20 @@ fn where_they_went(r: &Readings) -> Said {
     let all = r.of_all("run");
     let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
     let off = r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {drift:.0e}"));
-    let statement = format!(
+    let mut statement = format!(
         "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, \
          p) and of w, which `afterbay study` measures.",
         all.len(),
         off.collect::<Vec<_>>().join(", "),
     );
+    let rises = r.numbers("rise").into_iter().map(|(name, rise)| format!("{name} {rise:.0e}"));
+    let rises: Vec<String> = rises.collect();
+    if !rises.is_empty() {
+        statement = format!(
+            "H can only fall, since the dissipation only takes energy, but it rises with {}. \
+             {statement}",
+            rises.join(", ")
+        );
+    }
     (if done == all.len() { Verdict::Note } else { Verdict::Fails }, statement)
 }
