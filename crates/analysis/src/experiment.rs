@@ -8,6 +8,7 @@ mod local_orders;
 mod long_run;
 mod pick;
 mod stability;
+mod sweep;
 mod trajectories;
 mod work;
 
@@ -34,12 +35,20 @@ pub type Results = (Output, Vec<Finding>);
 /// [`ReportError`] if nothing can be run. The table of a run that fails ends with its last good
 /// state.
 pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
-    let mut sheets = Vec::new();
-    if let Some(plan) = &scene.run {
-        sheets.push(trajectories::sheet(scene, plan, progress)?);
-    }
+    let mut sheets = match &scene.sweep {
+        Some(sweep) => vec![sweep::sheet(scene, sweep, runs, true, progress)?],
+        None => runs(scene, progress)?,
+    };
     sheets.push(about(scene)?);
     finish("run", scene, sheets)
+}
+
+/// Makes the sections of a scene.
+type Sheets = fn(&Scene, &dyn Progress) -> Result<Vec<Sheet>, ReportError>;
+
+fn runs(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportError> {
+    let plan = scene.run.iter();
+    plan.map(|plan| trajectories::sheet(scene, plan, progress)).collect()
 }
 
 /// A study of a scene: its name, and a function that makes its section of the report.
@@ -51,6 +60,16 @@ type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 
 /// [`ReportError`] if nothing can be run. A run that fails is recorded in its table, and a study
 /// without a reference in the report.
 pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
+    let mut sheets = match &scene.sweep {
+        // Each study is parallel in itself, and times are measured one run after another.
+        Some(sweep) => vec![sweep::sheet(scene, sweep, studies, false, progress)?],
+        None => studies(scene, progress)?,
+    };
+    sheets.push(about(scene)?);
+    finish("study", scene, sheets)
+}
+
+fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportError> {
     let studies = &scene.studies;
     let mut parts: Vec<Part<'_>> = Vec::new();
     if let Some(plan) = &studies.local_order {
@@ -90,8 +109,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
             Err(error) => return Err(error),
         }
     }
-    sheets.push(about(scene)?);
-    finish("study", scene, sheets)
+    Ok(sheets)
 }
 
 /// The report on a search, with charts of the runs that were tried.

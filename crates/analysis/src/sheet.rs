@@ -51,12 +51,16 @@ pub(crate) struct Sheet {
     pub(crate) artifacts: Vec<Artifact>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) runs: Vec<RunOutcome>,
+    /// Numbers for the charts of a sweep beside those of the findings: of what, which, and its
+    /// value.
+    pub(crate) numbers: Vec<(String, String, f64)>,
 }
 
 impl Sheet {
     pub(crate) fn new(heading: &str) -> Self {
         let section = Section { heading: heading.into(), blocks: Vec::new() };
-        Self { section, artifacts: Vec::new(), findings: Vec::new(), runs: Vec::new() }
+        let (artifacts, findings, runs) = (Vec::new(), Vec::new(), Vec::new());
+        Self { section, artifacts, findings, runs, numbers: Vec::new() }
     }
 
     pub(crate) fn text(&mut self, text: impl Into<String>) {

@@ -9,6 +9,8 @@ use crate::sheet::{ReportError, Sheet, scientific};
 use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Trajectory};
 
+/// The most coordinates, and momenta, whose ends are numbers of a sweep.
+const MOST_ENTRIES: usize = 4;
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
@@ -32,6 +34,18 @@ pub(super) fn sheet(
         |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
     say(&mut sheet, &found);
+    for run in &found {
+        let Some(end) = run.rows.last() else { continue };
+        let of_method = |what: &str, value| (run.method.to_owned(), what.to_owned(), value);
+        let lost = end.w.iter().sum();
+        sheet.numbers.push(of_method("H at the end", end.energy));
+        sheet.numbers.push(of_method("Σ w at the end", lost));
+        for (name, part) in [("q", &end.q), ("p", &end.p)] {
+            let entries = (1..).zip(part).take(MOST_ENTRIES);
+            let named = entries.map(|(j, &x)| of_method(&format!("{name}{j} at the end"), x));
+            sheet.numbers.extend(named);
+        }
+    }
     let mut narrow: Option<Figure> = None;
     for figure in figures::plans(scene, plan) {
         let drawn = figures::draw(&figure, &found, &scene.units);

@@ -1,9 +1,11 @@
 //! The tables and keys of a scene file, as they are written.
 
 mod figures;
+mod sweep;
 
 pub(super) use figures::FigureTable;
 pub use figures::{UnitsTable, Variable};
+pub(super) use sweep::{SweepTable, Varied};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,6 +30,9 @@ pub struct Document {
     /// Studies, for `afterbay study`.
     #[serde(default)]
     pub study: StudyTables,
+    /// Values of parameters and of the initial state at which everything is repeated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<SweepTable>,
     /// Figures of `afterbay run`, each under the name of its file. Default figures of other names
     /// are shown too.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

@@ -25,6 +25,8 @@ pub(super) struct Planner<'a> {
     pub(super) problem: &'a Problem,
     /// The number of steps of a run.
     pub(super) steps: u64,
+    /// The number of points of the sweep, 1 without one.
+    pub(super) points: usize,
 }
 
 /// The method that runs with the tolerance of [run] if no other is named.
@@ -33,7 +35,7 @@ const UNLESS_NAMED: &str = "adaptive-collocation";
 type Planned<T> = Result<T, SceneError>;
 
 impl Planner<'_> {
-    fn refuse<T>(&self, path: &str, problem: impl Into<SceneProblem>) -> Planned<T> {
+    pub(super) fn refuse<T>(&self, path: &str, problem: impl Into<SceneProblem>) -> Planned<T> {
         Err(SceneError { problem: problem.into(), span: self.source.span(path) })
     }
 

@@ -183,6 +183,25 @@ pub enum SceneProblem {
         /// The parameter given by an expression.
         other: String,
     },
+    /// Something that a sweep cannot vary.
+    #[error("{name} cannot be varied: {why}")]
+    NotVaried {
+        /// Its name.
+        name: String,
+        /// Why.
+        why: &'static str,
+    },
+    /// Values of a sweep in no form or in several.
+    #[error("this is no list, range or distribution")]
+    OneForm,
+    /// A problem at a point of a sweep.
+    #[error("at {at}: {problem}")]
+    AtPoint {
+        /// The values there.
+        at: String,
+        /// The problem.
+        problem: Box<SceneProblem>,
+    },
     /// Rules for all degrees of freedom, without their number.
     #[error("the number of degrees of freedom is not given")]
     NoCount,
@@ -237,6 +256,12 @@ impl SceneProblem {
             Self::Input(InputError::Unsupported { .. }) => {
                 Some("`afterbay list methods` says what each method needs".into())
             }
+            Self::AtPoint { problem, .. } => problem.help(),
+            Self::OneForm => Some(
+                "write [0.1, 0.2], { from = 0, to = 1, count = 5 }, { uniform = [0, 1] } or \
+                 { normal = [0, 1] }"
+                    .into(),
+            ),
             Self::NoCount => {
                 Some("write q = { count = 8, value = .. } in [initial], or a list".into())
             }
