@@ -159,16 +159,17 @@ fn figure(
     };
     let curves: Vec<_> = names.iter().map(curve).filter(|curve| !curve.points.is_empty()).collect();
     let end = scene.problem.end;
-    let svg = LineChart {
+    let chart = LineChart {
         title: format!("{}: {}", scene.name, scene.about),
         x: Axis::log(view.x.0),
         y: Axis::log(format!("{} at t = {end}", view.y.0)),
         curves,
         guides: Vec::new(),
     }
-    .svg();
+    .draw();
     let file = format!("figures/{}-{group}-{}.svg", scene.name.to_lowercase(), view.name);
-    artifacts.push(Artifact { name: file.clone(), text: svg.clone() });
+    let svg = chart.svg();
+    artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture: Some(chart) });
     let caption = format!("{about} {} against {}.", capital(view.y.0), view.x.0);
     Figure { svg, caption, file, data: DATA.into() }
 }

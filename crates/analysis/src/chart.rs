@@ -1,16 +1,21 @@
-//! Charts as SVG text: curves on linear or logarithmic axes, and maps of cells over two parameters.
+//! Charts as SVG text or PNG pictures: curves on linear or logarithmic axes, and maps of cells over two parameters.
 //!
 //! The crate kuva draws axes, titles and SVG elements. This module adds logarithmic axes far below
 //! 1e-10, curves of twenty thousand points, styles of curves that remain distinct in print and for
 //! colour-blind readers, and legends that never cover the data.
 
 mod axis;
+mod drawing;
 mod frame;
 mod heat;
+mod legend;
 mod line;
 mod look;
+mod panels;
 mod thin;
 
 pub use axis::{Axis, Scale};
+pub use drawing::Drawing;
 pub use heat::{Cells, HeatMap};
 pub use line::{Curve, LineChart, Style};
+pub use panels::{Maps, Panels, coincide};

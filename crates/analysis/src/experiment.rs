@@ -2,11 +2,13 @@
 //! finding on each.
 
 mod energy;
+mod figures;
 mod global_orders;
 mod local_orders;
 mod long_run;
 mod pick;
 mod stability;
+mod sweep;
 mod trajectories;
 mod work;
 
@@ -15,13 +17,14 @@ use crate::claim::Finding;
 use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::record::{Manifest, Output, RunOutcome, processor};
-use crate::report::Report;
+use crate::report::{Block, Report};
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::Pick;
 use afterbay_core::{InputError, IntegrateError, Passive, State};
 use afterbay_methods::registry::Row;
+use afterbay_systems::Described;
 
 /// All results of an experiment, and its findings.
 pub type Results = (Output, Vec<Finding>);
@@ -32,11 +35,20 @@ pub type Results = (Output, Vec<Finding>);
 /// [`ReportError`] if nothing can be run. The table of a run that fails ends with its last good
 /// state.
 pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
-    let mut sheets = vec![about(scene)?];
-    if let Some(plan) = &scene.run {
-        sheets.push(trajectories::sheet(scene, plan, progress)?);
-    }
+    let mut sheets = match &scene.sweep {
+        Some(sweep) => vec![sweep::sheet(scene, sweep, runs, true, progress)?],
+        None => runs(scene, progress)?,
+    };
+    sheets.push(about(scene)?);
     finish("run", scene, sheets)
+}
+
+/// Makes the sections of a scene.
+type Sheets = fn(&Scene, &dyn Progress) -> Result<Vec<Sheet>, ReportError>;
+
+fn runs(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportError> {
+    let plan = scene.run.iter();
+    plan.map(|plan| trajectories::sheet(scene, plan, progress)).collect()
 }
 
 /// A study of a scene: its name, and a function that makes its section of the report.
@@ -48,6 +60,16 @@ type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 
 /// [`ReportError`] if nothing can be run. A run that fails is recorded in its table, and a study
 /// without a reference in the report.
 pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
+    let mut sheets = match &scene.sweep {
+        // Each study is parallel in itself, and times are measured one run after another.
+        Some(sweep) => vec![sweep::sheet(scene, sweep, studies, false, progress)?],
+        None => studies(scene, progress)?,
+    };
+    sheets.push(about(scene)?);
+    finish("study", scene, sheets)
+}
+
+fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportError> {
     let studies = &scene.studies;
     let mut parts: Vec<Part<'_>> = Vec::new();
     if let Some(plan) = &studies.local_order {
@@ -68,7 +90,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
     if let Some(plan) = &studies.stability {
         parts.push(("stability", Box::new(|| stability::sheet(scene, plan, progress))));
     }
-    let mut sheets = vec![about(scene)?];
+    let mut sheets = Vec::new();
     for (name, part) in parts {
         if progress.stopped() {
             break;
@@ -87,7 +109,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
             Err(error) => return Err(error),
         }
     }
-    finish("study", scene, sheets)
+    Ok(sheets)
 }
 
 /// The report on a search, with charts of the runs that were tried.
@@ -95,7 +117,7 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
 /// # Errors
 /// [`ReportError`] if a table cannot be made.
 pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
-    let sheets = vec![about(scene)?, pick::sheet(scene, found)?];
+    let sheets = vec![pick::sheet(scene, found)?, about(scene)?];
     finish("pick", scene, sheets)
 }
 
@@ -144,12 +166,12 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
             for (name, expression) in table.expressions() {
                 row(&name, expression);
             }
-            let structure = custom.structure();
-            row(
-                "degree of V",
-                structure.degree.map_or("not a polynomial".into(), |degree| degree.to_string()),
-            );
-            row("coupling", format!("{:?}", structure.coupling).to_lowercase());
+            if let Described::Separable(custom) = custom {
+                let degree = custom.structure().degree;
+                let degree = degree.map_or("not a polynomial".into(), |degree| degree.to_string());
+                row("degree of V", degree);
+            }
+            row("coupling", format!("{:?}", system.coupling()).to_lowercase());
         }
         Model::Listed(known, _) => row("equations", known.equations.into()),
     }
@@ -205,27 +227,39 @@ fn finish(
     let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
     let manifest = Manifest::new(command, document, runs);
     let mut report = Report {
-        title: format!(
-            "{}: {}",
-            scene.problem.model.name(),
-            match command {
-                "run" => "trajectories",
-                "pick" => "the cheapest method and step",
-                _ => "studies",
-            }
-        ),
+        title: scene.title.clone().unwrap_or_else(|| scene.problem.model.name().into()),
         subtitle: format!(
-            "afterbay {} on {} ({} threads). All quantities are in the units of the scene.",
+            "{} by afterbay {} on {} ({} threads). {}",
+            match command {
+                "run" => "Trajectories",
+                "pick" => "The cheapest method and step",
+                _ => "Studies",
+            },
             manifest.version,
             processor(),
-            manifest.threads
+            manifest.threads,
+            match &scene.document.units {
+                Some(_) => "Units are those that the scene names.",
+                None => "All quantities are in the units of the scene.",
+            }
         ),
         sections: Vec::new(),
     };
     let mut artifacts = Vec::new();
-    for sheet in sheets {
+    for mut sheet in sheets {
         artifacts.extend(sheet.artifacts);
+        sheet.section.blocks.sort_by_key(place);
         report.sections.push(sheet.section);
     }
     Ok((Output { report, artifacts, manifest }, findings))
+}
+
+/// The place of a block in its section: findings, charts, how they were made, tables.
+fn place(block: &Block) -> u8 {
+    match block {
+        Block::Verdict(..) => 0,
+        Block::Figure(_) | Block::Pair(..) => 1,
+        Block::Text(_) => 2,
+        Block::Table(_) | Block::Fold(..) => 3,
+    }
 }

@@ -3,7 +3,7 @@
 use afterbay_core::{Abilities, Corrected, InputError, Series, System, f64x8};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
-use afterbay_systems::{Custom, CustomError};
+use afterbay_systems::{CustomError, Described};
 use serde::ser::{SerializeMap, SerializeStruct};
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub enum Model {
     /// A row of the catalogue, with a value for each parameter in its order.
     Listed(&'static SystemRow, Vec<f64>),
     /// A system given by expressions.
-    Custom(Custom<f64>),
+    Custom(Described),
 }
 
 /// An error in making a system.
@@ -79,12 +79,12 @@ impl Model {
     pub fn dof(&self) -> usize {
         match self {
             Self::Listed(row, values) => row.dof.unwrap_or(first(values).0),
-            Self::Custom(custom) => System::<f64>::dof(custom),
+            Self::Custom(custom) => custom.dof(),
         }
     }
 
     /// The period P_j of each coordinate for which V and D are periodic; `None` for the other
-    /// coordinates. See [`Custom::periods`].
+    /// coordinates. See [`afterbay_systems::Custom::periods`].
     pub fn periods(&self) -> Vec<Option<f64>> {
         match self {
             Self::Listed(row, _) => vec![row.period; self.dof()],
@@ -96,7 +96,7 @@ impl Model {
     pub fn parameters(&self) -> Vec<&str> {
         match self {
             Self::Listed(row, _) => row.parameters.iter().map(|parameter| parameter.name).collect(),
-            Self::Custom(custom) => custom.parameters().map(|(name, _)| name).collect(),
+            Self::Custom(custom) => custom.parameters().into_iter().map(|x| x.0).collect(),
         }
     }
 
@@ -155,7 +155,7 @@ impl Model {
                     values.iter().map(|&x| Corrected::exact(T::from_f64(x))).collect();
                 T::corrected(row, n, &values)?
             }
-            Self::Custom(custom) => Some(T::custom_corrected(custom)),
+            Self::Custom(custom) => T::custom_corrected(custom),
         };
         let why = "H is not separable";
         let exact = exact.ok_or(InputError::Unsupported { method: row.name, why })?;

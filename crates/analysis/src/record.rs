@@ -1,6 +1,8 @@
 //! Files of results: tables, figures, the report and the manifest of a run.
 
+use crate::chart::Drawing;
 use crate::report::Report;
+use rayon::prelude::*;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::io::Write;
@@ -14,6 +16,8 @@ pub struct Artifact {
     pub name: String,
     /// The contents.
     pub text: String,
+    /// The chart of an SVG file. It is written as a PNG file too, beside the SVG.
+    pub picture: Option<Drawing>,
 }
 
 impl Artifact {
@@ -57,7 +61,7 @@ impl Artifact {
             Ok(String::from_utf8_lossy(&bytes).into_owned())
         };
         match write() {
-            Ok(text) => Ok(Self { name, text }),
+            Ok(text) => Ok(Self { name, text, picture: None }),
             Err(source) => Err(StorageError::Table { name, source }),
         }
     }
@@ -181,23 +185,28 @@ impl Output {
     pub fn write(&self, folder: &Path) -> Result<(), StorageError> {
         let manifest = serde_json::to_string_pretty(&self.manifest)
             .map_err(|source| StorageError::Manifest { source })?;
-        let put = |name: &str, text: &str| {
+        let put = |name: &str, contents: &[u8]| {
             let path = folder.join(name);
-            write_whole(&path, text).map_err(|source| StorageError::File { path, source })
+            write_whole(&path, contents).map_err(|source| StorageError::File { path, source })
         };
-        for artifact in &self.artifacts {
-            put(&artifact.name, &artifact.text)?;
-        }
-        put("run.json", &manifest)?;
-        put("report.html", &self.report.html())
+        self.artifacts.par_iter().try_for_each(|artifact| {
+            put(&artifact.name, artifact.text.as_bytes())?;
+            let Some(picture) = &artifact.picture else { return Ok(()) };
+            let name = Path::new(&artifact.name).with_extension("png");
+            let png =
+                picture.png().map_err(|why| StorageError::Picture { path: name.clone(), why });
+            put(&name.to_string_lossy(), &png?)
+        })?;
+        put("run.json", manifest.as_bytes())?;
+        put("report.html", self.report.html().as_bytes())
     }
 }
 
-fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
+fn write_whole(path: &Path, contents: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(text.as_bytes())?;
+    file.write_all(contents)?;
     // Temporary files are private by default, but others must be able to read the results.
     #[cfg(unix)]
     file.as_file().set_permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644))?;
@@ -215,6 +224,14 @@ pub enum StorageError {
         path: PathBuf,
         /// Why.
         source: std::io::Error,
+    },
+    /// A chart could not be drawn as a PNG picture.
+    #[error("cannot draw {}: {why}", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
     },
     /// A row could not be serialized as CSV.
     #[error("cannot write the table {name}: {source}")]

@@ -3,6 +3,9 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
+/// The most rows of a table that is not folded.
+const FOLDED: usize = 20;
+
 /// A report.
 #[derive(Debug, Clone, Default)]
 pub struct Report {
@@ -30,7 +33,7 @@ pub enum Block {
     Text(String),
     /// A statement and whether it holds.
     Verdict(Verdict, String),
-    /// A table.
+    /// A table. One of more than 20 rows is folded behind a summary line.
     Table(Table),
     /// A figure over the full width.
     Figure(Figure),
@@ -129,6 +132,12 @@ impl Block {
                     p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } }
                 }
             }
+            Block::Table(table) if table.rows.len() > FOLDED => html! {
+                details {
+                    summary { "Table of " (table.rows.len()) " rows" }
+                    (table.html())
+                }
+            },
             Block::Table(table) => table.html(),
             Block::Figure(figure) => figure.html(figures),
             Block::Pair(left, right) => {
@@ -137,7 +146,10 @@ impl Block {
             Block::Fold(summary, blocks) => html! {
                 details {
                     summary { (summary) }
-                    @for block in blocks { (block.html(figures)) }
+                    @for block in blocks {
+                        @if let Block::Table(table) = block { (table.html()) }
+                        @else { (block.html(figures)) }
+                    }
                 }
             },
         }
@@ -199,6 +211,11 @@ fn starts_with_number(text: &str) -> bool {
 }
 
 impl Figure {
+    /// The file of the chart as a PNG picture.
+    fn picture(&self) -> String {
+        format!("{}.png", self.file.trim_end_matches(".svg"))
+    }
+
     fn html(&self, figures: &mut usize) -> Markup {
         *figures += 1;
         html! {
@@ -208,6 +225,7 @@ impl Figure {
                     b { "Figure " (figures) ". " } (self.caption) " "
                     span.files {
                         "Chart: " a href=(self.file) { (self.file) }
+                        " (or " a href=(self.picture()) { "PNG" } ")"
                         ", data: " a href=(self.data) { (self.data) }
                     }
                 }

@@ -11,15 +11,18 @@ mod plan;
 mod planner;
 mod problem;
 mod source;
+mod sweep;
 mod system;
 
-pub use document::{Document, Spacing};
+pub use document::{Document, Spacing, UnitsTable, Variable};
 pub use plan::{
-    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
-    WorkPrecisionPlan,
+    EnergyPlan, FigurePlan, LocalOrderPlan, LongRunPlan, RunPlan, Shown, StabilityPlan, StepsPlan,
+    Studies, WorkPrecisionPlan,
 };
 pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
+
+pub use sweep::{Point, Sweep};
 
 use crate::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};
@@ -34,6 +37,8 @@ pub const MOST_BYTES: usize = 1 << 20;
 /// A scene that can be run.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// The title of reports. Commands take the name of the file where the scene has none.
+    pub title: Option<String>,
     /// The document it was read from.
     pub document: Document,
     /// The system, the initial state and the end of time.
@@ -43,8 +48,14 @@ pub struct Scene {
     pub step: f64,
     /// Trajectories.
     pub run: Option<RunPlan>,
+    /// Figures of the trajectories.
+    pub figures: Vec<FigurePlan>,
+    /// Units, for the axes of charts.
+    pub units: UnitsTable,
     /// Studies.
     pub studies: Studies,
+    /// The points at which everything is repeated.
+    pub sweep: Option<Sweep>,
 }
 
 /// The JSON schema of scenes.
@@ -77,27 +88,44 @@ impl Scene {
         let source = Source::parse(text)?;
         source.check(&schema())?;
         let document: Document = source.read()?;
-        let (initial, time) = (&document.initial, &document.time);
-        let count = initial.q.count().or(initial.p.count());
-        let known = numbers::parameters(&source, &document.system.parameters, count)?;
-        let model = system::model(&source, &document.system, &known, count)?;
-
+        let time = &document.time;
+        let problem = problem_of(&source, &document)?;
+        check_start(&source, &problem)?;
         let at =
             |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
-        let with = (&known, model.dof());
-        let q = numbers::entries(&source, "initial.q", Quantity::Coordinate, &initial.q, with)?;
-        let p = numbers::entries(&source, "initial.p", Quantity::Momentum, &initial.p, with)?;
-        let problem = Problem { model, q, p, end: time.end };
-        let start: State<Vec<f64>> =
-            problem.start().map_err(|error| at("initial", error.into()))?;
-        system::finite_at(&source, &problem, &start)?;
         let step = time.step.unwrap_or(time.end / STATES_SHOWN);
         let grid = Grid::<f64>::new(step, time.end).map_err(|error| {
             at(if time.end > 0.0 { "time.step" } else { "time.end" }, error.into())
         })?;
-        let planner =
-            Planner { source: &source, document: &document, problem: &problem, steps: grid.steps };
+        let (source, steps) = (&source, grid.steps);
+        let mut planner =
+            Planner { source, document: &document, problem: &problem, steps, points: 1 };
+        let sweep = planner.sweep()?;
+        planner.points = sweep.as_ref().map_or(1, |sweep| sweep.points.len());
         let (run, studies) = (planner.run()?, planner.studies()?);
-        Ok(Self { step: grid.h.to_f64(), problem, run, studies, document })
+        let figures = planner.figures(run.as_ref())?;
+        let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());
+        let step = grid.h.to_f64();
+        Ok(Self { title, step, problem, run, figures, units, studies, sweep, document })
     }
+}
+
+/// The problem of a document.
+fn problem_of(source: &Source<'_>, document: &Document) -> Result<Problem, SceneError> {
+    let initial = &document.initial;
+    let count = initial.q.count().or(initial.p.count());
+    let known = numbers::parameters(source, &document.system.parameters, count)?;
+    let model = system::model(source, &document.system, &known, count)?;
+    let with = (&known, model.dof());
+    let q = numbers::entries(source, "initial.q", Quantity::Coordinate, &initial.q, with)?;
+    let p = numbers::entries(source, "initial.p", Quantity::Momentum, &initial.p, with)?;
+    Ok(Problem { model, q, p, end: document.time.end })
+}
+
+/// Checks that H and the forces are finite at the start.
+fn check_start(source: &Source<'_>, problem: &Problem) -> Result<(), SceneError> {
+    let start: State<Vec<f64>> = problem
+        .start()
+        .map_err(|error| SceneError { problem: error.into(), span: source.span("initial") })?;
+    system::finite_at(source, problem, &start)
 }

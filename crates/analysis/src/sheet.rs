@@ -1,6 +1,6 @@
 //! A section of a report under construction.
 
-use crate::chart::{Axis, Curve, LineChart, Style};
+use crate::chart::{Axis, Curve, Drawing, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, sci};
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
@@ -51,12 +51,16 @@ pub(crate) struct Sheet {
     pub(crate) artifacts: Vec<Artifact>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) runs: Vec<RunOutcome>,
+    /// Numbers for the charts of a sweep beside those of the findings: of what, which, and its
+    /// value.
+    pub(crate) numbers: Vec<(String, String, f64)>,
 }
 
 impl Sheet {
     pub(crate) fn new(heading: &str) -> Self {
         let section = Section { heading: heading.into(), blocks: Vec::new() };
-        Self { section, artifacts: Vec::new(), findings: Vec::new(), runs: Vec::new() }
+        let (artifacts, findings, runs) = (Vec::new(), Vec::new(), Vec::new());
+        Self { section, artifacts, findings, runs, numbers: Vec::new() }
     }
 
     pub(crate) fn text(&mut self, text: impl Into<String>) {
@@ -120,17 +124,18 @@ impl Sheet {
         Ok(())
     }
 
-    /// Stores a chart as `figures/NAME.svg` and returns its figure. The numbers of the chart are in
-    /// `data/DATA.csv`.
+    /// Stores a chart as `figures/NAME.svg` and `figures/NAME.png` and returns its figure. The
+    /// numbers of the chart are in `data/DATA.csv`.
     pub(crate) fn figure(
         &mut self,
         name: &str,
-        svg: String,
+        chart: Drawing,
         caption: impl Into<String>,
         data: &str,
     ) -> Figure {
-        let file = format!("figures/{name}.svg");
-        self.artifacts.push(Artifact { name: file.clone(), text: svg.clone() });
+        let (svg, file) = (chart.svg(), format!("figures/{name}.svg"));
+        let picture = Some(chart);
+        self.artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture });
         Figure { svg, caption: caption.into(), file, data: format!("data/{data}.csv") }
     }
 
@@ -142,7 +147,7 @@ impl Sheet {
         caption: impl Into<String>,
         data: &str,
     ) {
-        let figure = self.figure(name, chart.svg(), caption, data);
+        let figure = self.figure(name, chart.draw(), caption, data);
         self.section.blocks.push(Block::Figure(figure));
     }
 

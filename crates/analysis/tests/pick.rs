@@ -10,7 +10,7 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Wanted};
 use afterbay_core::{Grid, StateRef, Tolerance};
 use afterbay_methods::registry::{Setting, find};
-use afterbay_systems::{Custom, DUFFING, Description, DissipationText, FPUT_CHAIN};
+use afterbay_systems::{Custom, DUFFING, Described, Description, DissipationText, FPUT_CHAIN};
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
@@ -21,7 +21,7 @@ fn custom(potential: &str, dissipation: &str) -> Model {
         dissipation: DissipationText::Forces(vec![dissipation.to_owned()]),
         ..Default::default()
     };
-    Model::Custom(Custom::new(&description).expect("a system"))
+    Model::Custom(Described::Separable(Custom::new(&description).expect("a system")))
 }
 
 fn wanted(error: f64) -> Wanted {

@@ -7,7 +7,8 @@ use afterbay_core::taylor::{Pace, Sampled, follow};
 use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{
-    Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, FPUT_CHAIN, VAN_DER_POL,
+    Custom, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText, FPUT_CHAIN,
+    VAN_DER_POL,
 };
 use proptest::prelude::*;
 use std::ops::ControlFlow;
@@ -41,7 +42,7 @@ fn problem(model: Model, q: &[f64], p: &[f64], end: f64) -> Problem {
 }
 
 fn of(system: Custom<f64>, q: &[f64], p: &[f64], end: f64) -> Problem {
-    problem(Model::Custom(system), q, p, end)
+    problem(Model::Custom(Described::Separable(system)), q, p, end)
 }
 
 fn known(problem: &Problem, count: usize) -> Solution<f64> {
@@ -219,7 +220,7 @@ impl Progress for After {
 #[test]
 fn references_end_where_they_are_asked_to() {
     let chain = |n| Model::of(&FPUT_CHAIN, &[n as f64, 100.0, 0.01]);
-    let kink = Model::Custom(custom("sqrt(4*q1^2)", &[]));
+    let kink = Model::Custom(Described::Separable(custom("sqrt(4*q1^2)", &[])));
     let scenes = [
         problem(chain(8), &[1.0; 8], &[0.0; 8], 1000.0),
         problem(chain(300), &[0.5; 300], &[0.1; 300], 1000.0),

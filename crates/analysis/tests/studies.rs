@@ -9,7 +9,7 @@ use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, StateRef};
 use afterbay_methods::registry::{FIXED, Row, find};
 use afterbay_systems::{
-    Custom, DAMPED_OSCILLATOR, DUFFING, Description, DissipationText, VAN_DER_POL,
+    Custom, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText, VAN_DER_POL,
 };
 use std::collections::BTreeMap;
 
@@ -261,7 +261,7 @@ fn custom(potential: &str, dissipation: &str) -> Model {
         parameters: Vec::new(),
         ..Description::default()
     };
-    Model::Custom(Custom::new(&description).expect("a system"))
+    Model::Custom(Described::Separable(Custom::new(&description).expect("a system")))
 }
 
 /// B(2/3, 1/2)

@@ -81,5 +81,9 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     if let Some(plan) = &studies.long_run {
         add("long-run", &plan.methods, format!("{} steps of {}", plan.count, plan.step));
     }
+    if let Some(sweep) = &scene.sweep {
+        let detail = format!("{} points over {}", sweep.points.len(), sweep.names.join(", "));
+        add("sweep", &[], detail);
+    }
     plans
 }

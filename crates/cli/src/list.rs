@@ -4,7 +4,7 @@ use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table;
 use afterbay_methods::registry::{EXACT, METHODS, Row};
-use afterbay_systems::{FUNCTIONS, SYSTEMS, SystemRow};
+use afterbay_systems::{FUNCTIONS, FUNCTIONS_OF_TWO, SYSTEMS, SystemRow};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -97,9 +97,10 @@ struct Word {
 
 /// What expressions are made of.
 fn words() -> impl Iterator<Item = Word> {
-    const OTHERS: [(&str, &str); 8] = [
+    const OTHERS: [(&str, &str); 9] = [
         ("q1, q2, ..", "coordinates; also q[1], q[i+1]"),
         ("p1, p2, ..", "momenta; also p[1], p[i+1]"),
+        ("v1, v2, ..", "in D: the velocities ∂H/∂p_j; also v[1], v[i+1]"),
         ("+ - * / ^", "operators; -q1^2 is -(q1^2), and 2^3^2 is 2^(3^2)"),
         ("pi", "3.14159.."),
         ("n", "the number of degrees of freedom"),
@@ -108,8 +109,10 @@ fn words() -> impl Iterator<Item = Word> {
         ("q[wrap(i+1)]", "a periodic index: n+1 is 1, and 0 is n"),
     ];
     let others = OTHERS.map(|(write, meaning)| Word { write: write.into(), meaning });
-    let functions = FUNCTIONS.map(|(name, meaning)| Word { write: format!("{name}(x)"), meaning });
-    others.into_iter().chain(functions)
+    let of_one = FUNCTIONS.map(|(name, meaning)| Word { write: format!("{name}(x)"), meaning });
+    let of_two =
+        FUNCTIONS_OF_TWO.map(|(name, meaning)| Word { write: format!("{name}(x, y)"), meaning });
+    others.into_iter().chain(of_one).chain(of_two)
 }
 
 /// The methods that take a step, then those that take a tolerance.
@@ -121,7 +124,7 @@ fn methods() -> impl Iterator<Item = Method> {
 fn systems() -> impl Iterator<Item = System> {
     let custom = System {
         name: "custom",
-        equations: "H = Σ p_j²/(2 m_j) + V(q), D_j(q, p), by expressions in the scene",
+        equations: "H = Σ p_j²/(2 m_j) + V(q), or any H(q, p); D_j(q, p, v), by expressions",
         parameters: Vec::new(),
         units: Vec::new(),
         ranges: "named by the scene",

@@ -18,18 +18,29 @@ pub(crate) fn lines(scene: &Scene, winner: &Trial) -> String {
 pub(crate) fn scene(text: &str, scene: &Scene, winner: &Trial) -> String {
     // The text has been read as a scene. Were it no TOML, the lines alone would be left.
     let mut document: DocumentMut = text.parse().unwrap_or_default();
-    let studies = document.get_mut("study").and_then(Item::as_table_like_mut);
-    for (name, study) in studies.into_iter().flat_map(|studies| studies.iter_mut()) {
-        if let Some(study) = study.as_table_like_mut() {
-            keep(&name, study, scene);
-        }
-    }
+    each_table(&mut document, "study", |name, study| keep(name, study, scene));
+    // A figure shows methods of `[run]`: by default all.
+    each_table(&mut document, "figure", |_, figure| drop(figure.remove("methods")));
     if winner.tolerance.is_none() {
         // It counts steps of another length.
         set(&mut document, "run", "every", None);
     }
     fill(&mut document, winner);
     document.to_string()
+}
+
+/// Changes each of the tables in a table.
+fn each_table(
+    document: &mut DocumentMut,
+    name: &str,
+    mut change: impl FnMut(&str, &mut dyn TableLike),
+) {
+    let tables = document.get_mut(name).and_then(Item::as_table_like_mut);
+    for (name, table) in tables.into_iter().flat_map(|tables| tables.iter_mut()) {
+        if let Some(table) = table.as_table_like_mut() {
+            change(&name, table);
+        }
+    }
 }
 
 /// Gives a study what it takes from other tables.

@@ -36,7 +36,11 @@ pub enum Function {
     Sech,
 }
 
-/// The functions that a text may call, with what they are.
+/// The functions of two numbers that a text may call, with what they are.
+pub const FUNCTIONS_OF_TWO: [(&str, &str); 2] =
+    [("min", "the smaller of two numbers"), ("max", "the larger of two numbers")];
+
+/// The functions of one number that a text may call, with what they are.
 pub const FUNCTIONS: [(&str, &str); 14] = [
     ("abs", "the absolute value"),
     ("sqrt", "the square root"),
@@ -82,6 +86,25 @@ impl Graph {
             _ => return None,
         };
         Some(self.of(function, x))
+    }
+
+    /// max(a, b) = a + (d + |d|)/2 with d = b - a, to a rounding of the larger of |a| and |b|. It is
+    /// exact if one of the two is 0.
+    pub fn max(&mut self, a: Node, b: Node) -> Node {
+        // d is b itself if a is 0.
+        let (a, b) = if self.is_zero(b) { (b, a) } else { (a, b) };
+        let d = self.difference(b, a);
+        let size = self.of(Function::Abs, d);
+        let (twice, half) = (self.sum(d, size), self.number(0.5));
+        let above = self.product(half, twice);
+        self.sum(a, above)
+    }
+
+    /// min(a, b) = -max(-a, -b)
+    pub fn min(&mut self, a: Node, b: Node) -> Node {
+        let (a, b) = (self.negative(a), self.negative(b));
+        let max = self.max(a, b);
+        self.negative(max)
     }
 
     /// f'(x), given x and f(x).

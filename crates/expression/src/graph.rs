@@ -17,10 +17,14 @@ pub enum Input {
     Coordinate(u32),
     /// p_j
     Momentum(u32),
-    /// v_j = p_j/m_j
+    /// v_j = ∂H/∂p_j
     Velocity(u32),
     /// The end of the edge along which a divided difference is taken.
     End,
+    /// q_j of one degree of freedom, given apart from the others.
+    OwnCoordinate,
+    /// p_j of one degree of freedom, given apart from the others.
+    OwnMomentum,
 }
 
 /// The operation of a node and its operands.
@@ -89,10 +93,10 @@ impl Kinds {
         self.0 & other.0 != 0
     }
 
-    fn of(input: Input) -> Self {
+    pub(crate) fn of(input: Input) -> Self {
         match input {
-            Input::Coordinate(_) => Self::COORDINATES,
-            Input::Momentum(_) => Self::MOMENTA,
+            Input::Coordinate(_) | Input::OwnCoordinate => Self::COORDINATES,
+            Input::Momentum(_) | Input::OwnMomentum => Self::MOMENTA,
             Input::Velocity(_) => Self::VELOCITIES,
             Input::End => Self::END,
         }

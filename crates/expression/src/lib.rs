@@ -1,8 +1,8 @@
 //! Expressions, from their text to derivatives, divided differences and programs in any scalar.
 //!
 //! An expression is made of numbers, named parameters, coordinates `q1, q2, ..`, momenta
-//! `p1, p2, ..`, the operators `+ - * / ^`, parentheses, the constant `pi` and the functions `sin`
-//! `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `ln` `sqrt` `abs`; of entries
+//! `p1, p2, ..`, velocities `v1, v2, ..`, the operators `+ - * / ^`, parentheses, the constant `pi` and the functions `sin`
+//! `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `ln` `sqrt` `abs`, `min` and `max` of two numbers; of entries
 //! such as `q[i+1]`, and of sums such as `sum(i, 1, n-1, (q[i+1] - q[i])^2)`, which are written out.
 //!
 //! 1. [`parse()`] reads a text into a [`Graph`], in which equal terms are one [`Node`].
@@ -32,7 +32,7 @@
 //! let names = Names { dof: Some(1), ..Names::of(&parameters) };
 //! let potential = parse(&mut graph, &names, "k*q1^2/2 - cos(q1)")?.node;
 //! let slope = graph.gradient(potential, Kinds::COORDINATES, &[Input::Coordinate(0)])[0];
-//! let mean = graph.divided_difference(potential, 0);
+//! let mean = graph.divided_difference(potential, Input::Coordinate(0));
 //!
 //! // What depends on parameters alone is computed once and starts every run.
 //! let program = Program::new(&graph, &[potential, slope, mean])?;
@@ -69,7 +69,7 @@ mod singular;
 mod slope;
 mod structure;
 
-pub use function::{FUNCTIONS, Function};
+pub use function::{FUNCTIONS, FUNCTIONS_OF_TWO, Function};
 pub use graph::{Graph, Input, Kinds, Node, Term};
 pub use monomial::Monomial;
 pub use parse::{

@@ -5,8 +5,9 @@
 //! product = factor (("*" | "/") factor)*
 //! factor  = ("-" | "+") factor | power
 //! power   = atom ("^" factor)?                  -q1^2 is -(q1²), 2^3^2 is 512, 2^-3 is allowed
-//! atom    = number | name | function "(" sum ")" | "(" sum ")" | entry | series
-//! entry   = ("q" | "p") "[" index "]"           q[i+1], counted from 1
+//! atom    = number | name | function "(" sum ")" | "(" sum ")" | entry | series | extreme
+//! extreme = ("min" | "max") "(" sum "," sum ")"
+//! entry   = ("q" | "p" | "v") "[" index "]"     q[i+1], counted from 1
 //! series  = "sum" "(" name "," index "," index "," sum ")"
 //! ```
 //!
@@ -18,10 +19,13 @@
 //! takes.
 
 mod index;
+mod names;
 mod problem;
 
-use crate::function::{self, FUNCTIONS};
-use crate::graph::{Graph, Input, Node};
+use crate::function;
+use crate::graph::{Graph, Node};
+pub use names::{Definition, Names, is_name, is_reserved};
+use names::{in_name, only};
 pub use problem::{ParseError, Problem};
 use std::ops::Range;
 use winnow::Parser as _;
@@ -38,53 +42,6 @@ const DEEPEST: usize = 256;
 const MOST_WRITTEN_OUT: usize = 1 << 23;
 /// The largest index of a coordinate or momentum.
 pub const MOST_DEGREES: usize = 100_000;
-
-/// The names that an expression may mention.
-#[derive(Clone, Copy)]
-pub struct Names<'a> {
-    /// The parameters, in the order of their values.
-    pub parameters: &'a [String],
-    /// Names of other expressions, each with its node.
-    pub definitions: &'a [Definition],
-    /// The largest index a coordinate or momentum may have, if there is a limit.
-    pub dof: Option<usize>,
-    /// The value of `n`, the number of degrees of freedom, if it is known.
-    pub count: Option<usize>,
-    /// The value of `i`, the number of this degree of freedom, for one of a list of expressions.
-    pub index: Option<usize>,
-    /// Whether coordinates are allowed; if not, the rule that a message quotes.
-    pub coordinates: Result<(), &'static str>,
-    /// Whether momenta are allowed; if not, the rule that a message quotes.
-    pub momenta: Result<(), &'static str>,
-}
-
-impl<'a> Names<'a> {
-    /// The parameters, and all coordinates and momenta.
-    pub fn of(parameters: &'a [String]) -> Self {
-        Self {
-            parameters,
-            definitions: &[],
-            dof: None,
-            count: None,
-            index: None,
-            coordinates: Ok(()),
-            momenta: Ok(()),
-        }
-    }
-}
-
-/// A named expression that others may mention.
-#[derive(Clone, Debug)]
-pub struct Definition {
-    /// Its name.
-    pub name: String,
-    /// Its node in the graph.
-    pub node: Node,
-    /// Whether it mentions each of the parameters.
-    pub used: Vec<bool>,
-    /// Whether it depends on the number of degrees of freedom.
-    pub counted: bool,
-}
 
 /// A parsed expression.
 #[derive(Debug)]
@@ -143,31 +100,17 @@ pub fn evaluate(
     let mut graph = Graph::default();
     let (known, values): (Vec<_>, Vec<_>) = parameters.iter().cloned().unzip();
     let rule = Err("this is made of numbers and parameters");
-    let (coordinates, momenta) = (rule, rule);
-    let names = Names { count, index, coordinates, momenta, ..Names::of(&known) };
+    let names = Names {
+        count,
+        index,
+        coordinates: rule,
+        momenta: rule,
+        velocities: rule,
+        ..Names::of(&known)
+    };
     let node = parse(&mut graph, &names, text)?.node;
     let values = graph.evaluate(&graph.all(&[node]), &values, |_| 0.0);
     Ok(values.get(&node).copied().unwrap_or(f64::NAN))
-}
-
-/// Whether the text is a name: letters, digits and underscores, no digit first.
-pub fn is_name(text: &str) -> bool {
-    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(in_name)
-}
-
-/// Whether the name is a constant, a function, a coordinate or a momentum.
-pub fn is_reserved(name: &str) -> bool {
-    name == "pi" || function::names().any(|known| known == name) || index(name).is_some()
-}
-
-fn in_name(c: char) -> bool {
-    c.is_ascii_alphanumeric() || c == '_'
-}
-
-/// The digits of q12 or p12.
-fn index(name: &str) -> Option<&str> {
-    let digits = name.strip_prefix(['q', 'p'])?;
-    (!digits.is_empty() && digits.bytes().all(|c| c.is_ascii_digit())).then_some(digits)
 }
 
 struct Reader<'a, 's> {
@@ -297,11 +240,17 @@ impl Reader<'_, '_> {
             return Err(self.unexpected("a number, a name or a parenthesis"));
         };
         let span = start..self.text.previous_token_end();
-        if matches!(name, "q" | "p") && self.symbol(&['[']).is_some() {
-            return self.entry(name, start);
+        if let Some(letter @ ('q' | 'p' | 'v')) = only(name)
+            && self.symbol(&['[']).is_some()
+        {
+            return self.entry(letter, start);
         }
-        if name == "sum" && !self.names.parameters.iter().any(|known| known == name) {
-            return self.series(start);
+        // These names were no functions at first: parameters of these names keep their meaning.
+        match name {
+            _ if self.names.is_defined(name) => {}
+            "sum" => return self.series(start),
+            "min" | "max" => return self.extreme(name, start),
+            _ => {}
         }
         if !function::names().any(|known| known == name) {
             return self.variable(name).map_err(|problem| ParseError { span, problem });
@@ -315,6 +264,17 @@ impl Reader<'_, '_> {
             Some(node) => Ok(self.operation(start, node)),
             None => Err(ParseError { span, problem: self.unknown(name) }),
         }
+    }
+
+    /// `"(" sum "," sum ")"`, after `min` or `max`.
+    fn extreme(&mut self, name: &str, start: usize) -> Result<Node, ParseError> {
+        self.expect(&['('], "a parenthesis, as in max(0, q1 - 1)")?;
+        let a = self.sum()?;
+        self.expect(&[','], "an operator or a comma")?;
+        let b = self.sum()?;
+        self.close()?;
+        let node = if name == "max" { self.graph.max(a, b) } else { self.graph.min(a, b) };
+        Ok(self.operation(start, node))
     }
 
     fn close(&mut self) -> Result<(), ParseError> {
@@ -350,86 +310,5 @@ impl Reader<'_, '_> {
                 Err(ParseError { span, problem })
             }
         }
-    }
-
-    fn variable(&mut self, name: &str) -> Result<Node, Problem> {
-        if let Some(value) = self.index_variable(name) {
-            return Ok(self.graph.number(value as f64));
-        }
-        if name == "pi" {
-            return Ok(self.graph.pi());
-        }
-        if let Some(digits) = index(name) {
-            return self.state(name, digits);
-        }
-        match self.names.parameters.iter().position(|parameter| parameter == name) {
-            Some(index) => {
-                self.parsed.used[index] = true;
-                Ok(self.graph.parameter(index as u32))
-            }
-            None => self.defined(name),
-        }
-    }
-
-    /// The value of another expression, of `i` or of `n`.
-    fn defined(&mut self, name: &str) -> Result<Node, Problem> {
-        if let Some(at) = self.names.definitions.iter().position(|x| x.name == name) {
-            let definition = &self.names.definitions[at];
-            self.parsed.used.iter_mut().zip(&definition.used).for_each(|(used, &x)| *used |= x);
-            self.parsed.defined[at] = true;
-            self.parsed.counted |= definition.counted;
-            return Ok(definition.node);
-        }
-        match (name, self.names.index) {
-            ("i", Some(index)) => Ok(self.graph.number(index as f64)),
-            ("n", _) => self.count().map(|n| self.graph.number(n as f64)),
-            _ => Err(self.unknown(name)),
-        }
-    }
-
-    /// q_j or p_j
-    fn state(&mut self, name: &str, digits: &str) -> Result<Node, Problem> {
-        let short = || name.chars().take(64).collect::<String>();
-        let index =
-            digits.parse::<usize>().ok().filter(|&j| j <= MOST_DEGREES && !digits.starts_with('0'));
-        let Some(index) = index else { return Err(Problem::Index { name: short() }) };
-        let of_q = name.starts_with('q');
-        if let Some(dof) = self.names.dof.filter(|&dof| index > dof) {
-            self.allowed(of_q, short)?;
-            return Err(Problem::BeyondLast { name: short(), dof });
-        }
-        self.input(of_q, index, short)
-    }
-
-    fn allowed(&self, of_q: bool, name: impl Fn() -> String) -> Result<(), Problem> {
-        let place = if of_q { self.names.coordinates } else { self.names.momenta };
-        place.map_err(|rule| Problem::NoPlace { name: name(), rule })
-    }
-
-    /// The coordinate or momentum of an index that exists.
-    fn input(
-        &mut self,
-        of_q: bool,
-        index: usize,
-        name: impl Fn() -> String,
-    ) -> Result<Node, Problem> {
-        self.allowed(of_q, name)?;
-        self.parsed.dof = self.parsed.dof.max(index);
-        let j = (index - 1) as u32;
-        Ok(self.graph.input(if of_q { Input::Coordinate(j) } else { Input::Momentum(j) }))
-    }
-
-    /// The error for an unknown name, with the most similar known name.
-    fn unknown(&self, name: &str) -> Problem {
-        let parameters = self.names.parameters.iter().map(String::as_str);
-        let definitions = self.names.definitions.iter().map(|x| x.name.as_str());
-        let functions = FUNCTIONS.iter().map(|x| x.0);
-        let known = parameters.chain(definitions).chain(functions).chain(["pi"]);
-        let short: String = name.chars().take(64).collect();
-        let distances = known.map(|known| (strsim::osa_distance(&short, known), known));
-        let nearest = distances.min_by_key(|x| x.0).filter(|&(distance, known)| {
-            distance <= (known.len().max(short.len()) / 3).max(1) && distance < short.len()
-        });
-        Problem::Unknown { name: short, nearest: nearest.map(|x| x.1.to_owned()) }
     }
 }

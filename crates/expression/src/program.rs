@@ -92,6 +92,15 @@ pub struct Point<'a, T> {
     pub v: &'a [T],
     /// The end of an edge, or the value of the coordinate that [`Program::moving`] replaced.
     pub end: T,
+    /// q_j and p_j of the degree of freedom of [`Program::in_plane`].
+    pub own: [T; 2],
+}
+
+impl<'a, T: Scalar> Point<'a, T> {
+    /// Coordinates, momenta and velocities.
+    pub fn new(q: &'a [T], p: &'a [T], v: &'a [T]) -> Self {
+        Self { q, p, v, end: T::zero(), own: [T::zero(); 2] }
+    }
 }
 
 impl<T: Copy> Point<'_, T> {
@@ -102,6 +111,8 @@ impl<T: Copy> Point<'_, T> {
             Input::Momentum(j) => self.p[j as usize],
             Input::Velocity(j) => self.v[j as usize],
             Input::End => self.end,
+            Input::OwnCoordinate => self.own[0],
+            Input::OwnMomentum => self.own[1],
         }
     }
 }
@@ -154,16 +165,26 @@ impl Program {
     }
 
     /// The program with [`Input::End`] read in the place of q_j.
-    pub fn moving(mut self, j: u32) -> Self {
-        let moved = |input: &mut Input| {
-            if *input == Input::Coordinate(j) {
-                *input = Input::End;
-            }
-        };
-        self.inputs.iter_mut().for_each(moved);
+    pub fn moving(self, j: u32) -> Self {
+        self.reading(|input| if input == Input::Coordinate(j) { Input::End } else { input })
+    }
+
+    /// The program with q_j and p_j read from [`Point::own`], and v_j from [`Point::end`].
+    pub fn in_plane(self, j: u32) -> Self {
+        self.reading(|input| match input {
+            Input::Coordinate(k) if k == j => Input::OwnCoordinate,
+            Input::Momentum(k) if k == j => Input::OwnMomentum,
+            Input::Velocity(k) if k == j => Input::End,
+            _ => input,
+        })
+    }
+
+    /// The program with other inputs read in the place of its own.
+    fn reading(mut self, other: impl Fn(Input) -> Input) -> Self {
+        self.inputs.iter_mut().for_each(|input| *input = other(*input));
         for instruction in &mut self.code {
             if let Instruction::Load { input, .. } = instruction {
-                moved(input);
+                *input = other(*input);
             }
         }
         self

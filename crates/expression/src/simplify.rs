@@ -45,8 +45,9 @@ impl Graph {
         self.insert(Term::Divided(function, a, b))
     }
 
-    /// The derivative of φ[a, b] by b.
+    /// The derivative of φ[a, b] by b. A program computes it with φ[a, b], which is added too.
     pub(crate) fn divided_derivative(&mut self, function: Function, a: Node, b: Node) -> Node {
+        self.insert(Term::Divided(function, a, b));
         self.insert(Term::DividedDerivative(function, a, b))
     }
 

@@ -15,6 +15,29 @@ use std::collections::HashSet;
 impl Graph {
     /// Can the node be singular where what it is made of is finite, as far as its form tells?
     pub fn may_be_singular(&self, of: Node) -> bool {
+        !self.doubtful(of).is_empty()
+    }
+
+    /// The parts of the node that depend on coordinates alone and can be singular: it is singular
+    /// where one of them is. Singularities whose place depends on momenta are not among them.
+    pub fn singular_parts(&mut self, of: Node) -> Vec<Node> {
+        let one = self.number(1.0);
+        let mut parts = Vec::new();
+        for node in self.doubtful(of) {
+            let part = match self.term(node) {
+                Term::Quotient(_, b) if !self.depends(b, Kinds::MOMENTA) => self.quotient(one, b),
+                Term::Of(_, a) if !self.depends(a, Kinds::MOMENTA) => node,
+                _ => continue,
+            };
+            parts.push(part);
+        }
+        parts.sort_unstable();
+        parts.dedup();
+        parts
+    }
+
+    /// The operations that can be singular, as far as their form tells.
+    fn doubtful(&self, of: Node) -> Vec<Node> {
         let (mut least, mut positive) = (HashSet::new(), HashSet::new());
         let all = self.all(&[of]);
         for &node in &all {
@@ -27,13 +50,14 @@ impl Graph {
             }
         }
         let moves = |x: Node| self.depends(x, Kinds::COORDINATES);
-        all.into_iter().any(|node| match self.term(node) {
+        let doubtful = |node: &Node| match self.term(*node) {
             Term::Quotient(_, b) => moves(b) && !positive.contains(&b),
             Term::Of(Function::Log, a) => moves(a) && !positive.contains(&a),
             Term::Of(Function::Sqrt, a) => moves(a) && !least.contains(&a),
             Term::Of(Function::Asin | Function::Acos, a) => moves(a),
             _ => false,
-        })
+        };
+        all.into_iter().filter(doubtful).collect()
     }
 
     /// Is a node ≥ 0, and is it > 0, by its form, given the nodes of which that is known?

@@ -17,19 +17,18 @@ use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
 impl Graph {
-    /// The divided difference of a node along q_j, from q_j to [`Input::End`]; the derivative where
-    /// the two are equal.
-    pub fn divided_difference(&mut self, of: Node, j: u32) -> Node {
-        let coordinate = Input::Coordinate(j);
+    /// The divided difference of a node along one input, from its value to [`Input::End`]; the
+    /// derivative where the two are equal.
+    pub fn divided_difference(&mut self, of: Node, along: Input) -> Node {
         let (zero, one) = (self.number(0.0), self.number(1.0));
         // The value at the end and the divided difference of each node that changes along the edge.
         let mut changed: HashMap<Node, (Node, Node)> = HashMap::new();
-        for node in self.cone(&[of], Kinds::COORDINATES) {
+        for node in self.cone(&[of], Kinds::of(along)) {
             let at = |x: Node| changed.get(&x).copied().unwrap_or((x, zero));
             let moves = |x: &Node| changed.contains_key(x);
             let term = self.term(node);
             let pair = match term {
-                Term::Input(input) if input == coordinate => (self.input(Input::End), one),
+                Term::Input(input) if input == along => (self.input(Input::End), one),
                 _ if !term.operands().any(|x| moves(&x)) => continue,
                 Term::Negative(a) => {
                     let (end, slope) = at(a);

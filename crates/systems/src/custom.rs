@@ -1,12 +1,13 @@
-//! Systems described by expressions.
+//! Systems described by expressions: [`Custom`] is separable, [`CustomGeneral`] has any H(q, p).
 //!
 //! ```text
 //! q_j' = p_j/m_j        p_j' = -∂V/∂q_j - D_j        w_j' = D_j p_j/m_j
 //! H = Σ p_j²/(2 m_j) + V(q)        D_j(q, p), or D = R(q, p) v with v_j = p_j/m_j
 //! ```
 //!
-//! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., + - * / ^,
-//! parentheses, pi and the functions sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs.
+//! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., in D also
+//! the velocities v1, v2, .., + - * / ^, parentheses, pi and the functions sin cos tan asin acos
+//! atan sinh cosh tanh exp log sqrt abs min max.
 //! `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product if the exponent is a whole number, with
 //! a square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. `q[i+1]`
 //! is an entry, `sum(i, 1, n-1, ..)` a sum over whole numbers, `wrap(i+1)` a periodic index; i in
@@ -29,23 +30,29 @@
 //! from [`afterbay_core::taylor::trajectory`], from kink to kink.
 
 mod abilities;
+mod checks;
+mod described;
 mod description;
 mod failure;
 mod fields;
+mod general;
 mod passive;
 mod period;
 mod polynomial;
+mod programs;
 mod ridges;
 mod shape;
 mod structure;
 
-pub use afterbay_expression::{FUNCTIONS, Problem};
-pub use description::{Description, DissipationText};
+pub use afterbay_expression::{FUNCTIONS, FUNCTIONS_OF_TWO, Problem};
+pub use described::Described;
+pub use description::{Description, DissipationText, GeneralDescription};
 pub use failure::{CustomError, Place};
+pub use general::CustomGeneral;
 pub use structure::Structure;
 
-use afterbay_core::{DissipationForm, InputError, Mask, Quantity, Scalar, System, validate};
-use afterbay_expression::{Input, Node};
+use afterbay_core::{DissipationForm, Scalar, validate};
+use afterbay_expression::Node;
 use shape::{DissipationKernel, Shape};
 use std::sync::Arc;
 
@@ -100,15 +107,7 @@ impl<T: Scalar> Custom<T> {
     /// [`CustomError::NoParameter`], [`CustomError::Value`], and [`CustomError::NotFinite`] or
     /// [`CustomError::Input`] if masses or constant parts of expressions become invalid.
     pub fn with(&self, name: &str, value: T) -> Result<Self, CustomError> {
-        let Some(index) = self.shape.parameters.iter().position(|parameter| parameter == name)
-        else {
-            return Err(CustomError::NoParameter { name: name.to_owned() });
-        };
-        if !value.is_finite().all() {
-            return Err(CustomError::Value { name: name.to_owned(), value: value.to_f64() });
-        }
-        let mut parameters = self.parameters.clone();
-        parameters[index] = value;
+        let parameters = checks::replaced(&self.shape.parameters, &self.parameters, name, value)?;
         Self::bind(Arc::clone(&self.shape), parameters).checked()
     }
 
@@ -127,39 +126,8 @@ impl<T: Scalar> Custom<T> {
     /// # Errors
     /// [`CustomError::NotFinite`] with the first operation that is not, or [`CustomError::Input`].
     pub fn check_at(&self, q: &[T], p: &[T]) -> Result<(), CustomError> {
-        let (shape, n) = (&self.shape, self.shape.dof);
-        for (quantity, part) in [(Quantity::Coordinate, q), (Quantity::Momentum, p)] {
-            if part.len() != n {
-                return Err(InputError::Length { quantity, expected: n, found: part.len() }.into());
-            }
-            finite(quantity, part)?;
-        }
-        let operations: Vec<Node> = shape.places.iter().map(|x| x.1).collect();
-        let values =
-            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, |input| {
-                match input {
-                    Input::Coordinate(j) => q[j as usize],
-                    Input::Momentum(j) => p[j as usize],
-                    Input::Velocity(j) => p[j as usize] * self.inverse_masses[j as usize],
-                    Input::End => T::zero(),
-                }
-            });
-        for (place, node, span) in &shape.places {
-            if let Some(value) = values.get(node).filter(|x| !x.is_finite().all()) {
-                return Err(CustomError::NotFinite {
-                    place: *place,
-                    span: span.clone(),
-                    value: value.to_f64(),
-                });
-            }
-        }
-        let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![T::zero(); n]);
-        self.gradient(q, p, &mut hq, &mut hp);
-        self.dissipation(q, p, &hp, &mut d);
-        finite(Quantity::Energy, &[self.energy(q, p)])?;
-        finite(Quantity::Slope, &hq)?;
-        finite(Quantity::Velocity, &hp)?;
-        finite(Quantity::Dissipation, &d)
+        let shape = &self.shape;
+        checks::finite_at(self, &shape.graph, &shape.places, &self.parameters, [q, p])
     }
 
     /// Evaluates the parts that depend on the parameters alone.
@@ -174,13 +142,14 @@ impl<T: Scalar> Custom<T> {
             DissipationKernel::Linear(_) | DissipationKernel::General { .. } => Vec::new(),
         };
         let structure = &shape.structure;
-        let zero = passive::zero(&shape, at);
+        let signs = || passive::signs(&shape.graph, &shape.dissipations, at);
+        let zero = passive::zero(signs());
         let dissipation_form = if zero {
             DissipationForm::NONE
         } else {
             DissipationForm {
                 zero,
-                passive: passive::passive(&shape, at),
+                passive: passive::passive(signs(), shape.dof, shape.matrix.as_deref(), at),
                 linear: structure.linear_dissipation,
                 coupled: structure.coupled_dissipation,
             }
@@ -203,25 +172,9 @@ impl<T: Scalar> Custom<T> {
     /// Checks that the masses are positive and the parts that depend on the parameters alone are
     /// finite.
     fn checked(self) -> Result<Self, CustomError> {
-        let (graph, shape) = (&self.shape.graph, &self.shape);
-        let closed = graph.evaluate(&shape.closed, &self.parameters, |_| T::zero());
-        for (place, node, span) in &shape.places {
-            if let Some(value) = closed.get(node).filter(|x| !x.is_finite().all()) {
-                return Err(CustomError::NotFinite {
-                    place: *place,
-                    span: span.clone(),
-                    value: value.to_f64(),
-                });
-            }
-        }
+        let shape = &self.shape;
+        checks::closed_are_finite(&shape.graph, &shape.places, &shape.closed, &self.parameters)?;
         validate::masses(&self)?;
         Ok(self)
-    }
-}
-
-fn finite<T: Scalar>(quantity: Quantity, part: &[T]) -> Result<(), CustomError> {
-    match part.iter().enumerate().find(|(_, x)| !x.is_finite().all()) {
-        Some((dof, x)) => Err(InputError::NotFinite { quantity, dof, value: x.to_f64() }.into()),
-        None => Ok(()),
     }
 }

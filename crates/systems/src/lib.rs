@@ -10,7 +10,7 @@
 //! degree of freedom are [`afterbay_core::OrderRaising`]. The [`DampedOscillator`] is also linear,
 //! exactly solvable and misprinted. The [`FputChain`] and the [`VanDerPolRing`] are
 //! [`afterbay_core::Uniform`]. [`Custom`] is any other separable system, with potential and
-//! dissipation given as text.
+//! dissipation given as text, and [`CustomGeneral`] one with any H(q, p).
 
 pub mod catalog;
 mod custom;
@@ -30,7 +30,8 @@ pub use catalog::{
     MORSE_CHAIN, SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
 pub use custom::{
-    Custom, CustomError, Description, DissipationText, FUNCTIONS, Place, Problem, Structure,
+    Custom, CustomError, CustomGeneral, Described, Description, DissipationText, FUNCTIONS,
+    FUNCTIONS_OF_TWO, GeneralDescription, Place, Problem, Structure,
 };
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;

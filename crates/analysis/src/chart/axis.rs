@@ -4,6 +4,11 @@ use std::sync::Arc;
 
 use kuva::render::layout::TickFormat;
 
+/// The most ticks at the places of points.
+pub(super) const MOST_TICKS: usize = 8;
+/// The least distance of their labels, as a share of the axis.
+const LABEL: f64 = 0.09;
+
 /// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -72,6 +77,7 @@ impl Axis {
                     hi,
                     step,
                     minor: Vec::new(),
+                    own: Vec::new(),
                     label: Arc::new(move |v| number(v, step, lo.abs().max(hi.abs()))),
                 }
             }
@@ -83,6 +89,7 @@ impl Axis {
                     hi,
                     step,
                     minor: Vec::new(),
+                    own: Vec::new(),
                     label: Arc::new(|v| three_digits(10f64.powf(v))),
                 }
             }
@@ -95,6 +102,7 @@ impl Axis {
                     hi,
                     step,
                     minor,
+                    own: Vec::new(),
                     label: Arc::new(|v| format!("10{}", superscript(v.round() as i32))),
                 }
             }
@@ -110,6 +118,8 @@ pub(super) struct Span {
     pub(super) step: f64,
     /// Ticks without a label.
     pub(super) minor: Vec<f64>,
+    /// Labelled ticks in place of those at the multiples of `step`.
+    pub(super) own: Vec<(f64, String)>,
     label: Arc<dyn Fn(f64) -> String + Send + Sync>,
 }
 
@@ -117,6 +127,28 @@ impl Span {
     /// The format of the tick labels.
     pub(super) fn format(&self) -> TickFormat {
         TickFormat::Custom(self.label.clone())
+    }
+
+    /// The span with ticks at `places` on a logarithmic axis, if there are few. A tick too near to
+    /// the one before has no label.
+    pub(super) fn with_ticks_at(mut self, mut places: Vec<f64>) -> Self {
+        places.sort_by(f64::total_cmp);
+        // The multiples of a step contain 0, which cannot be left out.
+        if !(2..=MOST_TICKS).contains(&places.len()) || (self.lo <= 0.0 && self.hi >= 0.0) {
+            return self;
+        }
+        let (mut last, room) = (f64::NEG_INFINITY, LABEL * (self.hi - self.lo));
+        let tick = |place: f64| {
+            let label = three_digits(10f64.powf(place));
+            let near = place - last < room;
+            if !near {
+                last = place;
+            }
+            (place, if near { String::new() } else { label })
+        };
+        self.own = places.into_iter().map(tick).collect();
+        (self.minor, self.step) = (Vec::new(), 1e9);
+        self
     }
 
     /// The coordinates and labels of the labelled ticks.
@@ -239,6 +271,19 @@ mod tests {
     fn short_exact_log_axes_count_in_powers_of_two() {
         let span = Axis::log("h").exactly(0.2f64.log10(), 2.1f64.log10());
         assert_eq!(labels(&span), ["0.25", "0.5", "1", "2"]);
+    }
+
+    #[test]
+    fn few_places_have_the_ticks() {
+        let at = |steps: &[f64]| {
+            let places: Vec<f64> = steps.iter().map(|h: &f64| h.log10()).collect();
+            let own = Axis::log("h").span(places.iter().copied()).with_ticks_at(places).own;
+            own.into_iter().map(|(_, label)| label).collect::<Vec<_>>()
+        };
+        assert_eq!(at(&[0.1, 0.05, 0.0125]), ["0.0125", "0.05", "0.1"]);
+        assert_eq!(at(&[0.1, 0.0101, 0.01]), ["0.01", "", "0.1"], "no room for a label");
+        let many: Vec<f64> = (1..10).map(|i| 0.01 * f64::from(i)).collect();
+        assert!(at(&many).is_empty() && at(&[0.1]).is_empty());
     }
 
     #[test]

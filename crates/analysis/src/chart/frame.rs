@@ -1,16 +1,19 @@
 //! The frame of a chart: canvas, axes, titles and the room for a legend.
 
-use kuva::backend::svg::SvgBackend;
 use kuva::render::axis::{add_axes_and_grid, add_labels_and_title};
 use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 use kuva::render::theme::Theme;
 
 use super::axis::{Axis, Span};
+use super::drawing::Drawing;
 use super::look;
 
 /// The size of legend and tick text in pixels.
 pub(super) const TEXT: u32 = 13;
+
+/// The colour of grid lines.
+const GRID: &str = "#e4e4e4";
 
 /// A chart under construction. It converts coordinates along the axes to pixels.
 pub(super) struct Frame {
@@ -18,6 +21,7 @@ pub(super) struct Frame {
     layout: Layout,
     computed: ComputedLayout,
     minor: (Vec<f64>, Vec<f64>),
+    own: Vec<(f64, String)>,
     scene: Scene,
 }
 
@@ -31,7 +35,7 @@ impl Frame {
         size: (f64, f64),
         (right, below): (f64, f64),
     ) -> Self {
-        let theme = Theme { grid_color: "#e4e4e4".into(), ..Theme::light() };
+        let theme = Theme { grid_color: GRID.into(), ..Theme::light() };
         let mut layout = Layout::new((x_span.lo, x_span.hi), (y_span.lo, y_span.hi))
             .with_width(size.0)
             .with_height(size.1)
@@ -56,8 +60,14 @@ impl Frame {
         let computed = ComputedLayout::from_layout(&layout);
         let mut scene = Scene::new(size.0 + right, size.1 + below);
         scene.font_family = computed.font_family.clone();
-        scene.text_color = Some("#1a1a1a".into());
-        Self { title: title.into(), layout, computed, minor: (x_span.minor, y_span.minor), scene }
+        Self {
+            title: title.into(),
+            layout,
+            computed,
+            minor: (x_span.minor, y_span.minor),
+            own: x_span.own,
+            scene,
+        }
     }
 
     /// Draws axes and titles over the contents. `grid` adds grid lines.
@@ -65,7 +75,15 @@ impl Frame {
         self.layout.show_grid = grid;
         add_axes_and_grid(&mut self.scene, &self.computed, &self.layout);
         add_labels_and_title(&mut self.scene, &self.computed, &self.layout);
-        let (left, _, _, bottom) = self.plot();
+        let (left, top, _, bottom) = self.plot();
+        for (x, label) in std::mem::take(&mut self.own) {
+            let x = self.computed.map_x(x);
+            if grid && !label.is_empty() {
+                self.add(look::stroke(&[(x, top), (x, bottom)], GRID.into(), 1.0, None));
+            }
+            self.add(look::stroke(&[(x, bottom), (x, bottom + 5.0)], "#000000".into(), 1.0, None));
+            self.add(text(label, (x, bottom + 14.0), TextAnchor::Middle));
+        }
         for x in std::mem::take(&mut self.minor.0) {
             let x = self.computed.map_x(x);
             self.add(look::stroke(&[(x, bottom), (x, bottom + 3.0)], "#000000".into(), 0.8, None));
@@ -100,16 +118,10 @@ impl Frame {
         self.add(Primitive::GroupEnd);
     }
 
-    /// The chart as SVG text, with a view box so that it can be shown at any width.
-    pub(super) fn svg(self) -> String {
-        let svg = SvgBackend::new().render_scene(&self.scene);
-        let (w, h) = (self.scene.width, self.scene.height);
-        let title = maud::html! { (self.title) }.into_string();
-        svg.replacen(
-            "<svg ",
-            &format!(r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}" "#),
-            1,
-        )
+    /// The finished chart.
+    pub(super) fn drawing(self) -> Drawing {
+        let Scene { width, height, elements, font_family, .. } = self.scene;
+        Drawing { title: self.title, size: (width, height), elements, font: font_family }
     }
 }
 
@@ -129,6 +141,17 @@ pub(super) fn text(
         rotate: None,
         bold: false,
         color: None,
+    }
+}
+
+/// One line of grey text.
+pub(super) fn note(content: impl Into<String>, at: (f64, f64), anchor: TextAnchor) -> Primitive {
+    match text(content, at, anchor) {
+        Primitive::Text { x, y, content, size, anchor, rotate, bold, .. } => {
+            let color = Some(look::GREY.into());
+            Primitive::Text { x, y, content, size, anchor, rotate, bold, color }
+        }
+        other => other,
     }
 }
 

@@ -7,6 +7,7 @@ use kuva::render::color::Color;
 use kuva::render::render::TextAnchor;
 
 use super::axis::{Axis, extent};
+use super::drawing::Drawing;
 use super::frame::{Frame, text, width};
 use super::look;
 
@@ -62,13 +63,13 @@ pub struct HeatMap {
 }
 
 impl HeatMap {
-    /// The map as SVG text.
+    /// The map as a drawing.
     ///
     /// # Panics
     ///
     /// If the number of entries is not that of the cells, or if an axis cannot show a centre (for
     /// instance zero on a logarithmic axis).
-    pub fn svg(&self) -> String {
+    pub fn draw(&self) -> Drawing {
         let columns = edges(&self.x, &self.xs);
         let rows = edges(&self.y, &self.ys);
         let entries = match &self.cells {
@@ -98,7 +99,7 @@ impl HeatMap {
             Cells::Values { label, span, values } => colour_bar(&mut frame, label, *span, values),
             Cells::Verdicts { names, .. } => legend(&mut frame, names),
         }
-        frame.svg()
+        frame.drawing()
     }
 
     /// The path around the cells of each shade. Neighbours of the same shade in a row form one
@@ -219,10 +220,10 @@ fn swatch(frame: &mut Frame, name: &str, colour: Color, (x, y): (f64, f64)) {
     frame.add(text(name, (x + 20.0, y), TextAnchor::Start));
 }
 
-/// Path data of a rectangle. Corners are rounded to a tenth of a pixel before the sides are
-/// measured, so that neighbours meet without a seam.
+/// Path data of a rectangle. Corners are rounded to half a pixel, a whole one of a PNG picture,
+/// before the sides are measured, so that neighbours meet without a seam.
 fn rectangle(left: f64, top: f64, right: f64, bottom: f64) -> String {
-    let [left, top, right, bottom] = [left, top, right, bottom].map(|v| (10.0 * v).round() / 10.0);
+    let [left, top, right, bottom] = [left, top, right, bottom].map(|v| (2.0 * v).round() / 2.0);
     let (w, h) = (right - left, bottom - top);
     format!("M{left:.1} {top:.1}h{w:.1}v{h:.1}h{:.1}z", -w)
 }
@@ -246,7 +247,9 @@ mod tests {
     #[test]
     fn equal_neighbours_are_one_rectangle() {
         let verdicts = vec![0, 0, 1, 1, 1, 1];
-        let svg = map(Cells::Verdicts { names: vec!["good".into(), "bad".into()], verdicts }).svg();
+        let svg = map(Cells::Verdicts { names: vec!["good".into(), "bad".into()], verdicts })
+            .draw()
+            .svg();
         let cells = &svg[svg.find("crispEdges").unwrap()..svg.find("</g>").unwrap()];
         assert_eq!(cells.matches('z').count(), 3);
         assert!(svg.contains("good") && svg.contains("bad"));
@@ -254,7 +257,8 @@ mod tests {
 
     #[test]
     fn a_value_that_is_not_finite_is_shown_as_such() {
-        let with = |values| map(Cells::Values { label: "log₁₀ ρ".into(), span: 1.0, values }).svg();
+        let with =
+            |values| map(Cells::Values { label: "log₁₀ ρ".into(), span: 1.0, values }).draw().svg();
         assert!(with(vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]).contains("not finite"));
         assert!(!with(vec![1.5; 6]).contains("not finite"));
     }

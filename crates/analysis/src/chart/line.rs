@@ -2,18 +2,15 @@
 
 use kuva::render::render::TextAnchor;
 
-use super::axis::{Axis, Scale, Span, extent};
-use super::frame::{Frame, TEXT, text, width};
+use super::axis::{Axis, MOST_TICKS, Scale, Span, extent};
+use super::drawing::Drawing;
+use super::frame::{self, Frame};
+use super::legend::{Legend, ROW};
 use super::look::{self, GREY, Look};
 use super::thin::thin;
 
 /// The canvas in pixels. A legend too wide to stand beside the plot increases its height.
-const CANVAS: (f64, f64) = (760.0, 480.0);
-/// The widest legend beside the plot, in pixels.
-const BESIDE: f64 = 250.0;
-/// The length in pixels of the sample of a curve in the legend, with the gap to its label.
-const SAMPLE: f64 = 46.0;
-const ROW: f64 = 21.0;
+pub(super) const CANVAS: (f64, f64) = (760.0, 480.0);
 /// The most points drawn for one curve, and for all curves of a chart.
 const POINTS: (usize, usize) = (1500, 15_000);
 
@@ -45,7 +42,8 @@ pub struct Curve {
 /// A point that an axis cannot show (not finite, or not positive on a logarithmic axis) is left
 /// out: the line joins its neighbours, and a note below the chart gives the number of missing
 /// points. A curve of more than 1500 points is thinned to that many, keeping the lowest and the
-/// highest point of each stretch. A single curve has no legend.
+/// highest point of each stretch. A single curve has no legend. Where all points have at most eight
+/// places on a logarithmic horizontal axis, as errors at some steps have, its ticks are there.
 #[derive(Debug, Clone)]
 pub struct LineChart {
     /// A short title above the plot.
@@ -62,22 +60,19 @@ pub struct LineChart {
 }
 
 impl LineChart {
-    /// The chart as SVG text.
-    pub fn svg(&self) -> String {
-        let place = |&(x, y): &(f64, f64)| Some((self.x.place(x)?, self.y.place(y)?));
-        let placed: Vec<Vec<_>> = self
-            .curves
-            .iter()
-            .map(|curve| curve.points.iter().filter_map(place).collect())
-            .collect();
-        let bounds: Vec<Vec<_>> = self
-            .curves
-            .iter()
-            .map(|curve| curve.bounds.iter().filter_map(place).collect())
-            .collect();
+    /// The chart as a drawing.
+    pub fn draw(&self) -> Drawing {
+        let placed: Vec<Vec<_>> =
+            self.curves.iter().map(|curve| place(&self.x, &self.y, &curve.points)).collect();
+        let bounds: Vec<Vec<_>> =
+            self.curves.iter().map(|curve| place(&self.x, &self.y, &curve.bounds)).collect();
         let missing = self.curves.iter().map(|c| c.points.len()).sum::<usize>()
             - placed.iter().map(Vec::len).sum::<usize>();
-        let x_span = self.x.span(placed.iter().chain(&bounds).flatten().map(|p| p.0));
+        let xs = || placed.iter().chain(&bounds).flatten().map(|p| p.0);
+        let mut x_span = self.x.span(xs());
+        if self.x.scale == Scale::Log {
+            x_span = x_span.with_ticks_at(few(xs()));
+        }
         let y_span = self.y.span(placed.iter().chain(&bounds).flatten().map(|p| p.1));
         let guides = self.guide_lines(&placed, &y_span);
 
@@ -91,11 +86,10 @@ impl LineChart {
         for (_, from, to) in &guides {
             draw_guide(&mut frame, *from, *to);
         }
-        let most = POINTS.0.min(POINTS.1 / self.curves.len().max(1));
+        let most = most_points(self.curves.len());
         let looks = Look::of_labels(self.curves.iter().map(|curve| curve.label.as_str()));
         for ((curve, points), &look) in self.curves.iter().zip(&placed).zip(&looks) {
-            let pixels: Vec<_> = thin(points, most).into_iter().map(|p| frame.pixel(p)).collect();
-            draw_curve(&mut frame, look, curve.style, &pixels);
+            draw_curve(&mut frame, look, curve.style, &thin(points, most));
         }
         for (bounds, look) in bounds.iter().zip(&looks).filter(|(bounds, _)| !bounds.is_empty()) {
             let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
@@ -105,7 +99,8 @@ impl LineChart {
         for (slope, from, to) in &guides {
             label_guide(&mut frame, *slope, *from, *to);
         }
-        legend.draw(&mut frame, &self.curves, &looks);
+        let (left, top, ..) = frame.plot();
+        legend.entries((left, top), &self.curves, &looks).for_each(|entry| frame.add(entry));
         let mut notes = Vec::new();
         if missing > 0 {
             let all: usize = self.curves.iter().map(|c| c.points.len()).sum();
@@ -123,9 +118,9 @@ impl LineChart {
         }
         for (row, note) in notes.into_iter().enumerate() {
             let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + (0.4 + row as f64) * ROW);
-            frame.group(&format!(r#"fill="{GREY}""#), [text(note, at, TextAnchor::End)]);
+            frame.add(frame::note(note, at, TextAnchor::End));
         }
-        frame.svg()
+        frame.drawing()
     }
 
     /// The guides as slopes and end points, in coordinates along the axes.
@@ -157,7 +152,7 @@ impl LineChart {
     }
 }
 
-type Point = (f64, f64);
+pub(super) type Point = (f64, f64);
 
 /// The end of a curve at which errors that fall with `slope` are largest, and the point halfway
 /// along. Points beyond may lie on a floor of roundings.
@@ -180,70 +175,46 @@ fn label_guide(frame: &mut Frame, slope: f64, from: Point, to: Point) {
     let at = (low.0 + 0.25 * (high.0 - low.0), low.1 + 0.25 * (high.1 - low.1) + 7.0);
     let label = format!("slope {}", slope.to_string().replace('-', "−"));
     let label = if slope > 0.0 {
-        text(label, (at.0 + 8.0, at.1), TextAnchor::Start)
+        frame::note(label, (at.0 + 8.0, at.1), TextAnchor::Start)
     } else {
-        text(label, (at.0 - 8.0, at.1), TextAnchor::End)
+        frame::note(label, (at.0 - 8.0, at.1), TextAnchor::End)
     };
-    let rim = format!(r##"fill="{GREY}" stroke="#ffffff" stroke-width="3" paint-order="stroke""##);
-    frame.group(&rim, [label]);
+    let rim = r##"stroke="#ffffff" stroke-width="3" paint-order="stroke""##;
+    frame.group(rim, [label]);
 }
 
-fn draw_curve(frame: &mut Frame, look: Look, style: Style, pixels: &[Point]) {
+/// The different coordinates, as many as an axis may have ticks and one more.
+fn few(coordinates: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut found: Vec<f64> = Vec::new();
+    for x in coordinates {
+        if found.len() <= MOST_TICKS && found.iter().all(|other| (x - other).abs() > 1e-9) {
+            found.push(x);
+        }
+    }
+    found
+}
+
+/// The coordinates along the axes of the points that both can show.
+pub(super) fn place(x: &Axis, y: &Axis, points: &[Point]) -> Vec<Point> {
+    points.iter().filter_map(|&(px, py)| Some((x.place(px)?, y.place(py)?))).collect()
+}
+
+/// The most points drawn for each of a number of curves.
+pub(super) fn most_points(curves: usize) -> usize {
+    POINTS.0.min(POINTS.1 / curves.max(1))
+}
+
+/// Draws a curve through `points`, in coordinates along the axes.
+pub(super) fn draw_curve(frame: &mut Frame, look: Look, style: Style, points: &[Point]) {
+    let pixels: Vec<_> = points.iter().map(|&at| frame.pixel(at)).collect();
     if pixels.len() > 1 {
         let width = if pixels.len() > 400 { 1.3 } else { 1.9 };
-        frame.group(r#"stroke-linejoin="round""#, [look.line(pixels, width)]);
+        frame.group(r#"stroke-linejoin="round""#, [look.line(&pixels, width)]);
     }
     if pixels.len() == 1 || style != Style::Line {
         let marked: Vec<_> =
             pixels.iter().copied().step_by(pixels.len().div_ceil(40).max(1)).collect();
         frame.add(look.markers(&marked, 4.0));
-    }
-}
-
-/// The place of the legend and the room it takes, in pixels.
-struct Legend {
-    /// The width beside the plot.
-    right: f64,
-    /// The height below the plot.
-    below: f64,
-    /// The excess of the widest entry over the width of the canvas.
-    overhang: f64,
-    columns: usize,
-    column: f64,
-}
-
-impl Legend {
-    fn of(curves: &[Curve]) -> Self {
-        let column = SAMPLE + curves.iter().map(|c| width(&c.label)).fold(0.0, f64::max) + 14.0;
-        let none = Self { right: 0.0, below: 0.0, overhang: 0.0, columns: 1, column };
-        if curves.len() < 2 {
-            return none;
-        }
-        if column <= BESIDE && curves.len() as f64 * ROW < CANVAS.1 - 60.0 {
-            return Self { right: column, ..none };
-        }
-        let columns = (((CANVAS.0 - 60.0) / column) as usize).clamp(1, curves.len());
-        let below = curves.len().div_ceil(columns) as f64 * ROW + 16.0;
-        Self { below, columns, overhang: (column + 60.0 - CANVAS.0).max(0.0), ..none }
-    }
-
-    fn draw(&self, frame: &mut Frame, curves: &[Curve], looks: &[Look]) {
-        let (left, top, ..) = frame.plot();
-        let origin = match (self.right > 0.0, self.below > 0.0) {
-            (true, _) => (CANVAS.0 - self.right, top + 0.5 * ROW),
-            (_, true) => (left, CANVAS.1 + f64::from(TEXT)),
-            _ => return,
-        };
-        let rows = curves.len().div_ceil(self.columns);
-        for (nth, (curve, look)) in curves.iter().zip(looks).enumerate() {
-            let x = origin.0 + (nth / rows) as f64 * self.column;
-            let y = origin.1 + (nth % rows) as f64 * ROW;
-            frame.add(look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9));
-            if curve.style != Style::Line {
-                frame.add(look.markers(&[(x + 0.5 * (SAMPLE - 8.0), y)], 4.0));
-            }
-            frame.add(text(&curve.label, (x + SAMPLE, y), TextAnchor::Start));
-        }
     }
 }
 
@@ -269,7 +240,7 @@ mod tests {
 
     #[test]
     fn zeros_on_a_log_axis_are_left_out_and_counted() {
-        let svg = chart(vec![(0.0, 0.0), (1.0, 1e-14), (2.0, f64::NAN), (3.0, 1e-12)]).svg();
+        let svg = chart(vec![(0.0, 0.0), (1.0, 1e-14), (2.0, f64::NAN), (3.0, 1e-12)]).draw().svg();
         assert!(svg.contains("4 of 8 points are not shown"));
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
         assert!(svg.contains("a &lt; b"));
@@ -278,20 +249,20 @@ mod tests {
     #[test]
     fn a_long_curve_makes_a_small_chart() {
         let wave = |i: u32| (f64::from(i) * 0.01, 1e-12 * (2.0 + (f64::from(i) * 0.3).sin()));
-        assert!(chart((0..20_001).map(wave).collect()).svg().len() < 100_000);
+        assert!(chart((0..20_001).map(wave).collect()).draw().svg().len() < 100_000);
     }
 
     #[test]
     fn an_empty_chart_still_has_axes() {
-        assert!(chart(vec![]).svg().contains("t [s]"));
+        assert!(chart(vec![]).draw().svg().contains("t [s]"));
     }
 
     #[test]
     fn upper_bounds_are_drawn_apart() {
         let mut chart = chart(vec![(0.0, 1e-3), (1.0, 1e-4)]);
-        let without = chart.svg();
+        let without = chart.draw().svg();
         chart.curves[0].bounds = vec![(2.0, 1e-9)];
-        let with = chart.svg();
+        let with = chart.draw().svg();
         assert!(!without.contains("hollow with an arrow") && with.contains("hollow with an arrow"));
         assert!(with.matches("<path").count() > without.matches("<path").count());
     }
@@ -310,6 +281,6 @@ mod tests {
             assert!(a.1 >= y.lo - 1e-9 && b.1 <= y.hi + 1e-9);
             assert!(b.0 == -1.0 && b.1 < -4.0 && b.1 > -4.3, "just below the coarse end: {b:?}");
         }
-        assert!(chart.svg().contains("slope 4"));
+        assert!(chart.draw().svg().contains("slope 4"));
     }
 }

@@ -58,16 +58,20 @@ fn place_of_method(label: &str) -> Option<usize> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Look {
     nth: usize,
+    /// Whether the line has no dashes: it is the only one of its plot.
+    alone: bool,
 }
 
 impl Look {
     /// The looks of the curves of one chart, by label. A method has the same look in every chart. A
     /// second curve of the same method has its colour, with another dash and marker. Other curves
-    /// take the first free looks.
+    /// take the first free looks. A curve
+    /// that is alone has no dashes.
     pub(super) fn of_labels<'a>(labels: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
         let places: Vec<_> = labels.into_iter().map(place_of_method).collect();
         let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
         let mut seen = Vec::new();
+        let alone = places.len() == 1;
         let look = |place: Option<usize>| {
             let (mut nth, stride) = place.map_or((0, 1), |place| (place, CURVES.len()));
             let own = place.is_some_and(|place| !seen.contains(&place));
@@ -76,7 +80,7 @@ impl Look {
                 nth += stride;
             }
             taken.push(nth);
-            Self { nth }
+            Self { nth, alone }
         };
         places.into_iter().map(look).collect()
     }
@@ -87,7 +91,7 @@ impl Look {
 
     /// A line through `points`, in pixels.
     pub(super) fn line(self, points: &[(f64, f64)], width: f64) -> Primitive {
-        let dash = DASHES[self.nth % DASHES.len()];
+        let dash = if self.alone { "" } else { DASHES[self.nth % DASHES.len()] };
         stroke(points, self.colour(), width, (!dash.is_empty()).then_some(dash))
     }
 

@@ -1,12 +1,21 @@
 //! Thinning of long curves.
 
+/// How many times more points a curve that runs back, such as an orbit, may keep.
+const OF_ORBITS: usize = 3;
+
 /// At most `most` of the points, in their order. The curve is cut into equal stretches, and the
 /// lowest and the highest point of each are kept, so that no peak is lost. The first and the last
-/// point are kept too.
+/// point are kept too. A curve whose x runs back keeps points at equal distances instead, three
+/// times as many, as its turns would become polygons.
 pub(super) fn thin(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Vec::new() };
     if points.len() <= most {
         return points.to_vec();
+    }
+    if !points.is_sorted_by(|a, b| a.0 <= b.0) && !points.is_sorted_by(|a, b| a.0 >= b.0) {
+        let stride = points.len().div_ceil(OF_ORBITS * most);
+        let end = ((points.len() - 1) % stride != 0).then_some(*last);
+        return points.iter().step_by(stride).copied().chain(end).collect();
     }
     let stretches = (most.saturating_sub(2) / 2).max(1);
     let inner = &points[1..points.len() - 1];
@@ -42,6 +51,16 @@ mod tests {
         assert!(kept.contains(&points[7_123]) && kept.contains(&points[15_001]));
         assert_eq!((kept.first(), kept.last()), (points.first(), points.last()));
         assert!(kept.is_sorted_by(|a, b| a.0 < b.0));
+    }
+
+    #[test]
+    fn an_orbit_keeps_points_at_equal_distances() {
+        let turn = |i: u32| (f64::from(i) * 0.1).sin_cos();
+        let points: Vec<_> = (0..20_001).map(turn).collect();
+        let kept = thin(&points, 1500);
+        assert!(kept.len() > 3000 && kept.len() <= 4502);
+        assert_eq!((kept.first(), kept.last()), (points.first(), points.last()));
+        assert_eq!(kept[1], points[5]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The energy books: the loss of H, the content of the reservoir, and the deviation of K.
 
 use crate::Measured;
-use crate::chart::{Axis, Curve, Style};
+use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::report::Verdict;
@@ -72,30 +72,39 @@ pub(super) fn sheet(
         of_errors(books.method, Style::Line, errors)
     });
     let w_errors = w_errors.collect();
+    let energy = |quantity: &str| scene.units.energy(quantity);
+    let over_time = |title: &str, y: Axis, curves: Vec<Curve>| LineChart {
+        x: Axis::linear(scene.units.time("time t")),
+        ..over_time(title, y, curves)
+    };
     let charts = [
         (
             "books-energy",
             "H over time.",
-            over_time("Energy", Axis::linear("H"), curves(&|row| row.energy)),
+            over_time("Energy", Axis::linear(energy("H")), curves(&|row| row.energy)),
         ),
         (
             "books-reservoir",
             "The sum of all reservoirs.",
-            over_time("Reservoir", Axis::linear("Σ w"), curves(&|row| row.w.iter().sum())),
+            over_time("Reservoir", Axis::linear(energy("Σ w")), curves(&|row| row.w.iter().sum())),
         ),
         (
             "books-deviation-of-k",
             "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
-            over_time("Deviation of K", Axis::log("|K - K₀|"), curves(&|row| row.drift.abs())),
+            over_time(
+                "Deviation of K",
+                Axis::log(energy("|K − K₀|")),
+                curves(&|row| row.drift.abs()),
+            ),
         ),
         (
             "books-error-of-w",
             "Error of w against the reference, the largest over the degrees of freedom.",
-            over_time("Error of w", Axis::log("|w - w(t)|"), w_errors),
+            over_time("Error of w", Axis::log(energy("|w − w(t)|")), w_errors),
         ),
     ];
     let [a, b, c, d] =
-        charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
+        charts.map(|(name, caption, chart)| sheet.figure(name, chart.draw(), caption, DATA));
     sheet.show_pair(a, b);
     sheet.show_pair(c, d);
     Ok(sheet)

@@ -12,6 +12,7 @@ use crate::scene::{Scene, StepsPlan};
 use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors, table};
 use crate::study::VARIABLES;
 use crate::study::global_order::{self, GlobalRow};
+use afterbay_methods::registry::EXACT;
 
 /// The least error from which an order is taken, well above rounding.
 const ABOVE_ROUNDING: f64 = 1e-11;
@@ -57,11 +58,7 @@ pub(super) fn sheet(
     };
     let cells = |row: &&'static afterbay_methods::registry::Row| {
         let claimed = row.order();
-        let claimed = if claimed == afterbay_methods::registry::EXACT {
-            "exact".into()
-        } else {
-            claimed.to_string()
-        };
+        let claimed = if claimed == EXACT { "exact".into() } else { claimed.to_string() };
         let mut cells = vec![row.name.into(), claimed];
         cells.extend(VARIABLES.map(|variable| decimal(order(row.name, variable))));
         cells.extend(VARIABLES.map(|variable| measured(finest(row.name, variable))));
@@ -84,7 +81,7 @@ pub(super) fn sheet(
     sheet.section.blocks.push(table(&header, plan.methods.iter().map(cells).collect()));
     let chart = |variable: &str| LineChart {
         title: format!("Global error of {variable}"),
-        x: Axis::log("step h"),
+        x: Axis::log(scene.units.time("step h")),
         y: Axis::log(format!("largest error of {variable} on [0, {}]", problem.end)),
         curves: all
             .iter()
@@ -94,13 +91,13 @@ pub(super) fn sheet(
                 of_errors(method, Style::LineMarkers, errors)
             })
             .collect(),
-        guides: Vec::new(),
+        guides: slopes(plan.methods.iter().map(|row| row.order())),
     };
     let [q, p, w] = VARIABLES.map(|variable| {
         let caption = format!("Global error of {variable} against the step.");
         sheet.figure(
             &format!("global-error-{variable}"),
-            chart(variable).svg(),
+            chart(variable).draw(),
             caption,
             "global_orders",
         )
@@ -108,6 +105,14 @@ pub(super) fn sheet(
     sheet.show_pair(q, p);
     sheet.section.blocks.push(crate::report::Block::Figure(w));
     Ok(sheet)
+}
+
+/// The slopes of guides for methods of these orders.
+pub(super) fn slopes(orders: impl Iterator<Item = u32>) -> Vec<f64> {
+    let mut orders: Vec<u32> = orders.filter(|&order| order != EXACT).collect();
+    orders.sort_unstable();
+    orders.dedup();
+    orders.into_iter().map(f64::from).collect()
 }
 
 fn global(r: &Readings) -> Said {

@@ -1,5 +1,6 @@
 //! Local errors and their orders.
 
+use super::global_orders::slopes;
 use super::names;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed};
@@ -71,7 +72,7 @@ pub(super) fn sheet(
     sheet.fold("every order", vec![table]);
     let chart = |i: usize, name: &str| LineChart {
         title: format!("Local error of {name}, median"),
-        x: Axis::log("step h"),
+        x: Axis::log(scene.units.time("step h")),
         y: Axis::log(format!("median of |T| of {name}")),
         curves: all
             .iter()
@@ -82,12 +83,12 @@ pub(super) fn sheet(
                 marked(method, points.map(point).collect())
             })
             .collect(),
-        guides: Vec::new(),
+        guides: slopes(plan.methods.iter().map(|row| row.local_order[i])),
     };
     let [q, p, w] = [0, 1, 2].map(|i| {
         let name = VARIABLES[i];
         let caption = format!("Median of the local errors of {name} over the base grid.");
-        sheet.figure(&format!("local-error-{name}"), chart(i, name).svg(), caption, "local_orders")
+        sheet.figure(&format!("local-error-{name}"), chart(i, name).draw(), caption, "local_orders")
     });
     sheet.show_pair(q, p);
     sheet.section.blocks.push(crate::report::Block::Figure(w));

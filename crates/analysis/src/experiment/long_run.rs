@@ -68,7 +68,7 @@ pub(super) fn sheet(
     sheet.table(&header, found.iter().map(cells).collect());
     let chart = LineChart {
         title: "K in a long run".into(),
-        x: Axis::log("time t"),
+        x: Axis::log(scene.units.time("time t")),
         y: Axis::log("|K - K₀| / |K₀|, rms of a window"),
         curves: found.iter().map(chart_of).collect(),
         guides: vec![0.5, 1.0],

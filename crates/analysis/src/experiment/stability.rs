@@ -6,7 +6,7 @@ use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::{Block, Verdict as Holds};
-use crate::scene::{Scene, Spacing, StabilityPlan};
+use crate::scene::{Scene, Spacing, StabilityPlan, UnitsTable};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
 use crate::study::stability::{AtlasRow, Map, StabilityRow, Verdict, atlas, rules};
@@ -67,9 +67,9 @@ pub(super) fn sheet(
     let mut figures = Vec::new();
     for method in names(&plan.methods) {
         let cells: Vec<_> = found.iter().filter(|row| row.method == method).collect();
-        let verdicts = verdict_map(&format!("{method}: verdict"), plan, &cells);
+        let verdicts = verdict_map(&format!("{method}: verdict"), plan, &cells, &scene.units);
         let name = format!("stability-{method}");
-        figures.push(sheet.figure(&name, verdicts.svg(), "What the run did.", DATA));
+        figures.push(sheet.figure(&name, verdicts.draw(), "What the run did.", DATA));
         let radii: Option<Vec<f64>> = cells.iter().map(|row| row.spectral_radius).collect();
         if let Some(radii) = radii {
             let cells = Cells::Values {
@@ -81,7 +81,7 @@ pub(super) fn sheet(
             let caption = "The exact spectral radius of the step matrix.";
             figures.push(sheet.figure(
                 &format!("spectral-radius-{method}"),
-                radius.svg(),
+                radius.draw(),
                 caption,
                 DATA,
             ));
@@ -139,7 +139,12 @@ fn cells_of(row: &AtlasRow) -> Vec<String> {
 }
 
 /// The verdicts of one method over steps and values, as a map.
-fn verdict_map(title: &str, plan: &StabilityPlan, cells: &[&StabilityRow]) -> HeatMap {
+fn verdict_map(
+    title: &str,
+    plan: &StabilityPlan,
+    cells: &[&StabilityRow],
+    units: &UnitsTable,
+) -> HeatMap {
     let index = |row: &&StabilityRow| {
         Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0)
     };
@@ -149,7 +154,7 @@ fn verdict_map(title: &str, plan: &StabilityPlan, cells: &[&StabilityRow]) -> He
     };
     HeatMap {
         title: title.into(),
-        x: axis("step h", plan.step_spacing),
+        x: axis(&units.time("step h"), plan.step_spacing),
         y: axis(&plan.parameter, plan.spacing),
         xs: plan.steps.clone(),
         ys: plan.values.clone(),

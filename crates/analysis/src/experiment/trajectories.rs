@@ -1,16 +1,16 @@
 //! Trajectories by each method.
 
-use crate::chart::{Axis, Curve, LineChart};
+use super::figures;
 use crate::claim::{Readings, Said};
 use crate::progress::Progress;
-use crate::report::Verdict;
+use crate::report::{Block, Figure, Verdict};
 use crate::scene::{RunPlan, Scene};
-use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
+use crate::sheet::{ReportError, Sheet, scientific};
 use crate::study::outcome::COMPLETED;
-use crate::study::trajectory::{self, Trajectory, TrajectoryRow};
+use crate::study::trajectory::{self, Trajectory};
 
-/// The number of degrees of freedom shown.
-const SHOWN: usize = 6;
+/// The most coordinates, and momenta, whose ends are numbers of a sweep.
+const MOST_ENTRIES: usize = 4;
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
@@ -34,6 +34,33 @@ pub(super) fn sheet(
         |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
     say(&mut sheet, &found);
+    for run in &found {
+        let Some(end) = run.rows.last() else { continue };
+        let of_method = |what: &str, value| (run.method.to_owned(), what.to_owned(), value);
+        let lost = end.w.iter().sum();
+        sheet.numbers.push(of_method("H at the end", end.energy));
+        sheet.numbers.push(of_method("Σ w at the end", lost));
+        for (name, part) in [("q", &end.q), ("p", &end.p)] {
+            let entries = (1..).zip(part).take(MOST_ENTRIES);
+            let named = entries.map(|(j, &x)| of_method(&format!("{name}{j} at the end"), x));
+            sheet.numbers.extend(named);
+        }
+    }
+    let mut narrow: Option<Figure> = None;
+    for figure in figures::plans(scene, plan) {
+        let drawn = figures::draw(&figure, &found, &scene.units);
+        let wide = drawn.wide;
+        let figure = sheet.figure(&figure.name, drawn.drawing, drawn.caption, DATA);
+        match (wide, narrow.take()) {
+            (false, None) => narrow = Some(figure),
+            (false, Some(left)) => sheet.show_pair(left, figure),
+            (true, left) => {
+                sheet.section.blocks.extend(left.map(Block::Figure));
+                sheet.section.blocks.push(Block::Figure(figure));
+            }
+        }
+    }
+    sheet.section.blocks.extend(narrow.map(Block::Figure));
     let last = |run: &Trajectory| {
         let mut cells = vec![run.method.into(), run.ending.describe()];
         if let Some(row) = run.rows.last() {
@@ -47,82 +74,12 @@ pub(super) fn sheet(
         &["method", "outcome", "steps", "t", "H", "Σ w", "max |K - K₀| of the states kept"],
         found.iter().map(last).collect(),
     );
-    let curves = |value: &dyn Fn(&TrajectoryRow) -> (f64, f64)| -> Vec<Curve> {
-        found.iter().map(|run| line(run.method, run.rows.iter().map(value).collect())).collect()
-    };
-    if n == 1 {
-        let over = over_time("Coordinate", Axis::linear("q"), curves(&|row| (row.t, row.q[0])));
-        let phase = LineChart {
-            title: "Phase plane".into(),
-            x: Axis::linear("q"),
-            y: Axis::linear("p"),
-            curves: curves(&|row| (row.q[0], row.p[0])),
-            guides: Vec::new(),
-        };
-        pair(
-            &mut sheet,
-            ("coordinate", &over, "q over time."),
-            ("phase-plane", &phase, "p against q."),
-        );
-    } else if let Some(run) = found.first() {
-        let of = |name: &str, part: fn(&TrajectoryRow) -> &[f64]| -> Vec<Curve> {
-            (0..n.min(SHOWN))
-                .map(|j| {
-                    let points =
-                        run.rows.iter().filter_map(|row| Some((row.t, *part(row).get(j)?)));
-                    line(&format!("{name}{}", j + 1), points.collect())
-                })
-                .collect()
-        };
-        let some = if n > SHOWN { format!("the first {SHOWN} of {n}") } else { "all".into() };
-        let coordinates = over_time(
-            &format!("Coordinates by {}", run.method),
-            Axis::linear("q_j"),
-            of("q", |row| &row.q),
-        );
-        let reservoirs = over_time(
-            &format!("Reservoirs by {}", run.method),
-            Axis::linear("w_j"),
-            of("w", |row| &row.w),
-        );
-        pair(
-            &mut sheet,
-            ("coordinates", &coordinates, &format!("Coordinates over time, {some}.")),
-            (
-                "reservoirs",
-                &reservoirs,
-                &format!("The energy each degree of freedom gave up, {some}."),
-            ),
-        );
-    }
-    let energy = over_time("Energy", Axis::linear("H"), curves(&|row| (row.t, row.energy)));
-    let start = found.first().and_then(|run| run.rows.first()).map_or(0.0, |row| row.total);
-    let kept = over_time(
-        "Deviation of K",
-        Axis::log("|K - K₀|"),
-        curves(&|row| (row.t, (row.total - start).abs())),
-    );
-    pair(
-        &mut sheet,
-        ("energy", &energy, "H over time."),
-        (
-            "deviation-of-k",
-            &kept,
-            "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
-        ),
-    );
     sheet.text(format!(
         "Methods: {}. The table contains one of every {} states, and the last.",
-        found.iter().map(|run| run.method).collect::<Vec<_>>().join(", "),
+        plan.names().join(", "),
         plan.every
     ));
     Ok(sheet)
-}
-
-fn pair(sheet: &mut Sheet, left: (&str, &LineChart, &str), right: (&str, &LineChart, &str)) {
-    let [left, right] =
-        [left, right].map(|(name, chart, caption)| sheet.figure(name, chart.svg(), caption, DATA));
-    sheet.show_pair(left, right);
 }
 
 /// The largest deviation of K in the states that were kept.

@@ -79,7 +79,7 @@ pub(super) fn sheet(
         ),
     ];
     let [qp, w, by_qp, by_w] =
-        charts.map(|(name, caption, chart)| sheet.figure(name, chart.svg(), caption, DATA));
+        charts.map(|(name, caption, chart)| sheet.figure(name, chart.draw(), caption, DATA));
     sheet.show_pair(qp, w);
     sheet.section.blocks.push(table(&HEADER, found.iter().map(cells).collect()));
     sheet.fold("errors against evaluations", vec![Block::Pair(by_qp, by_w)]);

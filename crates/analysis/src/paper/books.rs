@@ -312,9 +312,9 @@ fn global_orders(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError
         guides: vec![2.0, 4.0],
     };
     let left =
-        sheet.figure("global-error-q", chart("q").svg(), "Global error of q.", "global_orders");
+        sheet.figure("global-error-q", chart("q").draw(), "Global error of q.", "global_orders");
     let right =
-        sheet.figure("global-error-w", chart("w").svg(), "Global error of w.", "global_orders");
+        sheet.figure("global-error-w", chart("w").draw(), "Global error of w.", "global_orders");
     sheet.show_pair(left, right);
     Ok(())
 }

@@ -160,13 +160,13 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             over_time(&format!("{name}: deviation of K"), Axis::log("|K - K₀|"), curves.into());
         let left = sheet.figure(
             &format!("{name}-drift"),
-            chart.svg(),
+            chart.draw(),
             "Deviation of K from its initial value.",
             &format!("{name}/energy"),
         );
         let right = sheet.figure(
             &format!("{name}-energy"),
-            reservoir.svg(),
+            reservoir.draw(),
             "Energy of the system along the run of modDG.",
             &format!("{name}/energy"),
         );

@@ -48,7 +48,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         let verdicts = verdict_map(&format!("{method}: verdict"), "damping b", &map, &cells);
         let right = sheet.figure(
             &format!("stability-{method}"),
-            verdicts.svg(),
+            verdicts.draw(),
             "What the run did.",
             "stability",
         );
@@ -62,7 +62,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             let radius = HeatMap { title: format!("{method}: spectral radius"), cells, ..verdicts };
             let left = sheet.figure(
                 &format!("spectral-radius-{method}"),
-                radius.svg(),
+                radius.draw(),
                 "The exact spectral radius of the step matrix.",
                 "stability",
             );
@@ -87,7 +87,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             let chart = verdict_map(&format!("Van der Pol, {method}"), "activity μ", &map, &cells);
             sheet.figure(
                 &format!("stability-van-der-pol-{method}"),
-                chart.svg(),
+                chart.draw(),
                 "What the run did.",
                 "van-der-pol/stability",
             )

@@ -83,7 +83,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             ),
         ];
         let [qp, w, by_evaluations @ ..] = charts.map(|(file, caption, chart)| {
-            sheet.figure(&format!("{name}-{file}"), chart.svg(), caption, &data)
+            sheet.figure(&format!("{name}-{file}"), chart.draw(), caption, &data)
         });
         sheet.show_pair(qp, w);
         let table = found.iter().map(cells).collect();

@@ -1,5 +1,12 @@
 //! The tables and keys of a scene file, as they are written.
 
+mod figures;
+mod sweep;
+
+pub(super) use figures::FigureTable;
+pub use figures::{UnitsTable, Variable};
+pub(super) use sweep::{SweepTable, Varied};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -8,6 +15,9 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Document {
+    /// The title of reports [default: the name of the file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
     /// The system to integrate.
     pub system: SystemTable,
     /// The state at t = 0. The reservoir starts empty.
@@ -20,6 +30,16 @@ pub struct Document {
     /// Studies, for `afterbay study`.
     #[serde(default)]
     pub study: StudyTables,
+    /// Values of parameters and of the initial state at which everything is repeated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<SweepTable>,
+    /// Figures of `afterbay run`, each under the name of its file. Default figures of other names
+    /// are shown too.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub figure: BTreeMap<String, FigureTable>,
+    /// Units, for the axes of charts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<UnitsTable>,
 }
 
 /// A built-in system by name, or a custom one.
@@ -32,14 +52,19 @@ pub struct SystemTable {
     /// "sqrt(k/m)". A parameter given as an expression follows those that it mentions.
     #[serde(default)]
     pub parameters: BTreeMap<String, Expression>,
-    /// Custom: V(q), an expression in q1, q2, .. and the parameters.
+    /// Custom: V(q), an expression in q1, q2, .. and the parameters. H = Σ p_j²/(2 m_j) + V(q).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<Expression>,
-    /// Custom: the dissipative forces D_j(q, p), one for each degree of freedom, or one rule for
-    /// all of them, in which i is the number of the degree of freedom: "c*p[i]".
+    /// Custom, instead of `potential` and `mass`: H(q, p), an expression in q1, q2, .., p1, p2, ..
+    /// and the parameters. Methods for a separable H refuse it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hamiltonian: Option<Expression>,
+    /// Custom: the dissipative forces D_j(q, p, v), one for each degree of freedom, or one rule for
+    /// all of them, in which i is the number of the degree of freedom: "c*p[i]". The velocities v1,
+    /// v2, .. are ∂H/∂p_j.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dissipation: Option<PerDegree>,
-    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = p_j/m_j. Where R
+    /// Custom, instead of `dissipation`: the rows of R(q, p) in D = R v with v_j = ∂H/∂p_j. Where R
     /// is constant and positive semidefinite the system is passive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Vec<Vec<Expression>>>,
@@ -62,6 +87,7 @@ impl SystemTable {
             }
         };
         all.extend(self.potential.iter().map(|text| ("V".into(), text.text())));
+        all.extend(self.hamiltonian.iter().map(|text| ("H".into(), text.text())));
         all.extend(numbered("D", self.dissipation.as_ref()));
         for (i, row) in self.friction.iter().flatten().enumerate() {
             let row = row.iter().enumerate();

@@ -1,7 +1,8 @@
 //! The checked form of what a scene asks for. Methods are registered and apply to the system, steps
 //! divide the time they cover, and nothing exceeds the budget.
 
-use super::document::Spacing;
+use super::document::{Spacing, Variable};
+use crate::observable::Observable;
 use crate::study::local_order::LocalOrder;
 use afterbay_methods::registry::Row;
 
@@ -16,6 +17,42 @@ pub struct RunPlan {
     pub every: u64,
     /// The tolerance of the methods that choose their steps.
     pub tolerance: Option<f64>,
+}
+
+impl RunPlan {
+    /// The names of all methods, those that take a step first.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.methods.iter().chain(&self.adaptive).map(|row| row.name).collect()
+    }
+}
+
+/// The plan of a figure of trajectories.
+#[derive(Clone, Debug)]
+pub struct FigurePlan {
+    /// The name of its files.
+    pub name: String,
+    /// The title, if it is given.
+    pub title: Option<String>,
+    /// The methods whose runs are shown.
+    pub methods: Vec<&'static str>,
+    /// What is shown.
+    pub shown: Shown,
+}
+
+/// The contents of a figure.
+#[derive(Clone, Debug)]
+pub enum Shown {
+    /// Curves of quantities.
+    Curves {
+        /// The quantity of the horizontal axis.
+        x: Observable,
+        /// The quantities of the vertical axis.
+        y: Vec<Observable>,
+        /// Whether the vertical axis is logarithmic and shows absolute values.
+        log: bool,
+    },
+    /// A variable over the degree of freedom and time.
+    Map(Variable),
 }
 
 /// The studies a scene declares.

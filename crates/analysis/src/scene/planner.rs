@@ -1,6 +1,7 @@
 //! Plans from the tables of a scene.
 
 mod budget;
+mod figures;
 mod values;
 
 use super::document::{Document, Expression, Spacing, Spread};
@@ -24,6 +25,8 @@ pub(super) struct Planner<'a> {
     pub(super) problem: &'a Problem,
     /// The number of steps of a run.
     pub(super) steps: u64,
+    /// The number of points of the sweep, 1 without one.
+    pub(super) points: usize,
 }
 
 /// The method that runs with the tolerance of [run] if no other is named.
@@ -32,8 +35,13 @@ const UNLESS_NAMED: &str = "adaptive-collocation";
 type Planned<T> = Result<T, SceneError>;
 
 impl Planner<'_> {
-    fn refuse<T>(&self, path: &str, problem: impl Into<SceneProblem>) -> Planned<T> {
+    pub(super) fn refuse<T>(&self, path: &str, problem: impl Into<SceneProblem>) -> Planned<T> {
         Err(SceneError { problem: problem.into(), span: self.source.span(path) })
+    }
+
+    /// Refuses with a path whose keys may contain dots.
+    fn refuse_at<T>(&self, keys: &[&str], problem: SceneProblem) -> Planned<T> {
+        Err(SceneError { problem, span: self.source.span_of(keys) })
     }
 
     fn within<T>(&self, path: &str, result: Result<T, InputError>) -> Planned<T> {

@@ -105,6 +105,12 @@ pub enum SceneProblem {
         /// The method.
         name: &'static str,
     },
+    /// A figure whose name is none of a file.
+    #[error("{name:?} cannot be the name of a figure, which is that of its files")]
+    FileName {
+        /// The name.
+        name: String,
+    },
     /// A list without entries.
     #[error("the list is empty: give one {what} at least")]
     Empty {
@@ -193,6 +199,25 @@ pub enum SceneProblem {
         /// The parameter given by an expression.
         other: String,
     },
+    /// Something that a sweep cannot vary.
+    #[error("{name} cannot be varied: {why}")]
+    NotVaried {
+        /// Its name.
+        name: String,
+        /// Why.
+        why: &'static str,
+    },
+    /// Values of a sweep in no form or in several.
+    #[error("this is no list, range or distribution")]
+    OneForm,
+    /// A problem at a point of a sweep.
+    #[error("at {at}: {problem}")]
+    AtPoint {
+        /// The values there.
+        at: String,
+        /// The problem.
+        problem: Box<SceneProblem>,
+    },
     /// Rules for all degrees of freedom, without their number.
     #[error("the number of degrees of freedom is not given")]
     NoCount,
@@ -225,6 +250,9 @@ impl SceneProblem {
             Self::Adaptive { .. } => {
                 Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
             }
+            Self::FileName { .. } => {
+                Some("a name has letters, digits, `-` and `_`, at most 100 of them".into())
+            }
             Self::Quoted { .. } => Some("write the number without quotation marks".into()),
             Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
             Self::NoText => Some("save the file as UTF-8".into()),
@@ -246,6 +274,12 @@ impl SceneProblem {
             Self::Input(InputError::Unsupported { .. }) => {
                 Some("`afterbay list methods` says what each method needs".into())
             }
+            Self::AtPoint { problem, .. } => problem.help(),
+            Self::OneForm => Some(
+                "write [0.1, 0.2], { from = 0, to = 1, count = 5 }, { uniform = [0, 1] } or \
+                 { normal = [0, 1] }"
+                    .into(),
+            ),
             Self::NoCount => {
                 Some("write q = { count = 8, value = .. } in [initial], or a list".into())
             }
@@ -257,6 +291,7 @@ impl SceneProblem {
                 "initial" => Some("for example:  [initial]  q = [1.0]  p = [0.0]".into()),
                 "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
                 "system" => Some("for example:  [system]  name = \"duffing\"".into()),
+                "y" => Some("a quantity such as y = \"q1\", or a map such as map = \"q\"".into()),
                 "step" => Some("the size of a step, such as step = 0.01".into()),
                 _ => None,
             },

@@ -49,13 +49,19 @@ impl<'a> Source<'a> {
     /// The place of the entry at a path such as `study.stability.methods.2`, or of the part of the
     /// path that exists.
     pub(super) fn span(&self, path: &str) -> Range<usize> {
-        let (key, value) = self.walk(path);
+        let (key, value) = self.walk(path.split('.'));
+        key.start..value.end.max(key.end)
+    }
+
+    /// The place of the entry at a path whose keys may contain dots.
+    pub(super) fn span_of(&self, keys: &[&str]) -> Range<usize> {
+        let (key, value) = self.walk(keys.iter().copied());
         key.start..value.end.max(key.end)
     }
 
     /// The place of a part of the expression at a path.
     pub(super) fn span_within(&self, path: &str, part: &Range<usize>) -> Range<usize> {
-        let span = self.walk(path).1;
+        let span = self.walk(path.split('.')).1;
         match self.text.get(span.clone()).and_then(|written| literal::part_of(written, part)) {
             Some(part) => span.start + part.start..span.start + part.end,
             None => span,
@@ -64,10 +70,10 @@ impl<'a> Source<'a> {
 
     /// The places of the key and of the value. A table is represented by its header; an entry of a
     /// list has no key.
-    fn walk(&self, path: &str) -> (Range<usize>, Range<usize>) {
+    fn walk<'p>(&self, path: impl Iterator<Item = &'p str>) -> (Range<usize>, Range<usize>) {
         let (mut table, mut list) = (Some(self.root.get_ref()), None);
         let mut spans = (0..0, 0..0);
-        for step in path.split('.') {
+        for step in path {
             let found = match (table, list) {
                 (Some(table), _) => table
                     .iter()

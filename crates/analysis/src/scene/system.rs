@@ -8,7 +8,10 @@ use crate::study::Problem;
 use crate::{Model, ModelError};
 use afterbay_core::{InputError, Quantity, State};
 use afterbay_expression::MOST_DEGREES;
-use afterbay_systems::{Custom, CustomError, Description, DissipationText, Place, SYSTEMS};
+use afterbay_systems::{
+    Custom, CustomError, CustomGeneral, Described, Description, DissipationText,
+    GeneralDescription, Place, SYSTEMS,
+};
 
 /// The name of a system given by expressions.
 const CUSTOM: &str = "custom";
@@ -38,6 +41,7 @@ pub(super) fn model(
     };
     let given = [
         ("potential", table.potential.is_some()),
+        ("hamiltonian", table.hamiltonian.is_some()),
         ("dissipation", table.dissipation.is_some()),
         ("friction", table.friction.is_some()),
         ("mass", table.mass.is_some()),
@@ -85,7 +89,7 @@ fn custom(
     source: &Source<'_>,
     table: &SystemTable,
     count: Option<usize>,
-) -> Result<Custom<f64>, SceneError> {
+) -> Result<Described, SceneError> {
     let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
     if table.parameters.len() > MOST_PARAMETERS {
         let problem = SceneProblem::Budget {
@@ -96,8 +100,13 @@ fn custom(
         };
         return Err(at("system.parameters", problem));
     }
-    if table.potential.is_none() {
+    if table.potential.is_none() && table.hamiltonian.is_none() {
         return Err(at("system", SceneProblem::Missing { key: "potential".into() }));
+    }
+    let whole = [("potential", table.potential.is_some()), ("mass", table.mass.is_some())];
+    if let (Some(_), Some((key, _))) = (&table.hamiltonian, whole.into_iter().find(|x| x.1)) {
+        let why = "`hamiltonian` is the whole of H(q, p)";
+        return Err(at(&format!("system.{key}"), SceneProblem::Misplaced { key, why }));
     }
     for (key, what, list) in [
         ("system.dissipation", "force", table.dissipation.as_ref()),
@@ -117,7 +126,8 @@ fn custom(
         let why = "the friction is given by `dissipation` already";
         return Err(at("system.friction", SceneProblem::Misplaced { key: "friction", why }));
     }
-    Custom::new(&description(table, count)).map_err(|error| located(source, error))
+    let energy = if table.hamiltonian.is_some() { "hamiltonian" } else { "potential" };
+    described(table, count).map_err(|error| located(source, error, &format!("system.{energy}")))
 }
 
 /// The number of degrees of freedom: the length of a list of the system, else `count`.
@@ -130,15 +140,15 @@ fn dof(table: &SystemTable, count: Option<usize>) -> Option<usize> {
     listed(&table.mass).or(listed(&table.dissipation)).or(rows).or(count)
 }
 
-/// The expressions of a table. A rule is repeated for each degree of freedom.
-fn description(table: &SystemTable, count: Option<usize>) -> Description {
+/// The system of the expressions of a table. A rule is repeated for each degree of freedom.
+fn described(table: &SystemTable, count: Option<usize>) -> Result<Described, CustomError> {
     let dof = dof(table, count);
     let texts = |list: &[Expression]| list.iter().map(Expression::text).collect::<Vec<_>>();
     let each = |given: &PerDegree| match given {
         PerDegree::List(list) => texts(list),
         PerDegree::Rule(rule) => vec![rule.text(); dof.unwrap_or(0).min(MOST_DEGREES + 1)],
     };
-    let friction = match (&table.dissipation, &table.friction) {
+    let dissipation = match (&table.dissipation, &table.friction) {
         (Some(forces), _) => DissipationText::Forces(each(forces)),
         (None, Some(rows)) => DissipationText::Matrix(rows.iter().map(|row| texts(row)).collect()),
         (None, None) => DissipationText::None,
@@ -150,18 +160,25 @@ fn description(table: &SystemTable, count: Option<usize>) -> Description {
             Expression::Text(text) => definitions.push((name.clone(), text.clone())),
         }
     }
-    Description {
+    if let Some(hamiltonian) = &table.hamiltonian {
+        let hamiltonian = hamiltonian.text();
+        let description =
+            GeneralDescription { hamiltonian, dissipation, parameters, definitions, dof };
+        return CustomGeneral::new(&description).map(Described::General);
+    }
+    let description = Description {
         potential: table.potential.as_ref().map(Expression::text).unwrap_or_default(),
-        dissipation: friction,
+        dissipation,
         masses: table.mass.as_ref().map(each).unwrap_or_default(),
         parameters,
         definitions,
         dof,
-    }
+    };
+    Custom::new(&description).map(Described::Separable)
 }
 
-/// Adds the place in the scene to a problem of a custom system.
-fn located(source: &Source<'_>, error: CustomError) -> SceneError {
+/// Adds the place in the scene to a problem of a custom system. `energy` is the path of V or H.
+fn located(source: &Source<'_>, error: CustomError, energy: &str) -> SceneError {
     let span = match &error {
         CustomError::Expression { place, span, .. }
         | CustomError::NotFinite { place, span, .. } => source.span_within(&path(*place), span),
@@ -178,7 +195,7 @@ fn located(source: &Source<'_>, error: CustomError) -> SceneError {
             source.span(&format!("system.mass.{dof}"))
         }
         CustomError::Empty | CustomError::TooLarge { .. } | CustomError::Input(_) => {
-            source.span("system.potential")
+            source.span(energy)
         }
     };
     SceneError { problem: SceneProblem::Custom(error), span }
@@ -188,6 +205,7 @@ fn located(source: &Source<'_>, error: CustomError) -> SceneError {
 fn path(place: Place) -> String {
     match place {
         Place::Potential => "system.potential".into(),
+        Place::Hamiltonian => "system.hamiltonian".into(),
         Place::Definition(_) => "system.parameters".into(),
         Place::Mass(j) => format!("system.mass.{j}"),
         Place::Dissipation(j) => format!("system.dissipation.{j}"),
@@ -208,7 +226,7 @@ pub(super) fn finite_at(
     if let Model::Custom(custom) = &problem.model {
         return custom.check_at(&start.q, &start.p).map_err(|error| match error {
             CustomError::Input(error) => at("initial", error),
-            _ => located(source, error),
+            _ => located(source, error, "system"),
         });
     }
     let system = problem.model.system::<f64>().map_err(|error| at("system", error))?;

@@ -3,6 +3,7 @@
 mod bad;
 mod fuzz;
 mod refused;
+mod sweep;
 
 use std::time::{Duration, Instant};
 

@@ -12,7 +12,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::stability::{Map, StabilityRow};
 use afterbay_methods::registry::{Row, find};
-use afterbay_systems::{Custom, DUFFING, Description, DissipationText};
+use afterbay_systems::{Custom, DUFFING, Described, Description, DissipationText};
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
     names.iter().map(|name| find(name).expect("a registered method")).collect()
@@ -29,7 +29,7 @@ fn custom(potential: &str, dissipation: &[&str], parameters: &[(&str, f64)]) -> 
         parameters: parameters.iter().map(|&(name, value)| (name.into(), value)).collect(),
         ..Default::default()
     };
-    Model::Custom(Custom::new(&description).expect("a good description"))
+    Model::Custom(Described::Separable(Custom::new(&description).expect("a good description")))
 }
 
 /// One run, as a map with one cell.

@@ -18,6 +18,10 @@ step = 0.5 # coarse
 methods = [\"adaptive-dop853\", \"rk4\"]
 tolerance = 1e-3
 every = 4
+[figure.plane]
+x = \"q1\"
+y = \"p1\"
+methods = [\"rk4\"]
 [study.energy]
 [study.work-precision]
 steps = [0.1]

@@ -29,7 +29,7 @@ impl Reader<'_, '_> {
         ParseError { span: start..self.text.previous_token_end(), problem }
     }
 
-    fn expect(
+    pub(super) fn expect(
         &mut self,
         symbol: &'static [char],
         expected: &'static str,
@@ -40,21 +40,17 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// `index "]"`, after `q[` or `p[`.
-    pub(super) fn entry(&mut self, name: &str, start: usize) -> Result<Node, ParseError> {
+    /// `index "]"`, after `q[`, `p[` or `v[`.
+    pub(super) fn entry(&mut self, name: char, start: usize) -> Result<Node, ParseError> {
         let index = self.index_sum()?;
         self.expect(&[']'], "an operator or a closing bracket")?;
-        let of_q = name == "q";
         let limit = self.names.dof.or(self.names.count.filter(|_| self.parsed.counted));
         let most = limit.unwrap_or(MOST_DEGREES);
         match usize::try_from(index).ok().filter(|&index| (1..=most).contains(&index)) {
             Some(index) => self
-                .input(of_q, index, || format!("{name}[{index}]"))
+                .input(name, index, || format!("{name}[{index}]"))
                 .map_err(|problem| self.failed(start, problem)),
-            None => {
-                let name = if of_q { 'q' } else { 'p' };
-                Err(self.failed(start, Problem::NoEntry { name, index, dof: limit }))
-            }
+            None => Err(self.failed(start, Problem::NoEntry { name, index, dof: limit })),
         }
     }
 

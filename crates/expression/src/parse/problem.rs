@@ -33,9 +33,9 @@ pub enum Problem {
         /// As it was written.
         text: String,
     },
-    /// A coordinate or momentum with an invalid index.
+    /// A coordinate, momentum or velocity with an invalid index.
     #[error(
-        "{name} is no coordinate or momentum: they are counted from 1, without leading zeros, up \
+        "{name} is no coordinate, momentum or velocity: they are counted from 1, without leading zeros, up \
          to {}",
         MOST_DEGREES
     )]
@@ -51,7 +51,7 @@ pub enum Problem {
         /// N
         dof: usize,
     },
-    /// A coordinate or momentum where [`Names`](super::Names) does not allow it.
+    /// A coordinate, momentum or velocity where [`Names`](super::Names) does not allow it.
     #[error("{name} has no place here: {rule}")]
     NoPlace {
         /// As it was written.
@@ -59,10 +59,10 @@ pub enum Problem {
         /// The rule.
         rule: &'static str,
     },
-    /// An entry q\[j\] or p\[j\] outside 1..=N.
+    /// An entry q\[j\], p\[j\] or v\[j\] outside 1..=N.
     #[error("{name}[{index}] does not exist: entries are counted from 1{}", last(*dof))]
     NoEntry {
-        /// q or p.
+        /// q, p or v.
         name: char,
         /// j
         index: i64,
@@ -107,24 +107,26 @@ impl Problem {
                     _ => None,
                 }
             }
+            Self::Unknown { name, .. } if has_jumps(name) => {
+                Some("functions with jumps are not known; tanh(x/eps) is a smooth sign")
+            }
             Self::Unknown { name, nearest: None } => match name.as_str() {
                 "t" | "time" => Some("H and D may not depend on time"),
-                "min" | "max" | "sign" | "floor" | "mod" => {
-                    Some("`afterbay list functions` shows the functions there are")
-                }
                 "i" | "n" => None,
-                name if name.starts_with('v') => {
-                    Some("the velocity of a unit mass is p1; in general it is p1/m")
-                }
                 _ => Some(
-                    "coordinates are q1, q2, .., momenta p1, p2, ..; other names are defined in \
-                     `parameters`",
+                    "coordinates are q1, q2, .., momenta p1, p2, .., velocities v1, v2, ..; other \
+                     names are defined in `parameters`",
                 ),
             },
             Self::NoCount => Some("write q = { count = 8, value = .. } in [initial]"),
             _ => None,
         }
     }
+}
+
+/// Whether it is the common name of a function with jumps, which expressions do not have.
+pub(super) fn has_jumps(name: &str) -> bool {
+    matches!(name, "sign" | "sgn" | "step" | "floor" | "ceil" | "mod")
 }
 
 fn last(dof: Option<usize>) -> String {

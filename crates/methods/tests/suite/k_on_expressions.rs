@@ -59,14 +59,15 @@ pub(crate) fn bind<T: Number>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
     }
 }
 
-/// The sum of the terms of K: p², q ∂V/∂q, V and w.
-fn size<T: Scalar>(system: &Custom<T>, state: &State<Vec<T>>) -> f64 {
-    let rest = vec![T::zero(); state.dof()];
-    let squares: f64 = state.p.iter().map(|p| p.to_f64().powi(2)).sum();
-    let slopes = |j: usize| (system.partial(&state.q, j, state.q[j]) * state.q[j]).to_f64().abs();
-    let slopes: f64 = (0..state.dof()).map(slopes).sum();
+/// The sum of the terms of K: p ∂H/∂p, q ∂H/∂q, H and w.
+fn size<T: Scalar>(system: &dyn System<T>, state: &State<Vec<T>>) -> f64 {
+    let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); state.dof()]);
+    system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+    let products =
+        |a: &[T], b: &[T]| -> f64 { a.iter().zip(b).map(|(&a, &b)| (a * b).to_f64().abs()).sum() };
     let gains: f64 = state.w.iter().map(|w| w.to_f64().abs()).sum();
-    1.0 + squares + slopes + gains + system.energy(&state.q, &rest).to_f64().abs()
+    let energy = system.energy(&state.q, &state.p).to_f64().abs();
+    1.0 + products(&state.q, &hq) + products(&state.p, &hp) + gains + energy
 }
 
 /// The largest sum of the terms of K between the pairs of sweeps of a composition, some of which
@@ -89,19 +90,19 @@ fn largest_within<T: Scalar>(
 
 /// The results of the steps of a method.
 #[derive(Clone, Copy, Debug, Default)]
-struct Count {
-    taken: u32,
-    failed: u32,
+pub(crate) struct Count {
+    pub(crate) taken: u32,
+    pub(crate) failed: u32,
     /// The largest change of K in a step, relative to its terms.
-    worst: f64,
+    pub(crate) worst: f64,
 }
 
 impl Count {
     /// Compares K after each step with K before. `within` gives the sum of the terms of K inside a
     /// step from a state.
-    fn look<T: Scalar>(
+    pub(crate) fn look<T: Scalar>(
         &mut self,
-        system: &Custom<T>,
+        system: &dyn System<T>,
         states: &[State<Vec<T>>],
         within: impl Fn(&State<Vec<T>>) -> f64,
     ) {
@@ -115,7 +116,7 @@ impl Count {
     }
 
     /// Checks that the failure is one that may occur for a smooth system.
-    fn fail(&mut self, error: &IntegrateError, label: &str) {
+    pub(crate) fn fail(&mut self, error: &IntegrateError, label: &str) {
         self.failed += 1;
         let IntegrateError::Run(RunError { failure, .. }) = error else {
             panic!("{label}: {error}")
@@ -221,7 +222,7 @@ fn count<T: Number>(
 }
 
 /// Checks that each method conserves K to `bound`, and completes the share `share` of its steps.
-fn judge(counts: &BTreeMap<&'static str, Count>, bound: f64, share: f64) {
+pub(crate) fn judge(counts: &BTreeMap<&'static str, Count>, bound: f64, share: f64) {
     for (name, count) in counts {
         println!("{name}: {count:?}");
     }

@@ -34,6 +34,7 @@ mod increment_nets;
 mod k_is_kept;
 mod k_is_lost;
 mod k_on_expressions;
+mod k_on_general_expressions;
 mod k_on_random_potentials;
 mod lanes;
 mod linear_exact;

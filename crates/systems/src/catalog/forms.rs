@@ -2,7 +2,7 @@
 //! the crates that use it.
 
 use super::{Family, SystemRow};
-use crate::Custom;
+use crate::Described;
 use afterbay_core::{
     Abilities, Corrected, InputError, Interval, Lanewise, Quad, Scalar, Separable, Series, System,
     f64x4, f64x8,
@@ -89,7 +89,14 @@ pub trait Number: Scalar {
     ) -> Result<Arc<dyn Abilities<Self>>, InputError>;
 
     /// A system given by expressions.
-    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>>;
+    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>>;
+}
+
+fn lifted<T: Scalar>(system: &Described, lift: Lift<'_, T>) -> Arc<dyn Abilities<T>> {
+    match system {
+        Described::Separable(system) => Arc::new(system.lift(lift)),
+        Described::General(system) => Arc::new(system.lift(lift)),
+    }
 }
 
 impl Number for f64 {
@@ -100,8 +107,8 @@ impl Number for f64 {
     ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.f64)(n, x)
     }
-    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        Arc::new(system.lift(lift))
+    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        lifted(system, lift)
     }
 }
 
@@ -113,8 +120,8 @@ impl Number for Quad {
     ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.quad)(n, x)
     }
-    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        Arc::new(system.lift(lift))
+    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        lifted(system, lift)
     }
 }
 
@@ -126,8 +133,8 @@ impl Number for f64x4 {
     ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.four)(n, x)
     }
-    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        Arc::new(system.lift(lift))
+    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        lifted(system, lift)
     }
 }
 
@@ -139,8 +146,8 @@ impl Number for f64x8 {
     ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
         (row.forms.eight)(n, x)
     }
-    fn custom(system: &Custom<f64>, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        Arc::new(system.lift(lift))
+    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+        lifted(system, lift)
     }
 }
 
@@ -152,22 +159,27 @@ pub trait Compensable: Number + Lanewise {
     /// Those of [`Family::make`].
     fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>>;
 
-    /// A system given by expressions.
-    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>>;
+    /// A system given by expressions; `None` where it is not separable.
+    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>>;
 }
 
 /// The system if it is separable.
 type Made<T> = Result<Option<Arc<dyn Separable<T>>>, InputError>;
 
-fn exact<T: Lanewise>(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<T>>> {
-    Arc::new(system.map(|x| Corrected::exact(T::from_f64(x))))
+fn exact<T: Lanewise>(system: &Described) -> Option<Arc<dyn Separable<Corrected<T>>>> {
+    match system {
+        Described::Separable(system) => {
+            Some(Arc::new(system.map(|x| Corrected::exact(T::from_f64(x)))))
+        }
+        Described::General(_) => None,
+    }
 }
 
 impl Compensable for f64 {
     fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
         (row.forms.corrected)(n, x)
     }
-    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>> {
+    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
         exact(system)
     }
 }
@@ -176,7 +188,7 @@ impl Compensable for f64x4 {
     fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
         (row.forms.corrected_four)(n, x)
     }
-    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>> {
+    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
         exact(system)
     }
 }
@@ -185,7 +197,7 @@ impl Compensable for f64x8 {
     fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
         (row.forms.corrected_eight)(n, x)
     }
-    fn custom_corrected(system: &Custom<f64>) -> Arc<dyn Separable<Corrected<Self>>> {
+    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
         exact(system)
     }
 }
@@ -206,11 +218,15 @@ pub trait Expandable: Number {
     ) -> Result<Field<Self>, InputError>;
 
     /// A system given by expressions.
-    fn custom_series(system: &Custom<f64>) -> Field<Self>;
+    fn custom_series(system: &Described) -> Field<Self>;
 }
 
-fn expanded<T: Scalar>(system: &Custom<f64>) -> Field<T> {
-    Arc::new(system.map(|x| Series::constant(T::from_f64(x))))
+fn expanded<T: Scalar>(system: &Described) -> Field<T> {
+    let constant = |x| Series::constant(T::from_f64(x));
+    match system {
+        Described::Separable(system) => Arc::new(system.map(constant)),
+        Described::General(system) => Arc::new(system.map(constant)),
+    }
 }
 
 impl Expandable for f64 {
@@ -221,7 +237,7 @@ impl Expandable for f64 {
     ) -> Result<Field<Self>, InputError> {
         (row.forms.series)(n, x)
     }
-    fn custom_series(system: &Custom<f64>) -> Field<Self> {
+    fn custom_series(system: &Described) -> Field<Self> {
         expanded(system)
     }
 }
@@ -234,7 +250,7 @@ impl Expandable for Quad {
     ) -> Result<Field<Self>, InputError> {
         (row.forms.series_quad)(n, x)
     }
-    fn custom_series(system: &Custom<f64>) -> Field<Self> {
+    fn custom_series(system: &Described) -> Field<Self> {
         expanded(system)
     }
 }
@@ -254,6 +270,10 @@ pub fn ranges(
 }
 
 /// A system given by expressions, in series of intervals.
-pub fn custom_ranges(system: &Custom<f64>) -> Arc<dyn System<Ranges>> {
-    Arc::new(system.map(|x| Series::constant(Interval::from_f64(x))))
+pub fn custom_ranges(system: &Described) -> Arc<dyn System<Ranges>> {
+    let constant = |x| Series::constant(Interval::from_f64(x));
+    match system {
+        Described::Separable(system) => Arc::new(system.map(constant)),
+        Described::General(system) => Arc::new(system.map(constant)),
+    }
 }

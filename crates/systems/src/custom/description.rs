@@ -7,7 +7,7 @@ use afterbay_expression::{
 };
 use std::ops::Range;
 
-/// A system as texts of expressions.
+/// A separable system as texts of expressions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// V(q)
@@ -25,16 +25,44 @@ pub struct Description {
     pub dof: Option<usize>,
 }
 
-/// The texts of D. A p_j in them is m_j v_j, where a discrete gradient passes its own velocity v_j.
+/// A system with any H(q, p), as texts of expressions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GeneralDescription {
+    /// H(q, p)
+    pub hamiltonian: String,
+    /// D
+    pub dissipation: DissipationText,
+    /// As in a [`Description`].
+    pub parameters: Vec<(String, f64)>,
+    /// As in a [`Description`].
+    pub definitions: Vec<(String, String)>,
+    /// N, where `n` is used and the dissipation does not give it.
+    pub dof: Option<usize>,
+}
+
+/// The texts of D. A discrete gradient passes its own mean velocity: v_j = ∂H/∂p_j in them is that
+/// velocity, and so is p_j/m_j in the forces of a separable system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum DissipationText {
     /// D = 0
     #[default]
     None,
-    /// D_j(q, p), one for each degree of freedom.
+    /// D_j(q, p, v), one for each degree of freedom.
     Forces(Vec<String>),
-    /// D = R(q, p) v with v_j = p_j/m_j: the rows of R.
+    /// D = R(q, p) v: the rows of R.
     Matrix(Vec<Vec<String>>),
+}
+
+impl DissipationText {
+    /// N, if D gives it.
+    fn dof(&self) -> Option<usize> {
+        match self {
+            Self::None => None,
+            Self::Forces(rows) => Some(rows.len()),
+            Self::Matrix(rows) => Some(rows.len()),
+        }
+        .filter(|&n| n > 0)
+    }
 }
 
 /// A parsed description.
@@ -50,152 +78,115 @@ pub(super) struct Reading {
     pub(super) places: Vec<(Place, Node, Range<usize>)>,
 }
 
-impl Description {
-    /// N, if a list gives it.
-    fn listed(&self) -> Option<usize> {
-        let rows = match &self.dissipation {
-            DissipationText::None => 0,
-            DissipationText::Forces(rows) => rows.len(),
-            DissipationText::Matrix(rows) => rows.len(),
-        };
-        [self.masses.len(), rows].into_iter().find(|&n| n > 0)
-    }
+/// A parsed description of a system with any H(q, p).
+pub(super) struct GeneralReading {
+    pub(super) graph: Graph,
+    pub(super) parameters: Vec<String>,
+    pub(super) hamiltonian: Node,
+    pub(super) dof: usize,
+    /// D_j of (q, p, v), empty if D = 0.
+    pub(super) dissipations: Vec<Node>,
+    /// The expression and the bytes of each operation, operands first.
+    pub(super) places: Vec<(Place, Node, Range<usize>)>,
+}
 
+impl Description {
     pub(super) fn read(&self) -> Result<Reading, CustomError> {
-        let names = self.names()?;
-        let mut reader = Reader {
-            graph: Graph::default(),
-            used: vec![false; names.len()],
-            names,
-            definitions: Vec::new(),
-            defined: vec![false; self.definitions.len()],
-            places: Vec::new(),
-            count: self.listed().or(self.dof),
-        };
-        reader.define(&self.definitions)?;
-        let declared = self.listed();
-        if let Some(count) = declared.filter(|&n| n > MOST_DEGREES) {
-            return Err(CustomError::TooLarge {
-                what: "degrees of freedom",
-                count,
-                limit: MOST_DEGREES,
-            });
-        }
+        let declared = Some(self.masses.len()).filter(|&n| n > 0).or(self.dissipation.dof());
+        let mut reader = Reader::new(&self.parameters, &self.definitions, declared.or(self.dof))?;
         let no_momenta = Err("a potential is made of coordinates and parameters");
-        let rules = Rules { dof: declared, coordinates: Ok(()), momenta: no_momenta };
-        let (potential, found) = reader.read(Place::Potential, &self.potential, rules)?;
-        let dof = match (declared, self.dof) {
-            (None, Some(dof)) if found.counted => dof,
-            _ => declared.unwrap_or(found.dof),
-        };
-        if found.dof > dof {
-            let problem = Problem::BeyondLast { name: format!("q{}", found.dof), dof };
-            let span = 0..self.potential.len();
-            return Err(CustomError::Expression { place: Place::Potential, span, problem });
-        }
-        let all = Rules { dof: Some(dof), coordinates: Ok(()), momenta: Ok(()) };
-        let count = |list, found| {
-            if found == dof {
-                Ok(())
-            } else {
-                Err(CustomError::Count { list, expected: dof, found })
-            }
-        };
-        if dof == 0 {
-            return Err(CustomError::Empty);
-        }
-        let mut masses = Vec::with_capacity(dof);
-        if self.masses.is_empty() {
-            masses.resize(dof, reader.graph.number(1.0));
+        let rules = Rules { momenta: no_momenta, velocities: no_momenta, ..Rules::ALL };
+        let (potential, dof) =
+            reader.energy(Place::Potential, &self.potential, rules, [declared, self.dof])?;
+        let masses = if self.masses.is_empty() {
+            vec![reader.graph.number(1.0); dof]
         } else {
-            count("list of masses", self.masses.len())?;
+            counted("list of masses", dof, self.masses.len())?;
             let rule = Err("a mass is made of numbers and parameters");
-            for (j, text) in self.masses.iter().enumerate() {
-                let rules = Rules { dof: Some(dof), coordinates: rule, momenta: rule };
-                masses.push(reader.read(Place::Mass(j), text, rules)?.0);
-            }
-        }
-        let (mut forces, mut dissipations) = (Vec::new(), Vec::new());
-        match &self.dissipation {
-            DissipationText::None => {}
-            DissipationText::Forces(texts) => {
-                count("dissipation", texts.len())?;
-                for (j, text) in texts.iter().enumerate() {
-                    let force = reader.read(Place::Dissipation(j), text, all)?.0;
-                    forces.push(force);
-                    dissipations.push(reader.graph.substitute(
-                        force,
-                        Kinds::MOMENTA,
-                        |graph, input| match input {
-                            Input::Momentum(k) => {
-                                let v = graph.input(Input::Velocity(k));
-                                graph.product(masses[k as usize], v)
-                            }
-                            _ => graph.input(input),
-                        },
-                    ));
-                }
-            }
-            DissipationText::Matrix(rows) => {
-                count("friction matrix", rows.len())?;
-                for (i, row) in rows.iter().enumerate() {
-                    count("row of the friction matrix", row.len())?;
-                    let mut dissipation = reader.graph.number(0.0);
-                    for (k, text) in row.iter().enumerate() {
-                        let r = reader.read(Place::Friction(i, k), text, all)?.0;
-                        let v = reader.graph.input(Input::Velocity(k as u32));
-                        let part = reader.graph.product(r, v);
-                        dissipation = reader.graph.sum(dissipation, part);
+            let rules = Rules { coordinates: rule, momenta: rule, velocities: rule, ..Rules::ALL };
+            let rules = Rules { dof: Some(dof), ..rules };
+            let read =
+                |(j, text): (usize, &String)| Ok(reader.read(Place::Mass(j), text, rules)?.0);
+            self.masses.iter().enumerate().map(read).collect::<Result<_, CustomError>>()?
+        };
+        let written = reader.dissipation(&self.dissipation, dof)?;
+        let forces: Vec<Node> = written
+            .iter()
+            .map(|&force| {
+                reader.graph.substitute(force, Kinds::VELOCITIES, |graph, input| match input {
+                    Input::Velocity(k) => {
+                        let p = graph.input(Input::Momentum(k));
+                        graph.quotient(p, masses[k as usize])
                     }
-                    dissipations.push(dissipation);
-                    forces.push(reader.graph.substitute(
-                        dissipation,
-                        Kinds::VELOCITIES,
-                        |graph, input| match input {
-                            Input::Velocity(k) => {
-                                let p = graph.input(Input::Momentum(k));
-                                graph.quotient(p, masses[k as usize])
-                            }
-                            _ => graph.input(input),
-                        },
-                    ));
-                }
-            }
-        }
-        if let Some(unused) = reader.used.iter().position(|used| !used) {
-            return Err(CustomError::Unused { name: reader.names[unused].clone() });
-        }
-        if let Some(unused) = reader.defined.iter().position(|used| !used) {
-            return Err(CustomError::Unused { name: reader.definitions[unused].name.clone() });
-        }
-        let Reader { graph, names: parameters, places, .. } = reader;
+                    _ => graph.input(input),
+                })
+            })
+            .collect();
+        let dissipations = match &self.dissipation {
+            DissipationText::Forces(_) => written
+                .iter()
+                .map(|&force| {
+                    reader.graph.substitute(force, Kinds::MOMENTA, |graph, input| match input {
+                        Input::Momentum(k) => {
+                            let v = graph.input(Input::Velocity(k));
+                            graph.product(masses[k as usize], v)
+                        }
+                        _ => graph.input(input),
+                    })
+                })
+                .collect(),
+            DissipationText::None | DissipationText::Matrix(_) => written,
+        };
+        let Reader { graph, names: parameters, places, .. } = reader.finish()?;
         Ok(Reading { graph, parameters, potential, masses, forces, dissipations, places })
     }
+}
 
-    /// The names of the parameters, if they and those of the definitions are allowed.
-    fn names(&self) -> Result<Vec<String>, CustomError> {
-        let mut names: Vec<String> = Vec::new();
-        let values = self.parameters.iter().map(|(name, value)| (name, *value));
-        for (name, value) in values.chain(self.definitions.iter().map(|(name, _)| (name, 0.0))) {
-            let why = match name {
-                _ if !is_name(name) => {
-                    "a name is made of letters, digits and underscores, the first no digit"
-                }
-                _ if is_reserved(name) => "the name means something else",
-                _ if names.contains(name) => "the name is taken",
-                _ if !value.is_finite() => {
-                    return Err(CustomError::Value { name: name.clone(), value });
-                }
-                _ => {
-                    names.push(name.clone());
-                    continue;
-                }
-            };
-            return Err(CustomError::Name { name: name.clone(), why });
-        }
-        names.truncate(self.parameters.len());
-        Ok(names)
+impl GeneralDescription {
+    pub(super) fn read(&self) -> Result<GeneralReading, CustomError> {
+        let declared = self.dissipation.dof();
+        let mut reader = Reader::new(&self.parameters, &self.definitions, declared.or(self.dof))?;
+        let rule = Err("H is made of coordinates, momenta and parameters");
+        let rules = Rules { velocities: rule, ..Rules::ALL };
+        let (hamiltonian, dof) =
+            reader.energy(Place::Hamiltonian, &self.hamiltonian, rules, [declared, self.dof])?;
+        let dissipations = reader.dissipation(&self.dissipation, dof)?;
+        let Reader { graph, names: parameters, places, .. } = reader.finish()?;
+        Ok(GeneralReading { graph, parameters, hamiltonian, dof, dissipations, places })
     }
+}
+
+/// Checks the length of a list.
+fn counted(list: &'static str, expected: usize, found: usize) -> Result<(), CustomError> {
+    if found == expected { Ok(()) } else { Err(CustomError::Count { list, expected, found }) }
+}
+
+/// The names of the parameters, if they and those of the definitions are allowed.
+fn names(
+    parameters: &[(String, f64)],
+    definitions: &[(String, String)],
+) -> Result<Vec<String>, CustomError> {
+    let mut names: Vec<String> = Vec::new();
+    let values = parameters.iter().map(|(name, value)| (name, *value));
+    for (name, value) in values.chain(definitions.iter().map(|(name, _)| (name, 0.0))) {
+        let why = match name {
+            _ if !is_name(name) => {
+                "a name is made of letters, digits and underscores, the first no digit"
+            }
+            _ if is_reserved(name) => "the name means something else",
+            _ if names.contains(name) => "the name is taken",
+            _ if !value.is_finite() => {
+                return Err(CustomError::Value { name: name.clone(), value });
+            }
+            _ => {
+                names.push(name.clone());
+                continue;
+            }
+        };
+        return Err(CustomError::Name { name: name.clone(), why });
+    }
+    names.truncate(parameters.len());
+    Ok(names)
 }
 
 /// What an expression may mention.
@@ -205,6 +196,11 @@ struct Rules {
     dof: Option<usize>,
     coordinates: Result<(), &'static str>,
     momenta: Result<(), &'static str>,
+    velocities: Result<(), &'static str>,
+}
+
+impl Rules {
+    const ALL: Self = Self { dof: None, coordinates: Ok(()), momenta: Ok(()), velocities: Ok(()) };
 }
 
 struct Reader {
@@ -220,10 +216,96 @@ struct Reader {
 }
 
 impl Reader {
+    /// A reader that knows the parameters and the definitions, and the value of `n`.
+    fn new(
+        parameters: &[(String, f64)],
+        definitions: &[(String, String)],
+        count: Option<usize>,
+    ) -> Result<Self, CustomError> {
+        let names = names(parameters, definitions)?;
+        let mut reader = Self {
+            graph: Graph::default(),
+            used: vec![false; names.len()],
+            names,
+            definitions: Vec::new(),
+            defined: vec![false; definitions.len()],
+            places: Vec::new(),
+            count,
+        };
+        reader.define(definitions)?;
+        Ok(reader)
+    }
+
+    /// Reads V or H and determines N: the number that is declared, else the one given where `n` is
+    /// used, else the largest index in the expression.
+    fn energy(
+        &mut self,
+        place: Place,
+        text: &str,
+        rules: Rules,
+        [declared, given]: [Option<usize>; 2],
+    ) -> Result<(Node, usize), CustomError> {
+        if let Some(count) = declared.filter(|&n| n > MOST_DEGREES) {
+            let what = "degrees of freedom";
+            return Err(CustomError::TooLarge { what, count, limit: MOST_DEGREES });
+        }
+        let (node, found) = self.read(place, text, Rules { dof: declared, ..rules })?;
+        let dof = declared.or(given.filter(|_| found.counted)).unwrap_or(found.dof);
+        if found.dof > dof {
+            let problem = Problem::BeyondLast { name: format!("q{}", found.dof), dof };
+            return Err(CustomError::Expression { place, span: 0..text.len(), problem });
+        }
+        if dof == 0 { Err(CustomError::Empty) } else { Ok((node, dof)) }
+    }
+
+    /// D_j as written: functions of (q, p, v).
+    fn dissipation(
+        &mut self,
+        text: &DissipationText,
+        dof: usize,
+    ) -> Result<Vec<Node>, CustomError> {
+        let all = Rules { dof: Some(dof), ..Rules::ALL };
+        match text {
+            DissipationText::None => Ok(Vec::new()),
+            DissipationText::Forces(texts) => {
+                counted("dissipation", dof, texts.len())?;
+                let texts = texts.iter().enumerate();
+                texts.map(|(j, text)| Ok(self.read(Place::Dissipation(j), text, all)?.0)).collect()
+            }
+            DissipationText::Matrix(rows) => {
+                counted("friction matrix", dof, rows.len())?;
+                let mut dissipations = Vec::with_capacity(dof);
+                for (i, row) in rows.iter().enumerate() {
+                    counted("row of the friction matrix", dof, row.len())?;
+                    let mut dissipation = self.graph.number(0.0);
+                    for (k, text) in row.iter().enumerate() {
+                        let r = self.read(Place::Friction(i, k), text, all)?.0;
+                        let v = self.graph.input(Input::Velocity(k as u32));
+                        let part = self.graph.product(r, v);
+                        dissipation = self.graph.sum(dissipation, part);
+                    }
+                    dissipations.push(dissipation);
+                }
+                Ok(dissipations)
+            }
+        }
+    }
+
+    /// Checks that every parameter and definition is used.
+    fn finish(self) -> Result<Self, CustomError> {
+        let unused = self.used.iter().position(|used| !used);
+        let undefined = self.defined.iter().position(|used| !used);
+        let name = unused.map(|k| &self.names[k]);
+        match name.or(undefined.map(|k| &self.definitions[k].name)) {
+            Some(name) => Err(CustomError::Unused { name: name.clone() }),
+            None => Ok(self),
+        }
+    }
+
     /// Parses the definitions, each after those that it mentions.
     fn define(&mut self, texts: &[(String, String)]) -> Result<(), CustomError> {
         let rule = Err("a parameter is made of numbers and other parameters");
-        let rules = Rules { dof: None, coordinates: rule, momenta: rule };
+        let rules = Rules { coordinates: rule, momenta: rule, velocities: rule, ..Rules::ALL };
         let mut waiting: Vec<usize> = (0..texts.len()).collect();
         while !waiting.is_empty() {
             let before = waiting.len();
@@ -283,6 +365,7 @@ impl Reader {
             index: place.degree().map(|j| j + 1),
             coordinates: rules.coordinates,
             momenta: rules.momenta,
+            velocities: rules.velocities,
             ..Names::of(&self.names)
         };
         parse(&mut self.graph, &names, text).map_err(|ParseError { span, problem }| {

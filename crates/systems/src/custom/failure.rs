@@ -6,11 +6,13 @@ use std::fmt;
 use std::ops::Range;
 use thiserror::Error;
 
-/// Which expression of a [`super::Description`]. Counted from 0 here and from 1 in messages.
+/// Which expression of a [`super::Description`] or [`super::GeneralDescription`]. Counted from 0 here and from 1 in messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// V
     Potential,
+    /// H
+    Hamiltonian,
     /// D_j
     Dissipation(usize),
     /// R_ij
@@ -26,7 +28,7 @@ impl Place {
     pub(super) fn degree(self) -> Option<usize> {
         match self {
             Self::Dissipation(j) | Self::Friction(j, _) | Self::Mass(j) => Some(j),
-            Self::Potential | Self::Definition(_) => None,
+            Self::Potential | Self::Hamiltonian | Self::Definition(_) => None,
         }
     }
 }
@@ -35,6 +37,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Potential => f.write_str("the potential"),
+            Self::Hamiltonian => f.write_str("the Hamiltonian"),
             Self::Dissipation(j) => write!(f, "entry {} of the dissipation", j + 1),
             Self::Friction(i, j) => write!(f, "entry {}, {} of the friction matrix", i + 1, j + 1),
             Self::Mass(j) => write!(f, "mass {}", j + 1),
@@ -97,8 +100,8 @@ pub enum CustomError {
     },
     /// A description without degrees of freedom.
     #[error(
-        "there is no degree of freedom: neither masses nor dissipation are given, and the \
-         potential mentions no coordinate"
+        "there is no degree of freedom: neither masses nor dissipation are given, and the energy \
+         mentions no coordinate"
     )]
     Empty,
     /// An expression whose value is not finite.

@@ -1,7 +1,8 @@
 //! The energy of a described system, its derivatives and its dissipation, by kernels and programs.
 
 use super::Custom;
-use super::shape::{DissipationKernel, DividedDifference, Part, Potential};
+use super::programs::Part;
+use super::shape::{DissipationKernel, DividedDifference, Potential};
 use afterbay_core::singularity::{between, enclosed};
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, Interval, Line, Scalar, Separable,
@@ -33,7 +34,7 @@ impl<T: Scalar> Custom<T> {
                 &|input, end| match input {
                     Input::Coordinate(i) => enclosed(q[i as usize], lane),
                     Input::End => end,
-                    Input::Momentum(_) | Input::Velocity(_) => Interval::WHOLE,
+                    _ => Interval::WHOLE,
                 },
             )
         })
@@ -41,7 +42,7 @@ impl<T: Scalar> Custom<T> {
 
     #[inline(never)]
     fn run<const K: usize>(&self, part: &Part, q: &[T], p: &[T], end: T) -> [T; K] {
-        part.program.results(self.frame(part), &Point { q, p, v: &[], end })
+        part.program.results(self.frame(part), &Point { end, ..Point::new(q, p, &[]) })
     }
 }
 
@@ -72,7 +73,7 @@ impl<T: Scalar> System<T> for Custom<T> {
         match &self.shape.potential {
             Potential::Ridges { along, .. } => along.slopes(&self.frames, q, hq),
             Potential::Programs { gradient, .. } => {
-                self.fill(gradient, &Point { q, p, v: &[], end: T::zero() }, hq);
+                self.fill(gradient, &Point::new(q, p, &[]), hq);
             }
         }
         if self.unit_mass {
@@ -100,7 +101,7 @@ impl<T: Scalar> System<T> for Custom<T> {
                 }
             }
             DissipationKernel::General { forces, .. } => {
-                self.fill(forces, &Point { q, p, v, end: T::zero() }, d);
+                self.fill(forces, &Point::new(q, p, v), d);
             }
         }
     }
@@ -122,7 +123,7 @@ impl<T: Scalar> System<T> for Custom<T> {
 
     /// The arguments of each |x|, √x and ln x in ∂V/∂q_j and D_j.
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
-        let point = Point { q, p, v: &[], end: T::zero() };
+        let point = Point::new(q, p, &[]);
         for part in &self.shape.kinks {
             part.program.run(self.frame(part), &point, |_, x| put(x));
         }
@@ -144,7 +145,7 @@ impl<T: Scalar> System<T> for Custom<T> {
                         let [from, to] = [from, to].map(|q| enclosed(q[i as usize], lane));
                         between(from, to, share)
                     }
-                    Input::Momentum(_) | Input::Velocity(_) | Input::End => Interval::WHOLE,
+                    _ => Interval::WHOLE,
                 }
             })
         })
@@ -222,7 +223,7 @@ impl<T: Scalar> Curvature<T> for Custom<T> {
     #[inline]
     fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
         self.inverse_masses.iter().enumerate().for_each(|(j, &m)| put(Block::Hpp, j, j, m));
-        let point = Point { q, p, v: &[], end: T::zero() };
+        let point = Point::new(q, p, &[]);
         for part in &self.shape.curvature {
             part.program.run(self.frame(part), &point, |index, x| {
                 let (block, i, j) = self.shape.entries[index as usize];

@@ -1,26 +1,39 @@
 //! Whether D is zero or passive, by its form and its parameters. States are not sampled.
 
-use super::shape::Shape;
+use super::structure::linear;
 use afterbay_core::{Mask, Passive, Scalar};
-use afterbay_expression::{Input, Node, Sign};
+use afterbay_expression::{Graph, Input, Kinds, Node, Sign};
 use std::collections::BTreeMap;
 
-/// Whether D = 0.
-pub(super) fn zero<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> bool {
-    signs(shape, at).all(|sign| sign == Sign::Zero)
+/// Whether D = 0, by the signs of its entries.
+pub(super) fn zero(mut signs: impl Iterator<Item = Sign>) -> bool {
+    signs.all(|sign| sign == Sign::Zero)
 }
 
 /// Passive in each j if D_j v_j ≥ 0 by signs; in sum if D = R v with R constant and positive
 /// semidefinite.
-pub(super) fn passive<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> Passive {
-    if signs(shape, &at).all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
+pub(super) fn passive<T: Scalar>(
+    mut signs: impl Iterator<Item = Sign>,
+    dof: usize,
+    matrix: Option<&[(usize, usize, Node)]>,
+    at: impl Fn(&Node) -> T,
+) -> Passive {
+    if signs.all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
         return Passive::Each;
     }
-    let owed = shape.matrix.as_ref().is_some_and(|matrix| semidefinite(shape.dof, matrix, at));
-    if owed { Passive::InSum } else { Passive::No }
+    if matrix.is_some_and(|matrix| semidefinite(dof, matrix, at)) {
+        Passive::InSum
+    } else {
+        Passive::No
+    }
 }
 
-fn signs<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> impl Iterator<Item = Sign> {
+/// The sign of each D_j(q, p, v), relative to that of v_j.
+pub(super) fn signs<T: Scalar>(
+    graph: &Graph,
+    dissipations: &[Node],
+    at: impl Fn(&Node) -> T,
+) -> impl Iterator<Item = Sign> {
     let closed = move |node: Node| {
         let value = at(&node);
         match (T::zero().le(value).all(), value.le(T::zero()).all()) {
@@ -30,8 +43,30 @@ fn signs<T: Scalar>(shape: &Shape, at: impl Fn(&Node) -> T) -> impl Iterator<Ite
             (false, false) => Sign::Unknown,
         }
     };
-    let dissipations = shape.dissipations.iter().enumerate();
-    dissipations.map(move |(j, &node)| shape.graph.sign(node, Input::Velocity(j as u32), &closed))
+    let dissipations = dissipations.iter().enumerate();
+    dissipations.map(move |(j, &node)| graph.sign(node, Input::Velocity(j as u32), &closed))
+}
+
+/// R, if D = R v with R made of parameters.
+pub(super) fn matrix(
+    graph: &mut Graph,
+    dissipations: &[Node],
+) -> Option<Vec<(usize, usize, Node)>> {
+    let mut matrix = Vec::new();
+    for (i, &dissipation) in dissipations.iter().enumerate() {
+        if !linear(graph, dissipation, Kinds::VELOCITIES) {
+            return None;
+        }
+        let by = graph.inputs(dissipation, Kinds::VELOCITIES);
+        let row = graph.gradient(dissipation, Kinds::VELOCITIES, &by);
+        for (input, node) in by.into_iter().zip(row) {
+            match input {
+                Input::Velocity(k) if graph.closed(node) => matrix.push((i, k as usize, node)),
+                _ => return None,
+            }
+        }
+    }
+    Some(matrix)
 }
 
 /// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ:

@@ -2,7 +2,7 @@
 //! cosines of one frequency and its multiples.
 
 use super::Custom;
-use afterbay_expression::{Function, Input, Kinds, Node, Term};
+use afterbay_expression::{Function, Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
 /// The dependence of a term on one coordinate.
@@ -71,61 +71,76 @@ impl Custom<f64> {
     /// linear forms, if their frequencies are not multiples of the lowest, or if q_j does not
     /// occur.
     pub fn periods(&self) -> Vec<Option<f64>> {
-        let (graph, roots) = (&self.shape.graph, &self.shape.fields);
-        let nodes = graph.all(roots);
-        let circular =
-            |node: &Node| matches!(graph.term(*node), Term::Of(Function::Sin | Function::Cos, _));
-        if !nodes.iter().any(circular) {
-            return vec![None; self.shape.dof];
-        }
-        let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
-        let numbers = graph.evaluate(&closed, &self.parameters, |_| 0.0);
-        let moving = graph.cone(roots, Kinds::COORDINATES);
-        (0..self.shape.dof).map(|j| self.period(j as u32, &moving, &numbers)).collect()
+        let shape = &self.shape;
+        periods(&shape.graph, &shape.fields, shape.dof, &self.parameters)
     }
+}
 
-    fn period(&self, j: u32, nodes: &[Node], numbers: &HashMap<Node, f64>) -> Option<f64> {
-        let graph = &self.shape.graph;
-        let mut courses: HashMap<Node, Dependence> = HashMap::with_capacity(nodes.len());
-        for &node in nodes {
-            let at = |x: Node| courses.get(&x).copied().unwrap_or(Dependence::Constant);
-            let number = |x: Node| numbers.get(&x).copied();
-            let course = match graph.term(node) {
-                Term::Input(Input::Coordinate(i)) if i == j => Dependence::Affine(1.0),
-                Term::Negative(a) => at(a).times(Some(-1.0)),
-                Term::Sum(a, b) => at(a).plus(at(b), 1.0),
-                Term::Difference(a, b) => at(a).plus(at(b), -1.0),
-                Term::Product(a, b) => match (at(a), at(b)) {
-                    (a, Dependence::Constant) => a.times(number(b)),
-                    (Dependence::Constant, b) => b.times(number(a)),
-                    (a, b) => a.with(b),
-                },
-                Term::Quotient(a, b) => match (at(a), at(b)) {
-                    (a, Dependence::Constant) => a.times(number(b).map(f64::recip)),
-                    (a, b) => a.with(b),
-                },
-                Term::Of(function, a) => match (function, at(a)) {
-                    (Function::Sin | Function::Cos, Dependence::Affine(rate)) => {
-                        Dependence::Periodic(rate.abs())
-                    }
-                    (_, Dependence::Affine(_)) => Dependence::Other,
-                    (_, course) => course,
-                },
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {
-                    Dependence::Constant
+/// The period of each coordinate in these functions of (q, p, v).
+pub(super) fn periods(
+    graph: &Graph,
+    roots: &[Node],
+    dof: usize,
+    parameters: &[f64],
+) -> Vec<Option<f64>> {
+    let nodes = graph.all(roots);
+    let circular =
+        |node: &Node| matches!(graph.term(*node), Term::Of(Function::Sin | Function::Cos, _));
+    if !nodes.iter().any(circular) {
+        return vec![None; dof];
+    }
+    let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
+    let numbers = graph.evaluate(&closed, parameters, |_| 0.0);
+    let moving = graph.cone(roots, Kinds::COORDINATES);
+    (0..dof).map(|j| period(graph, roots, j as u32, &moving, &numbers)).collect()
+}
+
+fn period(
+    graph: &Graph,
+    roots: &[Node],
+    j: u32,
+    nodes: &[Node],
+    numbers: &HashMap<Node, f64>,
+) -> Option<f64> {
+    let mut courses: HashMap<Node, Dependence> = HashMap::with_capacity(nodes.len());
+    for &node in nodes {
+        let at = |x: Node| courses.get(&x).copied().unwrap_or(Dependence::Constant);
+        let number = |x: Node| numbers.get(&x).copied();
+        let course = match graph.term(node) {
+            Term::Input(Input::Coordinate(i)) if i == j => Dependence::Affine(1.0),
+            Term::Negative(a) => at(a).times(Some(-1.0)),
+            Term::Sum(a, b) => at(a).plus(at(b), 1.0),
+            Term::Difference(a, b) => at(a).plus(at(b), -1.0),
+            Term::Product(a, b) => match (at(a), at(b)) {
+                (a, Dependence::Constant) => a.times(number(b)),
+                (Dependence::Constant, b) => b.times(number(a)),
+                (a, b) => a.with(b),
+            },
+            Term::Quotient(a, b) => match (at(a), at(b)) {
+                (a, Dependence::Constant) => a.times(number(b).map(f64::recip)),
+                (a, b) => a.with(b),
+            },
+            Term::Of(function, a) => match (function, at(a)) {
+                (Function::Sin | Function::Cos, Dependence::Affine(rate)) => {
+                    Dependence::Periodic(rate.abs())
                 }
-                // V and D_j contain no divided differences.
-                term @ (Term::Divided(..) | Term::DividedDerivative(..)) => {
-                    let still = term.operands().all(|x| at(x) == Dependence::Constant);
-                    if still { Dependence::Constant } else { Dependence::Other }
-                }
-            };
-            courses.insert(node, course);
-        }
-        let roots = self.shape.fields.iter().filter_map(|root| courses.get(root).copied());
-        match roots.fold(Dependence::Constant, Dependence::with) {
-            Dependence::Periodic(frequency) => Some(std::f64::consts::TAU / frequency),
-            Dependence::Constant | Dependence::Affine(_) | Dependence::Other => None,
-        }
+                (_, Dependence::Affine(_)) => Dependence::Other,
+                (_, course) => course,
+            },
+            Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {
+                Dependence::Constant
+            }
+            // V and D_j contain no divided differences.
+            term @ (Term::Divided(..) | Term::DividedDerivative(..)) => {
+                let still = term.operands().all(|x| at(x) == Dependence::Constant);
+                if still { Dependence::Constant } else { Dependence::Other }
+            }
+        };
+        courses.insert(node, course);
+    }
+    let roots = roots.iter().filter_map(|root| courses.get(root).copied());
+    match roots.fold(Dependence::Constant, Dependence::with) {
+        Dependence::Periodic(frequency) => Some(std::f64::consts::TAU / frequency),
+        Dependence::Constant | Dependence::Affine(_) | Dependence::Other => None,
     }
 }

@@ -3,25 +3,14 @@
 
 use super::description::Reading;
 use super::failure::{CustomError, Place};
+use super::passive;
 use super::polynomial::Polynomial;
+use super::programs::{Builder, Part, crowded};
 use super::ridges::{Links, Wanted};
-use super::structure::{Structure, linear};
+use super::structure::Structure;
 use afterbay_core::Block;
-use afterbay_expression::{
-    BLOCK, Graph, Input, Kinds, Node, Program, REGISTERS, Ridge, TooManyRegisters,
-};
+use afterbay_expression::{Graph, Input, Kinds, Node, Program, Ridge};
 use std::ops::Range;
-
-/// The largest number of nodes of the graph, of instructions of all programs, and of second
-/// derivatives. A choice, to bound memory.
-const LARGEST_SIZE: usize = 1 << 20;
-
-/// A program and the range of its frame among all frames.
-#[derive(Debug)]
-pub(super) struct Part {
-    pub(super) program: Program,
-    pub(super) frame: Range<usize>,
-}
 
 /// The divided difference of V along q_j and its derivative by the end of the edge.
 #[derive(Debug)]
@@ -94,7 +83,7 @@ impl Shape {
         let Reading { graph, parameters, potential, masses, forces, dissipations, places } =
             reading;
         let dof = masses.len();
-        let mut builder = Builder { graph, frames: Vec::new(), instructions: 0 };
+        let mut builder = Builder::new(graph);
         let coordinate = |j: usize| Input::Coordinate(j as u32);
         let every: Vec<Input> = (0..dof).map(coordinate).collect();
         let slopes = builder.graph.gradient(potential, Kinds::COORDINATES, &every);
@@ -120,7 +109,7 @@ impl Shape {
                     let (block, j, slot) = match input {
                         Input::Momentum(j) => (Block::Dp, j as usize, 1),
                         Input::Coordinate(j) => (Block::Dq, j as usize, 0),
-                        Input::Velocity(_) | Input::End => continue,
+                        _ => continue,
                     };
                     if !builder.graph.is_zero(node) {
                         second.push(((block, i, j), node));
@@ -147,7 +136,7 @@ impl Shape {
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let dissipation_kernel =
             builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
-        let matrix = builder.matrix(&dissipations);
+        let matrix = passive::matrix(&mut builder.graph, &dissipations);
         let fields = std::iter::once(potential).chain(dissipations.iter().copied()).collect();
         let potential = builder.potential(potential, &slopes)?;
         let may_be_singular = match &potential {
@@ -190,55 +179,12 @@ impl Shape {
     }
 }
 
-struct Builder {
-    graph: Graph,
-    frames: Vec<Node>,
-    instructions: usize,
-}
-
 impl Builder {
-    fn fits(&self, second: usize) -> Result<(), CustomError> {
-        let counts = [
-            ("terms", self.graph.len()),
-            ("instructions", self.instructions),
-            ("second derivatives", second),
-        ];
-        for (what, count) in counts {
-            if count > LARGEST_SIZE {
-                return Err(CustomError::TooLarge { what, count, limit: LARGEST_SIZE });
-            }
-        }
-        Ok(())
-    }
-
-    fn part(&mut self, program: Program) -> Part {
-        self.instructions += program.size();
-        let start = self.frames.len();
-        self.frames.extend_from_slice(program.frame_nodes());
-        let zero = self.graph.number(0.0);
-        self.frames.resize(start + program.frame_nodes().len().next_multiple_of(BLOCK), zero);
-        Part { program, frame: start..self.frames.len() }
-    }
-
-    fn one(&mut self, results: &[Node]) -> Result<Part, CustomError> {
-        let program = Program::new(&self.graph, results).map_err(crowded)?;
-        let part = self.part(program);
-        self.fits(0)?;
-        Ok(part)
-    }
-
     fn moving(&mut self, j: usize, results: &[Node]) -> Result<Part, CustomError> {
         let program = Program::new(&self.graph, results).map_err(crowded)?.moving(j as u32);
         let part = self.part(program);
         self.fits(0)?;
         Ok(part)
-    }
-
-    fn many(&mut self, results: &[(u32, Node)]) -> Result<Vec<Part>, CustomError> {
-        let programs = Program::many(&self.graph, results).map_err(crowded)?;
-        let parts = programs.into_iter().map(|program| self.part(program)).collect();
-        self.fits(0)?;
-        Ok(parts)
     }
 
     /// The fastest evaluation that the form of V allows.
@@ -313,27 +259,6 @@ impl Builder {
         Ok(DissipationKernel::General { local_dissipations, forces: self.many(&dissipations)? })
     }
 
-    /// R, if D = R v with R made of parameters.
-    fn matrix(&mut self, dissipations: &[Node]) -> Option<Vec<(usize, usize, Node)>> {
-        let mut matrix = Vec::new();
-        for (i, &dissipation) in dissipations.iter().enumerate() {
-            if !linear(&self.graph, dissipation, Kinds::VELOCITIES) {
-                return None;
-            }
-            let by = self.graph.inputs(dissipation, Kinds::VELOCITIES);
-            let row = self.graph.gradient(dissipation, Kinds::VELOCITIES, &by);
-            for (input, node) in by.into_iter().zip(row) {
-                match input {
-                    Input::Velocity(k) if self.graph.closed(node) => {
-                        matrix.push((i, k as usize, node));
-                    }
-                    _ => return None,
-                }
-            }
-        }
-        Some(matrix)
-    }
-
     /// The divided difference along each coordinate, of the part of V that depends on it.
     fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<DividedDifferences, CustomError> {
         let mut along = vec![Vec::new(); dof];
@@ -361,7 +286,7 @@ impl Builder {
         {
             return Ok(DividedDifference::Polynomial(edge));
         }
-        let mean = self.graph.divided_difference(part, j);
+        let mean = self.graph.divided_difference(part, Input::Coordinate(j));
         let slope = self.graph.gradient(mean, Kinds::END, &[Input::End]);
         let results: Vec<Node> = std::iter::once(mean).chain(slope).collect();
         Ok(DividedDifference::Program(self.one(&results)?))
@@ -370,7 +295,3 @@ impl Builder {
 
 /// Divided differences along each coordinate, and programs for the parts that may be singular.
 type DividedDifferences = (Vec<DividedDifference>, Vec<Option<Part>>);
-
-fn crowded(_: TooManyRegisters) -> CustomError {
-    CustomError::TooLarge { what: "values needed at once", count: REGISTERS + 1, limit: REGISTERS }
-}

@@ -37,30 +37,39 @@ impl Structure {
             Some(if graph.is_zero(slope) { 0 } else { degrees.most.saturating_add(1) })
         };
         let linear_dissipation = forces.iter().all(|&x| linear(graph, x, Kinds::MOMENTA));
-        let (mut pairs, mut coupled_dissipation) = (Vec::new(), false);
-        for (fields, momenta) in [(slopes, false), (forces, true)] {
-            for (j, &field) in fields.iter().enumerate() {
-                for input in graph.inputs(field, Kinds::ALL) {
-                    if let Input::Coordinate(i) | Input::Momentum(i) = input {
-                        pairs.push((i as usize, j));
-                        coupled_dissipation |=
-                            momenta && matches!(input, Input::Momentum(_)) && i as usize != j;
-                    }
-                }
-            }
-        }
-        let fits = |coupling: &Coupling| pairs.iter().all(|&(i, j)| coupling.joins(n, i, j));
-        let coupling =
-            [Coupling::Chain, Coupling::Ring].into_iter().find(fits).unwrap_or(Coupling::Dense);
+        let coupled_dissipation = forces.iter().enumerate().any(|(j, &force)| {
+            let mut momenta = graph.inputs(force, Kinds::MOMENTA).into_iter();
+            momenta.any(|input| input != Input::Momentum(j as u32))
+        });
+        let fields = slopes.iter().copied().enumerate().chain(forces.iter().copied().enumerate());
         Self {
             degree,
             degrees: slopes.iter().enumerate().map(along).collect(),
             linear: smooth && second.into_iter().all(|node| graph.closed(node)),
-            coupling,
+            coupling: coupling(graph, n, fields),
             linear_dissipation,
             coupled_dissipation,
         }
     }
+}
+
+/// The pattern of degrees of freedom that act on each other, given functions each of which acts on
+/// a degree of freedom.
+pub(super) fn coupling(
+    graph: &Graph,
+    n: usize,
+    fields: impl Iterator<Item = (usize, Node)>,
+) -> Coupling {
+    let mut pairs = Vec::new();
+    for (j, field) in fields {
+        for input in graph.inputs(field, Kinds::ALL) {
+            if let Input::Coordinate(i) | Input::Momentum(i) | Input::Velocity(i) = input {
+                pairs.push((i as usize, j));
+            }
+        }
+    }
+    let fits = |coupling: &Coupling| pairs.iter().all(|&(i, j)| coupling.joins(n, i, j));
+    [Coupling::Chain, Coupling::Ring].into_iter().find(fits).unwrap_or(Coupling::Dense)
 }
 
 /// Whether the node is homogeneous of degree 1.

@@ -94,13 +94,13 @@ fn k_is_kept(r: &Readings) -> Said {
 fn show(sheet: &mut Sheet, reservoirs: &LineChart, drift: &LineChart) {
     let left = sheet.figure(
         "fput-chain-reservoirs",
-        reservoirs.svg(),
+        reservoirs.draw(),
         "The energy each mass up to the middle of the chain has given up, by increment-2.",
         "fput-chain/energy",
     );
     let right = sheet.figure(
         "fput-chain-drift",
-        drift.svg(),
+        drift.draw(),
         "Deviation of K from its initial value.",
         "fput-chain/energy",
     );

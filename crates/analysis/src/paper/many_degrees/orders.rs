@@ -78,7 +78,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
             let caption =
                 format!("Global error of {variable}, the largest over the degrees of freedom.");
             let file = format!("{name}-global-error-{variable}");
-            figures.push(sheet.figure(&file, chart(variable).svg(), caption, &data));
+            figures.push(sheet.figure(&file, chart(variable).draw(), caption, &data));
         }
     }
     while figures.len() > 1 {

@@ -98,7 +98,7 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     );
     let left = sheet.figure(
         "fput-chain-size-drift",
-        drift.svg(),
+        drift.draw(),
         format!(
             "The largest deviation of K on [0, {END}] at h = {STEP}, relative to the energy at the \
              start."
@@ -107,7 +107,7 @@ fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     );
     let right = sheet.figure(
         "fput-chain-size-error",
-        error.svg(),
+        error.draw(),
         format!(
             "Error of (q, p) at t = {END}, for a wave of eight masses on every chain. References \
              by increment-8 have last two runs that agree to {doubt:.0e}."

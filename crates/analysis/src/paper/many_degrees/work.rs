@@ -54,8 +54,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         } else {
             String::new()
         };
-        let qp = chart("error of (q, p)", |row| row.error_qp).svg();
-        let w = chart("error of w", |row| row.error_w).svg();
+        let qp = chart("error of (q, p)", |row| row.error_qp).draw();
+        let w = chart("error of w", |row| row.error_w).draw();
         let left = sheet.figure(
             &format!("{name}-work-qp"),
             qp,

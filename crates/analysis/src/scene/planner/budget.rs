@@ -9,7 +9,7 @@ const MOST_STEPS: f64 = 1e11;
 const MOST_OUTPUT: f64 = 1e9;
 /// Bytes of a number in a table, including its separator.
 const BYTES: f64 = 20.0;
-/// The most states kept where a scene does not give `every`.
+/// The most states kept where a scene does not give `every`, at all points of a sweep together.
 const KEPT: u64 = 10_000;
 /// The most cells of a map.
 pub(super) const MOST_CELLS: f64 = 1e6;
@@ -18,7 +18,7 @@ pub(super) const MOST_TOLERANCES: f64 = 1000.0;
 
 impl Planner<'_> {
     /// Refuses a size beyond its limit.
-    pub(super) fn budget(
+    pub(in crate::scene) fn budget(
         &self,
         path: &str,
         what: &'static str,
@@ -39,7 +39,7 @@ impl Planner<'_> {
                 SceneProblem::Range { name: "every", value: 0.0, range: "a whole number from 1" },
             ),
             Some(every) => Ok(every),
-            None => Ok(steps.div_ceil(KEPT).max(1)),
+            None => Ok(steps.div_ceil((KEPT / self.points as u64).max(2)).max(1)),
         }
     }
 
@@ -48,14 +48,14 @@ impl Planner<'_> {
         self.budget(
             path,
             "the number of steps",
-            (steps, MOST_STEPS),
+            (steps * self.points as f64, MOST_STEPS),
             "take larger steps, fewer of them, or an earlier end",
         )
     }
 
     /// Refuses a table of too many bytes.
     pub(super) fn table_fits(&self, path: &str, rows: u64, numbers: usize) -> Planned<()> {
-        let size = (rows as f64 + 1.0) * numbers as f64 * BYTES;
+        let size = (rows as f64 + 1.0) * numbers as f64 * BYTES * self.points as f64;
         self.budget(
             path,
             "the output in bytes",

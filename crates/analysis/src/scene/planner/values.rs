@@ -35,7 +35,7 @@ impl Planner<'_> {
     }
 
     /// Checks that each value passes `check` and occurs only once.
-    pub(super) fn list(
+    pub(in crate::scene) fn list(
         &self,
         path: &str,
         list: &[f64],
@@ -53,7 +53,7 @@ impl Planner<'_> {
     }
 
     /// `count` values from `from` to `to`, which must exceed `above`.
-    pub(super) fn range(
+    pub(in crate::scene) fn range(
         &self,
         path: &str,
         (from, to): (f64, f64),

@@ -1,0 +1,108 @@
+//! Quantities of a state that a figure can show.
+
+use crate::scene::{UnitsTable, Variable};
+use crate::study::trajectory::TrajectoryRow;
+
+/// A quantity of a state, named like the columns of `trajectory.csv`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Observable {
+    /// t
+    Time,
+    /// q, p or w of one degree of freedom, counted from 0.
+    Of(Variable, usize),
+    /// Σ w
+    Reservoirs,
+    /// H
+    Energy,
+    /// K
+    Total,
+    /// K - K₀
+    Drift,
+}
+
+impl Observable {
+    /// The quantity of a name, if there is one with `dof` degrees of freedom.
+    pub(crate) fn parse(name: &str, dof: usize) -> Option<Self> {
+        let numbered = || {
+            let variable = match name.get(..1)? {
+                "q" => Variable::Q,
+                "p" => Variable::P,
+                "w" => Variable::W,
+                _ => return None,
+            };
+            let number = name.get(1..)?;
+            let j: usize = number.parse().ok()?;
+            // Not q01 or q+1.
+            ((1..=dof).contains(&j) && j.to_string() == number).then(|| Self::Of(variable, j - 1))
+        };
+        match name {
+            "t" => Some(Self::Time),
+            "W" => Some(Self::Reservoirs),
+            "H" => Some(Self::Energy),
+            "K" => Some(Self::Total),
+            "K - K0" => Some(Self::Drift),
+            _ => numbered(),
+        }
+    }
+
+    /// The names there are, those of many degrees of freedom as ranges.
+    pub(crate) fn names(dof: usize) -> Vec<String> {
+        let range = |name: &str| {
+            if dof == 1 { format!("{name}1") } else { format!("{name}1 to {name}{dof}") }
+        };
+        let variables = ["q", "p", "w"].map(range);
+        let others = ["W", "H", "K", "K - K0"].map(str::to_owned);
+        std::iter::once("t".to_owned()).chain(variables).chain(others).collect()
+    }
+
+    /// The value in a state of a run that began with `first`.
+    pub(crate) fn of(self, row: &TrajectoryRow, first: &TrajectoryRow) -> Option<f64> {
+        Some(match self {
+            Self::Time => row.t,
+            Self::Of(variable, j) => *entries(variable, row).get(j)?,
+            Self::Reservoirs => row.w.iter().sum(),
+            Self::Energy => row.energy,
+            Self::Total => row.total,
+            Self::Drift => row.total - first.total,
+        })
+    }
+
+    /// The symbol.
+    pub(crate) fn symbol(self) -> String {
+        match self {
+            Self::Time => "t".into(),
+            Self::Of(variable, j) => format!("{}{}", letter(variable), j + 1),
+            Self::Reservoirs => "Σ w".into(),
+            Self::Energy => "H".into(),
+            Self::Total => "K".into(),
+            Self::Drift => "K − K₀".into(),
+        }
+    }
+
+    /// The label of an axis that shows `quantity`, which is of this kind.
+    pub(crate) fn label(self, quantity: &str, units: &UnitsTable) -> String {
+        match self {
+            Self::Time => units.time(quantity),
+            Self::Of(variable, _) => units.variable(variable, quantity),
+            _ => units.energy(quantity),
+        }
+    }
+}
+
+/// The letter of a variable.
+pub(crate) fn letter(variable: Variable) -> &'static str {
+    match variable {
+        Variable::Q => "q",
+        Variable::P => "p",
+        Variable::W => "w",
+    }
+}
+
+/// The entries of a variable in a state.
+pub(crate) fn entries(variable: Variable, row: &TrajectoryRow) -> &[f64] {
+    match variable {
+        Variable::Q => &row.q,
+        Variable::P => &row.p,
+        Variable::W => &row.w,
+    }
+}

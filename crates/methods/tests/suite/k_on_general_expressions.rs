@@ -1,0 +1,104 @@
+//! K on random H(q, p) at any step size, for every method that claims to keep it.
+
+use crate::k_on_expressions::{Count, judge};
+use afterbay_core::{Grid, Passive, State, StateRef, System};
+use afterbay_methods::registry::{self, FIXED};
+use afterbay_systems::{CustomGeneral, DissipationText, GeneralDescription};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// The terms of a random H beside Σ (p_j² + q_j²/10)/2. No combination of them has poles.
+const TERMS: [&str; 10] = [
+    "p1^2*q1^2/4",
+    "sqrt(1 + (p1 - q2)^2)",
+    "p1*p2*cos(q1 - q2)/4",
+    "(p1^2 + p2^2)/(2 + sin(q1))",
+    "log(1 + p1^2*q2^2)",
+    "(p1 - q2)^2/2",
+    "exp(-p2^2)*cos(q2)",
+    "max(0, p1 + q1)^2",
+    "atan(p1 + 3*q2)",
+    "(p2^2 + q2^2)^2/8",
+];
+
+/// The forces, with the velocity of the degree of freedom in the place of v.
+const FORCES: [&str; 4] = ["0", "c*v", "c*abs(v)*v", "c*(1 + q1^2)*v"];
+
+#[derive(Clone, Debug)]
+struct Case {
+    hamiltonian: String,
+    force: &'static str,
+    c: f64,
+    h: f64,
+    q: [f64; 2],
+    p: [f64; 2],
+}
+
+fn case() -> impl Strategy<Value = Case> {
+    let picks = prop::collection::vec((0..TERMS.len(), 0.1..1.0_f64), 1..4);
+    let numbers = (-5.0..1.0_f64, 0.0..1.0_f64, 0..FORCES.len());
+    let places = (prop::array::uniform2(-2.0..2.0_f64), prop::array::uniform2(-3.0..3.0_f64));
+    (picks, numbers, places).prop_map(|(picks, (exponent, c, force), (q, p))| {
+        let terms = picks.into_iter().map(|(term, scale)| format!(" + {scale:?}*{}", TERMS[term]));
+        let hamiltonian = "(p1^2 + p2^2)/2 + (q1^2 + q2^2)/20".to_owned();
+        let hamiltonian = terms.fold(hamiltonian, |sum, term| sum + &term);
+        Case { hamiltonian, force: FORCES[force], c, h: 10f64.powf(exponent), q, p }
+    })
+}
+
+fn system(case: &Case) -> CustomGeneral<f64> {
+    let force = |j: usize| format!("{} + 0*c", case.force.replace('v', &format!("v{j}")));
+    CustomGeneral::new(&GeneralDescription {
+        hamiltonian: case.hamiltonian.clone(),
+        dissipation: DissipationText::Forces(vec![force(1), force(2)]),
+        parameters: vec![("c".to_owned(), case.c)],
+        ..GeneralDescription::default()
+    })
+    .unwrap_or_else(|error| panic!("{case:?}: {error}"))
+}
+
+/// K, and passivity of the methods that use the mean velocity.
+#[test]
+fn every_method_keeps_k_on_random_hamiltonians() {
+    let counts = std::cell::RefCell::new(BTreeMap::<_, Count>::new());
+    TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(150) })
+        .run(&case(), |case| {
+            let system = Arc::new(system(&case));
+            prop_assert_eq!(system.dissipation_form().passive, Passive::Each);
+            let start = State::new(case.q.to_vec(), case.p.to_vec()).unwrap();
+            for row in FIXED.iter().filter(|row| row.keeps_k) {
+                let Ok(bound) = registry::bind::<f64>(row, system.clone()) else { continue };
+                let (mut states, mut state) = (Vec::new(), start.clone());
+                let mut show = |_: u64, at: StateRef<'_, f64>| {
+                    let [q, p, w] = [at.q, at.p, at.w].map(<[f64]>::to_vec);
+                    states.push(State { q, p, w, t: at.t });
+                    ControlFlow::Continue(())
+                };
+                let grid = Grid { h: case.h, steps: 3 };
+                let mut counts = counts.borrow_mut();
+                let count = counts.entry(row.name).or_default();
+                if let Err(error) = bound.run(grid, &mut state, 1, &mut show) {
+                    count.fail(&error, &format!("{} on {case:?}", row.name));
+                }
+                let before = count.worst;
+                count.look(&*system, &states, |_| 0.0);
+                if count.worst > before.max(3e-13) {
+                    println!("{:.1e} {} on {case:?}", count.worst, row.name);
+                }
+                if row.name == "gonzalez" || row.name == "increment-2" {
+                    for pair in states.windows(2) {
+                        let violated = Passive::Each.violated(&pair[0].w, &pair[1].w);
+                        prop_assert!(!violated, "{} on {case:?}", row.name);
+                    }
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    let counts = counts.into_inner();
+    assert!(counts.len() > 10, "{counts:?}");
+    judge(&counts, 3e-13, 0.2);
+}

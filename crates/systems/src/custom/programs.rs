@@ -1,0 +1,75 @@
+//! Programs of one graph, with their frames in one array.
+
+use super::failure::CustomError;
+use afterbay_expression::{BLOCK, Graph, Node, Program, REGISTERS, TooManyRegisters};
+use std::ops::Range;
+
+/// The largest number of nodes of the graph, of instructions of all programs, and of second
+/// derivatives. A choice, to bound memory.
+const LARGEST_SIZE: usize = 1 << 20;
+
+/// A program and the range of its frame among all frames.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) program: Program,
+    pub(super) frame: Range<usize>,
+}
+
+/// Programs in the making, of one graph.
+pub(super) struct Builder {
+    pub(super) graph: Graph,
+    /// The frames of all programs, one after another.
+    pub(super) frames: Vec<Node>,
+    pub(super) instructions: usize,
+}
+
+impl Builder {
+    pub(super) fn new(graph: Graph) -> Self {
+        Self { graph, frames: Vec::new(), instructions: 0 }
+    }
+
+    /// Whether all sizes are within their limits.
+    pub(super) fn fits(&self, second: usize) -> Result<(), CustomError> {
+        let counts = [
+            ("terms", self.graph.len()),
+            ("instructions", self.instructions),
+            ("second derivatives", second),
+        ];
+        for (what, count) in counts {
+            if count > LARGEST_SIZE {
+                return Err(CustomError::TooLarge { what, count, limit: LARGEST_SIZE });
+            }
+        }
+        Ok(())
+    }
+
+    /// A program with its frame behind those of the others.
+    pub(super) fn part(&mut self, program: Program) -> Part {
+        self.instructions += program.size();
+        let start = self.frames.len();
+        self.frames.extend_from_slice(program.frame_nodes());
+        let zero = self.graph.number(0.0);
+        self.frames.resize(start + program.frame_nodes().len().next_multiple_of(BLOCK), zero);
+        Part { program, frame: start..self.frames.len() }
+    }
+
+    /// The program of a few results.
+    pub(super) fn one(&mut self, results: &[Node]) -> Result<Part, CustomError> {
+        let program = Program::new(&self.graph, results).map_err(crowded)?;
+        let part = self.part(program);
+        self.fits(0)?;
+        Ok(part)
+    }
+
+    /// The programs of many results, each with an index.
+    pub(super) fn many(&mut self, results: &[(u32, Node)]) -> Result<Vec<Part>, CustomError> {
+        let programs = Program::many(&self.graph, results).map_err(crowded)?;
+        let parts = programs.into_iter().map(|program| self.part(program)).collect();
+        self.fits(0)?;
+        Ok(parts)
+    }
+}
+
+pub(super) fn crowded(_: TooManyRegisters) -> CustomError {
+    CustomError::TooLarge { what: "values needed at once", count: REGISTERS + 1, limit: REGISTERS }
+}
