@@ -2,7 +2,7 @@
 
 use crate::bind::{curved, separable};
 use afterbay_core::{
-    Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable, State, StateRef,
+    Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, State, StateRef,
     StepFailure, System, Tolerance,
 };
 use afterbay_methods::registry::{ADAPTIVE, FIXED, Number, Row, Run, Setting};
