@@ -21,7 +21,9 @@ pub(crate) fn with_text(path: &Path) -> Result<(String, Scene), Failure> {
     let text = text(&bytes).map_err(|error| {
         Failure::scene(path, &String::from_utf8_lossy(&bytes[..bytes.len().min(MOST_BYTES)]), error)
     })?;
-    let mut scene = Scene::read(text).map_err(|error| Failure::scene(path, text, error))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut scene =
+        Scene::read_in(folder, text).map_err(|error| Failure::scene(path, text, error))?;
     let name = path.file_stem().map(|name| name.to_string_lossy().into_owned());
     scene.title = scene.title.or(name);
     Ok((text.to_owned(), scene))

@@ -199,6 +199,14 @@ pub enum SceneProblem {
         /// The parameter given by an expression.
         other: String,
     },
+    /// A file of numbers that cannot be read.
+    #[error("{file} cannot be read: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why.
+        why: String,
+    },
     /// Something that a sweep cannot vary.
     #[error("{name} cannot be varied: {why}")]
     NotVaried {
