@@ -5,6 +5,7 @@
 
 mod depth;
 mod document;
+mod file;
 mod literal;
 mod numbers;
 mod plan;
@@ -28,6 +29,7 @@ use crate::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};
 use planner::Planner;
 use source::Source;
+use std::path::Path;
 
 /// The number of states shown of a run without a step.
 const STATES_SHOWN: f64 = 1000.0;
@@ -80,14 +82,24 @@ pub fn text(bytes: &[u8]) -> Result<&str, SceneError> {
 }
 
 impl Scene {
-    /// Reads and checks a scene. Nothing is run.
+    /// Reads and checks a scene. Nothing is run. Files it names are relative to the working
+    /// directory.
     ///
     /// # Errors
     /// [`SceneError`] with the problem and its place.
     pub fn read(text: &str) -> Result<Self, SceneError> {
+        Self::read_in(Path::new(""), text)
+    }
+
+    /// Reads and checks a scene whose files are relative to a folder.
+    ///
+    /// # Errors
+    /// As for [`Scene::read`].
+    pub fn read_in(folder: &Path, text: &str) -> Result<Self, SceneError> {
         let source = Source::parse(text)?;
         source.check(&schema())?;
-        let document: Document = source.read()?;
+        let mut document: Document = source.read()?;
+        file::resolve(&source, &mut document, folder)?;
         let time = &document.time;
         let problem = problem_of(&source, &document)?;
         check_start(&source, &problem)?;

@@ -72,7 +72,7 @@ pub(crate) enum Command {
     /// Takes the system, the initial state and the end of time from the scene, and ignores its step
     /// and methods. Errors are measured after every step (at 2048 times in longer runs). A step is
     /// recommended only if the steps within 5 % of it and half of it meet the bound as well.
-    /// Nothing is written without --out.
+    /// The answer ends with the lines that run it. Nothing is written without --out or --write.
     Pick(PickArguments),
     /// Check a scene and show what it would do. Nothing is computed.
     ///
@@ -135,7 +135,11 @@ pub(crate) struct PickArguments {
     /// run.json.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Write there even if the results of another scene are lost.
+    /// Write the scene to this file, with the recommended method and step in place of its own.
+    /// Comments are kept, and studies keep their methods and steps.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) write: Option<PathBuf>,
+    /// Overwrite the results of another scene, and the file of --write.
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -27,6 +27,14 @@ pub(crate) enum Trouble {
          has the hash {hash})"
     ))]
     Taken { folder: PathBuf, hash: String },
+    #[error("the file {} exists", path.display())]
+    #[diagnostic(help(
+        "give another file with --write FILE.toml, or overwrite this one with --force"
+    ))]
+    Exists { path: PathBuf },
+    #[error("the scene {} could not be written", path.display())]
+    #[diagnostic(help("give a file that can be written to with --write FILE.toml"))]
+    Unwritable { path: PathBuf, source: std::io::Error },
     #[error("the scene {} cannot be read", path.display())]
     #[diagnostic(help("a scene is a TOML file: see the folder scenes/, and `afterbay schema`"))]
     Unreadable { path: PathBuf, source: std::io::Error },
@@ -91,6 +99,14 @@ impl Failure {
     pub(crate) fn taken(folder: &Path, hash: &str) -> Self {
         let hash = hash.chars().take(12).collect();
         Self::new(Trouble::Taken { folder: folder.into(), hash }, STORAGE)
+    }
+
+    pub(crate) fn exists(path: &Path) -> Self {
+        Self::new(Trouble::Exists { path: path.into() }, STORAGE)
+    }
+
+    pub(crate) fn unwritable(path: &Path, source: std::io::Error) -> Self {
+        Self::new(Trouble::Unwritable { path: path.into(), source }, STORAGE)
     }
 
     pub(crate) fn unreadable(path: &Path, source: std::io::Error) -> Self {

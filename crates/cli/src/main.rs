@@ -10,6 +10,7 @@ mod interrupt;
 mod list;
 mod paper;
 mod pick;
+mod recommended;
 mod scene;
 mod table;
 

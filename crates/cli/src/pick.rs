@@ -4,9 +4,11 @@ use crate::arguments::{Format, PickArguments};
 use crate::bars::Bars;
 use crate::experiment::folder;
 use crate::failure::Failure;
-use crate::{exit_code, interrupt, scene, table};
+use crate::{exit_code, interrupt, recommended, scene, table};
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
 use afterbay_analysis::{Measured, ReportError, experiment};
+use serde::Serialize;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// The most candidates shown, of those that qualify and of those that do not.
@@ -15,7 +17,13 @@ const NEAREST: usize = 3;
 
 pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode, Failure> {
     let &PickArguments { error, at_end, keep_k, passive, .. } = arguments;
-    let scene = scene::read(&arguments.scene)?;
+    let (text, scene) = scene::with_text(&arguments.scene)?;
+    if let Some(file) = &arguments.write
+        && file.exists()
+        && !arguments.force
+    {
+        return Err(Failure::exists(file));
+    }
     if let Some(out) = &arguments.out {
         folder(out, &scene, arguments.force)?;
     }
@@ -29,14 +37,45 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
         let (output, _) = report.map_err(|error: ReportError| Failure::from(error))?;
         output.write(out).map_err(Failure::storage)?;
     }
-    match format {
-        Format::Json => table::json(&found)?,
-        Format::Table => print(&found, scene.problem.end)?,
+    let winner = found.qualified.first().map(|winner| &winner.run);
+    let written = arguments.write.as_deref().zip(winner);
+    if let Some((file, winner)) = written {
+        std::fs::write(file, recommended::scene(&text, &scene, winner))
+            .map_err(|error| Failure::unwritable(file, error))?;
     }
-    if let (Some(out), Format::Table) = (&arguments.out, format) {
-        table::line(&format!("Report: {}", out.join("report.html").display()))?;
+    let written = written.map(|(file, _)| file);
+    let lines = winner.map(|winner| recommended::lines(&scene, winner));
+    match format {
+        Format::Json => table::json(&Answer { found: &found, lines, written })?,
+        Format::Table => {
+            print(&found, scene.problem.end)?;
+            if let Some(lines) = lines {
+                table::line(&format!("To run it, put these tables into the scene:\n\n{lines}"))?;
+            }
+            match (written, &arguments.write) {
+                (Some(file), _) => table::line(&format!("Scene: {}", file.display()))?,
+                (None, Some(file)) => {
+                    table::line(&format!("{} was not written.", file.display()))?;
+                }
+                (None, None) => {}
+            }
+            if let Some(out) = &arguments.out {
+                table::line(&format!("Report: {}", out.join("report.html").display()))?;
+            }
+        }
     }
     Ok(exit_code::of_results(found.qualified.is_empty()))
+}
+
+/// The answer as JSON.
+#[derive(Serialize)]
+struct Answer<'a> {
+    #[serde(flatten)]
+    found: &'a Pick,
+    /// The tables of a scene that run the recommendation.
+    lines: Option<String>,
+    /// The scene that was written.
+    written: Option<&'a Path>,
 }
 
 fn print(found: &Pick, end: f64) -> Result<(), Failure> {
@@ -70,6 +109,14 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
                     cost(second)
                 ))?,
                 None => table::line("Nothing else qualifies.")?,
+            }
+            if let Some(tied) = rest.get(..found.ties).filter(|tied| !tied.is_empty()) {
+                let names: Vec<_> = tied.iter().map(|other| other.run.method).collect();
+                table::line(&format!(
+                    "Not told from {method} by the noise of the times: {}. Another search may \
+                     prefer one of them.",
+                    names.join(", ")
+                ))?;
             }
         }
     }

@@ -99,7 +99,9 @@ fn picks(folder: &Path, command: &str, printed: &[String]) {
     ] {
         assert!(error <= 2.0 * bound, "{error}");
     }
-    let (text, code) = shell(folder, &format!("{command} --format json"));
+    // The scene has been written, and is not overwritten.
+    let (again, _) = command.split_once(" --write").unwrap_or((command, ""));
+    let (text, code) = shell(folder, &format!("{again} --format json"));
     assert_eq!(code, 0, "{}", text.join("\n"));
     let found: serde_json::Value = serde_json::from_str(&text.join("\n")).expect("JSON");
     let all = found["qualified"].as_array().expect("a list");

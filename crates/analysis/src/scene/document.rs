@@ -134,8 +134,8 @@ pub enum PerDegree {
 pub enum Entries {
     /// One after another.
     List(Vec<Expression>),
-    /// One rule for a number of entries.
-    Counted(CountedTable),
+    /// One rule for a number of entries, or a file.
+    Table(EntriesTable),
     /// One rule for all, in which i is the number of the degree of freedom.
     Rule(Expression),
 }
@@ -145,20 +145,39 @@ impl Entries {
     pub(super) fn count(&self) -> Option<usize> {
         match self {
             Self::List(list) => Some(list.len()),
-            Self::Counted(table) => usize::try_from(table.count).ok(),
+            Self::Table(table) => table.count.and_then(|count| usize::try_from(count).ok()),
             Self::Rule(_) => None,
         }
     }
 }
 
-/// A number of entries by one rule.
+/// A number of entries by one rule { count, value }, or a column of a file { file, column }.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CountedTable {
+pub struct EntriesTable {
     /// The number of entries.
-    pub count: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub count: Option<u64>,
     /// Entry i, counted from 1: a number or an expression such as "0.1*sin(pi*i/(n + 1))".
-    pub value: Expression,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<Expression>,
+    /// A CSV file, relative to the folder of the scene. Lines that begin with # are comments, and
+    /// the first line may name the columns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// The name of the column, or its number counted from 1 [default: the first].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<Column>,
+}
+
+/// A column of a file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Column {
+    /// Its number, counted from 1.
+    Number(u64),
+    /// Its name.
+    Name(String),
 }
 
 /// The initial state.

@@ -1,6 +1,6 @@
 //! The numbers of a scene that are given by expressions.
 
-use super::document::{Entries, Expression};
+use super::document::{Entries, EntriesTable, Expression};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use afterbay_core::{InputError, Quantity};
@@ -76,7 +76,13 @@ pub(super) fn entries(
             .enumerate()
             .map(|(j, value)| number(&format!("{path}.{j}"), value, j + 1))
             .collect(),
-        Entries::Counted(table) => by_rule(&format!("{path}.value"), &table.value),
+        Entries::Table(EntriesTable { value: Some(value), .. }) => {
+            by_rule(&format!("{path}.value"), value)
+        }
+        Entries::Table(_) => {
+            let problem = SceneProblem::Missing { key: "value".into() };
+            Err(SceneError { problem, span: source.span(path) })
+        }
         Entries::Rule(rule) => by_rule(path, rule),
     }
 }

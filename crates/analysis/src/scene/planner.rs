@@ -89,7 +89,14 @@ impl Planner<'_> {
             let base = format!("{path}.base_step");
             let grid = self.within(&base, Grid::<f64>::new(table.base_step, self.problem.end))?;
             for (i, &h) in steps.iter().enumerate() {
-                self.within(&entry(path, &table.steps, i), Grid::<f64>::new(table.base_step, h))?;
+                let at = entry(path, &table.steps, i);
+                match Grid::<f64>::new(table.base_step, h) {
+                    Err(InputError::NotAMultiple { .. }) => {
+                        let problem = SceneProblem::OffGrid { step: h, base: table.base_step };
+                        return self.refuse(&at, problem);
+                    }
+                    grid => self.within(&at, grid.map(drop))?,
+                }
             }
             self.steps_fit(&base, grid.steps as f64 * (methods.len() * steps.len()) as f64)?;
             // The exact solution is stored along the grid.
@@ -296,18 +303,26 @@ impl Planner<'_> {
         self.refuse(&format!("{path}.{at}"), SceneProblem::Adaptive { name: row.name })
     }
 
+    /// Refuses names of no method, all at once.
+    fn known(&self, path: &str, names: &[String]) -> Planned<()> {
+        let is_unknown = |name: &&String| registry::find(name).is_none();
+        let unknown: Vec<String> = names.iter().filter(is_unknown).cloned().collect();
+        let Some(first) = names.iter().position(|name| is_unknown(&name)) else { return Ok(()) };
+        let known = METHODS.iter().map(|row| row.name.to_owned()).collect();
+        let problem = match &unknown[..] {
+            [name] => SceneProblem::Unknown { what: "method", name: name.clone(), known },
+            _ => SceneProblem::UnknownMethods { names: unknown, known },
+        };
+        self.refuse(&format!("{path}.{first}"), problem)
+    }
+
     /// The rows of the named methods, if all apply.
     fn methods(&self, path: &str, names: &[String]) -> Planned<Methods> {
+        self.known(path, names)?;
         let mut found = Methods { fixed: Vec::new(), adaptive: Vec::new() };
         for (i, name) in names.iter().enumerate() {
             let path = format!("{path}.{i}");
-            let Some(row) = registry::find(name) else {
-                let known = METHODS.iter().map(|row| row.name.to_owned()).collect();
-                return self.refuse(
-                    &path,
-                    SceneProblem::Unknown { what: "method", name: name.clone(), known },
-                );
-            };
+            let Some(row) = registry::find(name) else { continue };
             let rows = if row.is_adaptive() { &mut found.adaptive } else { &mut found.fixed };
             if rows.iter().any(|other| other.name == row.name) {
                 return self.refuse(&path, SceneProblem::Twice { name: name.clone() });

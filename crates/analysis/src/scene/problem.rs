@@ -91,6 +91,14 @@ pub enum SceneProblem {
         /// The known names.
         known: Vec<String>,
     },
+    /// Several names of no method.
+    #[error("there are no methods {}", names.join(", "))]
+    UnknownMethods {
+        /// The names.
+        names: Vec<String>,
+        /// The known names.
+        known: Vec<String>,
+    },
     /// A method that chooses its steps, used where steps are given.
     #[error("{name} takes a tolerance instead of a step")]
     Adaptive {
@@ -135,6 +143,14 @@ pub enum SceneProblem {
         value: f64,
         /// The range.
         range: &'static str,
+    },
+    /// A step of a study that does not consist of steps of its base grid.
+    #[error("the step {step:?} is no multiple of base_step = {base:?}")]
+    OffGrid {
+        /// The step.
+        step: f64,
+        /// The step of the base grid.
+        base: f64,
     },
     /// A size beyond the budget.
     #[error("{what} would be {size:.3e}, more than the budget of {limit:e}")]
@@ -183,6 +199,14 @@ pub enum SceneProblem {
         /// The parameter given by an expression.
         other: String,
     },
+    /// A file of numbers that cannot be read.
+    #[error("{file} cannot be read: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why.
+        why: String,
+    },
     /// Something that a sweep cannot vary.
     #[error("{name} cannot be varied: {why}")]
     NotVaried {
@@ -229,6 +253,12 @@ impl SceneProblem {
                 Some(format!("there are {}", known.join(", ")))
             }
             Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
+            Self::UnknownMethods { names, known } => Some(suggestions(names, known)),
+            Self::OffGrid { step, base } => {
+                let multiple = (step / base).round().max(1.0) * base;
+                let digits = format!("{multiple:.12e}").parse().unwrap_or(multiple);
+                Some(format!("write {digits:?}, or a base_step that divides {step:?}"))
+            }
             Self::Adaptive { .. } => {
                 Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
             }
@@ -303,6 +333,21 @@ fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
     let below = all().filter(|step| *step < h).max_by(f64::total_cmp);
     let above = all().filter(|step| *step > h).min_by(f64::total_cmp);
     [below, above].map(|step| step.map(|step| step.to_string()))
+}
+
+/// The nearest of the known names for each name that has a similar one, and all known names if one
+/// has none.
+fn suggestions(names: &[String], known: &[String]) -> String {
+    let (mut said, mut all) = (Vec::new(), String::new());
+    for name in names {
+        let advice = suggestion(name, known, "there are");
+        match advice.strip_prefix("did you mean ") {
+            Some(nearest) => said.push(format!("{name}: did you mean {nearest}")),
+            None => all = advice,
+        }
+    }
+    said.extend((!all.is_empty()).then_some(all));
+    said.join(" ")
 }
 
 /// The nearest name if one is similar, else all names.

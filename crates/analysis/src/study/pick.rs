@@ -5,13 +5,14 @@
 //! least such number. A step is recommended only if all steps tried within 5 % of it and half of it
 //! are within the bound too. This excludes steps that meet the bound by chance or lie near a change
 //! of basin. Methods that choose their steps are searched by tolerance in the same way. The
-//! settings that qualify are timed one after another. The winner is compared with a run of twice as
+//! settings that qualify are timed one after another, those near the fastest several times. The winner is compared with a run of twice as
 //! many steps: their difference is an error estimate that needs no reference.
 
 mod dense;
 mod search;
 mod sensitivity;
 mod setting;
+mod times;
 mod trial;
 
 use super::Problem;
@@ -28,6 +29,7 @@ use serde::Serialize;
 use setting::Choice;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
+pub use times::Times;
 use trial::Bench;
 pub use trial::{SAMPLES, Trial};
 
@@ -61,6 +63,8 @@ pub struct Candidate {
     pub why_not: Option<String>,
     /// The check of neighbouring settings; none if the search did not get that far.
     pub checked: Option<Checked>,
+    /// Its times; none if it was not timed.
+    pub times: Option<Times>,
 }
 
 /// The result of a search.
@@ -72,6 +76,9 @@ pub struct Pick {
     pub qualified: Vec<Candidate>,
     /// The methods that do not qualify, the nearest first.
     pub others: Vec<Candidate>,
+    /// The number of methods, next to the cheapest, that the noise of the times does not tell from
+    /// it.
+    pub ties: usize,
     /// Every run that was tried, method after method.
     pub tried: Vec<Trial>,
     /// The largest differences of (q, p) and of w between the winner and a run of twice as many
@@ -101,6 +108,7 @@ pub fn run(
         wanted,
         qualified: Vec::new(),
         others: Vec::new(),
+        ties: 0,
         tried: Vec::new(),
         check: None,
         doubt: Doubt::default(),
@@ -153,15 +161,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
             one => pick.others.extend(one.map(|one| one.0)),
         }
     }
-    progress.begin("times", qualified.len());
-    for (Candidate { run, .. }, setting) in &mut qualified {
-        if progress.stopped() {
-            break;
-        }
-        let time = setting.time(problem, progress)?;
-        run.seconds = (!progress.stopped()).then_some(time.as_secs_f64());
-        progress.advance();
-    }
+    times::measure(&mut qualified, problem, progress)?;
     let seconds = |one: &(Candidate, Choice)| one.0.run.seconds.unwrap_or(f64::INFINITY);
     qualified.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
     // A winner contradicted by twice as many steps is not recommended, whatever the reference says.
@@ -176,6 +176,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
         qualified.remove(0);
     }
     pick.qualified = qualified.into_iter().map(|one| one.0).collect();
+    pick.ties = times::ties(&pick.qualified);
     pick.others.sort_by(|a, b| a.run.decisive.total_cmp(&b.run.decisive));
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Scenes: texts that are read, and texts that are refused.
 
 mod bad;
+mod file;
 mod fuzz;
 mod refused;
 mod sweep;

@@ -6,6 +6,7 @@ mod bad;
 #[cfg(unix)]
 mod interrupt;
 mod ready;
+mod recommended;
 mod refused;
 mod threads;
 

@@ -2,8 +2,8 @@
 
 use crate::bind::{curved, separable};
 use afterbay_core::{
-    Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable, State, StateRef,
-    StepFailure, System, Tolerance,
+    Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, State, StateRef, StepFailure,
+    System, Tolerance,
 };
 use afterbay_methods::registry::{ADAPTIVE, FIXED, Number, Row, Run, Setting};
 use afterbay_methods::{Composition, Increment};

@@ -36,7 +36,7 @@ impl Planner<'_> {
         match every {
             Some(0) => self.refuse(
                 path,
-                SceneProblem::Range { name: "every", value: 0.0, range: "at least 1" },
+                SceneProblem::Range { name: "every", value: 0.0, range: "a whole number from 1" },
             ),
             Some(every) => Ok(every),
             None => Ok(steps.div_ceil((KEPT / self.points as u64).max(2)).max(1)),

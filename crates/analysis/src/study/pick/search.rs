@@ -105,7 +105,7 @@ impl<'a> Search<'a> {
             }
             Reached::Not(trial, why) => trial.map(|trial| {
                 let setting = Choice::Steps(row, trial.steps.max(1));
-                (Candidate { run: *trial, why_not: Some(why), checked: None }, setting)
+                (Candidate { run: *trial, why_not: Some(why), checked: None, times: None }, setting)
             }),
         };
         Ok(self.leave(candidate))
@@ -150,7 +150,7 @@ impl<'a> Search<'a> {
                     run.decisive
                 );
                 Some((
-                    Candidate { run, why_not: Some(why), checked: None },
+                    Candidate { run, why_not: Some(why), checked: None, times: None },
                     Choice::Tolerance(row, tolerance),
                 ))
             }
@@ -237,7 +237,7 @@ impl<'a> Search<'a> {
     ) -> Result<Option<(Candidate, Choice)>, IntegrateError> {
         let first = self.run(from)?;
         let refused = |run: Trial, why: String| {
-            Ok(Some((Candidate { run, why_not: Some(why), checked: None }, from)))
+            Ok(Some((Candidate { run, why_not: Some(why), checked: None, times: None }, from)))
         };
         if let Some(lacks) = lacks {
             return refused(first, lacks.into());
@@ -267,7 +267,10 @@ impl<'a> Search<'a> {
                     self.qualifies(setting)?;
                 }
                 let checked = Some(Checked { settings: beside.len() as u64, most });
-                return Ok(Some((Candidate { run: trial, why_not, checked }, setting)));
+                return Ok(Some((
+                    Candidate { run: trial, why_not, checked, times: None },
+                    setting,
+                )));
             };
             worst = Some(other);
             match setting.safer().filter(|_| self.started.elapsed() < LONGEST) {

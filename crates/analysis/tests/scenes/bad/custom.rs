@@ -42,7 +42,7 @@ pub(super) const CHANGES: &[Change] = &[
     ("c = 0.05", "c = \"1/k\"", "k", "k is not known", "coordinates are"),
     ("q = [0.3, 0.0]", "q = [0.3, \"2*k\"]", "k", "k is not known", ""),
     ("q = [0.3, 0.0]", "q = { count = 3, value = 0 }", "q", "q has 3", ""),
-    ("q = [0.3, 0.0]", "q = { value = 0 }", "{ value = 0 }", "the key count is missing", ""),
+    ("q = [0.3, 0.0]", "q = { value = 0 }", "q", "the key count is missing", ""),
     (V, "q1^2/2 + sinn(q1)", "sinn", "sinn is not known: do you mean sin?", ""),
     (V, "q1^2/2 + q3", "q3", "q3 is beyond the last of 2 degrees of freedom", ""),
     (V, "q1^2/2 + q0", "q0", "q0 is no coordinate", ""),

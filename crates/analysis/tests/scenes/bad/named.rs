@@ -189,7 +189,7 @@ pub(super) const CHANGES: &[Change] = &[
         "the output in bytes would be",
         "`every`",
     ),
-    ("every = 10\n", "every = 0\n", "every = 0", "every = 0.0 must be at least 1", ""),
+    ("every = 10\n", "every = 0\n", "every = 0", "every = 0.0 must be a whole number from 1", ""),
     ("every = 10\n", "tolerance = 0\n", "tolerance = 0", "must be finite and at least", ""),
     ("every = 10\n", "tolerance = -1e-6\n", "tolerance = -1e-6", "must be finite and at least", ""),
     ("every = 10\n", "tolerance = 1e-30\n", "tolerance = 1e-30", "must be finite and at least", ""),
@@ -221,6 +221,13 @@ pub(super) const CHANGES: &[Change] = &[
     ("\"rk4\"", "\"moddg\"", "\"moddg\"", "moddg is in the list already", ""),
     (
         "methods = [\"moddg\", \"rk4\"]",
+        "methods = [\"RK4\", \"rk4\", \"verlet\"]",
+        "\"RK4\"",
+        "there are no methods RK4, verlet",
+        "RK4: did you mean rk4? there are leapfrog",
+    ),
+    (
+        "methods = [\"moddg\", \"rk4\"]",
         "methods = []",
         "methods = []",
         "give one method at least",
@@ -243,8 +250,8 @@ pub(super) const CHANGES: &[Change] = &[
         "[0.02, 0.01]",
         "[0.0205]",
         "0.0205",
-        "0.0205 is no multiple of the step h = 0.001",
-        "0.00082 divides it",
+        "the step 0.0205 is no multiple of base_step = 0.001",
+        "write 0.021, or a base_step that divides 0.0205",
     ),
     (
         "base_step = 0.001",
@@ -260,7 +267,7 @@ pub(super) const CHANGES: &[Change] = &[
         "20.0 is no multiple",
         "divide it",
     ),
-    ("every = 100", "every = 0", "every = 0", "at least 1", ""),
+    ("every = 100", "every = 0", "every = 0", "a whole number from 1", ""),
     (
         "to = 0.2, count = 2",
         "to = 0.2, count = 0",
