@@ -190,7 +190,7 @@ fn every_run(rows: &[Row]) -> Block {
             number(row.error_qp),
             number(row.error_w),
             number(row.error_qp.map(|_| row.k_drift)),
-            row.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
+            row.passivity_violations.map_or("not counted".into(), |count| count.to_string()),
             number(row.seconds),
             count(row.steps),
             count(row.evaluations),

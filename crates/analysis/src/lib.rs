@@ -1,4 +1,4 @@
-//! Measures integration methods: orders, energy books, work against precision and stability, as
+//! Measures integration methods: orders, energy balance, work against precision and stability, as
 //! tables, charts and a report.
 //!
 //! A [`Model`] is a system with its parameters. A [`study`] runs methods on it and returns the rows

@@ -26,6 +26,7 @@ use crate::function;
 use crate::graph::{Graph, Node};
 pub use names::{Definition, Names, is_name, is_reserved};
 use names::{in_name, only};
+use problem::THE_END;
 pub use problem::{ParseError, Problem};
 use std::ops::Range;
 use winnow::Parser as _;
@@ -156,7 +157,7 @@ impl Reader<'_, '_> {
                 (word, length)
             }
             Ok(c) => (c.to_string(), c.len_utf8()),
-            Err(_) => ("the end".to_owned(), 0),
+            Err(_) => (THE_END.to_owned(), 0),
         };
         ParseError { span: start..start + length, problem: Problem::Unexpected { found, expected } }
     }

@@ -1,4 +1,4 @@
-//! The energy books: the loss of H, the content of the reservoir, and the deviation of K.
+//! The energy balance: the loss of H, the content of the reservoir, and the deviation of K.
 
 use crate::Measured;
 use crate::chart::{Axis, Curve, LineChart, Style};
@@ -18,9 +18,9 @@ pub(super) fn sheet(
     plan: &EnergyPlan,
     progress: &dyn Progress,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Energy books");
+    let mut sheet = Sheet::new("Energy balance");
     let problem = &scene.problem;
-    progress.begin("energy books", plan.methods.len());
+    progress.begin("energy balance", plan.methods.len());
     let found = energy::run(problem, &plan.methods, plan.step, plan.every, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data(DATA, &energy::columns(problem.model.dof()), &rows)?;
@@ -35,7 +35,7 @@ pub(super) fn sheet(
         plan.step
     ));
     sheet.doubt(
-        "Energy books",
+        "Energy balance",
         found.iter().flat_map(|books| &books.rows).map(EnergyRow::measured_w),
     );
     let worst = |books: &Books, value: fn(&EnergyRow) -> Option<Measured>| {
@@ -48,7 +48,7 @@ pub(super) fn sheet(
             .and(books.method, "doubt of w", w.doubt)
             .and(books.method, "run", books.ending.outcome)
     });
-    sheet.find("Energy books", readings, k_and_w);
+    sheet.find("Energy balance", readings, k_and_w);
     let cells = |books: &Books| {
         vec![
             books.method.into(),
@@ -56,7 +56,7 @@ pub(super) fn sheet(
             scientific(Some(books.drift)),
             measured(Some(worst(books, |row| Some(row.measured_w())))),
             measured(Some(worst(books, EnergyRow::measured_ratio))),
-            books.violations.map_or("none owed".into(), |count| count.to_string()),
+            books.violations.map_or("not counted".into(), |count| count.to_string()),
         ]
     };
     sheet.table(
@@ -90,7 +90,7 @@ pub(super) fn sheet(
         ),
         (
             "books-deviation-of-k",
-            "Deviation of K. A logarithmic axis cannot show states at which K is exact.",
+            "Deviation of K. Exact zeros cannot be shown on a logarithmic axis.",
             over_time(
                 "Deviation of K",
                 Axis::log(energy("|K − K₀|")),

@@ -123,7 +123,7 @@ fn draw_curves(
     let y_label = label(y, log, units);
     let y_axis = if log { Axis::log(y_label) } else { Axis::linear(y_label) };
     if log {
-        caption.push_str(". A logarithmic axis cannot show zeros");
+        caption.push_str(". Exact zeros cannot be shown on a logarithmic axis");
     }
     let overlaid: Vec<Curve> = runs.iter().flat_map(|run| curves(run, !several)).collect();
     let hidden = !log && coincide(&overlaid);

@@ -87,7 +87,7 @@ fn how_k_grows(r: &Readings) -> Said {
     let one = |(label, rms): (&str, f64)| {
         let run = r.word(label, "run");
         let end = if run == COMPLETED { String::new() } else { format!(" ({run})") };
-        format!("{label}: {rms:.0e} of K, growing {}{end}", growth(r, label))
+        format!("{label}: {rms:.0e} of K, {}{end}", growth(r, label))
     };
     let all = r.numbers("rms");
     let done = all.iter().all(|(label, _)| r.word(label, "run") == COMPLETED);

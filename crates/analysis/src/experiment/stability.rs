@@ -63,7 +63,7 @@ pub(super) fn sheet(
         let first = row.verdict.map_or("", Verdict::describe);
         r.and(row.method, "first failure", first).and(row.method, "h", row.h)
     });
-    sheet.find("What breaks first as h grows", readings, what_breaks_first);
+    sheet.find("First failure as h grows", readings, what_breaks_first);
     let mut figures = Vec::new();
     for method in names(&plan.methods) {
         let cells: Vec<_> = found.iter().filter(|row| row.method == method).collect();
@@ -95,7 +95,7 @@ pub(super) fn sheet(
         }
     }
     sheet.text(
-        "Failure atlas: the first verdict of each method that is not right as h grows, over all \
+        "Map of failures: the first verdict of each method that is not right as h grows, over all \
          values and at the middle one.",
     );
     let header = [

@@ -37,7 +37,7 @@ pub(super) fn sheet(
         problem.end
     ));
     sheet.doubt("Accuracy", found.iter().flat_map(|row| [row.qp(), row.w()]).flatten());
-    cheapest(&mut sheet, problem.model.name(), problem, &found)?;
+    cheapest(&mut sheet, "The scene", problem, &found)?;
     let chart = |title: &str,
                  cost: &str,
                  x: fn(&WorkRow) -> Option<f64>,

@@ -9,6 +9,9 @@ use crate::study::long_run::LongRun;
 /// The largest difference of two exponents that agree, however narrow their intervals.
 const AGREEMENT: f64 = 0.05;
 
+/// The conclusion from an exponent of 0.
+const NOT_GROWING: &str = "not growing";
+
 /// The deviation of K over time.
 pub(crate) fn chart_of(run: &LongRun) -> Curve {
     marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect())
@@ -19,10 +22,10 @@ pub(crate) fn grows(fit: &Fit) -> &'static str {
     let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
     if may_be(0.0) && !may_be(0.5) {
-        return "not at all";
+        return NOT_GROWING;
     }
     match (may_be(0.5), may_be(1.0)) {
-        (true, true) => "like √t or like t: not told apart",
+        (true, true) => "like √t or like t",
         (true, false) => "like √t",
         (false, true) => "like t",
         (false, false) if fit.slope < 0.5 => "slower than √t",
@@ -59,9 +62,13 @@ pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
 pub(crate) fn growth(r: &Readings, label: &str) -> String {
     let (slope, margin) = (r.number(label, "exponent"), r.number(label, "margin"));
     if slope.is_nan() {
-        return "not known".into();
+        return "growth not known".into();
     }
     let fit = Fit { slope, margin: (!margin.is_nan()).then_some(margin), points: 0 };
     let interval = fit.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
-    format!("{} ({slope:.2}{interval})", grows(&fit))
+    let growing = match grows(&fit) {
+        NOT_GROWING => NOT_GROWING.to_owned(),
+        how => format!("growing {how}"),
+    };
+    format!("{growing} (exponent {slope:.2}{interval})")
 }

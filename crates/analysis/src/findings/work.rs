@@ -75,23 +75,29 @@ fn the_cheapest(r: &Readings) -> Said {
         let timed = able.filter(|(_, seconds)| !seconds.is_nan());
         timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| *name)
     };
-    let say = |name: Option<&str>| match name {
-        Some(name) => format!(
-            "{name} at {} ({} s, K off by {} of it)",
+    let say = |name: &str| {
+        format!(
+            "{name} at {} ({} s, K off by {} of its size)",
             r.word(name, "setting"),
             sci(r.number(name, "seconds")),
             sci(r.number(name, "drift"))
-        ),
-        None => "none of these".into(),
+        )
     };
-    let statement = format!(
-        "for errors within {:e} the cheapest is {}; with K kept it is {}. {} methods come within \
-         it.",
-        r.number("q, p and w", "wanted"),
-        say(best(false)),
-        say(best(true)),
-        all.len(),
-    );
+    let wanted = format!("with errors of at most {:e}", r.number("q, p and w", "wanted"));
+    let statement = match (best(false), best(true)) {
+        (None, _) => format!("no run ends {wanted}."),
+        (Some(cheapest), kept) => format!(
+            "the cheapest run {wanted} is {}; the cheapest that keeps K is {}. Methods with such a \
+             run: {}.",
+            say(cheapest),
+            match kept {
+                None => "none".into(),
+                Some(kept) if kept == cheapest => "the same".into(),
+                Some(kept) => say(kept),
+            },
+            all.len(),
+        ),
+    };
     (Verdict::Note, statement)
 }
 
@@ -102,14 +108,17 @@ fn who_keeps_k(r: &Readings) -> Said {
         let of = all.iter().filter(|(_, drift)| !drift.is_nan() && kept(*drift) == word);
         list(of.map(|(name, drift)| format!("{name} ({})", sci(*drift))))
     };
-    let none = all.iter().filter(|(_, drift)| drift.is_nan());
-    let statement = format!(
-        "K is kept at every step and tolerance by {}; it is not by {}. Without a run that reached \
-         the end: {}. In parentheses max |K - K₀| beside K at the start.",
+    let mut statement = format!(
+        "K is kept at every step and tolerance by {} and not by {} (in parentheses max |K - K₀| \
+         relative to the size of K at the start).",
         part("keeps K"),
         part("does not keep K"),
-        list(none.map(|(name, _)| name.to_string())),
     );
+    let none: Vec<_> = all.iter().filter(|(_, drift)| drift.is_nan()).collect();
+    if !none.is_empty() {
+        let names = list(none.iter().map(|(name, _)| name.to_string()));
+        statement.push_str(&format!(" No run reached the end: {names}."));
+    }
     (Verdict::Note, statement)
 }
 
@@ -122,7 +131,7 @@ pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
         measured(row.qp()),
         measured(row.w()),
         scientific(Some(row.k_drift)),
-        row.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
+        row.passivity_violations.map_or("not counted".into(), |count| count.to_string()),
         scientific(row.seconds),
         row.evaluations.map_or(String::new(), |count| count.to_string()),
     ]

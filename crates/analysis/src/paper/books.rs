@@ -196,7 +196,7 @@ fn summary(books: &Books) -> Vec<String> {
         scientific(Some(books.drift)),
         scientific(Some(largest(books, |row| Some(row.w_error)))),
         scientific(Some(largest(books, |row| row.ratio_error))),
-        books.violations.map_or("none owed".into(), |count| count.to_string()),
+        books.violations.map_or("not counted".into(), |count| count.to_string()),
     ]
 }
 
@@ -245,7 +245,7 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
     sheet.show(
         "figure-4-2",
         &chart,
-        "Deviation of K. A logarithmic axis cannot show steps at which K is exact to the last bit.",
+        "Deviation of K. Exact zeros cannot be shown on a logarithmic axis.",
         "energy",
     );
 }

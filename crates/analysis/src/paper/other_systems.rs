@@ -121,7 +121,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             cells.extend(VARIABLES.map(|variable| decimal(median(row.name, variable))));
             let w_error = books.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
             cells.extend([scientific(Some(books.drift)), scientific(Some(w_error))]);
-            cells.push(books.violations.map_or("none owed".into(), |count| count.to_string()));
+            cells.push(books.violations.map_or("not counted".into(), |count| count.to_string()));
             cells.push(books.ending.describe());
             cells
         });

@@ -184,7 +184,7 @@ fn first_failures(sheet: &mut Sheet, cells: &[StabilityRow]) {
             .and(method, "h", first.map(|row| row.h))
             .and(method, "μ", first.map(|row| row.value))
     });
-    sheet.find("Van der Pol, what breaks first as h grows", readings, what_breaks_first);
+    sheet.find("Van der Pol, the first failure as h grows", readings, what_breaks_first);
 }
 
 fn what_breaks_first(r: &Readings) -> Said {

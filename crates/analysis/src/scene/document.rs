@@ -208,8 +208,8 @@ pub struct TimeTable {
 pub struct RunTable {
     /// Names of methods, see `afterbay list methods`.
     pub methods: Vec<String>,
-    /// The number of steps between two states that are kept. By default it is the least number that
-    /// keeps at most 10,000 states.
+    /// The number of steps between two states that are kept. By default at most 10,000 states are
+    /// kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
     /// A relative and absolute tolerance of q, p and w for the methods that choose their steps,
@@ -266,7 +266,7 @@ pub struct GlobalOrderTable {
     pub steps: Spread,
 }
 
-/// The energy books.
+/// The energy balance.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyTable {
@@ -276,8 +276,7 @@ pub struct EnergyTable {
     /// The step [default: that of [time]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// The number of steps between two rows that are kept. By default it is the least number that
-    /// keeps at most 10,000 rows.
+    /// The number of steps between two rows that are kept. By default at most 10,000 rows are kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
 }

@@ -62,7 +62,7 @@ pub struct Studies {
     pub local_order: Option<LocalOrderPlan>,
     /// Global errors and orders.
     pub global_order: Option<StepsPlan>,
-    /// The energy books.
+    /// The energy balance.
     pub energy: Option<EnergyPlan>,
     /// Work against precision.
     pub work_precision: Option<WorkPrecisionPlan>,
@@ -116,7 +116,7 @@ pub struct WorkPrecisionPlan {
     pub tolerances: Vec<f64>,
 }
 
-/// The plan of the energy books.
+/// The plan of the energy balance.
 #[derive(Clone, Debug)]
 pub struct EnergyPlan {
     /// The methods.

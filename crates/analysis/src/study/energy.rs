@@ -1,4 +1,4 @@
-//! The energy books: H, K - K0, the ratio R = H_{i+1}/H_i, and the error of the reservoir.
+//! The energy balance: H, K - K0, the ratio R = H_{i+1}/H_i, and the error of the reservoir.
 
 use super::outcome::Ending;
 use super::passivity::Passivity;
@@ -58,7 +58,7 @@ pub fn columns(dof: usize) -> Vec<String> {
     names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
 }
 
-/// The energy books of one run.
+/// The energy balance of one run.
 #[derive(Clone, Debug)]
 pub struct Books {
     /// Name of the method.

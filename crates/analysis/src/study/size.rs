@@ -1,4 +1,4 @@
-//! Errors and energy books as the number of degrees of freedom grows.
+//! Errors and energy balance as the number of degrees of freedom grows.
 
 use super::{Problem, work_precision};
 use crate::progress::Progress;

@@ -44,7 +44,7 @@ pub enum Problem {
         name: String,
     },
     /// A degree of freedom beyond the last.
-    #[error("{name} is beyond the last of {dof} degrees of freedom")]
+    #[error("{name} is beyond the last of {dof} degree{} of freedom", if *dof == 1 { "" } else { "s" })]
     BeyondLast {
         /// As it was written.
         name: String,
@@ -93,6 +93,9 @@ impl Problem {
     /// What to write instead, where the mistake is a common one.
     pub fn advice(&self) -> Option<&'static str> {
         match self {
+            Self::Unexpected { found, expected } if found == THE_END => {
+                expected.contains("closing").then_some("what was opened is not closed")
+            }
             Self::Unexpected { found, expected } => {
                 let first = found.chars().next()?;
                 match first {
@@ -111,18 +114,27 @@ impl Problem {
                 Some("functions with jumps are not known; tanh(x/eps) is a smooth sign")
             }
             Self::Unknown { name, nearest: None } => match name.as_str() {
-                "t" | "time" => Some("H and D may not depend on time"),
+                "t" | "time" => Some(
+                    "H and D may not depend on time; where `hamiltonian` has the term + p2, q2 is the \
+                     time",
+                ),
                 "i" | "n" => None,
                 _ => Some(
                     "coordinates are q1, q2, .., momenta p1, p2, .., velocities v1, v2, ..; other \
                      names are defined in `parameters`",
                 ),
             },
+            Self::BeyondLast { .. } => {
+                Some("there are as many as dissipation, mass, q and p have entries")
+            }
             Self::NoCount => Some("write q = { count = 8, value = .. } in [initial]"),
             _ => None,
         }
     }
 }
+
+/// What is found where a text ends.
+pub(super) const THE_END: &str = "the end";
 
 /// Whether it is the common name of a function with jumps, which expressions do not have.
 pub(super) fn has_jumps(name: &str) -> bool {

@@ -41,7 +41,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
             books.method.into(),
             scientific(Some(books.drift)),
             scientific(Some(w_error(books))),
-            books.violations.map_or("none owed".into(), |count| count.to_string()),
+            books.violations.map_or("not counted".into(), |count| count.to_string()),
         ]
     };
     sheet.table(

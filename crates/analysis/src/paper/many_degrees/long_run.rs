@@ -108,7 +108,7 @@ fn in_a_long_run(r: &Readings) -> Said {
     let lost: Vec<_> = lost.map(|(label, _)| label.to_string()).collect();
     let say = |(label, rms): (&str, f64)| {
         format!(
-            "{label}: {} ({}), {}, growing {}",
+            "{label}: {} ({}), {}, {}",
             sci(rms),
             kept(rms),
             r.word(label, "run"),

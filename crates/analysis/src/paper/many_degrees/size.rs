@@ -1,4 +1,4 @@
-//! Errors, energy books and cost as N grows.
+//! Errors, energy balance and cost as N grows.
 
 use super::{chain, wave};
 use crate::chart::{Axis, Curve, LineChart};
