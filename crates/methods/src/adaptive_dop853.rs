@@ -21,6 +21,7 @@
 
 use crate::adaptive::{Budget, Projection, Rates, largest};
 use crate::bend::bend;
+use crate::grain::grain_at;
 use crate::registry::binding::{AdaptiveBinding, Bound, Target};
 use crate::runge_kutta::{Dop853, Embedded, P, Q, Stages, Tableau, W};
 use afterbay_core::{
@@ -148,7 +149,8 @@ impl<V: Vector> Workspace<V> {
         let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
         let off = (found - target).abs().to_f64();
         let before = std::mem::replace(&mut self.off, off);
-        off > 0.5 * before && off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms
+        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
+        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
     }
 
     /// The largest factor by which the step may be lengthened while staying stable.

@@ -15,6 +15,7 @@ mod collocation;
 mod commit;
 mod coordinate;
 mod gonzalez;
+mod grain;
 mod implicit_midpoint;
 mod increment;
 mod leapfrog;

@@ -13,7 +13,7 @@ use afterbay_core::Passive;
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
 const MOST_ENTRIES: usize = 4;
 /// The rise of H, as a share of its size, up to which it counts as rounding.
-const ROUNDING: f64 = 1e-10;
+const ROUNDING: f64 = 1e-8;
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 

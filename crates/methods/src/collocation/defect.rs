@@ -69,6 +69,7 @@ impl<V: Vector> Workspace<V> {
         let end = system.energy(q, p);
         let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
         let defect = (end - start + *gained).abs().to_f64();
+        self.scale = scale;
         self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale) };
         scale
     }

@@ -4,6 +4,7 @@ use super::engine::Engine;
 use super::iteration::Workspace;
 use super::rule::MOST;
 use crate::adaptive::Projection;
+use crate::grain::grain_at;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The error of K, in roundings, that is accepted where the terms of H cancel.
@@ -56,7 +57,10 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         });
         let effort = spare.find(system, h, state)?;
         let roundings = spare.defect();
-        if roundings > ACCEPTED_ROUNDINGS {
+        let (q, p) = (state.q.as_slice(), state.p.as_slice());
+        if roundings > ACCEPTED_ROUNDINGS
+            && roundings * spare.scale() > ACCEPTED_ROUNDINGS * grain_at(system, q, p)
+        {
             return Err(StepFailure::Unresolved { nodes: MOST, roundings });
         }
         for d in 0..state.dof() {

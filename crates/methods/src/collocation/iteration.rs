@@ -60,6 +60,8 @@ pub struct Workspace<V: Vector> {
     /// Σ Δw_j
     pub(super) gained: V::Scalar,
     pub(super) defect: f64,
+    /// The sum of the terms of K at the end of the last step.
+    pub(super) scale: f64,
 }
 
 impl<V: Vector> Workspace<V> {
@@ -97,6 +99,7 @@ impl<V: Vector> Workspace<V> {
             made_by: None,
             gained: V::Scalar::zero(),
             defect: 0.0,
+            scale: 0.0,
         }
     }
 
@@ -104,6 +107,11 @@ impl<V: Vector> Workspace<V> {
     /// It exceeds 16 only if the second derivatives amplify roundings of z by that much.
     pub fn defect(&self) -> f64 {
         self.defect
+    }
+
+    /// The sum of the terms of K, whose rounding is the unit of the defect.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// h times the largest entry of the last Jacobian.

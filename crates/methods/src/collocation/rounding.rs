@@ -2,6 +2,7 @@
 
 use super::iteration::{Workspace, largest};
 use crate::bend::bend;
+use crate::grain::grain_at;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
 /// The largest change of the coefficients, in roundings, that may be noise.
@@ -10,7 +11,7 @@ const NOISE_ROUNDINGS: f64 = 64.0;
 impl<V: Vector> Workspace<V> {
     /// The scale of the rounding error of K over the step:
     /// `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)` at both ends, in which the second
-    /// derivatives amplify the rounding of z. A rounding of the forces changes K by no more than a
+    /// derivatives amplify the rounding of z, and the measured rounding of H. A rounding of the forces changes K by no more than a
     /// rounding of one of these terms. A larger change is due to a quadrature that does not resolve
     /// H.
     #[cold]
@@ -32,8 +33,11 @@ impl<V: Vector> Workspace<V> {
             let reach = (1.0 + h.to_f64().abs() * bend) * z;
             // At an equilibrium the slopes vanish, and a rounding of z changes H in second order.
             let square = bend * V::Scalar::EPSILON * z * z;
-            terms +=
-                system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
+            terms += system.energy(q, p).to_f64().abs()
+                + total(w.as_slice())
+                + reach * slopes
+                + square
+                + grain_at(system, q, p);
         }
         terms
     }

@@ -46,6 +46,8 @@ pub struct Workspace<V: Vector> {
     pub(super) dragged: f64,
     /// 1 + slope · turned, if the rank-one part is present
     coupled: Option<f64>,
+    /// The measured rounding of H over ε, once an iteration has stalled.
+    pub(super) grain: f64,
 }
 
 /// λ, the rounding of its numerator over ε|Δz|², and 1/|Δz|²; all 0 where λ = 0 is imposed.
@@ -105,6 +107,7 @@ impl<V: Vector> Workspace<V> {
             gain: 0.0,
             dragged: 0.0,
             coupled: None,
+            grain: 0.0,
         })
     }
 
@@ -154,7 +157,7 @@ impl<V: Vector> Workspace<V> {
         }
         let end = system.energy(self.q.as_slice(), self.p.as_slice());
         let inverse = 1.0 / square.to_f64();
-        let rough = (start.abs() + end.abs()).to_f64() * inverse;
+        let rough = ((start.abs() + end.abs()).to_f64() + self.grain) * inverse;
         Lambda { value: (end - start - along) / square, rough, inverse }
     }
 

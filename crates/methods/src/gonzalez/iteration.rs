@@ -7,6 +7,7 @@
 //! point may be so far out that corrections are small only because the Jacobian is large.)
 
 use super::equation::{Lambda, Workspace};
+use crate::grain::{Scratch, grain};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of an iteration.
@@ -57,11 +58,34 @@ impl<V: Vector> Workspace<V> {
     {
         self.initial_guess();
         self.place(state);
-        let stalled = match self.iterate(system, h, state) {
+        self.grain = 0.0;
+        let mut stalled = match self.iterate(system, h, state) {
             Ok(spent) if settle(self) => return Ok(effort(spent)),
             Ok(spent) => self.unbalanced(spent),
             Err(stalled) => stalled,
         };
+        // Terms that cancel inside H leave λ a rounding that |H| does not show.
+        if self.has_lambda {
+            let [hq, hp] = &mut self.ends;
+            let scratch = Scratch {
+                q: self.q.as_mut_slice(),
+                p: self.p.as_mut_slice(),
+                hq: hq.as_mut_slice(),
+                hp: hp.as_mut_slice(),
+            };
+            self.grain = grain(system, [state.q.as_slice(), state.p.as_slice()], scratch);
+        }
+        if self.grain > 0.0 {
+            self.initial_guess();
+            self.place(state);
+            stalled = match self.iterate(system, h, state) {
+                Ok(spent) if settle(self) => return Ok(effort(stalled.iterations + spent)),
+                Ok(spent) => self.unbalanced(stalled.iterations + spent),
+                Err(failed) => {
+                    Stalled { iterations: stalled.iterations + failed.iterations, ..failed }
+                }
+            };
+        }
         let spent = self.follow(system, h, state, stalled)?;
         if settle(self) {
             return Ok(effort(spent));

@@ -77,7 +77,7 @@ impl<V: Vector> Workspace<V> {
         self.energy = end;
         // H may be a small sum of large terms.
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
-        let size = start.abs() + end.abs() + spent[1] + made_of;
+        let size = start.abs() + end.abs() + spent[1] + made_of + V::Scalar::from_f64(self.grain);
         let rounding = V::Scalar::from_f64(RESTORED_ROUNDINGS * V::Scalar::EPSILON) * size;
         if off.le(rounding).all() {
             return true;

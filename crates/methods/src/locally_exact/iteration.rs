@@ -4,6 +4,7 @@ use super::equation::Workspace;
 use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 use crate::bend::bend;
 use crate::commit;
+use crate::grain::grain_at;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The largest number of iterations. An iteration that contracts by 0.93 reaches 31 digits within
@@ -63,7 +64,13 @@ impl<V: Vector> Workspace<V> {
             }
             if !update.is_finite() || waited >= STALLED_UPDATES[1] || iterations == MOST_ITERATIONS
             {
-                if waited > 0 && self.is_noise(system, h, state, moved) {
+                let rounded = || {
+                    let grain = grain_at(system, state.q.as_slice(), state.p.as_slice());
+                    let rough =
+                        h.to_f64().abs() * self.roughness(state, V::Scalar::from_f64(grain));
+                    update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + rough)
+                };
+                if waited > 0 && (self.is_noise(system, h, state, moved) || rounded()) {
                     return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
                 }
                 return Err(StepFailure::NotContracting { dof, iterations, ratio });
@@ -145,6 +152,10 @@ impl<V: Vector> Workspace<V> {
         };
         let restored = projection.apply(system, [q, p], &mut energy).is_ok();
         if restored || roundings(energy) <= KEPT_ROUNDINGS {
+            return Ok(());
+        }
+        let off = (energy - target).abs().to_f64();
+        if off <= KEPT_ROUNDINGS * V::Scalar::EPSILON * grain_at(system, q, p) {
             return Ok(());
         }
         Err(StepFailure::ProjectionFailed { excess: (energy - target).to_f64() })

@@ -1,6 +1,8 @@
 //! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K.
 
 use super::direction::Direction;
+use crate::adaptive::RESTORED_ROUNDINGS;
+use crate::grain::grain_at;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// The largest distance of a root from 1.
@@ -63,6 +65,15 @@ impl<V: Vector> Chord<V> {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
+        // Terms that cancel inside H leave it a rounding that |H| does not show.
+        let (q, p) = (state.q.as_slice(), state.p.as_slice());
+        let noise = RESTORED_ROUNDINGS * V::Scalar::EPSILON * grain_at(system, q, p);
+        let nearest = root.filter(|root| root.excess.to_f64().abs() <= noise);
+        let plain = Some(plain).filter(|plain| plain.excess.to_f64().abs() <= noise);
+        if let Some(root) = nearest.or(plain) {
+            self.place(system, state, direction, root.gamma, total)?;
+            return Ok(root.gamma);
+        }
         Err(StepFailure::NoRelaxationRoot { excess })
     }
 
@@ -94,11 +105,10 @@ impl<V: Vector> Chord<V> {
         let mut next = one - (excess + excess) / (ahead + spread);
         for _ in 0..MOST_POINTS {
             let near = (next - one).to_f64().abs() <= LARGEST_DISTANCE;
-            let point = if near {
-                self.place(system, state, direction, next, total).ok()?
-            } else {
-                return None;
-            };
+            if !near {
+                break;
+            }
+            let point = self.place(system, state, direction, next, total).ok()?;
             let (found, least) = (point.excess.to_f64().abs(), best.excess.to_f64().abs());
             if found < least {
                 best = point;

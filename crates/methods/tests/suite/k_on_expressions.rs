@@ -60,7 +60,7 @@ pub(crate) fn bind<T: Number>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
 }
 
 /// The sum of the terms of K: p ∂H/∂p, q ∂H/∂q, H and w.
-fn size<T: Scalar>(system: &dyn System<T>, state: &State<Vec<T>>) -> f64 {
+pub(crate) fn size<T: Scalar>(system: &dyn System<T>, state: &State<Vec<T>>) -> f64 {
     let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); state.dof()]);
     system.gradient(&state.q, &state.p, &mut hq, &mut hp);
     let products =

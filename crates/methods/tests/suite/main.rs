@@ -7,6 +7,7 @@ mod adaptive_accuracy;
 mod adaptive_samples;
 mod bind;
 mod books;
+mod cancelling_terms;
 mod chain_memory;
 mod collocation;
 mod collocation_estimate;
