@@ -16,8 +16,8 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
 
-    /// Threads, 1 to 1024 [default: one for each processor]. Results are the same to the bit for
-    /// any number.
+    /// Threads, 1 to 1024 [default: one for each processor]. Results do not depend on
+    /// their number.
     #[arg(long, global = true, value_name = "N", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -44,7 +44,7 @@ First steps:
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Repeat the paper's experiment and report which results hold: orders, errata, energy books,
+    /// Repeat the paper's experiment and report which results hold: orders, errata, energy balance,
     /// cost, stability.
     Paper {
         /// Folder for report.html, figures/, data/ and run.json.
@@ -61,7 +61,7 @@ pub(crate) enum Command {
     /// quantities and methods for figures. The table of a run that fails ends with its last good
     /// state.
     Run(SceneArguments),
-    /// Run the studies that a scene declares: orders, energy books, cost, stability, long runs.
+    /// Run the studies that a scene declares: orders, energy balance, cost, stability, long runs.
     ///
     /// A scene declares a study by a table: [study.local-order], [study.global-order],
     /// [study.energy], [study.work-precision], [study.stability], [study.long-run]. Each study

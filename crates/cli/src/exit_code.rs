@@ -18,7 +18,7 @@ pub(crate) const SIGNAL: u8 = 128;
 pub(crate) const HELP: &str = "\
 Exit codes:
   0    completed; of `paper` also where runs fail, as some are meant to
-  2    wrong usage
+  2    invalid command line
   3    the scene is not valid
   4    some runs failed, or no method was found (the results are written);
        or the study could not be run

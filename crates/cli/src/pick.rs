@@ -214,7 +214,7 @@ fn cells(candidate: &Candidate) -> Vec<String> {
         scientific(run.end_qp),
         scientific(run.end_w),
         scientific(Some(run.k_drift)),
-        run.passivity_violations.map_or("none owed".into(), |count| count.to_string()),
+        run.passivity_violations.map_or("not counted".into(), |count| count.to_string()),
         scientific(run.seconds),
         run.evaluations.map_or(String::new(), |count| count.to_string()),
         why,
