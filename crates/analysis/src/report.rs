@@ -117,11 +117,20 @@ impl Report {
     }
 }
 
+/// Text in which words between backticks are code.
+fn prose(text: &str) -> Markup {
+    html! {
+        @for (i, part) in text.split('`').enumerate() {
+            @if i % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
+}
+
 impl Block {
     /// The block as HTML; `figures` counts the figures so far.
     fn html(&self, figures: &mut usize) -> Markup {
         match self {
-            Block::Text(text) => html! { p { (text) } },
+            Block::Text(text) => html! { p { (prose(text)) } },
             Block::Verdict(verdict, text) => {
                 let (class, badge) = match verdict {
                     Verdict::Holds => ("holds", "holds"),
@@ -129,7 +138,7 @@ impl Block {
                     Verdict::Note => ("note", "note"),
                 };
                 html! {
-                    p class={ "verdict " (class) } { span.badge { (badge) } " " span { (text) } }
+                    p class={ "verdict " (class) } { span.badge { (badge) } " " span { (prose(text)) } }
                 }
             }
             Block::Table(table) if table.rows.len() > FOLDED => html! {

@@ -113,6 +113,13 @@ fn a_double_well_is_followed_all_along_and_not_met_at_the_end() {
     };
     let (all, end) = (of(&found, "relaxed-dop853"), of(&at_end, "relaxed-dop853"));
     assert!(all.zip(end).is_some_and(|(all, end)| end < all), "{all:?} {end:?}");
+    // Where errors count at the end only, finer runs are compared there only.
+    let [qp, w] = at_end.check.expect("a finer run");
+    assert!(qp <= 2e-6 && w <= 2e-6, "{qp:e} {w:e}");
+    let contradicted = |one: &&Candidate| {
+        one.why_not.as_ref().is_some_and(|why| why.contains("finer run differs"))
+    };
+    assert_eq!(at_end.others.iter().filter(contradicted).count(), 0, "{}", says(&at_end));
 }
 
 /// Pseudo-random numbers between 0 and 1: multiples of the golden ratio.

@@ -5,8 +5,9 @@
 //! least such number. A step is recommended only if all steps tried within 5 % of it and half of it
 //! are within the bound too. This excludes steps that meet the bound by chance or lie near a change
 //! of basin. Methods that choose their steps are searched by tolerance in the same way. The
-//! settings that qualify are timed one after another, those near the fastest several times. The winner is compared with a run of twice as
-//! many steps: their difference is an error estimate that needs no reference.
+//! settings that qualify are timed one after another, those near the fastest several times. The
+//! winner is compared with a run of twice as many steps: their difference is an error estimate that
+//! needs no reference.
 
 mod dense;
 mod search;
@@ -82,7 +83,8 @@ pub struct Pick {
     /// Every run that was tried, method after method.
     pub tried: Vec<Trial>,
     /// The largest differences of (q, p) and of w between the winner and a run of twice as many
-    /// steps, over common times (at the end only, where steps follow from a tolerance).
+    /// steps, over common times (at the end only, where errors count there only or steps follow from
+    /// a tolerance).
     pub check: Option<[f64; 2]>,
     /// The largest doubt of the reference.
     pub doubt: Doubt,
@@ -166,7 +168,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     qualified.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
     // A winner contradicted by twice as many steps is not recommended, whatever the reference says.
     while let Some((winner, setting)) = qualified.first() {
-        pick.check = finer(problem, *setting, progress)?;
+        pick.check = finer(problem, *setting, wanted.at_end, progress)?;
         let apart = pick.check.map_or(0.0, |[qp, w]| qp.max(w));
         if apart <= 2.0 * wanted.error || progress.stopped() {
             break;
@@ -181,18 +183,19 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     Ok(())
 }
 
-/// The difference of a run from one of twice as many steps, over common times, or from one of a
-/// quarter of the tolerance, at the end. None if either fails.
+/// The difference of a run from one of twice as many steps, over common times unless errors count
+/// `at_end` only, or from one of a quarter of the tolerance, at the end. None if either fails.
 fn finer(
     problem: &Problem,
     setting: Choice,
+    at_end: bool,
     progress: &dyn Progress,
 ) -> Result<Option<[f64; 2]>, IntegrateError> {
     let Some(finer) = setting.finer() else { return Ok(None) };
     let follow = |setting: Choice, parts: u64| -> Result<Option<Vec<f64>>, IntegrateError> {
         let (mut state, mut seen) = (problem.start::<f64>()?, Vec::new());
         let look = &mut |_: u64, state: StateRef<'_, f64>| {
-            if matches!(setting, Choice::Steps(..)) {
+            if matches!(setting, Choice::Steps(..)) && !at_end {
                 seen.extend([state.q, state.p, state.w].concat());
             }
             if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
