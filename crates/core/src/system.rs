@@ -38,7 +38,7 @@ pub use exact_flow::ExactFlow;
 pub use formulas::{Formulas, FromFormulas};
 pub use hamiltonian::System;
 pub use hessian::Curvature;
-pub use lattice::Uniform;
+pub use lattice::{EndMembers, Uniform};
 pub use linear::Linear;
 pub use nonseparable::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use order_raising::{Correction, Misprinted, OrderRaising};

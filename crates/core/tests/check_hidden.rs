@@ -5,7 +5,8 @@
 mod caught;
 
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, Quantity, Scalar, Separable, System, Uniform, validate,
+    Block, Coupling, Curvature, Dissipation, InputError, Quantity, Scalar, Separable, System,
+    Uniform, validate,
 };
 use caught::*;
 
@@ -133,8 +134,8 @@ impl<T: Scalar> Separable<T> for Row {
 
 impl Uniform for Row {
     type Lanes = Row;
-    fn lanes(&self) -> Row {
-        Row { m: if self.lanes == 1.0 { self.m } else { |_| 1.5 }, ..*self }
+    fn lanes(&self) -> Result<Row, InputError> {
+        Ok(Row { m: if self.lanes == 1.0 { self.m } else { |_| 1.5 }, ..*self })
     }
 }
 

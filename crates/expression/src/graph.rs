@@ -266,6 +266,24 @@ impl Graph {
         images.get(&root).copied().unwrap_or(root)
     }
 
+    /// Copies a node to another graph, with its inputs renamed. Expressions that are equal after
+    /// that become one node.
+    pub fn copy(&self, root: Node, to: &mut Self, rename: impl Fn(Input) -> Input) -> Node {
+        let mut images: HashMap<Node, Node> = HashMap::new();
+        let mut image = root;
+        // The root is the last of all.
+        for node in self.all(&[root]) {
+            let term = match self.term(node) {
+                Term::Input(input) => Term::Input(rename(input)),
+                term => term,
+            };
+            let [a, b] = pair(term).map(|x| x.and_then(|x| images.get(&x).copied()));
+            image = to.rebuild(term, a, b).unwrap_or_else(|| to.insert(term));
+            images.insert(node, image);
+        }
+        image
+    }
+
     /// The same operation on the operands a and b.
     fn rebuild(&mut self, term: Term, a: Option<Node>, b: Option<Node>) -> Option<Node> {
         Some(match (term, a, b) {

@@ -40,7 +40,8 @@
 //! let frame = program.frame(&graph, &[k]);
 //!
 //! let (a, b) = (0.3_f64, 0.3 + 1e-9);
-//! let point = Point { q: &[a], p: &[], v: &[], end: b };
+//! let q = [a];
+//! let point = Point { end: b, ..Point::new(&q, &[], &[]) };
 //! let [potential, slope, mean] = program.results(&frame, &point);
 //! assert!((potential - (a * a - a.cos())).abs() < 1e-15);
 //! assert!((slope - (2.0 * a + a.sin())).abs() < 1e-15);

@@ -74,19 +74,31 @@ impl Graph {
         degrees.get(&of).copied().unwrap_or(Some(Degrees::NONE))
     }
 
-    /// The terms whose sum the node is, with their signs.
+    /// The terms whose sum the node is, with their signs. Closed factors of sums are distributed.
     pub fn summands(&mut self, of: Node) -> Vec<Node> {
-        let (mut summands, mut stack) = (Vec::new(), vec![(of, false)]);
-        while let Some((node, negative)) = stack.pop() {
+        let one = self.number(1.0);
+        let (mut summands, mut stack) = (Vec::new(), vec![(of, one)]);
+        while let Some((node, factor)) = stack.pop() {
             match self.term(node) {
-                Term::Sum(a, b) => stack.extend([(b, negative), (a, negative)]),
-                Term::Difference(a, b) => stack.extend([(b, !negative), (a, negative)]),
-                Term::Negative(a) => stack.push((a, !negative)),
+                Term::Sum(a, b) => stack.extend([(b, factor), (a, factor)]),
+                Term::Difference(a, b) => stack.extend([(b, self.negative(factor)), (a, factor)]),
+                Term::Negative(a) => stack.push((a, self.negative(factor))),
+                Term::Product(c, a) if self.closed(c) && self.is_sum(a) => {
+                    stack.push((a, self.product(factor, c)));
+                }
+                Term::Quotient(a, c) if self.closed(c) && self.is_sum(a) => {
+                    stack.push((a, self.quotient(factor, c)));
+                }
                 _ if self.is_zero(node) => {}
-                _ => summands.push(if negative { self.negative(node) } else { node }),
+                _ => summands.push(self.product(factor, node)),
             }
         }
         summands
+    }
+
+    /// Whether the node is a sum or a difference.
+    fn is_sum(&self, node: Node) -> bool {
+        matches!(self.term(node), Term::Sum(..) | Term::Difference(..))
     }
 
     /// The nodes at whose zeros `of` may not be analytic: x of |x|, √x and ln x.

@@ -36,6 +36,7 @@ mod description;
 mod failure;
 mod fields;
 mod general;
+mod members;
 mod passive;
 mod period;
 mod polynomial;

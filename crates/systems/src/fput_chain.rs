@@ -151,8 +151,8 @@ impl<T: Scalar> Separable<T> for FputChain<T> {
 impl Uniform for FputChain<f64> {
     type Lanes = FputChain<f64x8>;
 
-    fn lanes(&self) -> FputChain<f64x8> {
-        self.map(f64x8::from)
+    fn lanes(&self) -> Result<FputChain<f64x8>, InputError> {
+        Ok(self.map(f64x8::from))
     }
 }
 

@@ -139,8 +139,8 @@ impl<T: Scalar> Separable<T> for VanDerPolRing<T> {
 impl Uniform for VanDerPolRing<f64> {
     type Lanes = VanDerPolRing<f64x8>;
 
-    fn lanes(&self) -> VanDerPolRing<f64x8> {
-        self.map(f64x8::from)
+    fn lanes(&self) -> Result<VanDerPolRing<f64x8>, InputError> {
+        Ok(self.map(f64x8::from))
     }
 }
 

@@ -3,12 +3,13 @@
 use super::exact_flow::ExactFlow;
 use super::hamiltonian::System;
 use super::hessian::Curvature;
-use super::lattice::Uniform;
+use super::lattice::{EndMembers, Uniform};
 use super::linear::Linear;
 use super::nonseparable::PhasePlane;
 use super::order_raising::{Misprinted, OrderRaising};
 use super::separable::Separable;
 use super::state::State;
+use crate::error::InputError;
 use crate::numbers::{Scalar, f64x8};
 use crate::quantity::Block;
 use std::any::Any;
@@ -157,22 +158,36 @@ impl<T: Scalar, S: ExactFlow<T>> Flow<T> for S {
 /// [`Uniform`] with its type erased. Every chain or ring of equal members implements it.
 pub trait Members: Separable<f64> {
     /// [`Uniform::lanes`]
-    fn side_by_side(&self) -> Arc<dyn Separable<f64x8>>;
+    ///
+    /// # Errors
+    /// Those of [`Uniform::lanes`].
+    fn side_by_side(&self) -> Result<Arc<dyn Separable<f64x8>>, InputError>;
+
+    /// [`Uniform::ends`]
+    fn at_ends(&self) -> Option<EndMembers>;
 }
 
 impl<S: Uniform> Members for S
 where
     S::Lanes: 'static,
 {
-    fn side_by_side(&self) -> Arc<dyn Separable<f64x8>> {
-        Arc::new(self.lanes())
+    fn side_by_side(&self) -> Result<Arc<dyn Separable<f64x8>>, InputError> {
+        Ok(Arc::new(self.lanes()?))
+    }
+
+    fn at_ends(&self) -> Option<EndMembers> {
+        self.ends()
     }
 }
 
 impl Uniform for dyn Members {
     type Lanes = Arc<dyn Separable<f64x8>>;
 
-    fn lanes(&self) -> Self::Lanes {
+    fn lanes(&self) -> Result<Self::Lanes, InputError> {
         self.side_by_side()
+    }
+
+    fn ends(&self) -> Option<EndMembers> {
+        self.at_ends()
     }
 }

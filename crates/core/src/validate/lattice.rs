@@ -24,7 +24,8 @@ const QUANTITIES: [Quantity; 5] = [
 /// Those of [`separable()`], and [`InputError::Contradiction`] with the first member that differs.
 pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     separable(s, q, p)?;
-    let (n, lanes, linear) = (q.len(), s.lanes(), s.dissipation_form().linear);
+    let (n, lanes, linear) = (q.len(), s.lanes()?, s.dissipation_form().linear);
+    let ends = s.ends();
     let places = around(s, q, p);
     for dof in 0..n {
         let steepest = most(&places, |place| place.fields.hq[dof]);
@@ -35,16 +36,26 @@ pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), I
             let to = places.first().map_or(q[dof], |start| start.q[dof]);
             let found = member(s, q, p, dof, to);
             let momenta = [0.0, p[dof], 0.0];
-            let alone = member(s, &window, &momenta, 1, to);
-            let eight = member(
-                &lanes,
-                &window.map(Scalar::from_f64),
-                &momenta.map(Scalar::from_f64),
-                1,
-                Scalar::from_f64(to),
-            );
-            let each = (0..8).map(|k| eight.map(|x| x.to_array()[k]));
-            for given in std::iter::once(alone).chain(each) {
+            let end = ends.as_ref().and_then(|[first, last]| match dof {
+                0 => Some(first),
+                _ if dof + 1 == n => Some(last),
+                _ => None,
+            });
+            let given = match end {
+                Some(end) => vec![member(&**end, &window, &momenta, 1, to)],
+                None => {
+                    let eight = member(
+                        &lanes,
+                        &window.map(Scalar::from_f64),
+                        &momenta.map(Scalar::from_f64),
+                        1,
+                        Scalar::from_f64(to),
+                    );
+                    let each = (0..8).map(|k| eight.map(|x| x.to_array()[k]));
+                    each.chain([member(s, &window, &momenta, 1, to)]).collect()
+                }
+            };
+            for given in given {
                 let sizes = [found[0], steepest, steepest, strongest, found[4].abs()];
                 for (k, quantity) in QUANTITIES.into_iter().enumerate() {
                     let (given, found) = (given[k], found[k]);

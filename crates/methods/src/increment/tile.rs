@@ -83,7 +83,7 @@ impl Tile {
         (start + 1 - colour) / 2..(end + 1 - colour) / 2
     }
 
-    /// The index of the member stored at an entry; on a ring, modulo n.
+    /// The index of the member stored at an entry, plus a multiple of n.
     pub(super) fn member(&self, colour: usize, entry: usize) -> usize {
         (self.first + self.n * self.margin + 2 * entry + colour) - self.margin
     }

@@ -16,11 +16,13 @@ use super::tile::{TILE, Tile};
 use super::{Composition, advance};
 use afterbay_core::solver::{Equation, Newton, Root, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, State, StepFailure, Uniform, f64x8, validate,
+    Coupling, Effort, EndMembers, InputError, Method, Scalar, Separable, State, StepFailure,
+    Uniform, f64x8, validate,
 };
 use bytemuck::{bytes_of, pod_read_unaligned};
 use rayon::prelude::*;
 use std::array::from_fn;
+use std::sync::Arc;
 
 /// The number of members updated at a time.
 const LANES: usize = 8;
@@ -64,15 +66,18 @@ impl Tiled {
             _ if system.dissipation_form().coupled => {
                 "friction that couples momenta acts on one at a time"
             }
-            _ => return Ok(()),
+            _ => return system.lanes().map(|_| ()),
         };
         Err(InputError::Unsupported { method: "increment", why })
     }
 }
 
-/// The new state, a tile for each thread, and the number of steps the tiles have room for.
-#[derive(Clone, Debug)]
-pub struct Workspace {
+/// The system in lanes, the ends of a chain, the new state, a tile for each thread, and the number
+/// of steps the tiles have room for.
+#[derive(Clone)]
+pub struct Workspace<L> {
+    lanes: L,
+    ends: Option<EndMembers>,
     new: [Vec<f64>; 3],
     tiles: Vec<Tile>,
     most: usize,
@@ -82,9 +87,9 @@ impl<S> Method<Vec<f64>, S> for Tiled
 where
     S: Uniform + ?Sized,
 {
-    type Workspace = Workspace;
+    type Workspace = Workspace<Arc<S::Lanes>>;
 
-    fn workspace(&self, system: &S) -> Result<Workspace, InputError> {
+    fn workspace(&self, system: &S) -> Result<Workspace<Arc<S::Lanes>>, InputError> {
         validate::masses(system)?;
         Self::fits(system)?;
         let n = system.dof();
@@ -97,8 +102,15 @@ where
         let most = (REDONE / sweeps).clamp(1, MOST_STEPS);
         let tile = Tile::new(n, system.coupling() == Coupling::Ring, most * sweeps);
         let threads = self.threads.min(rayon::current_num_threads()).min(n.div_ceil(TILE)).max(1);
-        Ok(Workspace { new: [0; 3].map(|_| vec![0.0; n]), tiles: vec![tile; threads], most })
+        Ok(Workspace {
+            lanes: Arc::new(system.lanes()?),
+            ends: system.ends(),
+            new: [0; 3].map(|_| vec![0.0; n]),
+            tiles: vec![tile; threads],
+            most,
+        })
     }
+
     #[inline(always)]
     fn is_memoryless(&self) -> bool {
         true
@@ -109,7 +121,7 @@ where
         system: &S,
         h: f64,
         state: &mut State<Vec<f64>>,
-        workspace: &mut Workspace,
+        workspace: &mut Workspace<Arc<S::Lanes>>,
     ) -> Result<Effort, StepFailure> {
         self.burst(system, h, 1, state, workspace)
     }
@@ -120,7 +132,7 @@ where
         h: f64,
         count: u64,
         state: &mut State<Vec<f64>>,
-        workspace: &mut Workspace,
+        workspace: &mut Workspace<Arc<S::Lanes>>,
     ) -> Result<Effort, (u64, StepFailure)> {
         let (mut effort, mut done) = (Effort::default(), 0);
         let mut most = workspace.most;
@@ -149,12 +161,13 @@ impl Tiled {
         h: f64,
         count: usize,
         state: &mut State<Vec<f64>>,
-        workspace: &mut Workspace,
+        workspace: &mut Workspace<Arc<S::Lanes>>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { new, tiles, .. } = workspace;
+        let Workspace { lanes, ends, new, tiles, .. } = workspace;
         let n = state.q.len();
         let dissipative = !system.dissipation_form().zero;
-        let steps = Steps { system, lanes: system.lanes(), h, count, dissipative, old: state };
+        let ends = ends.as_ref();
+        let steps = Steps { system, lanes, ends, h, count, dissipative, old: state };
         let share = n.div_ceil(TILE).div_ceil(tiles.len()) * TILE;
         let part = |(first, (tile, new)): (usize, (&mut Tile, [&mut [f64]; 3]))| {
             steps.carry(&self.composition, tile, first * share, new)
@@ -184,7 +197,8 @@ impl Tiled {
 /// The parameters of the steps, shared by all tiles.
 struct Steps<'a, S: Uniform + ?Sized> {
     system: &'a S,
-    lanes: S::Lanes,
+    lanes: &'a S::Lanes,
+    ends: Option<&'a EndMembers>,
     h: f64,
     count: usize,
     dissipative: bool,
@@ -232,7 +246,19 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         colour: usize,
         beyond: usize,
     ) -> Result<u64, StepFailure> {
-        let range = tile.range(colour, beyond);
+        let mut range = tile.range(colour, beyond);
+        let mut evaluations = 0;
+        if let Some([first, last]) = self.ends {
+            let n = self.old.q.len();
+            if !range.is_empty() && tile.member(colour, range.start).is_multiple_of(n) {
+                evaluations += self.end(&**first, h, tile, [colour, range.start])?;
+                range.start += 1;
+            }
+            if !range.is_empty() && tile.member(colour, range.end - 1) % n == n - 1 {
+                evaluations += self.end(&**last, h, tile, [colour, range.end - 1])?;
+                range.end -= 1;
+            }
+        }
         let mut member = tile.member(colour, range.start);
         let [[q, beside], [p, _], [w, _]] = [&mut tile.q, &mut tile.p, &mut tile.w]
             .map(|[even, odd]| if colour == 0 { [even, odd] } else { [odd, even] });
@@ -244,7 +270,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         let (p, p_rest) = p[range.clone()].as_chunks_mut();
         let (w, w_rest) = w[range].as_chunks_mut();
         // Members that need more iterations are often adjacent.
-        let (mut evaluations, mut ordinary) = (0, true);
+        let mut ordinary = true;
         for ((((q, p), w), left), right) in q.iter_mut().zip(p).zip(w).zip(left).zip(right) {
             evaluations += self.lanes(h, member, [left, right], [q, p, w], &mut ordinary)?;
             member += 2 * LANES;
@@ -262,6 +288,28 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
             }
         }
         Ok(evaluations)
+    }
+
+    /// Updates the first or the last member of a chain, which obeys a law of its own.
+    #[cold]
+    fn end(
+        &self,
+        end: &dyn Separable<f64>,
+        h: f64,
+        tile: &mut Tile,
+        [colour, entry]: [usize; 2],
+    ) -> Result<u64, StepFailure> {
+        let dof = tile.member(colour, entry) % self.old.q.len();
+        let beside = &tile.q[1 - colour];
+        let (left, right) = (beside[entry + colour - 1], beside[entry + colour]);
+        let (mut window, mut momenta) =
+            ([left, tile.q[colour][entry], right], [0.0, tile.p[colour][entry], 0.0]);
+        let beside = [&mut window[..], &mut momenta];
+        let moved = advance(end, &Newton, [h, 0.0], [1, dof], beside, self.dissipative)?;
+        tile.q[colour][entry] = moved.q;
+        tile.p[colour][entry] = moved.p;
+        tile.w[colour][entry] += moved.dw;
+        Ok(moved.evaluations)
     }
 
     /// Updates eight members between the given neighbours: `member` and every second one after it.
@@ -318,7 +366,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         let beside = [&mut window[..], &mut momenta];
         let steps = [h, 0.0].map(f64x8::from_f64);
         let moved =
-            advance(&self.lanes, solver, steps, [1, member], beside, self.dissipative).ok()?;
+            advance(self.lanes, solver, steps, [1, member], beside, self.dissipative).ok()?;
         (*q, *p) = (moved.q.to_array(), moved.p.to_array());
         if self.dissipative {
             *w = (load(w) + moved.dw).to_array();

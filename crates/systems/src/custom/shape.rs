@@ -3,6 +3,7 @@
 
 use super::description::Reading;
 use super::failure::{CustomError, Place};
+use super::members::{Members, along};
 use super::passive;
 use super::polynomial::Polynomial;
 use super::programs::{Builder, Part, crowded};
@@ -76,10 +77,13 @@ pub(super) struct Shape {
     /// The functions at whose zeros ∂V/∂q_j or D_j may not be analytic.
     pub(super) kinks: Vec<Part>,
     pub(super) structure: Structure,
+    /// The laws of its members, if it is a chain or a ring of equal ones.
+    pub(super) members: Option<Box<Members>>,
 }
 
 impl Shape {
-    pub(super) fn new(reading: Reading) -> Result<Self, CustomError> {
+    pub(super) fn new(mut reading: Reading) -> Result<Self, CustomError> {
+        let members = Members::new(&mut reading)?;
         let Reading { graph, parameters, potential, masses, forces, dissipations, places } =
             reading;
         let dof = masses.len();
@@ -133,6 +137,7 @@ impl Shape {
             second_nodes,
             kinks.is_empty(),
         );
+        let members = members.filter(|members| members.coupling() == structure.coupling);
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let dissipation_kernel =
             builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
@@ -175,6 +180,7 @@ impl Shape {
             entries,
             kinks,
             structure,
+            members,
         })
     }
 }
@@ -261,16 +267,8 @@ impl Builder {
 
     /// The divided difference along each coordinate, of the part of V that depends on it.
     fn edges(&mut self, dof: usize, summands: &[Node]) -> Result<DividedDifferences, CustomError> {
-        let mut along = vec![Vec::new(); dof];
-        for &summand in summands {
-            for input in self.graph.inputs(summand, Kinds::COORDINATES) {
-                if let Input::Coordinate(j) = input {
-                    along[j as usize].push(summand);
-                }
-            }
-        }
         let (mut edges, mut singular) = (Vec::with_capacity(dof), Vec::with_capacity(dof));
-        for (j, summands) in (0..).zip(along) {
+        for (j, summands) in (0..).zip(along(&self.graph, dof, summands)) {
             let zero = self.graph.number(0.0);
             let part = summands.into_iter().fold(zero, |sum, summand| self.graph.sum(sum, summand));
             edges.push(self.divided_difference(part, j)?);
