@@ -15,11 +15,13 @@ const CELLS: usize = 128;
 /// The most panels of a chart. Beyond, the curves share one plot.
 const PANELS: usize = 12;
 
-/// The figures of the scene, and the default ones whose names it does not use.
+/// The figures of the scene, and the default ones whose names it does not use and which it does not
+/// show under another name.
 pub(super) fn plans(scene: &Scene, run: &RunPlan) -> Vec<FigurePlan> {
     let mut plans = scene.figures.clone();
     for plan in defaults(scene.problem.model.dof(), run) {
-        if plans.iter().all(|own| own.name != plan.name) {
+        let is_shown = |own: &FigurePlan| own.shown == plan.shown && own.methods == plan.methods;
+        if plans.iter().all(|own| own.name != plan.name && !is_shown(own)) {
             plans.push(plan);
         }
     }
@@ -55,7 +57,7 @@ fn defaults(dof: usize, run: &RunPlan) -> Vec<FigurePlan> {
         plans.push(plan("coordinates", "Coordinates", &one, coordinates));
         if dof == 2 {
             let orbit = curves(q1, vec![Observable::Of(Variable::Q, 1)]);
-            plans.push(plan("orbit", "Orbit", &one, orbit));
+            plans.push(plan("orbit", "Configuration plane", &one, orbit));
         }
         let portrait = curves(q1, vec![p1]);
         plans.push(plan("phase-plane", "Phase plane of degree 1", &one, portrait));

@@ -51,9 +51,10 @@ pub(super) fn sheet(
     sheet.text(format!(
         "Each method takes {count} steps from each of {STARTS} starts: that of the scene, and \
          starts with amplitudes larger by 1/1024, 2/1024, … of it. K is computed in 106 bits at \
-         about a hundred samples in each of four windows per decade. The deviation grows like √t \
-         if roundings are independent, and like t if they are biased. The exponent is the slope of \
-         log rms against log t over the last two decades, with its 95 % confidence interval."
+         about a hundred samples in each of four windows per decade. The deviation of a method \
+         that keeps K grows like √t if roundings are independent, and like t if they are biased; \
+         that of any other method is its truncation error. The exponent is the slope of log rms \
+         against log t over the last two decades, with its 95 % confidence interval."
     ));
     sheet.find("K in a long run", readings(&found, *count), how_k_grows);
     let header = [

@@ -40,7 +40,7 @@ pub struct FigurePlan {
 }
 
 /// The contents of a figure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shown {
     /// Curves of quantities.
     Curves {
