@@ -120,8 +120,10 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
         let rule = "divided_difference() times the length must be V(to) - V(from)";
         InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
     })?;
+    let sensitivity = sensitivity(s, q, dof);
     for Resolved { width, steepest } in edges {
-        let slack = rounding * steepest * (1.0 + from.abs() / width.abs()) + f64::MIN_POSITIVE;
+        let size = steepest * (1.0 + from.abs() / width.abs()) + sensitivity;
+        let slack = rounding * size + f64::MIN_POSITIVE;
         for to in (1..=20).map(|k| from + width * 0.25_f64.powi(k)).chain([from]) {
             let given = s.divided_difference(q, dof, to).value;
             let found = by_quadrature(from, to, |at| s.partial(q, dof, at)).value;
@@ -134,4 +136,13 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
         }
     }
     Ok(())
+}
+
+/// Σ_i |q_i ∂²V/∂q_i∂q_j| from differences. Times a relative rounding of the coordinates, it is the
+/// rounding of ∂V/∂q_j where the forces of several neighbours cancel.
+fn sensitivity<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> f64 {
+    let slope = |q: &[f64]| s.partial(q, dof, q[dof]);
+    let step = f64::EPSILON.sqrt();
+    let by = |i: usize| (slope(&moved(q, i, q[i] * (1.0 + step))) - slope(q)).abs() / step;
+    (0..q.len()).map(by).filter(|x| x.is_finite()).sum()
 }
