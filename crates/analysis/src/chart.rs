@@ -18,4 +18,4 @@ pub use axis::{Axis, Scale};
 pub use drawing::Drawing;
 pub use heat::{Cells, HeatMap};
 pub use line::{Curve, LineChart, Style};
-pub use panels::{Maps, Panels, coincide};
+pub use panels::{Maps, Panels, coincide, dwarf};

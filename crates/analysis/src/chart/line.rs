@@ -13,6 +13,9 @@ use super::thin::thin;
 pub(super) const CANVAS: (f64, f64) = (760.0, 480.0);
 /// The most points drawn for one curve, and for all curves of a chart.
 const POINTS: (usize, usize) = (1500, 15_000);
+/// The least share of the plot's width or height that a guide below its curve extends over. Where
+/// there is less room, the guide is above.
+const LEAST_GUIDE: f64 = 0.4;
 
 /// The style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +58,7 @@ pub struct LineChart {
     /// The curves, drawn in this order.
     pub curves: Vec<Curve>,
     /// Slopes of guide lines, drawn if both axes are logarithmic. Each lies just below the lowest
-    /// of the curves with the nearest slope at the coarse end.
+    /// of the curves with the nearest slope at the coarse end, or above it where the plot ends.
     pub guides: Vec<f64>,
 }
 
@@ -138,14 +141,23 @@ impl LineChart {
             let alike = ends.iter().filter(|ends| off(ends) <= nearest + 0.2).map(|ends| ends.0);
             let height = |p: &Point| p.1 - slope * p.0;
             let coarse = alike.min_by(|a, b| height(a).total_cmp(&height(b)))?;
-            let base = height(&coarse) - 0.07 * (y.hi - y.lo);
             let (first, last) = extent(placed.iter().flatten().map(|p| p.0))?;
             // The guide ends at the coarse end and where it leaves the plot.
-            let (mut from, mut to) = if slope > 0.0 { (first, coarse.0) } else { (coarse.0, last) };
-            if slope != 0.0 {
-                let (a, b) = ((y.lo - base) / slope, (y.hi - base) / slope);
-                (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
-            }
+            let clipped = |base: f64| {
+                let (mut from, mut to) =
+                    if slope > 0.0 { (first, coarse.0) } else { (coarse.0, last) };
+                if slope != 0.0 {
+                    let (a, b) = ((y.lo - base) / slope, (y.hi - base) / slope);
+                    (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+                }
+                (base, from, to)
+            };
+            let off = 0.07 * (y.hi - y.lo);
+            let below = clipped(height(&coarse) - off);
+            let run = below.2 - below.1;
+            let short = run < LEAST_GUIDE * (last - first)
+                && run * slope.abs() < LEAST_GUIDE * (y.hi - y.lo);
+            let (base, from, to) = if short { clipped(height(&coarse) + off) } else { below };
             (to > from).then_some((slope, (from, base + slope * from), (to, base + slope * to)))
         };
         self.guides.iter().filter_map(guide).collect()
@@ -282,5 +294,16 @@ mod tests {
             assert!(b.0 == -1.0 && b.1 < -4.0 && b.1 > -4.3, "just below the coarse end: {b:?}");
         }
         assert!(chart.draw().svg().contains("slope 4"));
+    }
+
+    #[test]
+    fn a_guide_without_room_below_is_above() {
+        let low: Vec<Point> = (0..=6).map(|i| (0.5 * f64::from(i), -15.0)).collect();
+        let high: Vec<Point> = low.iter().map(|p| (p.0, -6.0 + p.0)).collect();
+        let mut chart = chart(vec![]);
+        (chart.x, chart.guides) = (Axis::log("t"), vec![0.5]);
+        let (_, from, to) =
+            chart.guide_lines(&[low, high], &chart.y.span([-15.0, -3.0].into_iter()))[0];
+        assert!(to.1 > -15.0 && to.0 - from.0 > 1.2, "{from:?} {to:?}");
     }
 }

@@ -4,10 +4,10 @@ use kuva::render::render::{Primitive, TextAnchor};
 
 use super::axis::{Axis, extent};
 use super::drawing::Drawing;
-use super::frame::Frame;
+use super::frame::{Frame, note};
 use super::heat::HeatMap;
-use super::legend::Legend;
-use super::line::{CANVAS, Curve, draw_curve, most_points, place};
+use super::legend::{Legend, ROW};
+use super::line::{CANVAS, Curve, Point, draw_curve, most_points, place};
 use super::look::Look;
 use super::thin::thin;
 
@@ -16,7 +16,11 @@ const PANEL: (f64, f64) = (380.0, 300.0);
 /// The height of the title above the panels, in pixels.
 const TITLE: f64 = 34.0;
 
-/// Curves in small charts side by side, which have the same axes and one legend.
+/// The largest ratio of the extents of two panels that share a vertical axis.
+const ALIKE: f64 = 100.0;
+
+/// Curves in small charts side by side, which have one legend and the same horizontal axis. They
+/// have the same vertical axis too, unless the curves of one would be a flat line beside another's.
 #[derive(Debug, Clone)]
 pub struct Panels {
     /// A short title above all panels.
@@ -32,7 +36,7 @@ pub struct Panels {
 impl Panels {
     /// The panels as one drawing.
     pub fn draw(&self) -> Drawing {
-        let placed: Vec<Vec<Vec<_>>> = self
+        let placed: Vec<Vec<Vec<Point>>> = self
             .panels
             .iter()
             .map(|(_, curves)| {
@@ -40,10 +44,15 @@ impl Panels {
             })
             .collect();
         let all = || placed.iter().flatten().flatten();
+        let own_scales = extents_differ(&placed);
         let most = most_points(placed.iter().map(Vec::len).sum());
-        let panel = |((title, curves), placed): (&(String, Vec<Curve>), &Vec<Vec<_>>)| {
-            let spans = (self.x.span(all().map(|p| p.0)), self.y.span(all().map(|p| p.1)));
-            let axes = ((&self.x, spans.0), (&self.y, spans.1));
+        let panel = |((title, curves), placed): (&(String, Vec<Curve>), &Vec<Vec<Point>>)| {
+            let y_span = if own_scales {
+                self.y.span(placed.iter().flatten().map(|p| p.1))
+            } else {
+                self.y.span(all().map(|p| p.1))
+            };
+            let axes = ((&self.x, self.x.span(all().map(|p| p.0))), (&self.y, y_span));
             let mut frame = Frame::new(title, axes.0, axes.1, PANEL, (0.0, 0.0));
             frame.axes(true);
             let looks = Look::of_labels(curves.iter().map(|curve| curve.label.as_str()));
@@ -64,10 +73,29 @@ impl Panels {
         let group = Primitive::GroupStart { transform: Some(at), title: None, extra_attrs: None };
         drawing.elements.push(group);
         drawing.elements.extend(legend.entries((60.0, 0.0), first, &looks));
+        if own_scales {
+            let at = (drawing.size.0 - 24.0, CANVAS.1 + 0.4 * ROW);
+            drawing.elements.push(note("the vertical scales differ", at, TextAnchor::End));
+        }
         drawing.elements.push(Primitive::GroupEnd);
         drawing.size.1 += legend.below;
         drawing
     }
+}
+
+/// Whether the curves of one panel extend over far more of the vertical axis than those of another.
+fn extents_differ(panels: &[Vec<Vec<Point>>]) -> bool {
+    uneven(panels.iter().map(|curves| extent(curves.iter().flatten().map(|p| p.1))))
+}
+
+/// Whether a curve would be flat in a plot that shows all of another.
+pub fn dwarf(curves: &[Curve]) -> bool {
+    uneven(curves.iter().map(|curve| extent(curve.points.iter().map(|p| p.1))))
+}
+
+fn uneven(extents: impl Iterator<Item = Option<(f64, f64)>>) -> bool {
+    extent(extents.flatten().map(|(lo, hi)| hi - lo))
+        .is_some_and(|(least, largest)| largest > ALIKE * least && least > 0.0)
 }
 
 /// Maps side by side.
@@ -157,5 +185,20 @@ mod tests {
         assert_eq!(svg.matches(">20</text>").count(), svg.matches(">40</text>").count());
         assert!(svg.matches(">40</text>").count() >= 3, "each panel reaches to 50");
         assert!(["Energy", "rk4", "moddg", "leapfrog"].iter().all(|text| svg.contains(text)));
+    }
+
+    #[test]
+    fn a_panel_that_diverges_leaves_the_others_readable() {
+        let mut burst = curve("H", 0.0);
+        burst.points.iter_mut().for_each(|p| p.1 = 1e80 * p.0);
+        let panels = Panels {
+            title: "Energy".into(),
+            x: Axis::linear("t"),
+            y: Axis::linear("energy"),
+            panels: vec![("rk4".into(), vec![burst]), ("moddg".into(), vec![curve("H", 0.0)])],
+        };
+        let svg = panels.draw().svg();
+        assert!(svg.contains("the vertical scales differ"));
+        assert!(svg.contains(">0.5</text>"), "the panel of moddg reaches from -1 to 1");
     }
 }

@@ -1,6 +1,8 @@
 //! Figures of trajectories: those of the scene, and those shown without being asked for.
 
-use crate::chart::{Axis, Cells, Curve, Drawing, HeatMap, LineChart, Maps, Panels, coincide};
+use crate::chart::{
+    Axis, Cells, Curve, Drawing, HeatMap, LineChart, Maps, Panels, coincide, dwarf,
+};
 use crate::observable::{Observable, entries, letter};
 use crate::scene::{FigurePlan, RunPlan, Scene, Shown, UnitsTable, Variable};
 use crate::sheet::line;
@@ -128,11 +130,12 @@ fn draw_curves(
         caption.push_str(". Exact zeros cannot be shown on a logarithmic axis");
     }
     let overlaid: Vec<Curve> = runs.iter().flat_map(|run| curves(run, !several)).collect();
-    let hidden = !log && coincide(&overlaid);
+    let (coincide, dwarfed) = (!log && coincide(&overlaid), !log && dwarf(&overlaid));
     let panels: Vec<(String, Vec<Curve>)> = if several && !single {
         runs.iter().map(|run| (run.method.to_owned(), curves(run, true))).collect()
-    } else if hidden {
-        caption.push_str(". Some curves coincide, so each has its own panel");
+    } else if coincide || dwarfed {
+        let why = if coincide { "coincide" } else { "would be flat beside others" };
+        caption.push_str(&format!(". Some curves {why}, so each has its own panel"));
         overlaid.iter().map(|curve| (curve.label.clone(), vec![curve.clone()])).collect()
     } else {
         Vec::new()
