@@ -1,7 +1,8 @@
 //! The command line.
 
 use crate::exit_code;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
@@ -25,6 +26,28 @@ pub(crate) struct Arguments {
     /// What to print on stdout.
     #[arg(long, global = true, value_enum, default_value_t = Format::Table)]
     pub(crate) format: Format,
+}
+
+/// Names the commands where one is given that does not exist, and the nearest only where it begins
+/// alike.
+pub(crate) fn refused(mut error: clap::Error) -> clap::Error {
+    let first = |value: Option<&ContextValue>| match value {
+        Some(ContextValue::String(name)) => name.chars().next(),
+        Some(ContextValue::Strings(names)) => names.first().and_then(|name| name.chars().next()),
+        _ => None,
+    };
+    if error.kind() != ErrorKind::InvalidSubcommand {
+        return error;
+    }
+    let given = first(error.get(ContextKind::InvalidSubcommand));
+    if given != first(error.get(ContextKind::SuggestedSubcommand)) {
+        let names: Vec<_> =
+            Arguments::command().get_subcommands().map(|x| x.get_name().to_owned()).collect();
+        let said = format!("the commands are {}", names.join(", "));
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![said.into()]));
+    }
+    error
 }
 
 /// The end of the help text.

@@ -1,6 +1,6 @@
 //! The search for the setting of one method, and its check at neighbouring settings.
 
-use super::setting::{Choice, TIGHTEST};
+use super::setting::{Choice, TIGHTEST, two_digits};
 use super::trial::{Bench, Trial};
 use super::{Candidate, Wanted};
 use afterbay_core::IntegrateError;
@@ -141,6 +141,8 @@ impl<'a> Search<'a> {
         }
         let candidate = match (good, nearest) {
             (Some(tolerance), _) => {
+                // Tighter by little, and checked like any other.
+                let tolerance = two_digits(tolerance).max(TIGHTEST);
                 let lacks = lack(true, row.passive, self.wanted());
                 self.confirmed(Choice::Tolerance(row, tolerance), lacks)?
             }
@@ -189,6 +191,9 @@ impl<'a> Search<'a> {
             let why = match enough {
                 _ if idle == IDLE => {
                     Some(format!("its error stays at {best:.1e} however small the step"))
+                }
+                Some(enough) if best.is_infinite() => {
+                    Some(format!("no run reached the end, up to {steps} steps: {enough}"))
                 }
                 Some(enough) => {
                     Some(format!("at {steps} steps its error is still {best:.1e}: {enough}"))
