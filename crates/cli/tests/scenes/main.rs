@@ -3,6 +3,7 @@
 
 #[path = "../../../analysis/tests/scenes/bad/mod.rs"]
 mod bad;
+mod help;
 #[cfg(unix)]
 mod interrupt;
 mod mistakes;
