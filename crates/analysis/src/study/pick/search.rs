@@ -3,6 +3,7 @@
 use super::setting::{Choice, TIGHTEST, two_digits};
 use super::trial::{Bench, Trial};
 use super::{Candidate, Wanted};
+use crate::progress::Piece;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{EXACT, Row};
 use std::collections::HashMap;
@@ -40,6 +41,7 @@ pub(super) struct Search<'a> {
     /// The runs tried, by key.
     tried: HashMap<u64, Trial>,
     order: Vec<u64>,
+    piece: Piece<'a>,
 }
 
 /// The result of the search of one method.
@@ -51,7 +53,8 @@ pub(super) struct Found {
 
 impl<'a> Search<'a> {
     pub(super) fn new(bench: &'a Bench<'a>, shortest: &'a AtomicU64) -> Self {
-        Self { bench, shortest, started: Instant::now(), tried: HashMap::new(), order: Vec::new() }
+        let (started, piece) = (Instant::now(), Piece::new(bench.progress));
+        Self { bench, shortest, started, tried: HashMap::new(), order: Vec::new(), piece }
     }
 
     fn wanted(&self) -> Wanted {
@@ -67,6 +70,9 @@ impl<'a> Search<'a> {
             return Ok(trial.clone());
         }
         let trial = self.bench.run(setting)?;
+        // How far a search has come is known by its time alone.
+        let time = self.started.elapsed().min(PATIENCE.mul_f64(0.9)).as_millis() as u64;
+        self.piece.reach(time, PATIENCE.as_millis() as u64);
         if !self.bench.progress.stopped() {
             self.order.push(setting.key());
             self.tried.insert(setting.key(), trial.clone());
