@@ -98,8 +98,8 @@ fn what_is_wrong_is_said_and_where() {
     let close = "an operator or a closing parenthesis";
     let unknown = |name: &str, nearest: Option<&str>| Problem::Unknown {
         name: name.to_owned(),
-        nearest: nearest.map(str::to_owned),
-        known: "q1, q2, .., pi".to_owned(),
+        nearest: nearest.map(Into::into),
+        known: "q1, q2, .., pi".into(),
     };
     let ends = |expected| Problem::Ends { expected };
     let no_sign =

@@ -191,8 +191,8 @@ impl Reader<'_, '_> {
             let similar = distance <= (known.len().max(short.len()) / 3).max(1);
             similar && distance < short.len() && !has_jumps(name)
         });
-        let nearest = nearest.map(|x| x.1.to_owned());
-        Problem::Unknown { name: short, nearest, known: self.known() }
+        let nearest = nearest.map(|x| x.1.into());
+        Problem::Unknown { name: short, nearest, known: self.known().into() }
     }
 
     /// The names that may stand here, without functions.

@@ -39,9 +39,9 @@ pub enum Problem {
         /// The name.
         name: String,
         /// The most similar known name, if one is similar.
-        nearest: Option<String>,
+        nearest: Option<Box<str>>,
         /// The names that are known, as a list in words.
-        known: String,
+        known: Box<str>,
     },
     /// A number outside the range of `f64`.
     #[error("{text} is too large or too small for a number")]
