@@ -74,6 +74,7 @@ const MISTAKES: &[(&str, &str, &[&str])] = &[
         "[\"RK4\", \"verlet\", \"rk4\", \"adaptive-dop\"]",
         &["no methods RK4, verlet, adaptive-dop", "mean rk4?", "leapfrog?", "adaptive-dop853?"],
     ),
+    (METHODS, "[\"RK5\"]", &["there is no method RK5", "did you mean rk4?"]),
     (METHODS, "[]", &["the list is empty: give one method at least"]),
     ("[run]", "[study.global-order]\nsteps = [0.1]\n[run]", &["two steps at least"]),
     (

@@ -119,7 +119,7 @@ fn method(name: &str, known: &[String]) -> String {
     let lower = name.to_lowercase();
     match ALSO_CALLED.iter().find(|(other, _)| *other == lower) {
         Some((_, meant)) => format!("did you mean {meant}?"),
-        None => suggestion(name, known, "there are"),
+        None => suggestion(&lower, known, "there are"),
     }
 }
 
