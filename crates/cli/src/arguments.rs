@@ -81,6 +81,14 @@ pub(crate) enum Command {
         /// The scene, a TOML file.
         scene: PathBuf,
     },
+    /// Print what to cite for the methods of a scene, in BibTeX.
+    ///
+    /// The entries of afterbay and of the paper it is based on come first. Comments name the
+    /// entries of each method of [run] and of all studies.
+    Cite {
+        /// The scene, a TOML file.
+        scene: PathBuf,
+    },
     /// Print the JSON schema of scenes, for editors.
     ///
     /// Editors that support TOML use it to complete and check scenes: write `afterbay schema >
