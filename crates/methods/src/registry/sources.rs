@@ -138,7 +138,8 @@ pub(super) const CIESLINSKI_RATKIEWICZ: Source = Source {
            case},
   year = {2009},
   eprint = {0901.1906},
-  archiveprefix = {arXiv}
+  archiveprefix = {arXiv},
+  note = {Published in Physical Review E 81 (2010) 016704}
 }",
 };
 
@@ -170,6 +171,8 @@ pub(super) const HAIRER_2010: Source = Source {
   author = {Hairer, Ernst},
   title = {Energy-preserving variant of collocation methods},
   journal = {Journal of Numerical Analysis, Industrial and Applied Mathematics},
+  volume = {5},
+  pages = {73--84},
   year = {2010}
 }",
 };
