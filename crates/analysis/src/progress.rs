@@ -6,6 +6,11 @@ pub trait Progress: Sync {
     fn begin(&self, stage: &str, total: usize);
     /// One piece is done.
     fn advance(&self);
+    /// This share of a piece more is done. What is less than 0 is taken back, before the piece is
+    /// counted as a whole.
+    fn part(&self, _share: f64) {}
+    /// This share of the reference that the pieces of a stage need is done.
+    fn reference(&self, _share: f64) {}
     /// Whether the user asked to stop. Runs that have not begun are skipped, and runs under way end
     /// early.
     fn stopped(&self) -> bool {
@@ -19,4 +24,70 @@ pub struct Silent;
 impl Progress for Silent {
     fn begin(&self, _stage: &str, _total: usize) {}
     fn advance(&self) {}
+}
+
+/// The least share of a piece that is told.
+const LEAST: f64 = 0.005;
+
+/// A piece under way. When it is dropped, its shares are taken back: `advance` counts it then.
+pub(crate) struct Piece<'a> {
+    progress: &'a dyn Progress,
+    /// The number of pieces that are under way together.
+    count: f64,
+    told: f64,
+}
+
+impl<'a> Piece<'a> {
+    /// One piece begins.
+    pub(crate) fn new(progress: &'a dyn Progress) -> Self {
+        Self::several(progress, 1)
+    }
+
+    /// Several pieces begin, which go on together.
+    pub(crate) fn several(progress: &'a dyn Progress, count: usize) -> Self {
+        Self { progress, count: count as f64, told: 0.0 }
+    }
+
+    /// So many steps of all are done.
+    pub(crate) fn reach(&mut self, steps: u64, all: u64) {
+        let share = steps as f64 / all.max(1) as f64;
+        if share >= self.told + LEAST {
+            self.progress.part(self.count * (share - self.told));
+            self.told = share;
+        }
+    }
+}
+
+impl Drop for Piece<'_> {
+    fn drop(&mut self) {
+        self.progress.part(-self.count * self.told);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+
+    struct Sum(Mutex<Vec<f64>>);
+
+    impl Progress for Sum {
+        fn begin(&self, _stage: &str, _total: usize) {}
+        fn advance(&self) {}
+        fn part(&self, share: f64) {
+            self.0.lock().expect("a list").push(share);
+        }
+    }
+
+    #[test]
+    fn a_piece_tells_its_shares_now_and_then_and_takes_them_back() {
+        let sum = Sum(Mutex::new(Vec::new()));
+        let mut piece = Piece::several(&sum, 2);
+        (0..=75_000).for_each(|step| piece.reach(step, 100_000));
+        let told = sum.0.lock().expect("a list").clone();
+        assert!((100..=150).contains(&told.len()), "{}", told.len());
+        assert!((told.iter().sum::<f64>() - 1.5).abs() < 0.011, "{told:?}");
+        drop(piece);
+        assert!(sum.0.lock().expect("a list").iter().sum::<f64>().abs() < 1e-12);
+    }
 }

@@ -98,7 +98,7 @@ impl Scene {
     /// As for [`Scene::read`].
     pub fn read_in(folder: &Path, text: &str) -> Result<Self, SceneError> {
         let source = Source::parse(text)?;
-        source.check(&schema())?;
+        source.check(&schema()).map_err(|error| system::in_friction(&source, error))?;
         let mut document: Document = source.read()?;
         file::resolve(&source, &mut document, folder)?;
         let time = &document.time;
@@ -141,9 +141,9 @@ fn problem_of(source: &Source<'_>, document: &Document) -> Result<Problem, Scene
     let count = initial.q.count().or(initial.p.count());
     let known = numbers::parameters(source, &document.system.parameters, count)?;
     let model = system::model(source, &document.system, &known, count)?;
-    let with = (&known, model.dof());
-    let q = numbers::entries(source, "initial.q", Quantity::Coordinate, &initial.q, with)?;
-    let p = numbers::entries(source, "initial.p", Quantity::Momentum, &initial.p, with)?;
+    let (with, by) = ((&known, model.dof()), &system::sets_dof(&document.system, count, &model));
+    let q = numbers::entries(source, "initial.q", Quantity::Coordinate, &initial.q, with, by)?;
+    let p = numbers::entries(source, "initial.p", Quantity::Momentum, &initial.p, with, by)?;
     Ok(Problem { model, q, p, end: document.time.end })
 }
 

@@ -18,6 +18,9 @@ use rayon::prelude::*;
 /// single one.
 const COMPARED: usize = 256;
 
+/// How many times the progress of a solution is told.
+const TOLD: usize = 200;
+
 /// The most strides of a run, for about half a minute of work on `dof` degrees of freedom.
 pub(crate) fn most_strides<T: Scalar>(dof: usize) -> usize {
     let most = if T::EPSILON < 1e-20 { 20_000 } else { 100_000 };
@@ -102,15 +105,20 @@ where
     let defect = Enclosed::<_, TERMS>::new(ranges);
     let between = COMPARED.div_ceil(count.max(1));
     let fine = (h / V::Scalar::from_f64(between as f64), count * between);
-    let run = |pace: Pace| -> Result<Option<Vec<State<V>>>, InputError> {
+    let run = |pace: Pace, told: bool| -> Result<Option<Vec<State<V>>>, InputError> {
         let mut states = Vec::with_capacity(fine.1 + 1);
         let pace = pace.within(most_strides::<V::Scalar>(dof));
-        let mut see = |_, state| states.push(state);
+        let mut see = |_, state| {
+            states.push(state);
+            if told && states.len() % fine.1.div_ceil(TOLD) == 0 {
+                progress.reference(states.len() as f64 / (fine.1 + 1) as f64);
+            }
+        };
         let route =
             follow((&*system, &defect), &start, fine, pace, &|| progress.stopped(), &mut see)?;
         Ok((!route.interrupted).then_some(states))
     };
-    let (states, check) = rayon::join(|| run(Pace::FULL), || run(Pace::CHECK));
+    let (states, check) = rayon::join(|| run(Pace::FULL, true), || run(Pace::CHECK, false));
     let (Some(states), Some(check)) = (states?, check?) else {
         return Err(IntegrateError::Interrupted);
     };

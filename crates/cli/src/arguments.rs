@@ -1,7 +1,8 @@
 //! The command line.
 
 use crate::exit_code;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use std::path::PathBuf;
 /// w_j is constant: to rounding with some methods, approximately with others.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true, after_help = after_help())]
+#[command(max_term_width = 100)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -27,6 +29,28 @@ pub(crate) struct Arguments {
     pub(crate) format: Format,
 }
 
+/// Names the commands where one is given that does not exist, and the nearest only where it begins
+/// alike.
+pub(crate) fn refused(mut error: clap::Error) -> clap::Error {
+    let first = |value: Option<&ContextValue>| match value {
+        Some(ContextValue::String(name)) => name.chars().next(),
+        Some(ContextValue::Strings(names)) => names.first().and_then(|name| name.chars().next()),
+        _ => None,
+    };
+    if error.kind() != ErrorKind::InvalidSubcommand {
+        return error;
+    }
+    let given = first(error.get(ContextKind::InvalidSubcommand));
+    if given != first(error.get(ContextKind::SuggestedSubcommand)) {
+        let names: Vec<_> =
+            Arguments::command().get_subcommands().map(|x| x.get_name().to_owned()).collect();
+        let said = format!("the commands are {}", names.join(", "));
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![said.into()]));
+    }
+    error
+}
+
 /// The end of the help text.
 fn after_help() -> String {
     format!("{FIRST_STEPS}\n\n{}", exit_code::HELP)
@@ -35,17 +59,48 @@ fn after_help() -> String {
 /// Examples, shown after the help.
 const FIRST_STEPS: &str = "\
 First steps:
-  afterbay list systems                              the systems
-  afterbay list methods                              the methods
-  afterbay check scenes/pendulum.toml                whether a scene is valid, and what it does
-  afterbay run scenes/pendulum.toml                  trajectories, in out/pendulum
-  afterbay study scenes/pendulum.toml --out out/p    the studies that the scene declares
-  afterbay pick scenes/pendulum.toml --error 1e-6    the cheapest method and step for that error";
+  afterbay list systems                            the systems
+  afterbay list methods                            the methods
+  afterbay check scenes/pendulum.toml              is it valid, what does it do
+  afterbay run scenes/pendulum.toml                trajectories, in out/pendulum
+  afterbay study scenes/pendulum.toml --out out/p  the studies it declares
+  afterbay pick scenes/pendulum.toml --error 1e-6  the cheapest method and step";
+
+/// Examples of each command, shown after its help.
+mod example {
+    pub(super) const PAPER: &str = "\
+Example:
+  afterbay paper --quick --out out/quick";
+    pub(super) const RUN: &str = "\
+Example:
+  afterbay run scenes/pendulum.toml";
+    pub(super) const STUDY: &str = "\
+Example:
+  afterbay study scenes/pendulum.toml --out out/p";
+    pub(super) const PICK: &str = "\
+Examples:
+  afterbay pick scenes/pendulum.toml --error 1e-6
+  afterbay pick scenes/pendulum.toml --error 1e-4 --keep-k --write picked.toml";
+    pub(super) const CHECK: &str = "\
+Example:
+  afterbay check scenes/pendulum.toml";
+    pub(super) const SCHEMA: &str = "\
+Example:
+  afterbay schema > scene.json";
+    pub(super) const COMPLETIONS: &str = "\
+Example:
+  afterbay completions bash > afterbay.bash";
+    pub(super) const LIST: &str = "\
+Examples:
+  afterbay list methods
+  afterbay list systems --format json";
+}
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Repeat the paper's experiment and report which results hold: orders, errata, energy balance,
     /// cost, stability.
+    #[command(after_help = example::PAPER)]
     Paper {
         /// Folder for report.html, figures/, data/ and run.json.
         #[arg(long, value_name = "DIR", default_value = "out/paper")]
@@ -60,12 +115,14 @@ pub(crate) enum Command {
     /// data/trajectory.csv and run.json to a folder. Tables [figure.NAME] of the scene choose
     /// quantities and methods for figures. The table of a run that fails ends with its last good
     /// state.
+    #[command(after_help = example::RUN)]
     Run(SceneArguments),
     /// Run the studies that a scene declares: orders, energy balance, cost, stability, long runs.
     ///
     /// A scene declares a study by a table: [study.local-order], [study.global-order],
     /// [study.energy], [study.work-precision], [study.stability], [study.long-run]. Each study
     /// writes its table to data/ and its charts to report.html and figures/.
+    #[command(after_help = example::STUDY)]
     Study(SceneArguments),
     /// Find the cheapest method and step that meets an error bound all along the scene.
     ///
@@ -73,10 +130,12 @@ pub(crate) enum Command {
     /// and methods. Errors are measured after every step (at 2048 times in longer runs). A step is
     /// recommended only if the steps within 5 % of it and half of it meet the bound as well.
     /// The answer ends with the lines that run it. Nothing is written without --out or --write.
+    #[command(after_help = example::PICK)]
     Pick(PickArguments),
     /// Check a scene and show what it would do. Nothing is computed.
     ///
     /// A mistake is shown in its line, with advice, and the exit code is 3.
+    #[command(after_help = example::CHECK)]
     Check {
         /// The scene, a TOML file.
         scene: PathBuf,
@@ -99,15 +158,18 @@ pub(crate) enum Command {
     ///
     /// Editors that support TOML use it to complete and check scenes: write `afterbay schema >
     /// scene.json`, and put `#:schema scene.json` in the first line of a scene.
+    #[command(after_help = example::SCHEMA)]
     Schema,
     /// Print completions for a shell.
     ///
     /// For bash, for example: `source <(afterbay completions bash)`.
+    #[command(after_help = example::COMPLETIONS)]
     Completions {
         /// The shell.
         shell: Shell,
     },
     /// List methods, systems, or the functions of expressions.
+    #[command(after_help = example::LIST)]
     List {
         /// What to list.
         #[arg(value_enum)]

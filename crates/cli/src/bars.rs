@@ -1,47 +1,170 @@
-//! Progress bars on stderr, shown only if it is a terminal.
+//! Progress bars on stderr, shown only if it is a terminal. A bar appears with its stage, and says
+//! how much time is left as soon as a part of the stage is done.
 
 use crate::interrupt;
 use afterbay_analysis::progress::Progress;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::sync::Mutex;
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use std::fmt::Write;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// The parts of a piece that a bar counts.
+const PARTS: u64 = 1000;
+/// The time between two pictures of a bar.
+const TICK: Duration = Duration::from_millis(200);
+/// The least share from which the time left is estimated.
+const LEAST: f64 = 0.005;
+/// The counts and the time come first: names of stages are cut where they do not fit.
+const TEMPLATE: &str = "{bar:20} {done} {left}  {wide_msg}";
 
 /// The bar of the current stage.
 pub(crate) struct Bars {
-    bar: Mutex<ProgressBar>,
+    current: Mutex<Stage>,
+}
+
+struct Stage {
+    bar: ProgressBar,
+    name: String,
+    /// The percentage of a reference that the bar tells of; 0 if it tells of none.
+    reference: Arc<AtomicU64>,
 }
 
 impl Bars {
     /// Starts without a bar.
     pub(crate) fn new() -> Self {
-        Self { bar: Mutex::new(ProgressBar::hidden()) }
+        let (bar, name) = (ProgressBar::hidden(), String::new());
+        Self { current: Mutex::new(Stage { bar, name, reference: Arc::default() }) }
     }
 
-    fn current(&self) -> ProgressBar {
-        self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+    fn current(&self) -> MutexGuard<'_, Stage> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn finish(&self) {
-        self.current().finish_and_clear();
+        self.current().bar.finish_and_clear();
     }
+}
+
+impl Stage {
+    /// The name of the stage, without a reference.
+    fn pieces(&mut self) {
+        if self.reference.swap(0, Ordering::Relaxed) > 0 {
+            self.bar.set_message(self.name.clone());
+        }
+    }
+}
+
+/// A time in words.
+fn in_words(time: Duration) -> String {
+    match time.as_secs() {
+        seconds @ 0..60 => format!("{seconds} s"),
+        seconds @ 60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        seconds => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+/// The pieces that are done, and all of them.
+fn done(state: &ProgressState, text: &mut dyn Write) {
+    // Nothing can be done about a bar that cannot be drawn.
+    let _ = write!(text, "{}/{}", state.pos() / PARTS, state.len().unwrap_or(0) / PARTS);
+}
+
+/// The time left, once it can be estimated; the time taken until then.
+fn left(elapsed: Duration, share: f64) -> String {
+    if share < LEAST {
+        return format!("{} so far", in_words(elapsed));
+    }
+    let left = elapsed.mul_f64((1.0 - share).max(0.0) / share).as_secs_f64().ceil();
+    format!("{} left", in_words(Duration::from_secs(left as u64)))
 }
 
 impl Progress for Bars {
     fn begin(&self, stage: &str, total: usize) {
-        let next = ProgressBar::new(total as u64).with_message(stage.to_owned());
+        let bar = ProgressBar::new(PARTS * total as u64).with_message(stage.to_owned());
+        let reference = Arc::<AtomicU64>::default();
         // The template is a constant. If it were not valid, the plain bar would do.
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta})") {
-            next.set_style(style);
+        if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
+            let percent = Arc::clone(&reference);
+            let left = move |state: &ProgressState, text: &mut dyn Write| {
+                let pieces = state.pos() as f64 / state.len().unwrap_or(0).max(1) as f64;
+                let share = match percent.load(Ordering::Relaxed) {
+                    0 => pieces,
+                    percent => percent as f64 / 100.0,
+                };
+                let _ = text.write_str(&left(state.elapsed(), share));
+            };
+            bar.set_style(style.with_key("done", done).with_key("left", left));
         }
-        let mut bar = self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        bar.finish_and_clear();
-        *bar = next;
+        let mut current = self.current();
+        current.bar.finish_and_clear();
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(TICK);
+        }
+        *current = Stage { bar, name: stage.to_owned(), reference };
     }
 
     fn advance(&self) {
-        self.current().inc(1);
+        let mut current = self.current();
+        current.pieces();
+        current.bar.inc(PARTS);
+    }
+
+    fn part(&self, share: f64) {
+        let mut current = self.current();
+        current.pieces();
+        let parts = (PARTS as f64 * share.abs()).round() as u64;
+        if share > 0.0 { current.bar.inc(parts) } else { current.bar.dec(parts) }
+    }
+
+    fn reference(&self, share: f64) {
+        let current = self.current();
+        if current.bar.position() == 0 && !current.bar.is_hidden() && share > 0.0 {
+            let percent = (100.0 * share.min(1.0)).round() as u64;
+            current.reference.store(percent, Ordering::Relaxed);
+            let name = &current.name;
+            let of = if name == "reference" { String::new() } else { format!("{name}, ") };
+            current.bar.set_message(format!("{of}reference at {percent} %"));
+        }
     }
 
     fn stopped(&self) -> bool {
         interrupt::stopped()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_said_in_seconds_minutes_and_hours() {
+        for (seconds, words) in [(0, "0 s"), (59, "59 s"), (200, "3 min 20 s"), (7260, "2 h 1 min")]
+        {
+            assert_eq!(in_words(Duration::from_secs(seconds)), words);
+        }
+        let after = |seconds, share| left(Duration::from_secs(seconds), share);
+        assert_eq!(after(3, 0.0), "3 s so far");
+        assert_eq!(after(10, 0.25), "30 s left");
+        assert_eq!(after(100, 0.5), "1 min 40 s left");
+        assert_eq!(after(7, 1.0), "0 s left");
+    }
+
+    #[test]
+    fn a_bar_counts_parts_until_the_piece_is_counted() {
+        let bars = Bars::new();
+        bars.begin("runs", 3);
+        let position = || bars.current().bar.position();
+        bars.reference(0.5);
+        bars.part(0.25);
+        bars.part(0.5);
+        assert_eq!(position(), 750);
+        bars.part(-0.75);
+        bars.advance();
+        assert_eq!(position(), 1000);
+        bars.part(0.5);
+        assert_eq!(position(), 1500);
+        bars.begin("charts", 1);
+        assert_eq!(position(), 0);
     }
 }

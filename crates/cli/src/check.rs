@@ -2,6 +2,7 @@
 
 use crate::arguments::Format;
 use crate::failure::Failure;
+use crate::table::Column;
 use crate::{scene, table};
 use afterbay_analysis::scene::Scene;
 use afterbay_methods::registry::Row;
@@ -25,14 +26,19 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         Format::Table => {
             let (model, dof) = (scene.problem.model.name(), scene.problem.model.dof());
             let freedom = if dof == 1 { "degree" } else { "degrees" };
-            table::line(&format!(
+            table::text(&format!(
                 "{} is valid: {model}, {dof} {freedom} of freedom.",
                 path.display()
             ))?;
             let rows = plans
                 .iter()
                 .map(|plan| vec![plan.what.into(), plan.methods.join(", "), plan.detail.clone()]);
-            table::print(&["what", "methods", "detail"], rows)?;
+            let columns = [
+                Column::of("what", 0),
+                Column::words("methods", 0, 20),
+                Column::words("detail", 0, 20),
+            ];
+            table::print(&columns, rows)?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -42,6 +48,10 @@ fn kept(every: u64) -> String {
     if every == 1 { "every state kept".into() } else { format!("every {every} steps a state kept") }
 }
 
+fn steps(count: usize) -> String {
+    if count == 1 { "1 step".into() } else { format!("{count} steps") }
+}
+
 fn plans(scene: &Scene) -> Vec<Plan> {
     let studies = &scene.studies;
     let mut plans = Vec::new();
@@ -49,10 +59,11 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         plans.push(Plan { what, methods: methods.iter().map(|row| row.name).collect(), detail });
     };
     if let Some(plan) = &scene.run {
-        let steps = (scene.problem.end / scene.step).round();
+        let count = (scene.problem.end / scene.step).round() as usize;
         let all: Vec<_> = plan.methods.iter().chain(&plan.adaptive).copied().collect();
         let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x}"));
-        let detail = format!("{steps} steps of {}, {}{tolerance}", scene.step, kept(plan.every));
+        let steps = steps(count);
+        let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(plan.every));
         add("run", &all, detail);
         let figures: Vec<_> = scene.figures.iter().map(|plan| plan.name.as_str()).collect();
         if !figures.is_empty() {
@@ -61,22 +72,22 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     }
     if let Some(plan) = &studies.local_order {
         let detail =
-            format!("{} steps on a grid of {}", plan.study.steps.len(), plan.study.base_step);
+            format!("{} on a grid of {}", steps(plan.study.steps.len()), plan.study.base_step);
         add("local-order", &plan.methods, detail);
     }
     if let Some(plan) = &studies.global_order {
-        add("global-order", &plan.methods, format!("{} steps", plan.steps.len()));
+        add("global-order", &plan.methods, steps(plan.steps.len()));
     }
     if let Some(plan) = &studies.energy {
         add("energy", &plan.methods, format!("steps of {}, {}", plan.step, kept(plan.every)));
     }
     if let Some(plan) = &studies.work_precision {
-        add("work-precision", &plan.methods, format!("{} steps", plan.steps.len()));
+        add("work-precision", &plan.methods, steps(plan.steps.len()));
     }
     if let Some(plan) = &studies.stability {
         let detail = format!(
-            "{} steps by {} values of {}",
-            plan.steps.len(),
+            "{} by {} values of {}",
+            steps(plan.steps.len()),
             plan.values.len(),
             plan.parameter
         );

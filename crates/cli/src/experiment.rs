@@ -3,6 +3,7 @@
 use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
 use crate::failure::Failure;
+use crate::table::Column;
 use crate::{exit_code, interrupt, scene, table};
 use afterbay_analysis::experiment::Results;
 use afterbay_analysis::record::{self, Manifest, RunOutcome};
@@ -96,15 +97,26 @@ pub(crate) fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Re
             Verdict::Fails => "! ",
             Verdict::Note => "",
         };
-        table::line(&format!("{mark}{}: {}", finding.topic, finding.statement))?;
+        table::text(&format!("{mark}{}: {}", finding.topic, finding.statement))?;
     }
     let failed: Vec<_> = runs.iter().filter(|run| run.outcome != COMPLETED).collect();
     if !failed.is_empty() {
-        let rows = failed.iter().map(|run| {
-            let why = run.failure.clone().unwrap_or_else(|| run.outcome.clone());
-            vec![run.study.into(), run.method.into(), run.h.to_string(), why]
-        });
-        table::print(&["study", "method", "h", "did not complete"], rows)?;
+        let h = |run: &RunOutcome| table::number(run.h);
+        let rows = failed
+            .iter()
+            .map(|run| vec![run.study.into(), run.method.into(), h(run), run.outcome.clone()]);
+        let columns = [
+            Column::of("study", 2),
+            Column::of("method", 0),
+            Column::of("h", 1),
+            Column::words("did not complete", 0, 16),
+        ];
+        table::print(&columns, rows)?;
+        for run in failed {
+            if let Some(why) = &run.failure {
+                table::text(&format!("{} with h = {}: {why}", run.method, h(run)))?;
+            }
+        }
     }
-    table::line(&format!("Report: {}", out.join("report.html").display()))
+    table::text(&format!("Report: {}", out.join("report.html").display()))
 }

@@ -2,7 +2,7 @@
 
 use crate::arguments::{Format, What};
 use crate::failure::Failure;
-use crate::table;
+use crate::table::{self, Column};
 use afterbay_methods::registry::{EXACT, METHODS, Row};
 use afterbay_systems::{FUNCTIONS, FUNCTIONS_OF_TWO, SYSTEMS, SystemRow};
 use serde::Serialize;
@@ -138,7 +138,8 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
         (What::Functions, Format::Json) => table::json(&words().collect::<Vec<_>>())?,
         (What::Functions, Format::Table) => {
             let rows = words().map(|word| vec![word.write.to_string(), word.meaning.to_string()]);
-            table::print(&["write", "what it is"], rows)?;
+            let columns = [Column::words("write", 0, 20), Column::words("what it is", 0, 30)];
+            table::print(&columns, rows)?;
         }
         (What::Methods, Format::Json) => table::json(&methods().collect::<Vec<_>>())?,
         (What::Systems, Format::Json) => table::json(&systems().collect::<Vec<_>>())?,
@@ -164,18 +165,18 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
                     row.about.into(),
                 ]
             });
-            let header = [
-                "method",
-                "order",
-                "of q p w",
-                "keeps K",
-                "passive",
-                "stable",
-                "a step costs",
-                "needs",
-                "what",
+            let columns = [
+                Column::of("method", 0),
+                Column::of("order", 0),
+                Column::of("of q p w", 5),
+                Column::of("keeps K", 0),
+                Column::of("passive", 2),
+                Column::of("stable", 3),
+                Column::words("a step costs", 4, 20),
+                Column::words("needs", 1, 16),
+                Column::words("what", 6, 30),
             ];
-            table::print(&header, rows)?;
+            table::print(&columns, rows)?;
         }
         (What::Systems, Format::Table) => {
             let rows = systems().map(|row| {
@@ -188,7 +189,14 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
                     row.solution.into(),
                 ]
             });
-            table::print(&["system", "equations", "parameters", "they may be", "solution"], rows)?;
+            let columns = [
+                Column::of("system", 0),
+                Column::words("equations", 0, 30),
+                Column::words("parameters", 1, 12),
+                Column::words("they may be", 2, 16),
+                Column::words("solution", 3, 40),
+            ];
+            table::print(&columns, rows)?;
         }
     }
     Ok(ExitCode::SUCCESS)

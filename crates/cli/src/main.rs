@@ -23,7 +23,12 @@ use failure::Failure;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    // Names of methods stay whole. A hook that is installed already would do.
+    let _ = miette::set_hook(Box::new(|_| {
+        let options = miette::MietteHandlerOpts::new();
+        Box::new(options.word_splitter(textwrap::WordSplitter::NoHyphenation).build())
+    }));
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| arguments::refused(error).exit());
     let format = arguments.format;
     let result = threads(arguments.threads).and_then(|()| match arguments.command {
         Command::Paper { out, quick } => paper::run(&out, quick, format),

@@ -3,6 +3,7 @@
 use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
+use crate::table::Column;
 use crate::{exit_code, interrupt, table};
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::record;
@@ -30,11 +31,12 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
             let rows = findings
                 .iter()
                 .map(|finding| vec![word(finding.verdict).into(), finding.topic.clone()]);
-            table::print(&["verdict", "finding"], rows)?;
-            table::line(
+            let columns = [Column::of("verdict", 0), Column::words("finding", 0, 30)];
+            table::print(&columns, rows)?;
+            table::text(
                 "The report has the sentences and figures of each finding; so has --format json.",
             )?;
-            table::line(&format!("Report: {}", out.join("report.html").display()))?;
+            table::text(&format!("Report: {}", out.join("report.html").display()))?;
         }
     }
     if let Some(code) = exit_code::interrupted() {

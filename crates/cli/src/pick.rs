@@ -4,8 +4,9 @@ use crate::arguments::{Format, PickArguments};
 use crate::bars::Bars;
 use crate::experiment::folder;
 use crate::failure::Failure;
+use crate::table::Column;
 use crate::{exit_code, interrupt, recommended, scene, table};
-use afterbay_analysis::study::pick::{self, Candidate, Pick, Wanted};
+use afterbay_analysis::study::pick::{self, Candidate, Pick, Trial, Wanted};
 use afterbay_analysis::{Measured, ReportError, experiment};
 use serde::Serialize;
 use std::path::Path;
@@ -53,14 +54,14 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
                 table::line(&format!("To run it, put these tables into the scene:\n\n{lines}"))?;
             }
             match (written, &arguments.write) {
-                (Some(file), _) => table::line(&format!("Scene: {}", file.display()))?,
+                (Some(file), _) => table::text(&format!("Scene: {}", file.display()))?,
                 (None, Some(file)) => {
-                    table::line(&format!("{} was not written.", file.display()))?;
+                    table::text(&format!("{} was not written.", file.display()))?;
                 }
                 (None, None) => {}
             }
             if let Some(out) = &arguments.out {
-                table::line(&format!("Report: {}", out.join("report.html").display()))?;
+                table::text(&format!("Report: {}", out.join("report.html").display()))?;
             }
         }
     }
@@ -83,36 +84,33 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     let asked = format!("within {bound:e} {}{}", found.wanted.place(end), structure(found));
     if found.interrupted {
         let tried = found.tried.len();
-        table::line(&format!("The search was interrupted after {tried} runs; so far:"))?;
+        table::text(&format!("The search was interrupted after {tried} runs; so far:"))?;
     }
     match (&found.qualified[..], found.too_sensitive) {
         ([], Some(why)) => {
-            table::line(&format!("The scene is too sensitive for an error of {bound:e}: {why}."))?;
+            table::text(&format!("The scene is too sensitive for an error of {bound:e}: {why}."))?;
         }
         ([], None) if found.interrupted => {
-            table::line(&format!("No method was found and checked yet {asked}."))?;
+            table::text(&format!("No method was found and checked yet {asked}."))?;
         }
-        ([], None) => table::line(&format!("No method was found {asked}."))?,
+        ([], None) => table::text(&format!("No method was found {asked}."))?,
         ([winner, rest @ ..], _) => {
             let run = &winner.run;
-            let (method, setting) = (run.method, run.setting());
-            table::line(&format!(
-                "{method} with {setting} is the cheapest {asked}: {}.",
-                cost(winner)
-            ))?;
-            table::line(&format!("{}.", checked(winner, found.check)))?;
+            let (method, by) = (run.method, setting(run));
+            table::text(&format!("{method} with {by} is the cheapest {asked}: {}.", cost(winner)))?;
+            table::text(&format!("{}.", checked(winner, found.check)))?;
             match rest.first() {
-                Some(second) => table::line(&format!(
+                Some(second) => table::text(&format!(
                     "The runner-up is {} with {}: {}.",
                     second.run.method,
-                    second.run.setting(),
+                    setting(&second.run),
                     cost(second)
                 ))?,
-                None => table::line("Nothing else qualifies.")?,
+                None => table::text("Nothing else qualifies.")?,
             }
             if let Some(tied) = rest.get(..found.ties).filter(|tied| !tied.is_empty()) {
                 let names: Vec<_> = tied.iter().map(|other| other.run.method).collect();
-                table::line(&format!(
+                table::text(&format!(
                     "Not told from {method} by the noise of the times: {}. Another search may \
                      prefer one of them.",
                     names.join(", ")
@@ -121,40 +119,43 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
         }
     }
     if let ([], Some(nearest)) = (&found.qualified[..], found.others.first()) {
-        let why = nearest.why_not.as_deref().unwrap_or_default();
-        table::line(&format!("Nearest is {}: {why}.", nearest.run.method))?;
+        table::text(&format!("Nearest is {}: {}.", nearest.run.method, why_not(nearest)))?;
     }
     if found.doubt.most() > bound / 10.0 {
-        table::line(&format!(
+        table::text(&format!(
             "! The reference itself is known to {:.0e} only.",
             found.doubt.most()
         ))?;
     }
     if found.wanted.passive && !found.owed {
-        table::line("The system is not known to be passive: no step can violate passivity.")?;
+        table::text("The system is not known to be passive: no step can violate passivity.")?;
     }
     let shown = found.qualified.iter().take(SHOWN).chain(found.others.iter().take(NEAREST));
     let rows: Vec<Vec<String>> = shown.map(cells).collect();
     if rows.is_empty() {
         return Ok(());
     }
-    let header = [
-        "method",
-        "step or tolerance",
-        "error of (q, p)",
-        "error of w",
-        "at the end",
-        "w at the end",
-        "max |K - K₀|",
-        "not passive",
-        "seconds",
-        "evaluations",
-        "why not",
+    let columns = [
+        Column::of("method", 0),
+        Column::of("step or tolerance", 0),
+        Column::words("error of (q, p)", 0, 8),
+        Column::words("error of w", 1, 8),
+        Column::words("at the end", 5, 10),
+        Column::words("w at the end", 6, 8),
+        Column::words("max |K - K₀|", 4, 8),
+        Column::words("not passive", 7, 7),
+        Column::of("seconds", 2),
+        Column::of("evaluations", 3),
     ];
-    table::print(&header, rows)?;
+    table::print(&columns, rows)?;
+    // The nearest has been named above where nothing qualifies.
+    let named = usize::from(found.qualified.is_empty());
+    for other in found.others.iter().take(NEAREST).skip(named) {
+        table::text(&format!("{} does not qualify: {}.", other.run.method, why_not(other)))?;
+    }
     match found.qualified.len().saturating_sub(SHOWN) {
         0 => Ok(()),
-        more => table::line(&format!("{more} more qualify; --format json shows all.")),
+        more => table::text(&format!("{more} more qualify; --format json shows all.")),
     }
 }
 
@@ -165,6 +166,20 @@ fn structure(found: &Pick) -> &'static str {
         (true, false) => ", with K kept",
         (false, true) => ", passive",
         (false, false) => "",
+    }
+}
+
+/// Why a candidate does not qualify.
+fn why_not(candidate: &Candidate) -> String {
+    let parts = [&candidate.why_not, &candidate.run.failure];
+    parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join(": ")
+}
+
+/// The step in four digits, or the tolerance.
+fn setting(run: &Trial) -> String {
+    match run.tolerance {
+        Some(_) => run.setting(),
+        None => format!("step = {}", table::number(run.h)),
     }
 }
 
@@ -201,14 +216,9 @@ fn cells(candidate: &Candidate) -> Vec<String> {
     let said = |error: Option<Measured>| error.map_or(String::new(), |error| error.to_string());
     let scientific =
         |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1e}"));
-    let why = match (&candidate.why_not, &run.failure) {
-        (Some(why), Some(failure)) => format!("{why}: {failure}"),
-        (Some(why), None) => why.clone(),
-        _ => String::new(),
-    };
     vec![
         run.method.into(),
-        run.setting(),
+        setting(run),
         said(run.qp()),
         said(run.w()),
         scientific(run.end_qp),
@@ -217,6 +227,5 @@ fn cells(candidate: &Candidate) -> Vec<String> {
         run.passivity_violations.map_or("not counted".into(), |count| count.to_string()),
         scientific(run.seconds),
         run.evaluations.map_or(String::new(), |count| count.to_string()),
-        why,
     ]
 }

@@ -8,7 +8,7 @@ use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 /// The tables of a scene that the recommendation replaces.
 pub(crate) fn lines(scene: &Scene, winner: &Trial) -> String {
     let mut document = DocumentMut::new();
-    set(&mut document, "time", "end", Some(scene.problem.end.into()));
+    set(&mut document, "time", "end", Some(number(scene.problem.end)));
     fill(&mut document, winner);
     document.to_string()
 }
@@ -60,13 +60,19 @@ fn keep(name: &str, study: &mut dyn TableLike, scene: &Scene) {
     }
 }
 
+/// A number of a scene, small ones as 5.6e-6.
+fn number(x: f64) -> Value {
+    let written = if (1e-3..1e6).contains(&x) { format!("{x:?}") } else { format!("{x:e}") };
+    written.parse().unwrap_or_else(|_| x.into())
+}
+
 /// Puts the method and its step or tolerance into `[run]` and `[time]`.
 fn fill(document: &mut DocumentMut, winner: &Trial) {
     if winner.tolerance.is_none() {
-        set(document, "time", "step", Some(winner.h.into()));
+        set(document, "time", "step", Some(number(winner.h)));
     }
     set(document, "run", "methods", Some(Array::from_iter([winner.method]).into()));
-    set(document, "run", "tolerance", winner.tolerance.map(Value::from));
+    set(document, "run", "tolerance", winner.tolerance.map(number));
 }
 
 /// Sets or removes a value of a table, which is made if there is none.

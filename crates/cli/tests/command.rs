@@ -20,10 +20,13 @@ fn read(path: &Path) -> String {
 fn paper_writes_everything_and_says_what_holds() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("deep/er");
-    afterbay(&["paper", "--quick", "--threads", "2", "--out"])
-        .arg(&out)
+    let narrow = |text: &str| text.lines().all(|line| line.chars().count() <= 80);
+    afterbay(&["paper", "--quick", "--threads", "2", "--out", "deep/er"])
+        .current_dir(folder.path())
+        .env("COLUMNS", "80")
         .assert()
         .success()
+        .stdout(predicate::function(narrow))
         .stdout(contains("does not hold").and(contains("figure 3.1")).and(contains("report.html")))
         .stderr(predicate::str::is_empty());
     assert!(read(&out.join("report.html")).starts_with("<!DOCTYPE html>"));

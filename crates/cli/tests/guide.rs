@@ -32,6 +32,8 @@ fn shell(folder: &Path, line: &str) -> (Vec<String>, i32) {
     let output = Command::new("sh")
         .args(["-c", &format!("\"$AFTERBAY\" {command}")])
         .env("AFTERBAY", env!("CARGO_BIN_EXE_afterbay"))
+        // A sentence is shown as one line, however long.
+        .env("COLUMNS", "1000")
         .current_dir(folder)
         .output()
         .expect("it is run");

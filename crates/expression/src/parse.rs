@@ -26,7 +26,6 @@ use crate::function;
 use crate::graph::{Graph, Node};
 pub use names::{Definition, Names, is_name, is_reserved};
 use names::{in_name, only};
-use problem::THE_END;
 pub use problem::{ParseError, Problem};
 use std::ops::Range;
 use winnow::Parser as _;
@@ -77,9 +76,9 @@ pub fn parse(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Parsed,
     let (used, node) = (vec![false; names.parameters.len()], graph.number(0.0));
     let defined = vec![false; names.definitions.len()];
     let parsed = Parsed { node, places: Vec::new(), used, dof: 0, counted: false, defined };
-    let text = LocatingSlice::new(text);
+    let (whole, text) = (text, LocatingSlice::new(text));
     let mut reader =
-        Reader { graph, names, text, depth: 0, parsed, variables: Vec::new(), written: 0 };
+        Reader { graph, names, whole, text, depth: 0, parsed, variables: Vec::new(), written: 0 };
     let node = reader.sum()?;
     reader.space();
     if !reader.text.is_empty() {
@@ -114,9 +113,15 @@ pub fn evaluate(
     Ok(values.get(&node).copied().unwrap_or(f64::NAN))
 }
 
+/// Whether a symbol or word may begin a factor, were there a sign before it.
+fn may_be_factor(found: &str) -> bool {
+    found == "(" || found.starts_with(in_name)
+}
+
 struct Reader<'a, 's> {
     graph: &'a mut Graph,
     names: &'a Names<'a>,
+    whole: &'s str,
     text: Text<'s>,
     depth: usize,
     parsed: Parsed,
@@ -157,9 +162,27 @@ impl Reader<'_, '_> {
                 (word, length)
             }
             Ok(c) => (c.to_string(), c.len_utf8()),
-            Err(_) => (THE_END.to_owned(), 0),
+            Err(_) => {
+                return ParseError { span: start..start, problem: Problem::Ends { expected } };
+            }
         };
-        ParseError { span: start..start + length, problem: Problem::Unexpected { found, expected } }
+        let problem = match self.word_before() {
+            Some(left) if expected.contains("operator") && may_be_factor(&found) => {
+                Problem::NoSign { left, right: found }
+            }
+            _ => Problem::Unexpected { found, expected },
+        };
+        ParseError { span: start..start + length, problem }
+    }
+
+    /// The name or number before this place, or the parenthesis that is closed there.
+    fn word_before(&self) -> Option<String> {
+        let before = self.whole.get(..self.text.current_token_start())?.trim_end();
+        if before.ends_with(')') {
+            return Some(")".to_owned());
+        }
+        let word = before.rsplit(|c: char| !in_name(c) && c != '.').next()?;
+        (!word.is_empty() && word.len() <= 64).then(|| word.to_owned())
     }
 
     /// Records that the operation takes the text from `start` to the current position.

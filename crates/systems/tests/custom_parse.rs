@@ -98,22 +98,30 @@ fn what_is_wrong_is_said_and_where() {
     let close = "an operator or a closing parenthesis";
     let unknown = |name: &str, nearest: Option<&str>| Problem::Unknown {
         name: name.to_owned(),
-        nearest: nearest.map(str::to_owned),
+        nearest: nearest.map(Into::into),
+        known: "q1, q2, .., pi".into(),
     };
+    let ends = |expected| Problem::Ends { expected };
+    let no_sign =
+        |left: &str, right: &str| Problem::NoSign { left: left.into(), right: right.into() };
     let index = |name: &str| Problem::Index { name: name.to_owned() };
     let number = |text: &str| Problem::Number { text: text.to_owned() };
     for (text, span, expected) in [
-        ("", 0..0, unexpected("the end", operand)),
-        ("  ", 2..2, unexpected("the end", operand)),
-        ("q1 +", 4..4, unexpected("the end", operand)),
+        ("", 0..0, ends(operand)),
+        ("  ", 2..2, ends(operand)),
+        ("q1 +", 4..4, ends(operand)),
         ("q1 + * 2", 5..6, unexpected("*", operand)),
-        ("(q1", 3..3, unexpected("the end", close)),
+        ("(q1", 3..3, ends(close)),
         ("q1)", 2..3, unexpected(")", operator)),
         ("()", 1..2, unexpected(")", operand)),
-        ("2 q1", 2..4, unexpected("q1", operator)),
-        ("2q1", 1..3, unexpected("q1", operator)),
+        ("2 q1", 2..4, no_sign("2", "q1")),
+        ("2q1", 1..3, no_sign("2", "q1")),
+        ("q1(1 - q1)", 2..3, no_sign("q1", "(")),
+        ("(1 - q1) q1", 9..11, no_sign(")", "q1")),
+        ("(1 - q1)(q1)", 8..9, no_sign(")", "(")),
+        ("sin(2 q1)", 6..8, no_sign("2", "q1")),
         ("1.2.3", 3..4, unexpected(".", operator)),
-        ("1e", 1..2, unexpected("e", operator)),
+        ("1e", 1..2, no_sign("1", "e")),
         ("q1 ** 2", 4..5, unexpected("*", operand)),
         ("q1 = 2", 3..4, unexpected("=", operator)),
         ("1, 2", 1..2, unexpected(",", operator)),
@@ -213,7 +221,7 @@ fn descriptions_are_checked() {
         ),
         (
             says(&|x| x.dissipation = DissipationText::Forces(text(&["p1"]))),
-            "the dissipation has 1 entries where there are 2",
+            "the dissipation has 1 entry where there are 2",
         ),
         (
             says(&|x| {
@@ -235,11 +243,11 @@ fn descriptions_are_checked() {
         ),
         (
             says(&|x| x.dissipation = matrix(&[&["1", "0"]])),
-            "the friction matrix has 1 entries where there are 2",
+            "the friction matrix has 1 entry where there are 2",
         ),
         (
             says(&|x| x.dissipation = matrix(&[&["1", "0"], &["1"]])),
-            "the row of the friction matrix has 1 entries",
+            "the row of the friction matrix has 1 entry",
         ),
         (
             says(&|x| x.dissipation = matrix(&[&["1", "0"], &["1", "q"]])),
@@ -356,7 +364,7 @@ fn sums_that_mean_nothing_are_refused() {
         ("sum(i, 1, n, p[i])", "p[1] has no place here: a potential is made of coordinates"),
         ("sum(i, 1, n, q[j])", "j is not known"),
         ("q[1.5]", ". where an operator or a closing bracket should be"),
-        ("q[1", "the end where an operator or a closing bracket should be"),
+        ("q[1", "the expression ends where an operator or a closing bracket should be"),
         ("sum(i, 1, n)", ") where an operator or a comma should be"),
         ("sum(1, 2, q1)", "q1 is not known"),
         ("sum(i, 1, 3, 1 +)", ") where a number"),
@@ -382,7 +390,7 @@ fn what_is_not_finite_at_a_state_is_found() {
     let error = system.check_at(&[2.0, 2.0], &[0.0, 0.0]).unwrap_err();
     assert_eq!(error, CustomError::NotFinite { place, span: 9..21, value: f64::NEG_INFINITY });
     let error = system.check_at(&[0.0], &[0.0, 0.0]).unwrap_err();
-    assert_eq!(error.to_string(), "q has 1 entries and the number of degrees of freedom is 2");
+    assert_eq!(error.to_string(), "q has 1 entry and the number of degrees of freedom is 2");
     // The value is finite, the slope is not.
     let error = custom("sqrt(q1)").unwrap().check_at(&[0.0], &[0.0]).unwrap_err();
     assert_eq!(error.to_string(), "∂H/∂q1 = inf is not finite");

@@ -57,9 +57,11 @@ pub(super) fn entries(
     quantity: Quantity,
     given: &Entries,
     (known, dof): (&Parameters, usize),
+    set_by: &str,
 ) -> Result<Vec<f64>, SceneError> {
     if let Some(found) = given.count().filter(|&found| found != dof) {
-        let problem = InputError::Length { quantity, expected: dof, found }.into();
+        let error = InputError::Length { quantity, expected: dof, found };
+        let problem = SceneProblem::Length { error, set_by: set_by.to_owned() };
         return Err(SceneError { problem, span: source.span(path) });
     }
     let number = |path: &str, value: &Expression, i: usize| match value {

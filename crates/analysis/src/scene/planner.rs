@@ -87,7 +87,7 @@ impl Planner<'_> {
             let methods = self.fixed_methods(path, table.methods.as_ref())?;
             let steps = self.spread(&format!("{path}.steps"), &table.steps)?;
             let base = format!("{path}.base_step");
-            let grid = self.within(&base, Grid::<f64>::new(table.base_step, self.problem.end))?;
+            let grid = self.base_grid(&base, table.base_step)?;
             for (i, &h) in steps.iter().enumerate() {
                 let at = entry(path, &table.steps, i);
                 match Grid::<f64>::new(table.base_step, h) {
@@ -110,6 +110,9 @@ impl Planner<'_> {
             let path = "study.global-order";
             let methods = self.fixed_methods(path, table.methods.as_ref())?;
             let plan = self.at_steps(path, methods, &table.steps)?;
+            if plan.steps.len() == 1 {
+                return self.refuse(&format!("{path}.steps"), SceneProblem::OneStep);
+            }
             studies.global_order = Some(plan);
         }
         if let Some(table) = &tables.energy {
@@ -166,6 +169,17 @@ impl Planner<'_> {
         }
         studies.stability = self.stability()?;
         Ok(studies)
+    }
+
+    /// The grid of a study of local errors.
+    fn base_grid(&self, path: &str, step: f64) -> Planned<Grid<f64>> {
+        match Grid::<f64>::new(step, self.problem.end) {
+            Err(InputError::NotAMultiple { end, h, nearest }) => {
+                let name = "base_step";
+                self.refuse(path, SceneProblem::Indivisible { name, end, h, nearest })
+            }
+            grid => self.within(path, grid),
+        }
     }
 
     fn stability(&self) -> Planned<Option<StabilityPlan>> {
@@ -308,12 +322,26 @@ impl Planner<'_> {
         let is_unknown = |name: &&String| registry::find(name).is_none();
         let unknown: Vec<String> = names.iter().filter(is_unknown).cloned().collect();
         let Some(first) = names.iter().position(|name| is_unknown(&name)) else { return Ok(()) };
-        let known = METHODS.iter().map(|row| row.name.to_owned()).collect();
+        let names_of_all = METHODS.iter().map(|row| row.name.to_owned());
+        let known = names_of_all.filter(|name| !name.ends_with("-printed")).collect();
         let problem = match &unknown[..] {
             [name] => SceneProblem::Unknown { what: "method", name: name.clone(), known },
             _ => SceneProblem::UnknownMethods { names: unknown, known },
         };
         self.refuse(&format!("{path}.{first}"), problem)
+    }
+
+    /// Refuses a method that does not apply to the system, and names those that do.
+    fn applies(&self, path: &str, row: &'static Row) -> Planned<()> {
+        let model = &self.problem.model;
+        match model.bind(row) {
+            Err(error @ InputError::Unsupported { .. }) => {
+                let others = METHODS.iter().filter(|row| model.bind(row).is_ok());
+                let others = others.map(|row| row.name).collect();
+                self.refuse(path, SceneProblem::Unsupported { error, others })
+            }
+            bound => self.within(path, bound.map(drop)),
+        }
     }
 
     /// The rows of the named methods, if all apply.
@@ -328,7 +356,7 @@ impl Planner<'_> {
                 return self.refuse(&path, SceneProblem::Twice { name: name.clone() });
             }
             rows.push(row);
-            self.within(&path, self.problem.model.bind(row).map(drop))?;
+            self.applies(&path, row)?;
         }
         if names.is_empty() {
             self.refuse(path, SceneProblem::Empty { what: "method" })

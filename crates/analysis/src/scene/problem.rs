@@ -1,9 +1,11 @@
 //! Errors of a scene.
 
+mod advice;
+
 use crate::ModelError;
+pub(crate) use advice::suggestion;
 use afterbay_core::InputError;
 use afterbay_systems::CustomError;
-use std::fmt::Write;
 use std::ops::Range;
 use thiserror::Error;
 
@@ -70,7 +72,7 @@ pub enum SceneProblem {
         text: String,
     },
     /// A number that is not finite in `f64`, or rounds to 0.
-    #[error("{text} is not a finite number, or too small to be told from 0")]
+    #[error("{text} {}", no_number(text))]
     Number {
         /// The number as written.
         text: String,
@@ -135,7 +137,7 @@ pub enum SceneProblem {
         why: &'static str,
     },
     /// A number outside its range.
-    #[error("{name} = {value:?} must be {range}")]
+    #[error("{name} = {} must be {range}", short(*value))]
     Range {
         /// The name of the number.
         name: &'static str,
@@ -151,6 +153,40 @@ pub enum SceneProblem {
         step: f64,
         /// The step of the base grid.
         base: f64,
+    },
+    /// A list that is no row of a matrix.
+    #[error("friction is a matrix, a list of rows")]
+    NoMatrix,
+    /// A study of orders with one step only.
+    #[error("an order needs two steps at least, since it is a slope between errors")]
+    OneStep,
+    /// An end that is no whole number of steps away.
+    #[error("the end {end:?} is no multiple of {name} = {h:?}")]
+    Indivisible {
+        /// Which step.
+        name: &'static str,
+        /// The end asked for.
+        end: f64,
+        /// The step asked for.
+        h: f64,
+        /// The nearest step that divides the end.
+        nearest: f64,
+    },
+    /// A vector of the initial state of the wrong length.
+    #[error("{error}")]
+    Length {
+        /// What is wrong.
+        error: InputError,
+        /// What sets the number of degrees of freedom.
+        set_by: String,
+    },
+    /// A method that does not apply to this system.
+    #[error("{error}")]
+    Unsupported {
+        /// Why.
+        error: InputError,
+        /// The methods that apply.
+        others: Vec<&'static str>,
     },
     /// A size beyond the budget.
     #[error("{what} would be {size:.3e}, more than the budget of {limit:e}")]
@@ -172,7 +208,7 @@ pub enum SceneProblem {
     },
     /// Input that the library refuses.
     #[error(transparent)]
-    Input(#[from] InputError),
+    Input(InputError),
     /// A system that cannot be made.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -234,138 +270,36 @@ pub enum SceneProblem {
     Custom(CustomError),
 }
 
+/// Why a text is no number.
+fn no_number(text: &str) -> &'static str {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => "is too small to be told from 0",
+        _ => "is not a finite number",
+    }
+}
+
+/// A number with as few digits as tell it from others.
+fn short(value: f64) -> String {
+    let whole = value.fract() == 0.0 && value.abs() < 1e15;
+    if whole { value.to_string() } else { format!("{value:?}") }
+}
+
+impl From<InputError> for SceneProblem {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::NotAMultiple { end, h, nearest } => {
+                Self::Indivisible { name: "the step h", end, h, nearest }
+            }
+            error => Self::Input(error),
+        }
+    }
+}
+
 /// The message about an expression without the place, which the span shows.
 fn in_words(error: &CustomError) -> String {
     match error {
         CustomError::Expression { problem, .. } => problem.to_string(),
         CustomError::NotFinite { place, value, .. } => format!("this is {value:?} in {place}"),
         _ => error.to_string(),
-    }
-}
-
-impl SceneProblem {
-    /// Advice on how to solve the problem.
-    pub fn help(&self) -> Option<String> {
-        match self {
-            Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
-            // The nearest name of q7 is q1, which helps no one.
-            Self::Unknown { what: "quantity", known, .. } => {
-                Some(format!("there are {}", known.join(", ")))
-            }
-            Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
-            Self::UnknownMethods { names, known } => Some(suggestions(names, known)),
-            Self::OffGrid { step, base } => {
-                let multiple = (step / base).round().max(1.0) * base;
-                let digits = format!("{multiple:.12e}").parse().unwrap_or(multiple);
-                Some(format!("write {digits:?}, or a base_step that divides {step:?}"))
-            }
-            Self::Adaptive { .. } => {
-                Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
-            }
-            Self::FileName { .. } => {
-                Some("a name has letters, digits, `-` and `_`, at most 100 of them".into())
-            }
-            Self::Quoted { .. } => Some("write the number without quotation marks".into()),
-            Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
-            Self::NoText => Some("save the file as UTF-8".into()),
-            Self::TooLarge { .. } => Some("is this the right file?".into()),
-            Self::Syntax(_) => {
-                Some("scenes are TOML files: see https://toml.io, and `afterbay schema`".into())
-            }
-            Self::Budget { change, .. } => Some((*change).into()),
-            Self::Nothing { .. } => {
-                Some("`afterbay schema` describes all tables a scene may have".into())
-            }
-            Self::Input(InputError::NotAMultiple { end, h, nearest }) => {
-                Some(match short_steps(*end, *h) {
-                    [Some(below), Some(above)] => format!("{below} and {above} divide it"),
-                    [Some(step), None] | [None, Some(step)] => format!("{step} divides it"),
-                    [None, None] => format!("{nearest:?} divides it"),
-                })
-            }
-            Self::Input(InputError::Unsupported { .. }) => {
-                Some("`afterbay list methods` says what each method needs".into())
-            }
-            Self::AtPoint { problem, .. } => problem.help(),
-            Self::OneForm => Some(
-                "write [0.1, 0.2], { from = 0, to = 1, count = 5 }, { uniform = [0, 1] } or \
-                 { normal = [0, 1] }"
-                    .into(),
-            ),
-            Self::NoCount => {
-                Some("write q = { count = 8, value = .. } in [initial], or a list".into())
-            }
-            Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
-            Self::Expression(problem) | Self::Custom(CustomError::Expression { problem, .. }) => {
-                problem.advice().map(str::to_owned)
-            }
-            Self::Missing { key } => match key.as_str() {
-                "initial" => Some("for example:  [initial]  q = [1.0]  p = [0.0]".into()),
-                "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
-                "system" => Some("for example:  [system]  name = \"duffing\"".into()),
-                "y" => Some("a quantity such as y = \"q1\", or a map such as map = \"q\"".into()),
-                "step" => Some("the size of a step, such as step = 0.01".into()),
-                _ => None,
-            },
-            Self::Custom(CustomError::NotFinite { .. })
-            | Self::Input(InputError::NotFinite { .. }) => {
-                Some("start where H and all forces are finite".into())
-            }
-            _ => None,
-        }
-    }
-}
-
-/// The nearest steps of at most two digits that divide the end, between h/2 and h and between h and
-/// 2 h.
-fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
-    let exponent = h.log10().floor() - 1.0;
-    let step = |digits: u32, shift: f64| format!("{digits}e{}", exponent + shift).parse::<f64>();
-    let divides = |step: &f64| {
-        let steps = end / step;
-        steps >= 0.5 && (steps - steps.round()).abs() <= 1e-9 * steps
-    };
-    let all = || {
-        let steps = (-1..2).flat_map(|shift| (10..100).map(move |digits| (digits, shift)));
-        let steps = steps.filter_map(|(digits, shift)| step(digits, f64::from(shift)).ok());
-        steps.filter(|step| (0.5 * h..=2.0 * h).contains(step)).filter(divides)
-    };
-    let below = all().filter(|step| *step < h).max_by(f64::total_cmp);
-    let above = all().filter(|step| *step > h).min_by(f64::total_cmp);
-    [below, above].map(|step| step.map(|step| step.to_string()))
-}
-
-/// The nearest of the known names for each name that has a similar one, and all known names if one
-/// has none.
-fn suggestions(names: &[String], known: &[String]) -> String {
-    let (mut said, mut all) = (Vec::new(), String::new());
-    for name in names {
-        let advice = suggestion(name, known, "there are");
-        match advice.strip_prefix("did you mean ") {
-            Some(nearest) => said.push(format!("{name}: did you mean {nearest}")),
-            None => all = advice,
-        }
-    }
-    said.extend((!all.is_empty()).then_some(all));
-    said.join(" ")
-}
-
-/// The nearest name if one is similar, else all names.
-pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
-    let far = |other: &String| strsim::damerau_levenshtein(name, other);
-    match known.iter().min_by_key(|other| far(other)) {
-        Some(nearest)
-            if far(nearest) < name.len()
-                && far(nearest) <= 1 + nearest.len().min(name.len()) / 3 =>
-        {
-            format!("did you mean {nearest}?")
-        }
-        _ => {
-            let mut all = String::from(before);
-            for (i, name) in known.iter().enumerate() {
-                let _ = write!(all, "{}{name}", if i == 0 { " " } else { ", " });
-            }
-            all
-        }
     }
 }

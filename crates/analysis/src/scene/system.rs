@@ -140,6 +140,41 @@ fn dof(table: &SystemTable, count: Option<usize>) -> Option<usize> {
     listed(&table.mass).or(listed(&table.dissipation)).or(rows).or(count)
 }
 
+/// What sets the number of degrees of freedom, in words.
+pub(super) fn sets_dof(table: &SystemTable, count: Option<usize>, model: &Model) -> String {
+    let dof = model.dof();
+    if table.name != CUSTOM {
+        return match model.parameters().contains(&"n") {
+            true => "the parameter n of the system sets this number".to_owned(),
+            false => format!("{} has {dof}", table.name),
+        };
+    }
+    let listed = |given: &Option<PerDegree>| matches!(given, Some(PerDegree::List(_)));
+    let lists = [
+        ("mass", listed(&table.mass)),
+        ("dissipation", listed(&table.dissipation)),
+        ("friction", table.friction.is_some()),
+    ];
+    match lists.into_iter().find(|x| x.1) {
+        Some((key, _)) => format!("the length of `{key}` sets this number"),
+        None if count == Some(dof) => "the length of `q` sets this number".to_owned(),
+        None => format!("q{dof} or p{dof} is the last that the expressions of the system mention"),
+    }
+}
+
+/// Says of a list of texts in place of rows that friction is a matrix.
+pub(super) fn in_friction(source: &Source<'_>, error: SceneError) -> SceneError {
+    let friction = source.span("system.friction");
+    match error.problem {
+        SceneProblem::Kind { expected, .. }
+            if expected == "a list" && friction.contains(&error.span.start) =>
+        {
+            SceneError { problem: SceneProblem::NoMatrix, ..error }
+        }
+        _ => error,
+    }
+}
+
 /// The system of the expressions of a table. A rule is repeated for each degree of freedom.
 fn described(table: &SystemTable, count: Option<usize>) -> Result<Described, CustomError> {
     let dof = dof(table, count);

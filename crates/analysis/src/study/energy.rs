@@ -3,7 +3,7 @@
 use super::outcome::Ending;
 use super::passivity::Passivity;
 use super::{Problem, numbered};
-use crate::progress::Progress;
+use crate::progress::{Piece, Progress};
 use crate::{Measured, Solution};
 use afterbay_core::{Grid, IntegrateError, System};
 use afterbay_methods::registry::Row;
@@ -114,9 +114,11 @@ fn follow(
     let mut rows = Vec::new();
     let grid = Grid::<f64>::new(h, problem.end)?;
     let (mut drift, mut energy_before, mut done) = (0.0_f64, None, 0);
+    let mut piece = Piece::new(progress);
     let mut passivity = Passivity::new(system.dissipation_form().passive, &state.w);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
+        piece.reach(step, grid.steps);
         let energy = state.energy(&*system);
         let off = state.total(&*system) - total;
         drift = drift.max(off.abs());

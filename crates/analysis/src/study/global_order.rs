@@ -2,7 +2,7 @@
 
 use super::outcome::Ending;
 use super::{Problem, VARIABLES};
-use crate::progress::Progress;
+use crate::progress::{Piece, Progress};
 use crate::{Measured, Solution};
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
@@ -143,8 +143,10 @@ fn largest_error(
     let mut state = problem.start()?;
     let (grid, mut largest, mut done) =
         (Grid::<f64>::new(h, problem.end)?, [Measured::default(); 3], 0);
+    let mut piece = Piece::new(progress);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
+        piece.reach(step, grid.steps);
         let errors = solution.errors(stride * step as usize, state);
         largest.iter_mut().zip(errors).for_each(|(largest, now)| *largest = largest.larger(now));
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -7,7 +7,7 @@
 
 use super::Problem;
 use super::outcome::{COMPLETED, Ending};
-use crate::progress::Progress;
+use crate::progress::{Piece, Progress};
 use crate::statistics::{Fit, fit};
 use afterbay_core::{
     Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8,
@@ -268,11 +268,13 @@ fn windows<T: Scalar>(
     off: impl Fn(StateRef<'_, T>, usize) -> f64,
 ) -> Result<Seen, IntegrateError> {
     let (mut all, mut done) = (vec![Vec::with_capacity(ends.len()); count], 0);
+    let (mut piece, last) = (Piece::several(progress, count), ends.last().copied().unwrap_or(0));
     for &end in ends {
         let mut seen = vec![Window::default(); count];
         let stride = (end - done).div_ceil(SAMPLES);
         let grid = Grid::<T>::of(h, end - done)?;
         let result = method.run(grid, &mut state, stride, &mut |step, state| {
+            piece.reach(done + step, last);
             // The state at the start of a window was sampled at the end of the one before.
             if step > 0 {
                 seen.iter_mut().enumerate().for_each(|(k, window)| window.see(off(state, k)));

@@ -2,7 +2,7 @@
 
 use super::outcome::Ending;
 use super::{Problem, numbered};
-use crate::progress::Progress;
+use crate::progress::{Piece, Progress};
 use afterbay_core::{Grid, IntegrateError, StateRef, Tolerance};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -83,10 +83,12 @@ pub fn run(
                 });
             };
             let (mut state, mut done, mut recorded) = (problem.start()?, 0, 0);
+            let mut piece = Piece::new(progress);
             let stride = if every <= ASKED / state.q.len() as u64 { every } else { 1 };
             let result =
                 problem.model.bind(row)?.run(grid, &mut state, stride, &mut |step, state| {
                     done = step;
+                    piece.reach(step, grid.steps);
                     if step % every == 0 {
                         record(step, state);
                         recorded = step;
@@ -97,6 +99,7 @@ pub fn run(
                         ControlFlow::Continue(())
                     }
                 });
+            drop(piece);
             progress.advance();
             let last = match &result {
                 Ok(_) if progress.stopped() => done,
@@ -131,14 +134,16 @@ pub fn sampled(
     let steps: Vec<u64> = (0..=grid.steps / every).map(|n| n * every).chain(last).collect();
     let times: Vec<f64> = steps.iter().map(|&step| step as f64 * h).collect();
     let (mut rows, mut state) = (Vec::new(), problem.start()?);
-    let run = problem.model.bind(row)?;
+    let (run, mut piece) = (problem.model.bind(row)?, Piece::new(progress));
     let result = run.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
         let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
         let (energy, total) = (state.energy(&*system), state.total(&*system));
         let step = steps.get(n as usize).copied().unwrap_or(grid.steps);
+        piece.reach(step, grid.steps);
         rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
+    drop(piece);
     progress.advance();
     if let Err(IntegrateError::Input(error)) = result {
         return Err(error.into());

@@ -3,12 +3,15 @@
 
 #[path = "../../../analysis/tests/scenes/bad/mod.rs"]
 mod bad;
+mod help;
 #[cfg(unix)]
 mod interrupt;
+mod mistakes;
 mod ready;
 mod recommended;
 mod refused;
 mod threads;
+mod widths;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -16,7 +19,7 @@ use std::process::{Command, Output};
 /// The command with arguments.
 fn afterbay(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterbay"));
-    command.args(arguments).env_remove("NO_COLOR");
+    command.args(arguments).env_remove("NO_COLOR").env_remove("COLUMNS");
     command
 }
 

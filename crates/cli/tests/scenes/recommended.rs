@@ -68,6 +68,32 @@ fn the_scene_of_a_recommendation_is_valid_and_keeps_its_comments_and_its_studies
 }
 
 #[test]
+fn a_recommended_tolerance_has_two_digits_and_holds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, file) = (folder.path().join("scene.toml"), folder.path().join("picked.toml"));
+    std::fs::write(&scene, SCENE).expect("a scene");
+    let error = "3.7e-6";
+    let (code, stdout, stderr) = pick(&scene, &file, error, &["--format", "json"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let answer: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    let by_tolerance: Vec<_> = answer["qualified"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter(|one| !one["tolerance"].is_null())
+        .collect();
+    assert_eq!(by_tolerance.len(), 2, "{stdout}");
+    for one in by_tolerance {
+        let tolerance = one["tolerance"].as_f64().expect("a number");
+        assert!(format!("{tolerance:e}").len() <= "3.7e-6".len(), "{tolerance:e}");
+        for part in ["error_qp", "error_w"] {
+            assert!(one[part].as_f64().is_some_and(|found| found <= 3.7e-6), "{one}");
+        }
+        assert!(one["checked"]["most"].as_f64().is_some_and(|found| found <= 3.7e-6), "{one}");
+    }
+}
+
+#[test]
 fn a_file_is_overwritten_only_by_force_and_not_without_a_recommendation() {
     let folder = tempfile::tempdir().expect("a folder");
     let (scene, file) = (folder.path().join("scene.toml"), folder.path().join("picked.toml"));

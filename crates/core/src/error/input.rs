@@ -65,7 +65,10 @@ pub enum InputError {
         limit: f64,
     },
     /// A vector of the wrong length.
-    #[error("{quantity} has {found} entries and the number of degrees of freedom is {expected}")]
+    #[error(
+        "{quantity} has {found} {} and the number of degrees of freedom is {expected}",
+        if *found == 1 { "entry" } else { "entries" }
+    )]
     Length {
         /// Which vector.
         quantity: Quantity,

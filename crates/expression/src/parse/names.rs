@@ -5,6 +5,9 @@ use super::{MOST_DEGREES, Problem, Reader};
 use crate::function::{self, FUNCTIONS};
 use crate::graph::{Input, Node};
 
+/// The most parameters that a message names.
+const MOST_NAMED: usize = 12;
+
 /// The names that an expression may mention.
 #[derive(Clone, Copy)]
 pub struct Names<'a> {
@@ -188,6 +191,34 @@ impl Reader<'_, '_> {
             let similar = distance <= (known.len().max(short.len()) / 3).max(1);
             similar && distance < short.len() && !has_jumps(name)
         });
-        Problem::Unknown { name: short, nearest: nearest.map(|x| x.1.to_owned()) }
+        let nearest = nearest.map(|x| x.1.into());
+        Problem::Unknown { name: short, nearest, known: self.known().into() }
+    }
+
+    /// The names that may stand here, without functions.
+    fn known(&self) -> String {
+        let Names { parameters, definitions, dof, coordinates, momenta, velocities, .. } =
+            *self.names;
+        let mut all = Vec::new();
+        for (letter, allowed) in [('q', coordinates), ('p', momenta), ('v', velocities)] {
+            if allowed.is_ok() {
+                all.push(match dof {
+                    Some(1) => format!("{letter}1"),
+                    Some(2) => format!("{letter}1, {letter}2"),
+                    Some(n) => format!("{letter}1 to {letter}{n}"),
+                    None => format!("{letter}1, {letter}2, .."),
+                });
+            }
+        }
+        let defined = definitions.iter().map(|x| x.name.as_str());
+        let variables = self.variables.iter().map(|x| x.0.as_str());
+        let named: Vec<_> =
+            parameters.iter().map(String::as_str).chain(defined).chain(variables).collect();
+        all.extend(named.iter().take(MOST_NAMED).map(|name| name.chars().take(64).collect()));
+        if named.len() > MOST_NAMED {
+            all.push("..".to_owned());
+        }
+        all.push("pi".to_owned());
+        all.join(", ")
     }
 }

@@ -16,6 +16,20 @@ pub enum Problem {
         /// What the grammar allows.
         expected: &'static str,
     },
+    /// A text that ends too early.
+    #[error("the expression ends where {expected} should be")]
+    Ends {
+        /// What the grammar allows.
+        expected: &'static str,
+    },
+    /// A product without its sign, such as `2 q1` or `g(1 - q1)`.
+    #[error("a sign such as * is missing between {left} and {right}")]
+    NoSign {
+        /// The word before, or a parenthesis.
+        left: String,
+        /// The word behind, or a parenthesis.
+        right: String,
+    },
     /// A name that is not defined.
     #[error(
         "{name} is not known{}",
@@ -25,7 +39,9 @@ pub enum Problem {
         /// The name.
         name: String,
         /// The most similar known name, if one is similar.
-        nearest: Option<String>,
+        nearest: Option<Box<str>>,
+        /// The names that are known, as a list in words.
+        known: Box<str>,
     },
     /// A number outside the range of `f64`.
     #[error("{text} is too large or too small for a number")]
@@ -91,50 +107,50 @@ pub enum Problem {
 
 impl Problem {
     /// What to write instead, where the mistake is a common one.
-    pub fn advice(&self) -> Option<&'static str> {
+    pub fn advice(&self) -> Option<String> {
         match self {
-            Self::Unexpected { found, expected } if found == THE_END => {
-                expected.contains("closing").then_some("what was opened is not closed")
+            Self::Ends { expected } => {
+                expected.contains("closing").then(|| "what was opened is not closed".into())
             }
-            Self::Unexpected { found, expected } => {
-                let first = found.chars().next()?;
-                match first {
-                    '*' => Some("powers are written q1^2, products 2*q1"),
-                    '[' => Some("entries are written q[1], p[1], .."),
-                    ',' => Some("numbers are written with a point: 9.81"),
-                    '(' | '.' | '0'..='9' | 'A'..='Z' | 'a'..='z'
-                        if expected.contains("operator") =>
-                    {
-                        Some("products are written with a sign: 2*q1, g*(1 - q1)")
-                    }
-                    _ => None,
-                }
+            Self::NoSign { left, right } => {
+                let [left, right] = [left, right].map(|word| match word.as_str() {
+                    "(" | ")" => "(..)",
+                    word => word,
+                });
+                Some(format!("write {left}*{right}"))
+            }
+            Self::Unexpected { found, .. } => {
+                let advice = match found.chars().next()? {
+                    '*' => "powers are written ^, as in q1^2, and products *, as in 2*q1",
+                    '[' => "entries are written q[1], p[1], ..",
+                    ',' => "numbers are written with a point: 9.81",
+                    _ => return None,
+                };
+                Some(advice.into())
             }
             Self::Unknown { name, .. } if has_jumps(name) => {
-                Some("functions with jumps are not known; tanh(x/eps) is a smooth sign")
+                Some("functions with jumps are not known; tanh(x/eps) is a smooth sign".into())
             }
-            Self::Unknown { name, nearest: None } => match name.as_str() {
+            Self::Unknown { name, nearest: None, known } => match name.as_str() {
                 "t" | "time" => Some(
-                    "H and D may not depend on time; where `hamiltonian` has the term + p2, q2 is the \
-                     time",
+                    "time is not available: H and D may not depend on it; where `hamiltonian` has \
+                     the term + p2, q2 is the time"
+                        .into(),
                 ),
                 "i" | "n" => None,
-                _ => Some(
-                    "coordinates are q1, q2, .., momenta p1, p2, .., velocities v1, v2, ..; other \
-                     names are defined in `parameters`",
-                ),
+                _ => Some(format!(
+                    "known here are {known}; `parameters` defines other names, and `afterbay list \
+                     functions` has the functions"
+                )),
             },
             Self::BeyondLast { .. } => {
-                Some("there are as many as dissipation, mass, q and p have entries")
+                Some("there are as many as dissipation, mass, q and p have entries".into())
             }
-            Self::NoCount => Some("write q = { count = 8, value = .. } in [initial]"),
+            Self::NoCount => Some("write q = { count = 8, value = .. } in [initial]".into()),
             _ => None,
         }
     }
 }
-
-/// What is found where a text ends.
-pub(super) const THE_END: &str = "the end";
 
 /// Whether it is the common name of a function with jumps, which expressions do not have.
 pub(super) fn has_jumps(name: &str) -> bool {

@@ -76,7 +76,7 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
     assert_says(&State::new([1.0], [f64::NAN]).unwrap_err(), &["p1 = NaN"]);
     assert_says(
         &State::new(vec![1.0, 2.0], vec![1.0]).unwrap_err(),
-        &["p has 1 entries", "degrees of freedom is 2"],
+        &["p has 1 entry", "degrees of freedom is 2"],
     );
 }
 

@@ -89,7 +89,11 @@ pub enum CustomError {
         name: String,
     },
     /// A list whose length is not the number of degrees of freedom.
-    #[error("the {list} has {found} entries where there are {expected} degrees of freedom")]
+    #[error(
+        "the {list} has {found} {} where there {} of freedom",
+        if *found == 1 { "entry" } else { "entries" },
+        if *expected == 1 { "is 1 degree".to_owned() } else { format!("are {expected} degrees") }
+    )]
     Count {
         /// The list.
         list: &'static str,

@@ -1,8 +1,9 @@
 //! The search for the setting of one method, and its check at neighbouring settings.
 
-use super::setting::{Choice, TIGHTEST};
+use super::setting::{Choice, TIGHTEST, two_digits};
 use super::trial::{Bench, Trial};
 use super::{Candidate, Wanted};
+use crate::progress::Piece;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{EXACT, Row};
 use std::collections::HashMap;
@@ -40,6 +41,7 @@ pub(super) struct Search<'a> {
     /// The runs tried, by key.
     tried: HashMap<u64, Trial>,
     order: Vec<u64>,
+    piece: Piece<'a>,
 }
 
 /// The result of the search of one method.
@@ -51,7 +53,8 @@ pub(super) struct Found {
 
 impl<'a> Search<'a> {
     pub(super) fn new(bench: &'a Bench<'a>, shortest: &'a AtomicU64) -> Self {
-        Self { bench, shortest, started: Instant::now(), tried: HashMap::new(), order: Vec::new() }
+        let (started, piece) = (Instant::now(), Piece::new(bench.progress));
+        Self { bench, shortest, started, tried: HashMap::new(), order: Vec::new(), piece }
     }
 
     fn wanted(&self) -> Wanted {
@@ -67,6 +70,9 @@ impl<'a> Search<'a> {
             return Ok(trial.clone());
         }
         let trial = self.bench.run(setting)?;
+        // How far a search has come is known by its time alone.
+        let time = self.started.elapsed().min(PATIENCE.mul_f64(0.9)).as_millis() as u64;
+        self.piece.reach(time, PATIENCE.as_millis() as u64);
         if !self.bench.progress.stopped() {
             self.order.push(setting.key());
             self.tried.insert(setting.key(), trial.clone());
@@ -141,6 +147,8 @@ impl<'a> Search<'a> {
         }
         let candidate = match (good, nearest) {
             (Some(tolerance), _) => {
+                // Tighter by little, and checked like any other.
+                let tolerance = two_digits(tolerance).max(TIGHTEST);
                 let lacks = lack(true, row.passive, self.wanted());
                 self.confirmed(Choice::Tolerance(row, tolerance), lacks)?
             }
@@ -189,6 +197,9 @@ impl<'a> Search<'a> {
             let why = match enough {
                 _ if idle == IDLE => {
                     Some(format!("its error stays at {best:.1e} however small the step"))
+                }
+                Some(enough) if best.is_infinite() => {
+                    Some(format!("no run reached the end, up to {steps} steps: {enough}"))
                 }
                 Some(enough) => {
                     Some(format!("at {steps} steps its error is still {best:.1e}: {enough}"))

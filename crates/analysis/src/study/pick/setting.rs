@@ -24,8 +24,25 @@ const LOOSER: [f64; 6] = [2.0, 1.25, 1.05, 0.95, 0.8, 0.5];
 /// The factors of the number of steps and of the tolerance after a neighbour fails.
 const MORE_STEPS: f64 = 1.06;
 const TIGHTER: f64 = 0.7;
-/// The tightest tolerance.
-pub(super) const TIGHTEST: f64 = 64.0 * <f64 as Scalar>::EPSILON;
+/// The tightest tolerance, some 64 roundings.
+pub(super) const TIGHTEST: f64 = 1.5e-14;
+const _: () = assert!(TIGHTEST >= 64.0 * <f64 as Scalar>::EPSILON);
+
+/// The largest number of two digits that is not above this one.
+pub(super) fn two_digits(x: f64) -> f64 {
+    let rounded = format!("{x:.1e}");
+    let parts = rounded.split_once('e').and_then(|(digits, exponent)| {
+        Some((digits.replace('.', "").parse::<u32>().ok()?, exponent.parse::<i32>().ok()?))
+    });
+    let Some((digits, exponent)) = parts else { return x };
+    let number = |digits: u32, exponent: i32| format!("{digits}e{}", exponent - 1).parse();
+    let below = if digits > 10 { (digits - 1, exponent) } else { (99, exponent - 1) };
+    [(digits, exponent), below]
+        .into_iter()
+        .filter_map(|(digits, exponent)| number(digits, exponent).ok())
+        .find(|&number| number <= x)
+        .unwrap_or(x)
+}
 
 impl Choice {
     /// A key that identifies the setting among those of its method.
@@ -72,7 +89,7 @@ impl Choice {
                 Some(Self::Steps(row, ((steps as f64 * MORE_STEPS) as u64).max(steps + 1)))
             }
             Self::Tolerance(row, tolerance) => {
-                let tighter = tolerance * TIGHTER;
+                let tighter = two_digits(tolerance * TIGHTER);
                 (tighter >= TIGHTEST).then_some(Self::Tolerance(row, tighter))
             }
         }
@@ -107,6 +124,29 @@ impl Choice {
 mod tests {
     use super::*;
     use afterbay_methods::registry::find;
+
+    #[test]
+    fn tolerances_have_two_digits_and_are_not_loosened() {
+        for (x, expected) in [
+            (9.8765e-7, 9.8e-7),
+            (9.96e-7, 9.9e-7),
+            (1.0e-6, 1.0e-6),
+            (1.5e-14, 1.5e-14),
+            (0.099_999, 0.099),
+            (4.9e-7, 4.9e-7),
+            (2.46e-3, 2.4e-3),
+            (0.1, 0.1),
+        ] {
+            let found = two_digits(x);
+            assert!(found == expected && found <= x, "{x:e}: {found:e}");
+        }
+        for i in 1..2000 {
+            let x = 1e-9 * 1.017_f64.powi(i);
+            let found = two_digits(x);
+            assert!(found <= x && found > 0.89 * x, "{x:e}: {found:e}");
+            assert!(format!("{found:e}").len() <= "1.1e-10".len(), "{found:e}");
+        }
+    }
 
     #[test]
     fn neighbours_are_within_five_per_cent_or_next() {

@@ -85,6 +85,9 @@ fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solutio
     checked
 }
 
+/// How many times the progress of a run is told.
+const TOLD: u64 = 200;
+
 /// A run of increment-8 with the step halved until the result no longer changes, and whether this
 /// was reached. The doubt is the difference of the last two runs, since halving the step of a
 /// method of order 8 divides the error by 256. If a kink prevents this, errors do not fall evenly,
@@ -96,10 +99,20 @@ fn halved(
     progress: &dyn Progress,
 ) -> Result<(Solution<f64>, bool), IntegrateError> {
     let (run, dof) = (problem.model.bind(method("increment-8")?)?, problem.model.dof());
+    // The number of parts is odd at first, so that no run whose step is h halved repeatedly is
+    // compared with itself.
+    let first = (h / COARSEST).ceil().max(3.0) as u64 | 1;
     let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
         let mut solution = Solution::with_room(dof, count + 1);
         let grid = Grid::<f64>::of(h / parts as f64, count as u64 * parts)?;
+        // Of all runs, were this the last; there are two at least.
+        let (before, all) = (parts - first, (2 * parts).max(4 * first) - first);
+        let told = (count as u64).div_ceil(TOLD) * parts;
         run.run(grid, &mut problem.start()?, 1, &mut |step, state| {
+            if step % told == 0 {
+                let share = before as f64 + step as f64 / count as f64;
+                progress.reference(share / all as f64);
+            }
             if step % parts == 0 {
                 solution.push(state);
             }
@@ -107,9 +120,7 @@ fn halved(
         })?;
         if progress.stopped() { Err(IntegrateError::Interrupted) } else { Ok(solution) }
     };
-    // The number of parts is odd at first, so that no run whose step is h halved repeatedly is
-    // compared with itself.
-    let mut parts = (h / COARSEST).ceil().max(3.0) as u64 | 1;
+    let mut parts = first;
     let mut before = follow(parts);
     let (mut last, mut idle) = (f64::INFINITY, 0);
     let mut best: Option<Solution<f64>> = None;

@@ -127,7 +127,7 @@ pub(super) const CHANGES: &[Change] = &[
         "name = \"fput-chain\"\nparameters = { n = 1e9, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
          p = [1]",
         "q = [1]",
-        "q has 1 entries",
+        "q has 1 entry",
         "",
     ),
     (
@@ -189,7 +189,7 @@ pub(super) const CHANGES: &[Change] = &[
         "the output in bytes would be",
         "`every`",
     ),
-    ("every = 10\n", "every = 0\n", "every = 0", "every = 0.0 must be a whole number from 1", ""),
+    ("every = 10\n", "every = 0\n", "every = 0", "every = 0 must be a whole number from 1", ""),
     ("every = 10\n", "tolerance = 0\n", "tolerance = 0", "must be finite and at least", ""),
     ("every = 10\n", "tolerance = -1e-6\n", "tolerance = -1e-6", "must be finite and at least", ""),
     ("every = 10\n", "tolerance = 1e-30\n", "tolerance = 1e-30", "must be finite and at least", ""),
@@ -224,7 +224,7 @@ pub(super) const CHANGES: &[Change] = &[
         "methods = [\"RK4\", \"rk4\", \"verlet\"]",
         "\"RK4\"",
         "there are no methods RK4, verlet",
-        "RK4: did you mean rk4? there are leapfrog",
+        "RK4: did you mean rk4? verlet: did you mean leapfrog?",
     ),
     (
         "methods = [\"moddg\", \"rk4\"]",
@@ -272,7 +272,7 @@ pub(super) const CHANGES: &[Change] = &[
         "to = 0.2, count = 2",
         "to = 0.2, count = 0",
         "count = 0",
-        "count = 0.0 must be from 1 to 100000",
+        "count = 0 must be from 1 to 100000",
         "",
     ),
     ("to = 0.2, count = 2", "to = 0.1, count = 2", "to = 0.1", "another value than `from`", ""),
@@ -284,7 +284,7 @@ pub(super) const CHANGES: &[Change] = &[
         "positive where the scale is \"log\"",
         "",
     ),
-    ("from = 0.1, to = 0.2", "from = 0, to = 0.2", "from = 0", "from = 0.0 must be positive", ""),
+    ("from = 0.1, to = 0.2", "from = 0, to = 0.2", "from = 0", "from = 0 must be positive", ""),
     ("name = \"b\"", "name = \"bb\"", "name = \"bb\"", "there is no parameter bb", "mean b"),
     ("name = \"b\"", "name = \"n\"", "name = \"n\"", "there is no parameter n", "there are k, b"),
     (
@@ -306,7 +306,7 @@ pub(super) const CHANGES: &[Change] = &[
         "fewer steps or values",
     ),
     ("parameter = {", "end = -1\nparameter = {", "end = -1", "the end of time -1.0", ""),
-    ("count = 1000", "count = 0", "count = 0", "count = 0.0 must be at least 1", ""),
+    ("count = 1000", "count = 0", "count = 0", "count = 0 must be at least 1", ""),
     ("count = 1000", "count = 1000\nstep = -1", "step = -1", "h = -1.0 must be positive", ""),
     (
         "[run]\nmethods = [\"moddg\", \"rk4\"]\nevery = 10\n",

@@ -1,0 +1,171 @@
+//! Advice on how to solve the problems of a scene.
+
+use super::SceneProblem;
+use afterbay_core::InputError;
+use afterbay_systems::CustomError;
+use std::fmt::Write;
+
+impl SceneProblem {
+    /// Advice on how to solve the problem.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
+            // The nearest name of q7 is q1, which helps no one.
+            Self::Unknown { what: "quantity", known, .. } => {
+                Some(format!("there are {}", known.join(", ")))
+            }
+            Self::Unknown { what: "method", name, known } => Some(method(name, known)),
+            Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
+            Self::UnknownMethods { names, known } => Some(suggestions(names, known)),
+            Self::OffGrid { step, base } => {
+                let multiple = (step / base).round().max(1.0) * base;
+                let digits = format!("{multiple:.12e}").parse().unwrap_or(multiple);
+                Some(format!("write {digits:?}, or a base_step that divides {step:?}"))
+            }
+            Self::Adaptive { .. } => {
+                Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
+            }
+            Self::FileName { .. } => {
+                Some("a name has letters, digits, `-` and `_`, at most 100 of them".into())
+            }
+            Self::Quoted { .. } => Some("write the number without quotation marks".into()),
+            Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
+            Self::NoText => Some("save the file as UTF-8".into()),
+            Self::TooLarge { .. } => Some("is this the right file?".into()),
+            Self::Syntax(_) => {
+                Some("scenes are TOML files: see https://toml.io, and `afterbay schema`".into())
+            }
+            Self::Budget { change, .. } => Some((*change).into()),
+            Self::Nothing { .. } => {
+                Some("`afterbay schema` describes all tables a scene may have".into())
+            }
+            Self::Indivisible { end, h, nearest, .. } => Some(match short_steps(*end, *h) {
+                [Some(below), Some(above)] => format!("{below} and {above} divide it"),
+                [Some(step), None] | [None, Some(step)] => format!("{step} divides it"),
+                [None, None] => format!("{nearest:?} divides it"),
+            }),
+            Self::Input(InputError::Unsupported { .. }) => Some(NEEDS.into()),
+            Self::Unsupported { others, .. } => Some(applying(others)),
+            Self::Length { set_by, .. } => Some(set_by.clone()),
+            Self::NoMatrix => Some(
+                "write friction = [[\"c\"]], a row for each degree of freedom, or \
+                 dissipation = [\"c*v1\"], a force for each"
+                    .into(),
+            ),
+            Self::OneStep => Some("write steps = [0.1, 0.05], or give one to [run]".into()),
+            Self::AtPoint { problem, .. } => problem.help(),
+            Self::OneForm => Some(
+                "write [0.1, 0.2], { from = 0, to = 1, count = 5 }, { uniform = [0, 1] } or \
+                 { normal = [0, 1] }"
+                    .into(),
+            ),
+            Self::NoCount => {
+                Some("write q = { count = 8, value = .. } in [initial], or a list".into())
+            }
+            Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
+            Self::Expression(problem) | Self::Custom(CustomError::Expression { problem, .. }) => {
+                problem.advice()
+            }
+            Self::Missing { key } => match key.as_str() {
+                "initial" => Some("for example:  [initial]  q = [1.0]  p = [0.0]".into()),
+                "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
+                "system" => Some("for example:  [system]  name = \"duffing\"".into()),
+                "y" => Some("a quantity such as y = \"q1\", or a map such as map = \"q\"".into()),
+                "step" => Some("the size of a step, such as step = 0.01".into()),
+                _ => None,
+            },
+            Self::Custom(CustomError::NotFinite { .. })
+            | Self::Input(InputError::NotFinite { .. }) => {
+                Some("start where H and all forces are finite".into())
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The nearest steps of at most two digits that divide the end, between h/2 and h and between h and
+/// 2 h.
+fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
+    let exponent = h.log10().floor() - 1.0;
+    let step = |digits: u32, shift: f64| format!("{digits}e{}", exponent + shift).parse::<f64>();
+    let divides = |step: &f64| {
+        let steps = end / step;
+        steps >= 0.5 && (steps - steps.round()).abs() <= 1e-9 * steps
+    };
+    let all = || {
+        let steps = (-1..2).flat_map(|shift| (10..100).map(move |digits| (digits, shift)));
+        let steps = steps.filter_map(|(digits, shift)| step(digits, f64::from(shift)).ok());
+        steps.filter(|step| (0.5 * h..=2.0 * h).contains(step)).filter(divides)
+    };
+    let below = all().filter(|step| *step < h).max_by(f64::total_cmp);
+    let above = all().filter(|step| *step > h).min_by(f64::total_cmp);
+    [below, above].map(|step| step.map(|step| step.to_string()))
+}
+
+/// Other names of methods.
+const ALSO_CALLED: [(&str, &str); 8] = [
+    ("verlet", "leapfrog"),
+    ("velocity-verlet", "leapfrog"),
+    ("stoermer-verlet", "leapfrog"),
+    ("runge-kutta", "rk4"),
+    ("dop853", "adaptive-dop853"),
+    ("midpoint", "implicit-midpoint"),
+    ("gauss", "collocation-4"),
+    ("discrete-gradient", "increment-2"),
+];
+
+/// What to say of an unknown name of a method.
+fn method(name: &str, known: &[String]) -> String {
+    let lower = name.to_lowercase();
+    match ALSO_CALLED.iter().find(|(other, _)| *other == lower) {
+        Some((_, meant)) => format!("did you mean {meant}?"),
+        None => suggestion(name, known, "there are"),
+    }
+}
+
+/// The nearest of the known names for each name that has a similar one, and all known names if one
+/// has none.
+fn suggestions(names: &[String], known: &[String]) -> String {
+    let (mut said, mut all) = (Vec::new(), String::new());
+    for name in names {
+        let advice = method(name, known);
+        match advice.strip_prefix("did you mean ") {
+            Some(nearest) => said.push(format!("{name}: did you mean {nearest}")),
+            None => all = advice,
+        }
+    }
+    said.extend((!all.is_empty()).then_some(all));
+    said.join(" ")
+}
+
+/// Where to read what methods need.
+const NEEDS: &str = "`afterbay list methods` says what each method needs";
+/// The most methods named as those that apply.
+const MOST_APPLYING: usize = 8;
+
+/// The methods that apply, in words.
+fn applying(others: &[&str]) -> String {
+    let named = others.get(..MOST_APPLYING).unwrap_or(others).join(", ");
+    let more = if others.len() > MOST_APPLYING { ", .." } else { "" };
+    if others.is_empty() { NEEDS.into() } else { format!("{named}{more} apply; {NEEDS}") }
+}
+
+/// The nearest name if one is similar, else all names.
+pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
+    let far = |other: &String| strsim::damerau_levenshtein(name, other);
+    match known.iter().min_by_key(|other| far(other)) {
+        Some(nearest)
+            if far(nearest) < name.len()
+                && far(nearest) <= 1 + nearest.len().min(name.len()) / 3 =>
+        {
+            format!("did you mean {nearest}?")
+        }
+        _ => {
+            let mut all = String::from(before);
+            for (i, name) in known.iter().enumerate() {
+                let _ = write!(all, "{}{name}", if i == 0 { " " } else { ", " });
+            }
+            all
+        }
+    }
+}
