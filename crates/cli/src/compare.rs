@@ -2,6 +2,7 @@
 
 use crate::arguments::{CompareArguments, Format};
 use crate::failure::Failure;
+use crate::table::Column;
 use crate::{experiment, table};
 use afterbay_analysis::Finding;
 use afterbay_analysis::compare::{self, Comparison, Difference, Joined};
@@ -31,7 +32,12 @@ pub(crate) fn run(arguments: &CompareArguments, format: Format) -> Result<ExitCo
         Format::Table => {
             if !scenes.is_empty() {
                 let rows = scenes.iter().map(Difference::row);
-                table::print(&["key of the scene", "A", "B"], rows)?;
+                let columns = [
+                    Column::of("key of the scene", 0),
+                    Column::words("A", 0, 10),
+                    Column::words("B", 0, 10),
+                ];
+                table::print(&columns, rows)?;
             }
             experiment::print(&findings, &[], out)?;
         }
