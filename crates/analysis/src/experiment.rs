@@ -248,18 +248,8 @@ fn finish(
     let mut artifacts = Vec::new();
     for mut sheet in sheets {
         artifacts.extend(sheet.artifacts);
-        sheet.section.blocks.sort_by_key(place);
+        sheet.section.blocks.sort_by_key(Block::place);
         report.sections.push(sheet.section);
     }
     Ok((Output { report, artifacts, manifest }, findings))
-}
-
-/// The place of a block in its section: findings, charts, how they were made, tables.
-fn place(block: &Block) -> u8 {
-    match block {
-        Block::Verdict(..) => 0,
-        Block::Figure(_) | Block::Pair(..) => 1,
-        Block::Text(_) => 2,
-        Block::Table(_) | Block::Fold(..) => 3,
-    }
 }

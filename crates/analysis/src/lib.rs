@@ -7,6 +7,7 @@
 
 pub mod chart;
 pub mod claim;
+pub mod compare;
 pub mod experiment;
 mod findings;
 pub mod measured;

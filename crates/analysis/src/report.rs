@@ -127,6 +127,16 @@ fn prose(text: &str) -> Markup {
 }
 
 impl Block {
+    /// The place in a section: findings, charts, how they were made, tables.
+    pub(crate) fn place(&self) -> u8 {
+        match self {
+            Block::Verdict(..) => 0,
+            Block::Figure(_) | Block::Pair(..) => 1,
+            Block::Text(_) => 2,
+            Block::Table(_) | Block::Fold(..) => 3,
+        }
+    }
+
     /// The block as HTML; `figures` counts the figures so far.
     fn html(&self, figures: &mut usize) -> Markup {
         match self {

@@ -27,6 +27,7 @@ pub use sweep::{Point, Sweep};
 
 use crate::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};
+use afterbay_methods::registry::Row;
 use planner::Planner;
 use source::Source;
 use std::path::Path;
@@ -119,6 +120,18 @@ impl Scene {
         let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());
         let step = grid.h.to_f64();
         Ok(Self { title, step, problem, run, figures, units, studies, sweep, document })
+    }
+
+    /// The methods of `[run]` and of all studies, each once, in the order of their first mention.
+    pub fn methods(&self) -> Vec<&'static Row> {
+        let run = self.run.iter().flat_map(|plan| plan.methods.iter().chain(&plan.adaptive));
+        let mut found: Vec<&'static Row> = Vec::new();
+        for row in run.chain(self.studies.methods()) {
+            if found.iter().all(|other| other.name != row.name) {
+                found.push(row);
+            }
+        }
+        found
     }
 }
 

@@ -2,8 +2,10 @@
 //! sentences and verdicts.
 
 use afterbay_analysis::claim::{Found, Readings, Said};
+use afterbay_analysis::compare;
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::record::Output;
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::pick::{self, Wanted};
@@ -49,13 +51,30 @@ static PAPER: LazyLock<Vec<Finding>> =
 
 static ALL: LazyLock<Vec<Finding>> = LazyLock::new(|| {
     let scene = Scene::read(SCENE).expect("a scene");
-    let run = experiment::run(&scene, &Silent).expect("it runs").1;
-    let study = experiment::study(&scene, &Silent).expect("it runs").1;
+    let (run_output, run) = experiment::run(&scene, &Silent).expect("it runs");
+    let (study_output, study) = experiment::study(&scene, &Silent).expect("it runs");
     let wanted = Wanted { error: 1e-3, at_end: true, keep_k: false, passive: false };
     let picked = pick::run(&scene.problem, wanted, &Silent).expect("it runs");
     let pick = experiment::pick(&scene, &picked).expect("a report").1;
-    PAPER.iter().cloned().chain(run).chain(study).chain(pick).collect()
+    let compared = compared([run_output, study_output]);
+    PAPER.iter().cloned().chain(run).chain(study).chain(pick).chain(compared).collect()
 });
+
+/// The findings of a comparison with another oscillator, and with other methods.
+fn compared(of_scene: [Output; 2]) -> Vec<Finding> {
+    let other = SCENE.replace("b = 0.1", "b = 0.2").replace(r#", "leapfrog""#, "");
+    let other = Scene::read(&other).expect("a scene");
+    let run = experiment::run(&other, &Silent).expect("it runs").0;
+    let study = experiment::study(&other, &Silent).expect("it runs").0;
+    let folder = tempfile::tempdir().expect("a folder");
+    let both = of_scene.iter().zip([&run, &study]).enumerate().flat_map(|(i, (a, b))| {
+        let [at, other] = ["a", "b"].map(|name| folder.path().join(format!("{i}{name}")));
+        a.write(&at).expect("it is written");
+        b.write(&other).expect("it is written");
+        compare::compare(&at, &other).expect("results").findings
+    });
+    both.collect()
+}
 
 /// A deterministic generator of pseudo-random numbers.
 struct Chance(u64);

@@ -140,6 +140,20 @@ pub(crate) enum Command {
         /// The scene, a TOML file.
         scene: PathBuf,
     },
+    /// Print what to cite for the methods of a scene, in BibTeX.
+    ///
+    /// The entries of afterbay and of the paper it is based on come first. Comments name the
+    /// entries of each method of `[run]` and of all studies.
+    Cite {
+        /// The scene, a TOML file.
+        scene: PathBuf,
+    },
+    /// Compare two results: their scenes, the rows of their tables, and their trajectories.
+    ///
+    /// Writes report.html with the curves of both in one chart, figures/, data/ with the joined
+    /// tables and run.json to a folder. Times (column `seconds`) are compared by their ratio and
+    /// are no difference.
+    Compare(CompareArguments),
     /// Print the JSON schema of scenes, for editors.
     ///
     /// Editors that support TOML use it to complete and check scenes: write `afterbay schema >
@@ -202,6 +216,22 @@ pub(crate) struct PickArguments {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) write: Option<PathBuf>,
     /// Overwrite the results of another scene, and the file of --write.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArguments {
+    /// The folder of the result A, as `run`, `study`, `paper` or `pick --out` wrote it.
+    #[arg(value_name = "DIR_A")]
+    pub(crate) a: PathBuf,
+    /// The folder of the result B.
+    #[arg(value_name = "DIR_B")]
+    pub(crate) b: PathBuf,
+    /// Folder for report.html, figures/, data/ and run.json.
+    #[arg(long, value_name = "DIR", default_value = "out/compare")]
+    pub(crate) out: PathBuf,
+    /// Overwrite other results.
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 /// The arguments are wrong, or the threads could not be started. `clap` uses the same code.
 pub(crate) const USAGE: u8 = 2;
-/// The scene is not valid.
+/// The scene, or a result to compare, is not valid.
 pub(crate) const SCENE: u8 = 3;
 /// A run failed or no method was found, and the results are written; or the study could not run.
 pub(crate) const FAILED: u8 = 4;
@@ -19,7 +19,7 @@ pub(crate) const HELP: &str = "\
 Exit codes:
   0    completed; of `paper` also where runs fail, as some are meant to
   2    invalid command line
-  3    the scene is not valid
+  3    the scene, or a result to compare, is not valid
   4    some runs failed, or no method was found (the results are written);
        or the study could not be run
   5    the results could not be written

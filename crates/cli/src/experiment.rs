@@ -62,14 +62,17 @@ pub(crate) fn run(
 /// Makes the folder for the results of a scene before anything is computed. Refuses a folder with
 /// the results of another scene unless `force` is set.
 pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failure> {
-    if !force {
-        let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
-        let hash = Manifest::new("", document, Vec::new()).hash;
-        if let Some(other) = Manifest::hash_in(out).filter(|found| *found != hash) {
-            return Err(Failure::taken(out, &other));
-        }
+    let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
+    own_folder(out, &Manifest::new("", document, Vec::new()), force)
+}
+
+/// Makes the folder for the results that a manifest describes, as [`folder`] does.
+pub(crate) fn own_folder(out: &Path, manifest: &Manifest, force: bool) -> Result<(), Failure> {
+    let others = Manifest::hash_in(out).filter(|found| *found != manifest.hash);
+    match others.filter(|_| !force) {
+        Some(other) => Err(Failure::taken(out, &other)),
+        None => record::prepare(out).map_err(Failure::storage),
     }
-    record::prepare(out).map_err(Failure::storage)
 }
 
 /// Checks that the scene declares what the command needs.
@@ -87,7 +90,7 @@ fn default_folder(scene: &Path) -> PathBuf {
     Path::new("out").join(scene.file_stem().unwrap_or(scene.as_os_str()))
 }
 
-fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Result<(), Failure> {
+pub(crate) fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Result<(), Failure> {
     for finding in findings {
         let mark = match finding.verdict {
             Verdict::Holds => "holds: ",

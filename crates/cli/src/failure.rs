@@ -2,6 +2,7 @@
 
 use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
 use afterbay_analysis::ReportError;
+use afterbay_analysis::compare::CompareError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use serde::Serialize;
@@ -48,6 +49,9 @@ pub(crate) enum Trouble {
         #[label("here")]
         span: Option<SourceSpan>,
     },
+    #[error("the results cannot be compared")]
+    #[diagnostic(help("{}", .0.help()))]
+    Compare(#[source] Box<CompareError>),
     #[error("the threads could not be started")]
     #[diagnostic(help("ask for fewer with --threads N"))]
     Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
@@ -134,6 +138,11 @@ impl Failure {
 
     pub(crate) fn study(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::new(Trouble::Study(Box::new(error)), FAILED)
+    }
+
+    /// Two results that cannot be compared.
+    pub(crate) fn compare(error: CompareError) -> Self {
+        Self::new(Trouble::Compare(Box::new(error)), SCENE)
     }
 
     pub(crate) fn interrupted() -> Self {

@@ -3,6 +3,8 @@
 mod arguments;
 mod bars;
 mod check;
+mod cite;
+mod compare;
 mod exit_code;
 mod experiment;
 mod failure;
@@ -34,6 +36,8 @@ fn main() -> ExitCode {
         Command::Study(arguments) => experiment::run(What::Study, &arguments, format),
         Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),
+        Command::Cite { scene } => cite::run(&scene, format),
+        Command::Compare(arguments) => compare::run(&arguments, format),
         Command::Schema => {
             table::json(&afterbay_analysis::scene::schema()).map(|()| ExitCode::SUCCESS)
         }

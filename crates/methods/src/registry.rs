@@ -6,6 +6,7 @@ mod cost;
 pub mod inlined;
 mod number;
 mod run;
+mod sources;
 mod stepper;
 mod table;
 
@@ -18,6 +19,7 @@ pub use cost::Cost;
 pub use number::{Compensable, Number, compensated};
 pub(crate) use run::fixed;
 pub use run::{Run, Setting, Show};
+pub use sources::{KOBUS, Source};
 pub use table::{ADAPTIVE, FIXED, METHODS};
 
 /// The order of a method whose only error is rounding.
@@ -61,6 +63,8 @@ pub struct Row {
     pub cost: Cost,
     /// The class of systems to which the method applies.
     pub needs: Needs,
+    /// The publications the method comes from. Its reservoir comes from [`KOBUS`].
+    pub sources: &'static [Source],
     form: Form,
 }
 

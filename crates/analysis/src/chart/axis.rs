@@ -90,7 +90,7 @@ impl Axis {
                     step,
                     minor: Vec::new(),
                     own: Vec::new(),
-                    label: Arc::new(|v| three_digits(10f64.powf(v))),
+                    label: Arc::new(power_of_ten),
                 }
             }
             Scale::Log => {
@@ -139,7 +139,7 @@ impl Span {
         }
         let (mut last, room) = (f64::NEG_INFINITY, LABEL * (self.hi - self.lo));
         let tick = |place: f64| {
-            let label = three_digits(10f64.powf(place));
+            let label = power_of_ten(place);
             let near = place - last < room;
             if !near {
                 last = place;
@@ -218,12 +218,18 @@ fn number(v: f64, step: f64, largest: f64) -> String {
         .replace('-', "−")
 }
 
+/// Ten to a power, which may be larger or smaller than any number.
+fn power_of_ten(exponent: f64) -> String {
+    let v = 10f64.powf(exponent);
+    if (1e-3..1e5).contains(&v) {
+        return three_digits(v);
+    }
+    let power = (exponent + 1e-9).floor();
+    format!("{}×10{}", three_digits(10f64.powf(exponent - power)), superscript(power as i32))
+}
+
 /// Three significant digits without trailing zeros.
 fn three_digits(v: f64) -> String {
-    if !(1e-3..1e5).contains(&v) {
-        let power = v.log10().floor();
-        return format!("{}×10{}", three_digits(v / 10f64.powf(power)), superscript(power as i32));
-    }
     let decimals = (2.0 - v.log10().floor()).max(0.0) as usize;
     let text = format!("{v:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
@@ -268,6 +274,14 @@ mod tests {
     }
 
     #[test]
+    fn a_short_log_axis_may_end_beyond_the_largest_and_the_least_number() {
+        let label = |value: f64| labels(&Axis::log("e").span([value.log10()].into_iter()));
+        assert_eq!(label(1e308), ["4.49×10³⁰⁷", "8.99×10³⁰⁷", "1.8×10³⁰⁸"]);
+        assert_eq!(label(5e-324).len(), 3);
+        assert_eq!([-400.0, -5.0, 309.0].map(power_of_ten), ["1×10⁻⁴⁰⁰", "1×10⁻⁵", "1×10³⁰⁹"]);
+    }
+
+    #[test]
     fn short_exact_log_axes_count_in_powers_of_two() {
         let span = Axis::log("h").exactly(0.2f64.log10(), 2.1f64.log10());
         assert_eq!(labels(&span), ["0.25", "0.5", "1", "2"]);
@@ -289,7 +303,7 @@ mod tests {
     #[test]
     fn small_numbers_are_written_with_powers() {
         assert_eq!(
-            [3.05e-5, 1e-3, 12.0, 2.5e7].map(three_digits),
+            [3.05e-5, 1e-3, 12.0, 2.5e7].map(|v: f64| power_of_ten(v.log10())),
             ["3.05×10⁻⁵", "0.001", "12", "2.5×10⁷"]
         );
     }

@@ -83,6 +83,18 @@ impl Studies {
             && stability.is_none()
             && long_run.is_none()
     }
+
+    /// The methods of each study, one study after another.
+    pub(super) fn methods(&self) -> impl Iterator<Item = &&'static Row> {
+        let Self { local_order, global_order, energy, work_precision, stability, long_run } = self;
+        let work = work_precision.iter();
+        (local_order.iter().flat_map(|plan| &plan.methods))
+            .chain(global_order.iter().flat_map(|plan| &plan.methods))
+            .chain(energy.iter().flat_map(|plan| &plan.methods))
+            .chain(work.flat_map(|plan| plan.methods.iter().chain(&plan.adaptive)))
+            .chain(stability.iter().flat_map(|plan| &plan.methods))
+            .chain(long_run.iter().flat_map(|plan| &plan.methods))
+    }
 }
 
 /// The plan of local errors and orders.

@@ -1,6 +1,11 @@
 //! The rows of the registry.
 
 use super::binding::Form;
+use super::sources::{
+    BRUGNANO, BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_2010,
+    HAIRER_LUBICH_WANNER_2003, HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, ITOH_ABE,
+    KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, YOSHIDA,
+};
 use super::{Cost, EXACT, Needs, Row};
 use crate::increment::Increments;
 use crate::moddg::steps::Degree::{Fourth, Third};
@@ -25,6 +30,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Explicit(1),
         needs: Needs::Separable,
+        sources: &[VERLET, HAIRER_LUBICH_WANNER_2003],
         form: Form::Fixed(&Leapfrog),
     },
     Row {
@@ -37,6 +43,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Explicit(4),
         needs: Needs::Any,
+        sources: &[KUTTA],
         form: Form::Fixed(&Rk4),
     },
     Row {
@@ -49,6 +56,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Relaxed(4),
         needs: Needs::Any,
+        sources: &[KETCHESON, RANOCHA, KUTTA],
         form: Form::Fixed(&Relaxed::rk4()),
     },
     Row {
@@ -61,6 +69,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Relaxed(12),
         needs: Needs::Any,
+        sources: &[KETCHESON, RANOCHA, HAIRER_NORSETT_WANNER],
         form: Form::Fixed(&Relaxed::dop853()),
     },
     Row {
@@ -73,6 +82,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Modes(1),
         needs: Needs::Curvature,
+        sources: &[GONZALEZ],
         form: Form::Fixed(&Gonzalez { solver: None }),
     },
     Row {
@@ -85,6 +95,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Modes(1),
         needs: Needs::Curvature,
+        sources: &[HAIRER_LUBICH_WANNER_2006],
         form: Form::Fixed(&ImplicitMidpoint),
     },
     Row {
@@ -97,6 +108,7 @@ pub const METHODS: &[Row] = &[
         l_stable: true,
         cost: Cost::Paths,
         needs: Needs::Curvature,
+        sources: &[CIESLINSKI_RATKIEWICZ, CIESLINSKI],
         form: Form::Fixed(&LocallyExact),
     },
     Row {
@@ -109,6 +121,7 @@ pub const METHODS: &[Row] = &[
         l_stable: true,
         cost: Cost::Flow,
         needs: Needs::Linear,
+        sources: &[],
         form: Form::Fixed(&LinearExact),
     },
     collocation("collocation-2", &Collocation::new(1)),
@@ -129,6 +142,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Sweeps(1),
         needs: Needs::OneDegree,
+        sources: &[KOBUS],
         form: Form::Fixed(&ModDg::newton()),
     },
     Row {
@@ -141,6 +155,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Sweeps(1),
         needs: Needs::OneDegree,
+        sources: &[KOBUS],
         form: Form::Fixed(&ModDg { steps: Plain, solver: FixedPoint }),
     },
     raised("moddg-q3-shared", [3, 2, 2], &Raised(Shared(Q), Third)),
@@ -165,6 +180,7 @@ pub const METHODS: &[Row] = &[
         1,
         true,
         "coordinate increments: one sweep",
+        &[ITOH_ABE],
         &Increments(Composition::sweep),
     ),
     increment(
@@ -173,6 +189,7 @@ pub const METHODS: &[Row] = &[
         2,
         true,
         "coordinate increments: a sweep and its adjoint",
+        &[ITOH_ABE],
         &Increments(Composition::pair),
     ),
     increment(
@@ -181,6 +198,7 @@ pub const METHODS: &[Row] = &[
         10,
         false,
         "coordinate increments, 5 pairs of sweeps (Suzuki)",
+        &[ITOH_ABE, SUZUKI],
         &Increments(Composition::suzuki4),
     ),
     increment(
@@ -189,6 +207,7 @@ pub const METHODS: &[Row] = &[
         14,
         false,
         "coordinate increments, 7 pairs of sweeps (Yoshida)",
+        &[ITOH_ABE, YOSHIDA],
         &Increments(Composition::yoshida6),
     ),
     increment(
@@ -197,6 +216,7 @@ pub const METHODS: &[Row] = &[
         34,
         false,
         "coordinate increments, 17 pairs of sweeps (Kahan, Li)",
+        &[ITOH_ABE, KAHAN_LI],
         &Increments(Composition::kahan_li8),
     ),
     Row {
@@ -209,6 +229,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Nodes,
         needs: Needs::Curvature,
+        sources: &[BUTCHER, HAIRER_LUBICH_WANNER_2006],
         form: Form::Adaptive(&AdaptiveCollocation),
     },
     Row {
@@ -221,6 +242,7 @@ pub const METHODS: &[Row] = &[
         l_stable: false,
         cost: Cost::Explicit(12),
         needs: Needs::Curvature,
+        sources: &[HAIRER_NORSETT_WANNER, HAIRER_LUBICH_WANNER_2006],
         form: Form::Adaptive(&AdaptiveDop853),
     },
 ];
@@ -252,6 +274,7 @@ const fn collocation(name: &'static str, method: &'static Collocation) -> Row {
         l_stable: false,
         cost: Cost::Modes(stages as u32),
         needs: Needs::Curvature,
+        sources: &[BRUGNANO, HAIRER_2010],
         form: Form::Fixed(method),
     }
 }
@@ -267,6 +290,7 @@ const fn increment(
     sweeps: u32,
     forward: bool,
     about: &'static str,
+    sources: &'static [Source],
     method: &'static Increments,
 ) -> Row {
     Row {
@@ -279,6 +303,7 @@ const fn increment(
         l_stable: false,
         cost: Cost::Sweeps(sweeps),
         needs: Needs::SeparableOrPlanes,
+        sources,
         form: Form::Fixed(method),
     }
 }
@@ -327,6 +352,7 @@ const fn modified(
         l_stable: false,
         cost: Cost::Sweeps(1),
         needs,
+        sources: &[KOBUS],
         form,
     }
 }

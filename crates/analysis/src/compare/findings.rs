@@ -1,0 +1,204 @@
+//! The sentences of a comparison.
+
+use super::join::{Column, Joined, Measure};
+use super::trajectories::{Distance, VARIABLES};
+use crate::claim::{Readings, Said, list, sci};
+use crate::report::Verdict;
+
+/// The most columns that a sentence names.
+const NAMED: usize = 6;
+
+/// What was compared, and how much of it differs.
+pub(super) struct Counts {
+    pub(super) scene: usize,
+    pub(super) tables_in_one: usize,
+}
+
+/// The readings of all tables together.
+pub(super) fn overall(counts: &Counts, tables: &[Joined]) -> Readings {
+    let sum = |of: &dyn Fn(&Joined) -> usize| tables.iter().map(of).sum::<usize>();
+    let in_one = |table: &Joined| table.columns_in_one.iter().map(Vec::len).sum();
+    let cells = |table: &Joined| table.different().map(|column| column.different).sum();
+    let times = |table: &Joined| table.times().map(|column| column.different).sum();
+    Readings::default()
+        .and("tables", "in both", tables.len())
+        .and("tables", "in one", counts.tables_in_one)
+        .and("rows", "in both", sum(&|table| table.rows))
+        .and("rows", "in A only", sum(&|table| table.rows_in_one[0]))
+        .and("rows", "in B only", sum(&|table| table.rows_in_one[1]))
+        .and("columns", "in one", sum(&in_one))
+        .and("cells", "different", sum(&cells))
+        .and("times", "different", sum(&times))
+        .and("scenes", "different keys", counts.scene)
+}
+
+/// States whether the results are equal, and how much differs.
+pub(super) fn equal_or_not(r: &Readings) -> Said {
+    let of = |of: &str, what: &str| r.number(of, what);
+    let parts = [
+        ("cells", "different", "cell", ""),
+        ("rows", "in A only", "row", " in A only"),
+        ("rows", "in B only", "row", " in B only"),
+        ("columns", "in one", "column", " in one only"),
+        ("tables", "in one", "table", " in one only"),
+    ];
+    let found: Vec<_> = (parts.into_iter())
+        .filter(|(name, what, ..)| of(name, what) != 0.0)
+        .map(|(name, what, noun, place)| counted(of(name, what), noun) + place)
+        .collect();
+    let times = |word: &str| match of("times", "different") {
+        0.0 => String::new(),
+        times => format!("{word} {}", counted(times, "time")),
+    };
+    let differ = match found.is_empty() {
+        true => format!("nothing differs{}", times(" but")),
+        false => format!("they differ in {}{}", list(found), times("; and in")),
+    };
+    let rows = counted(of("rows", "in both"), "row");
+    let tables = counted(of("tables", "in both"), "table");
+    let mut statement = format!("{differ}. Compared: {rows} of {tables}.");
+    match of("scenes", "different keys") {
+        0.0 => statement.push_str(" The scenes are equal."),
+        keys => statement.push_str(&format!(" The scenes differ in {}.", counted(keys, "key"))),
+    }
+    (Verdict::Note, statement)
+}
+
+/// A time without the roundings of its sum.
+fn time(t: f64) -> String {
+    format!("{t:.9e}").parse().map_or_else(|_| t.to_string(), |t: f64| t.to_string())
+}
+
+/// A ratio with two significant digits, or with those of its distance from 1.
+fn ratio(x: f64) -> String {
+    match (x - 1.0, x.abs()) {
+        (0.0, _) => "1".into(),
+        (off, _) if off.abs() < 0.05 => format!("1{off:+.1e}"),
+        (_, 0.1..10.0) => format!("{x:.2}"),
+        (_, 10.0..1e4) => format!("{x:.0}"),
+        _ => sci(x),
+    }
+}
+
+/// A count with its noun: `1 row`, `2 rows`.
+fn counted(count: f64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1.0 { "" } else { "s" })
+}
+
+/// The readings of a table: of the columns that differ, and of times.
+pub(super) fn of_table(table: &Joined) -> Readings {
+    let all = Readings::default()
+        .and("rows", "in both", table.rows)
+        .and("rows", "in A only", table.rows_in_one[0])
+        .and("rows", "in B only", table.rows_in_one[1]);
+    let mut shown: Vec<&Column> = table.different().collect();
+    shown.truncate(NAMED);
+    shown.extend(table.times());
+    let mut all = shown.into_iter().fold(all, |r, column| {
+        let name = &column.name;
+        let r = r.and(name, "different", column.different).and(name, "in one", column.empty);
+        match (column.measure, column.range) {
+            (_, None) => r,
+            (Measure::Difference, Some([lo, hi])) => {
+                r.and(name, "largest difference", lo.abs().max(hi.abs()))
+            }
+            (_, Some([lo, hi])) => r.and(name, "least ratio", lo).and(name, "largest ratio", hi),
+        }
+    });
+    let more = table.different().count().saturating_sub(NAMED);
+    all.add("columns", "not named", more);
+    all
+}
+
+/// States which columns of a table differ, and by how much.
+pub(super) fn columns_that_differ(r: &Readings) -> Said {
+    let rows = r.number("rows", "in both");
+    let one = |(name, count): (&str, f64)| {
+        let size = |what: &str| r.number(name, what);
+        let (least, most, off) =
+            (size("least ratio"), size("largest ratio"), size("largest difference"));
+        let by = match (least.is_nan(), off.is_nan()) {
+            (false, _) => format!(", B/A from {} to {}", ratio(least), ratio(most)),
+            (true, false) => format!(", by {} at most", sci(off)),
+            (true, true) => String::new(),
+        };
+        let empty = match size("in one") {
+            0.0 => String::new(),
+            empty => format!(" (empty in A or in B: {empty})"),
+        };
+        format!("{name} in {count}{empty}{by}")
+    };
+    let mut columns: Vec<_> = r.numbers("different").into_iter().map(one).collect();
+    let more = r.number("columns", "not named");
+    if more != 0.0 {
+        columns.push(counted(more, "more column"));
+    }
+    let mut statement = format!(
+        "of {} in both, {}.",
+        counted(rows, "row"),
+        match &columns[..] {
+            [] => "none differs".to_owned(),
+            _ => format!("these differ: {}", columns.join("; ")),
+        }
+    );
+    for (what, name) in [("in A only", "A"), ("in B only", "B")] {
+        match r.number("rows", what) {
+            0.0 => {}
+            count => {
+                statement.push_str(&format!(" In {name} only: {}.", counted(count, "row")));
+            }
+        }
+    }
+    (Verdict::Note, statement)
+}
+
+/// The readings of trajectories: for each run the largest distance in each variable, and when. Of
+/// many runs, those that differ most.
+pub(super) fn of_trajectories(found: &[Distance]) -> Readings {
+    let mut runs: Vec<&[Distance]> = found.chunk_by(|a, b| a.run == b.run).collect();
+    let more = runs.len().saturating_sub(NAMED);
+    if more > 0 {
+        let size =
+            |run: &[Distance]| run.iter().flat_map(Distance::each).flatten().fold(0.0, f64::max);
+        runs.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        runs.truncate(NAMED);
+    }
+    let all = Readings::default().and("runs", "not named", more);
+    runs.into_iter().fold(all, |r, run| {
+        let name = &run[0].run;
+        let r = r.and(name, "common times", run.len());
+        VARIABLES.iter().enumerate().fold(r, |r, (i, variable)| {
+            let sizes = run.iter().filter_map(|one| Some((one.each()[i]?, one.t)));
+            let most = sizes.reduce(|a, b| if b.0 > a.0 { b } else { a });
+            r.and(name, variable, most.map(|most| most.0)).and(
+                name,
+                &format!("{variable} at"),
+                most.map(|most| most.1),
+            )
+        })
+    })
+}
+
+/// States the largest distance of each trajectory.
+pub(super) fn largest_distances(r: &Readings) -> Said {
+    let one = |(name, times): (&str, f64)| {
+        let largest = VARIABLES.map(|variable| {
+            let (size, t) = (r.number(name, variable), r.number(name, &format!("{variable} at")));
+            if size.is_nan() {
+                return format!("{variable} by an unknown amount");
+            }
+            format!("{variable} by {} (t = {})", sci(size), time(t))
+        });
+        format!("{name} at {}, {}", counted(times, "common time"), list(largest))
+    };
+    let mut all: Vec<_> = r.numbers("common times").into_iter().map(one).collect();
+    let more = r.number("runs", "not named");
+    if more != 0.0 {
+        all.push(counted(more, "more run"));
+    }
+    let statement = match &all[..] {
+        [] => "the results have no common times.".into(),
+        all => format!("at most these differences: {}.", all.join("; ")),
+    };
+    (Verdict::Note, statement)
+}

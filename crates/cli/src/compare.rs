@@ -1,0 +1,46 @@
+//! `afterbay compare`
+
+use crate::arguments::{CompareArguments, Format};
+use crate::failure::Failure;
+use crate::table::Column;
+use crate::{experiment, table};
+use afterbay_analysis::Finding;
+use afterbay_analysis::compare::{self, Comparison, Difference, Joined};
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// The summary printed as JSON.
+#[derive(Serialize)]
+struct Summary<'a> {
+    out: &'a Path,
+    findings: &'a [Finding],
+    scene: &'a [Difference],
+    tables: &'a [Joined],
+}
+
+pub(crate) fn run(arguments: &CompareArguments, format: Format) -> Result<ExitCode, Failure> {
+    let CompareArguments { a, b, out, force } = arguments;
+    let Comparison { output, findings, scenes, tables } =
+        compare::compare(a, b).map_err(Failure::compare)?;
+    experiment::own_folder(out, &output.manifest, *force)?;
+    output.write(out).map_err(Failure::storage)?;
+    match format {
+        Format::Json => {
+            table::json(&Summary { out, findings: &findings, scene: &scenes, tables: &tables })?;
+        }
+        Format::Table => {
+            if !scenes.is_empty() {
+                let rows = scenes.iter().map(Difference::row);
+                let columns = [
+                    Column::of("key of the scene", 0),
+                    Column::words("A", 0, 10),
+                    Column::words("B", 0, 10),
+                ];
+                table::print(&columns, rows)?;
+            }
+            experiment::print(&findings, &[], out)?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
