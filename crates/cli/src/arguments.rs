@@ -84,6 +84,14 @@ Examples:
     pub(super) const CHECK: &str = "\
 Example:
   afterbay check scenes/pendulum.toml";
+    pub(super) const CITE: &str = "\
+Example:
+  afterbay cite scenes/pendulum.toml > pendulum.bib";
+    pub(super) const COMPARE: &str = "\
+Example, with a scene that is changed in between:
+  afterbay run scenes/pendulum.toml --out out/before
+  afterbay run scenes/pendulum.toml --out out/after
+  afterbay compare out/before out/after";
     pub(super) const SCHEMA: &str = "\
 Example:
   afterbay schema > scene.json";
@@ -144,6 +152,7 @@ pub(crate) enum Command {
     ///
     /// The entries of afterbay and of the paper it is based on come first. Comments name the
     /// entries of each method of `[run]` and of all studies.
+    #[command(after_help = example::CITE)]
     Cite {
         /// The scene, a TOML file.
         scene: PathBuf,
@@ -153,6 +162,7 @@ pub(crate) enum Command {
     /// Writes report.html with the curves of both in one chart, figures/, data/ with the joined
     /// tables and run.json to a folder. Times (column `seconds`) are compared by their ratio and
     /// are no difference.
+    #[command(after_help = example::COMPARE)]
     Compare(CompareArguments),
     /// Print the JSON schema of scenes, for editors.
     ///
