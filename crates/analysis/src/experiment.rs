@@ -161,7 +161,11 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
     let table = &scene.document.system;
     let mut rows = vec![vec!["system".into(), problem.model.name().into()]];
     let mut row = |name: &str, value: String| rows.push(vec![name.into(), value]);
-    match &problem.model {
+    let model = match &problem.model {
+        Model::Driven(model, _) => model,
+        model => model,
+    };
+    match model {
         Model::Custom(custom) => {
             for (name, expression) in table.expressions() {
                 row(&name, expression);
@@ -174,16 +178,22 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
             row("coupling", format!("{:?}", system.coupling()).to_lowercase());
         }
         Model::Listed(known, _) => row("equations", known.equations.into()),
+        Model::Driven(..) => {}
     }
-    for (name, value) in &table.parameters {
+    let drive = scene.document.drive.as_ref();
+    for (name, force) in drive.iter().flat_map(|drive| drive.force.named("F")) {
+        row(&name, force);
+    }
+    let of_drive = drive.iter().flat_map(|drive| &drive.parameters);
+    for (name, value) in table.parameters.iter().chain(of_drive) {
         row(name, value.text());
     }
-    row("degrees of freedom", problem.model.dof().to_string());
+    row("degrees of freedom", problem.model.degrees().to_string());
     row("equations are linear", if is_linear(&system) { "yes" } else { "no" }.into());
     let damping = system.dissipation_form();
     row(
         "friction",
-        match (damping.zero, damping.passive) {
+        match (damping.zero, problem.model.passive()?) {
             (true, _) => "none: H itself is constant".into(),
             (_, Passive::Each) => "passive: every w_j only fills".into(),
             (_, Passive::InSum) => "passive in sum: Σ w_j only fills".into(),

@@ -1,9 +1,12 @@
 //! A system by name, with its parameters.
 
-use afterbay_core::{Abilities, Corrected, InputError, Series, System, f64x8};
+use afterbay_core::{
+    Abilities, Corrected, Drive, Driven, InputError, Interval, Passive, Scalar, Series, System,
+    f64x8,
+};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
-use afterbay_systems::{CustomError, Described};
+use afterbay_systems::{CustomDrive, CustomError, Described};
 use serde::ser::{SerializeMap, SerializeStruct};
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
@@ -16,6 +19,8 @@ pub enum Model {
     Listed(&'static SystemRow, Vec<f64>),
     /// A system given by expressions.
     Custom(Described),
+    /// A system with a drive. Its motors ([`Driven`]) are the last degrees of freedom.
+    Driven(Box<Model>, CustomDrive<f64>),
 }
 
 /// An error in making a system.
@@ -72,14 +77,45 @@ impl Model {
         match self {
             Self::Listed(row, _) => row.name,
             Self::Custom(_) => "custom",
+            Self::Driven(model, _) => model.name(),
         }
     }
 
-    /// The number of degrees of freedom.
+    /// The number of degrees of freedom, motors included.
     pub fn dof(&self) -> usize {
+        self.degrees() + self.driven().len()
+    }
+
+    /// The number of degrees of freedom without motors.
+    pub fn degrees(&self) -> usize {
         match self {
             Self::Listed(row, values) => row.dof.unwrap_or(first(values).0),
             Self::Custom(custom) => custom.dof(),
+            Self::Driven(model, _) => model.degrees(),
+        }
+    }
+
+    /// The driven degrees of freedom, in the order of their motors.
+    pub fn driven(&self) -> &[usize] {
+        match self {
+            Self::Listed(..) | Self::Custom(_) => &[],
+            Self::Driven(_, drive) => Drive::<f64>::driven(drive),
+        }
+    }
+
+    /// The letters of the variables: q, p and w, and s where there is a drive.
+    pub fn variables(&self) -> &'static [&'static str] {
+        if self.driven().is_empty() { &["q", "p", "w"] } else { &["q", "p", "w", "s"] }
+    }
+
+    /// Whether the reservoir can only fill, apart from the work of a drive.
+    ///
+    /// # Errors
+    /// As for [`Model::system`].
+    pub(crate) fn passive(&self) -> Result<Passive, InputError> {
+        match self {
+            Self::Driven(model, _) => model.passive(),
+            _ => Ok(self.system::<f64>()?.dissipation_form().passive),
         }
     }
 
@@ -89,6 +125,10 @@ impl Model {
         match self {
             Self::Listed(row, _) => vec![row.period; self.dof()],
             Self::Custom(custom) => custom.periods(),
+            Self::Driven(model, _) => {
+                let motors = self.driven().iter().map(|_| None);
+                model.periods().into_iter().chain(motors).collect()
+            }
         }
     }
 
@@ -97,6 +137,13 @@ impl Model {
         match self {
             Self::Listed(row, _) => row.parameters.iter().map(|parameter| parameter.name).collect(),
             Self::Custom(custom) => custom.parameters().into_iter().map(|x| x.0).collect(),
+            Self::Driven(model, drive) => {
+                let mut names = model.parameters();
+                let own: Vec<_> =
+                    drive.parameters().map(|x| x.0).filter(|name| !names.contains(name)).collect();
+                names.extend(own);
+                names
+            }
         }
     }
 
@@ -108,6 +155,7 @@ impl Model {
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ModelError> {
         let (row, values) = match self {
             Self::Custom(custom) => return Ok(Self::Custom(custom.with(name, value)?)),
+            Self::Driven(model, drive) => return model.driven_with(drive, name, value),
             Self::Listed(row, values) => (row, values),
         };
         let index = row.parameters.iter().position(|parameter| parameter.name == name);
@@ -122,12 +170,29 @@ impl Model {
         Ok(Self::Listed(row, values))
     }
 
+    /// This model under a drive, with another value of a parameter of either.
+    fn driven_with(
+        &self,
+        drive: &CustomDrive<f64>,
+        name: &str,
+        value: f64,
+    ) -> Result<Self, ModelError> {
+        let of_system = self.parameters().contains(&name);
+        let model = if of_system { self.with(name, value)? } else { self.clone() };
+        let of_drive = drive.parameters().any(|x| x.0 == name);
+        let drive = if of_drive || !of_system { drive.with(name, value)? } else { drive.clone() };
+        Ok(Self::Driven(Box::new(model), drive))
+    }
+
     /// Binds a method to the system in `f64`, in the fastest form available.
     ///
     /// # Errors
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
     pub fn bind(&self, row: &Row) -> Result<Run<f64>, InputError> {
         let system = self.system()?;
+        if matches!(self, Self::Driven(..)) {
+            return registry::bind(row, system);
+        }
         afterbay_inlined::bind(row, &system).unwrap_or_else(|| registry::bind(row, system))
     }
 
@@ -156,8 +221,9 @@ impl Model {
                 T::corrected(row, n, &values)?
             }
             Self::Custom(custom) => T::custom_corrected(custom),
+            Self::Driven(..) => None,
         };
-        let why = "H is not separable";
+        let why = "H is not separable, or driven";
         let exact = exact.ok_or(InputError::Unsupported { method: row.name, why })?;
         registry::compensated(row, self.system()?, exact)
     }
@@ -206,6 +272,10 @@ impl Model {
                 T::system(row, n, &lifted)
             }
             Self::Custom(custom) => Ok(T::custom(custom, lift)),
+            Self::Driven(model, drive) => {
+                let drive: Arc<dyn Drive<T>> = Arc::new(drive.lift(lift));
+                Ok(Arc::new(Driven::new(model.lifted(lift)?, drive)?))
+            }
         }
     }
 
@@ -222,6 +292,17 @@ impl Model {
                 Ok((T::series(row, n, &series)?, catalog::ranges(row, n, values)?))
             }
             Self::Custom(custom) => Ok((T::custom_series(custom), catalog::custom_ranges(custom))),
+            Self::Driven(model, drive) => {
+                let (system, ranges) = model.expanded::<T>()?;
+                let of_series: Arc<dyn Drive<Series<T, TERMS>>> =
+                    Arc::new(drive.lift(|_, x| Series::constant(T::from_f64(x))));
+                let of_ranges: Arc<dyn Drive<Ranges>> =
+                    Arc::new(drive.lift(|_, x| Series::constant(Interval::from_f64(x))));
+                Ok((
+                    Arc::new(Driven::new(system, of_series)?),
+                    Arc::new(Driven::new(ranges, of_ranges)?),
+                ))
+            }
         }
     }
 }
@@ -272,6 +353,7 @@ impl Serialize for Parameters<'_> {
                 map.end()
             }
             Model::Custom(custom) => serializer.collect_map(custom.parameters()),
+            Model::Driven(model, _) => Parameters(model).serialize(serializer),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Quantities of a state that a figure can show.
 
+use crate::Model;
 use crate::scene::{UnitsTable, Variable};
 use crate::study::trajectory::TrajectoryRow;
 
@@ -12,6 +13,8 @@ pub enum Observable {
     Of(Variable, usize),
     /// Σ w
     Reservoirs,
+    /// Σ s
+    Supplied,
     /// H
     Energy,
     /// K
@@ -21,13 +24,15 @@ pub enum Observable {
 }
 
 impl Observable {
-    /// The quantity of a name, if there is one with `dof` degrees of freedom.
-    pub(crate) fn parse(name: &str, dof: usize) -> Option<Self> {
+    /// The quantity of a name, if there is one in this model.
+    pub(crate) fn parse(name: &str, model: &Model) -> Option<Self> {
+        let (dof, is_driven) = (model.degrees(), !model.driven().is_empty());
         let numbered = || {
             let variable = match name.get(..1)? {
                 "q" => Variable::Q,
                 "p" => Variable::P,
                 "w" => Variable::W,
+                "s" if is_driven => Variable::S,
                 _ => return None,
             };
             let number = name.get(1..)?;
@@ -38,6 +43,7 @@ impl Observable {
         match name {
             "t" => Some(Self::Time),
             "W" => Some(Self::Reservoirs),
+            "S" if is_driven => Some(Self::Supplied),
             "H" => Some(Self::Energy),
             "K" => Some(Self::Total),
             "K - K0" => Some(Self::Drift),
@@ -46,12 +52,15 @@ impl Observable {
     }
 
     /// The names there are, those of many degrees of freedom as ranges.
-    pub(crate) fn names(dof: usize) -> Vec<String> {
+    pub(crate) fn names(model: &Model) -> Vec<String> {
+        let dof = model.degrees();
         let range = |name: &str| {
             if dof == 1 { format!("{name}1") } else { format!("{name}1 to {name}{dof}") }
         };
-        let variables = ["q", "p", "w"].map(range);
-        let others = ["W", "H", "K", "K - K0"].map(str::to_owned);
+        let variables = model.variables().iter().map(|name| range(name));
+        let supplied = (!model.driven().is_empty()).then_some("S");
+        let others = ["W"].into_iter().chain(supplied).chain(["H", "K", "K - K0"]);
+        let others = others.map(str::to_owned);
         std::iter::once("t".to_owned()).chain(variables).chain(others).collect()
     }
 
@@ -61,6 +70,7 @@ impl Observable {
             Self::Time => row.t,
             Self::Of(variable, j) => *entries(variable, row).get(j)?,
             Self::Reservoirs => row.w.iter().sum(),
+            Self::Supplied => row.s.iter().sum(),
             Self::Energy => row.energy,
             Self::Total => row.total,
             Self::Drift => row.total - first.total,
@@ -73,6 +83,7 @@ impl Observable {
             Self::Time => "t".into(),
             Self::Of(variable, j) => format!("{}{}", letter(variable), j + 1),
             Self::Reservoirs => "Σ w".into(),
+            Self::Supplied => "Σ s".into(),
             Self::Energy => "H".into(),
             Self::Total => "K".into(),
             Self::Drift => "K − K₀".into(),
@@ -95,6 +106,7 @@ pub(crate) fn letter(variable: Variable) -> &'static str {
         Variable::Q => "q",
         Variable::P => "p",
         Variable::W => "w",
+        Variable::S => "s",
     }
 }
 
@@ -104,5 +116,6 @@ pub(crate) fn entries(variable: Variable, row: &TrajectoryRow) -> &[f64] {
         Variable::Q => &row.q,
         Variable::P => &row.p,
         Variable::W => &row.w,
+        Variable::S => &row.s,
     }
 }

@@ -5,6 +5,7 @@
 
 mod depth;
 mod document;
+mod drive;
 mod file;
 mod literal;
 mod numbers;
@@ -141,7 +142,12 @@ fn problem_of(source: &Source<'_>, document: &Document) -> Result<Problem, Scene
     let count = initial.q.count().or(initial.p.count());
     let known = numbers::parameters(source, &document.system.parameters, count)?;
     let model = system::model(source, &document.system, &known, count)?;
-    let (with, by) = ((&known, model.dof()), &system::sets_dof(&document.system, count, &model));
+    let model = match &document.drive {
+        Some(table) => drive::driven(source, &document.system, table, model)?,
+        None => model,
+    };
+    let (with, by) =
+        ((&known, model.degrees()), &system::sets_dof(&document.system, count, &model));
     let q = numbers::entries(source, "initial.q", Quantity::Coordinate, &initial.q, with, by)?;
     let p = numbers::entries(source, "initial.p", Quantity::Momentum, &initial.p, with, by)?;
     Ok(Problem { model, q, p, end: document.time.end })

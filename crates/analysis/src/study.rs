@@ -23,7 +23,7 @@ pub use reference::LARGEST_BY_SERIES;
 
 use crate::progress::Progress;
 use crate::{Model, Solution};
-use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef};
+use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef, with_motors};
 use afterbay_methods::registry::{self, Row};
 use serde::Serialize;
 
@@ -46,15 +46,15 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// The initial state.
+    /// The initial state. The motors of a drive have supplied nothing.
     ///
     /// # Errors
     /// [`InputError::Length`] where q or p does not fit the system, and [`InputError::NotFinite`].
     pub fn start<T: Scalar>(&self) -> Result<State<Vec<T>>, InputError> {
         let lift = |part: &[f64]| part.iter().map(|&x| T::from_f64(x)).collect();
         let state = State::new(lift(&self.q), lift(&self.p))?;
-        state.check(self.model.dof())?;
-        Ok(state)
+        state.check(self.model.degrees())?;
+        Ok(with_motors(&state, self.model.driven().len()))
     }
 
     /// The reference at the times `i h`, i = 0..=count, with its doubt at each. Up to
@@ -71,7 +71,8 @@ impl Problem {
         count: usize,
         progress: &dyn Progress,
     ) -> Result<Solution<f64>, IntegrateError> {
-        reference::reference(self, h, count, progress)
+        let found = reference::reference(self, h, count, progress)?;
+        Ok(found.with_drive(self.model.driven()))
     }
 }
 

@@ -41,7 +41,8 @@ fn read(table: &Artifact) -> Vec<std::collections::BTreeMap<String, String>> {
 fn books_show_every_reservoir() {
     let problem = chain(3, 0.3, 2.0);
     let books = energy::run(&problem, &rows(&["increment-2"]), 0.1, 2, &Silent).unwrap();
-    let table = Artifact::wide_table("energy", &energy::columns(3), &books[0].rows).unwrap();
+    let table =
+        Artifact::wide_table("energy", &energy::columns(&problem.model), &books[0].rows).unwrap();
     let records = read(&table);
     assert_eq!(records.len(), 11);
     let number = |i: usize, column: &str| records[i][column].parse::<f64>().unwrap();
@@ -60,7 +61,12 @@ fn trajectories_hold_the_states_asked_for() {
         trajectory::run(&pendulum(1.0), &rows(&["gonzalez", "rk4"]), 0.1, 4, &Silent).unwrap();
     for run in &runs {
         assert!(run.ending.is_completed());
-        let table = Artifact::wide_table("trajectory", &trajectory::columns(2), &run.rows).unwrap();
+        let table = Artifact::wide_table(
+            "trajectory",
+            &trajectory::columns(&pendulum(1.0).model),
+            &run.rows,
+        )
+        .unwrap();
         let records = read(&table);
         let column = |name: &str| -> Vec<f64> {
             records.iter().map(|row| row[name].parse().unwrap()).collect()

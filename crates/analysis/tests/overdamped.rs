@@ -91,6 +91,8 @@ fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
         w_error: 0.0,
         doubt_w: 0.0,
         w: vec![0.0],
+        s: Vec::new(),
+        supplied: Vec::new(),
     };
     let rows = (0..3).map(row).collect();
     Books { method: "any", rows, drift, violations: Some(0), ending }

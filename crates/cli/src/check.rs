@@ -24,7 +24,7 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
     match format {
         Format::Json => table::json(&plans)?,
         Format::Table => {
-            let (model, dof) = (scene.problem.model.name(), scene.problem.model.dof());
+            let (model, dof) = (scene.problem.model.name(), scene.problem.model.degrees());
             let freedom = if dof == 1 { "degree" } else { "degrees" };
             table::text(&format!(
                 "{} is valid: {model}, {dof} {freedom} of freedom.",

@@ -43,8 +43,8 @@ pub use run::{
     integrate_in, integrate_within, sample_within,
 };
 pub use system::{
-    Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, EndMembers, Entry,
-    ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean, Members, Misprinted, OrderRaising,
-    Passive, PhasePlane, PlaneDissipation, SecondDerivatives, Separable, Slopes, State, StateRef,
-    System, Uniform,
+    Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Drive, Driven,
+    EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean, Members, Misprinted,
+    OrderRaising, Passive, PhasePlane, PlaneDissipation, SecondDerivatives, Separable, Slopes,
+    State, StateRef, System, Uniform, accounts, with_motors,
 };

@@ -31,6 +31,8 @@ pub enum Quantity {
     ReservoirRate,
     /// Σ w_j', the power dissipated in all.
     TotalReservoirRate,
+    /// F
+    Drive,
 }
 
 impl Quantity {
@@ -61,6 +63,7 @@ impl std::fmt::Display for Quantity {
             Self::DissipationSlope => "∂D/∂p of ",
             Self::ReservoirRate => "w'",
             Self::TotalReservoirRate => "Σ w'",
+            Self::Drive => "F",
         })
     }
 }

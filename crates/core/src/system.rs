@@ -12,12 +12,15 @@
 //! | [`ExactFlow`] | the exact solution |
 //! | [`OrderRaising`], [`Misprinted`] | the corrected steps δ of the paper |
 //!
+//! A [`Drive`] adds forces F(q, t) to any of them, by [`Driven`].
+//!
 //! [`Abilities`] is a system whose concrete type is erased; it tells which of these traits it has.
 //! [`Formulas`] make a separable system from one potential and one dissipation.
 
 mod abilities;
 mod coupling;
 mod dissipation;
+mod drive;
 mod exact_flow;
 mod formulas;
 mod hamiltonian;
@@ -34,6 +37,7 @@ mod state_ref;
 pub use abilities::{Abilities, Entry, Flow, Members, SecondDerivatives};
 pub use coupling::Coupling;
 pub use dissipation::{Dissipation, DissipationForm, Passive};
+pub use drive::{Drive, Driven, accounts, with_motors};
 pub use exact_flow::ExactFlow;
 pub use formulas::{Formulas, FromFormulas};
 pub use hamiltonian::System;

@@ -90,6 +90,8 @@ impl Increment {
 pub struct Workspace<V: Vector> {
     before: Before<V>,
     order: Vec<usize>,
+    /// The first motor of a driven system, or N.
+    first_motor: usize,
     /// Present if friction couples the momenta.
     friction: Option<Friction<V>>,
 }
@@ -105,7 +107,8 @@ where
         validate::masses(system)?;
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
-        Ok(Workspace { before: Before::new(n), order, friction: Friction::new(system)? })
+        let (first_motor, friction) = (n - system.motors(), Friction::new(system)?);
+        Ok(Workspace { before: Before::new(n), order, first_motor, friction })
     }
 
     #[inline(always)]
@@ -126,7 +129,8 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let Workspace { before, order, friction } = workspace;
+        let Workspace { before, order, first_motor, friction } = workspace;
+        let first_motor = *first_motor;
         let sweeps = |state: &mut State<V>| {
             let overall = overall(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
@@ -134,8 +138,8 @@ where
                 let h = fraction * h;
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
                 effort += match (friction.as_mut(), i % 2) {
-                    (None, 0) => sweep(system, h, overall, state, there)?,
-                    (None, _) => sweep(system, h, overall, state, back)?,
+                    (None, 0) => sweep(system, [h, overall], first_motor, state, there)?,
+                    (None, _) => sweep(system, [h, overall], first_motor, state, back)?,
                     (Some(friction), 0) => {
                         rubbed(system, [h, overall], state, friction, there, back)?
                     }
@@ -210,17 +214,18 @@ where
     S: Separable<V::Scalar> + ?Sized,
 {
     friction.pass(system, h.half(), state, there.clone())?;
-    let effort = sweep(system, h, overall, state, there)?;
+    let first_motor = state.dof();
+    let effort = sweep(system, [h, overall], first_motor, state, there)?;
     friction.pass(system, h.half(), state, back)?;
     Ok(effort)
 }
 
-/// Updates every coordinate once, in the given order.
+/// Updates every coordinate once, in the given order. Motors move with velocity 1.
 #[inline]
 fn sweep<V, S>(
     system: &S,
-    h: V::Scalar,
-    overall: V::Scalar,
+    [h, overall]: [V::Scalar; 2],
+    first_motor: usize,
     state: &mut State<V>,
     order: impl Iterator<Item = usize>,
 ) -> Result<Effort, StepFailure>
@@ -234,14 +239,39 @@ where
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     for j in order {
+        if j >= first_motor {
+            q[j] += h;
+            continue;
+        }
         let moved = advance(system, &Newton, [h, overall], [j, j], [q, p], dissipative)?;
-        (q[j], p[j]) = (moved.q, moved.p);
+        let from = std::mem::replace(&mut q[j], moved.q);
+        p[j] = moved.p;
         if dissipative {
             w[j] += moved.dw;
+        }
+        if first_motor < q.len() {
+            supply(system, j, [from, moved.q], [q, p, w]);
         }
         evaluations += moved.evaluations;
     }
     Ok(Effort { evaluations, iterations: evaluations })
+}
+
+/// Books the work of the drive on degree of freedom j, which has moved along its edge: the force at
+/// the midpoint, as in D̄, times the way.
+pub(crate) fn supply<T, S>(system: &S, j: usize, [from, to]: [T; 2], [q, p, w]: [&mut [T]; 3])
+where
+    T: Scalar,
+    S: Separable<T> + ?Sized,
+{
+    q[j] = (from + to).half();
+    let supplied = system.supply(q, j);
+    q[j] = to;
+    if let Some((motor, force)) = supplied {
+        let work = force * (to - from);
+        p[motor] += work;
+        w[motor] -= work;
+    }
 }
 
 /// The largest |q_j| if every coordinate is coupled to every other, else 0: for local coupling,

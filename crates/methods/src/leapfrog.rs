@@ -38,6 +38,8 @@ pub struct Workspace<V> {
     q: V,
     p: V,
     w: V,
+    /// The first motor of a driven system, or N.
+    first_motor: usize,
 }
 
 impl Binding for Leapfrog {
@@ -75,6 +77,7 @@ where
             q: zeros(),
             p: zeros(),
             w: zeros(),
+            first_motor: system.dof() - system.motors(),
         })
     }
 
@@ -94,7 +97,9 @@ where
         let n = state.dof();
         let damping = system.dissipation_form();
         let (half_h, one) = (h.half(), V::Scalar::one());
-        let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1 } = workspace;
+        let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1, first_motor } =
+            workspace;
+        let first_motor = *first_motor;
         let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
         let (velocity, p_half, drag) =
             (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
@@ -141,6 +146,9 @@ where
                 effort.iterations += u64::from(root.evaluations);
             }
         }
+        for motor in first_motor..n {
+            q1[motor] = q0[motor] + h;
+        }
         let mut finite = V::Scalar::zero().is_finite();
         if !single {
             at.copy_from_slice(q1);
@@ -163,6 +171,16 @@ where
                 finite = finite.and(w1[j].is_finite());
             }
             finite = finite.and(p1[j].is_finite()).and(q1[j].is_finite());
+        }
+        if first_motor < n {
+            for (j, &p) in p_half[..first_motor].iter().enumerate() {
+                let forces = [q0, &*q1].map(|q| system.supply(q, j));
+                if let [Some((motor, start)), Some((_, end))] = forces {
+                    let work = over_mass(half_h, j) * (start + end) * p;
+                    p1[motor] += work;
+                    w1[motor] -= work;
+                }
+            }
         }
         if !finite.all() {
             return Err(failure(system, half_h, state, [q1, p1, w1]));

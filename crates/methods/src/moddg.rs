@@ -28,6 +28,7 @@ pub mod steps;
 
 mod binding;
 mod closed_form;
+mod driven;
 mod implicit;
 
 pub use closed_form::ClosedForm;

@@ -33,6 +33,7 @@ mod abilities;
 mod checks;
 mod described;
 mod description;
+mod drive;
 mod failure;
 mod fields;
 mod general;
@@ -47,7 +48,8 @@ mod structure;
 
 pub use afterbay_expression::{FUNCTIONS, FUNCTIONS_OF_TWO, Problem};
 pub use described::Described;
-pub use description::{Description, DissipationText, GeneralDescription};
+pub use description::{Description, DissipationText, DriveDescription, GeneralDescription};
+pub use drive::CustomDrive;
 pub use failure::{CustomError, Place};
 pub use general::CustomGeneral;
 pub use structure::Structure;

@@ -23,7 +23,7 @@ pub(super) fn sheet(
     progress.begin("energy balance", plan.methods.len());
     let found = energy::run(problem, &plan.methods, plan.step, plan.every, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|books| &books.rows).collect();
-    sheet.wide_data(DATA, &energy::columns(problem.model.dof()), &rows)?;
+    sheet.wide_data(DATA, &energy::columns(&problem.model), &rows)?;
     let record = |books: &Books| {
         books.ending.record("energy", problem.model.name(), books.method, plan.step)
     };

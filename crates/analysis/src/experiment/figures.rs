@@ -1,5 +1,6 @@
 //! Figures of trajectories: those of the scene, and those shown without being asked for.
 
+use crate::Model;
 use crate::chart::{
     Axis, Cells, Curve, Drawing, HeatMap, LineChart, Maps, Panels, coincide, dwarf,
 };
@@ -21,7 +22,7 @@ const PANELS: usize = 12;
 /// show under another name.
 pub(super) fn plans(scene: &Scene, run: &RunPlan) -> Vec<FigurePlan> {
     let mut plans = scene.figures.clone();
-    for plan in defaults(scene.problem.model.dof(), run) {
+    for plan in defaults(&scene.problem.model, run) {
         let is_shown = |own: &FigurePlan| own.shown == plan.shown && own.methods == plan.methods;
         if plans.iter().all(|own| own.name != plan.name && !is_shown(own)) {
             plans.push(plan);
@@ -30,7 +31,8 @@ pub(super) fn plans(scene: &Scene, run: &RunPlan) -> Vec<FigurePlan> {
     plans
 }
 
-fn defaults(dof: usize, run: &RunPlan) -> Vec<FigurePlan> {
+fn defaults(model: &Model, run: &RunPlan) -> Vec<FigurePlan> {
+    let (dof, is_driven) = (model.degrees(), !model.driven().is_empty());
     let all = run.names();
     let one: Vec<_> = all.iter().copied().take(1).collect();
     let plan = |name: &str, title: &str, methods: &[&'static str], shown| FigurePlan {
@@ -65,7 +67,10 @@ fn defaults(dof: usize, run: &RunPlan) -> Vec<FigurePlan> {
         plans.push(plan("phase-plane", "Phase plane of degree 1", &one, portrait));
         plans.push(plan("reservoirs", "Reservoirs", &one, curves(time, first(Variable::W))));
     }
-    let books = vec![Observable::Energy, Observable::Reservoirs, Observable::Total];
+    let mut books = vec![Observable::Energy, Observable::Reservoirs, Observable::Total];
+    if is_driven {
+        books.insert(2, Observable::Supplied);
+    }
     plans.push(plan("energy", "Energy", &all, curves(time, books)));
     let drift = Shown::Curves { x: time, y: vec![Observable::Drift], log: true };
     plans.push(plan("deviation-of-k", "Deviation of K", &all, drift));

@@ -23,7 +23,7 @@ pub(super) fn sheet(
     progress: &dyn Progress,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Trajectories");
-    let (problem, n) = (&scene.problem, scene.problem.model.dof());
+    let problem = &scene.problem;
     progress.begin("trajectories", plan.methods.len() + plan.adaptive.len());
     let mut found = trajectory::run(problem, &plan.methods, scene.step, plan.every, progress)?;
     let asked = plan.adaptive.iter().zip(plan.tolerance.iter().cycle());
@@ -32,7 +32,7 @@ pub(super) fn sheet(
         found.push(trajectory::sampled(problem, row, tolerance, h, every, progress)?);
     }
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
-    sheet.wide_data(DATA, &trajectory::columns(n), &rows)?;
+    sheet.wide_data(DATA, &trajectory::columns(&problem.model), &rows)?;
     let record =
         |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
@@ -66,19 +66,23 @@ pub(super) fn sheet(
         }
     }
     sheet.section.blocks.extend(narrow.map(Block::Figure));
+    let is_driven = !problem.model.driven().is_empty();
     let last = |run: &Trajectory| {
         let mut cells = vec![run.method.into(), run.ending.describe()];
         if let Some(row) = run.rows.last() {
             cells.extend([row.step.to_string(), row.t.to_string(), format!("{:.6}", row.energy)]);
             cells.push(format!("{:.6}", row.w.iter().sum::<f64>()));
+            if is_driven {
+                cells.push(format!("{:.6}", row.s.iter().sum::<f64>()));
+            }
             cells.push(scientific(Some(drift(run))));
         }
         cells
     };
-    sheet.table(
-        &["method", "outcome", "steps", "t", "H", "Σ w", "max |K - K₀| of the states kept"],
-        found.iter().map(last).collect(),
-    );
+    let mut header = vec!["method", "outcome", "steps", "t", "H", "Σ w"];
+    header.extend(is_driven.then_some("Σ s"));
+    header.push("max |K - K₀| of the states kept");
+    sheet.table(&header, found.iter().map(last).collect());
     sheet.text(format!(
         "Methods: {}. The table contains one of every {} states, and the last.",
         plan.names().join(", "),

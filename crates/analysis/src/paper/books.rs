@@ -182,7 +182,7 @@ fn energy_books(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<Books>, Repo
         books.ending.record("energy", oscillator().model.name(), books.method, FIGURE_STEP)
     }));
     let rows: Vec<&EnergyRow> = all.iter().flat_map(|books| &books.rows).collect();
-    sheet.wide_data("energy", &energy::columns(1), &rows)?;
+    sheet.wide_data("energy", &energy::columns(&oscillator().model), &rows)?;
     Ok(all)
 }
 

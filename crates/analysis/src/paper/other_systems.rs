@@ -98,7 +98,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
 
         let books = energy::run(&problem, &rows_of, FIGURE_STEP, 1, progress)?;
         let all: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
-        sheet.wide_data(&format!("{name}/energy"), &energy::columns(problem.model.dof()), &all)?;
+        sheet.wide_data(&format!("{name}/energy"), &energy::columns(&problem.model), &all)?;
 
         let drift = |books: &energy::Books| {
             let done = books.ending.is_completed().then_some(books.drift);

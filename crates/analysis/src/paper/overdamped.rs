@@ -45,7 +45,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let problem = problem(FRICTION[0]);
     let books = energy::run(&problem, &paper.methods(&SHOWN)?, STEP, 1, &Silent)?;
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
-    sheet.wide_data("overdamped_energy", &energy::columns(1), &rows)?;
+    sheet.wide_data("overdamped_energy", &energy::columns(&problem.model), &rows)?;
 
     let ratio = |books: &Books, step: usize| books.rows.get(step).and_then(|row| row.ratio);
     let exact = |books: &Books, step: usize| {

@@ -24,6 +24,9 @@ pub struct Document {
     pub initial: InitialTable,
     /// The end of time and the step.
     pub time: TimeTable,
+    /// Forces that depend on time, for any system.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveTable>,
     /// Trajectories, for `afterbay run`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<RunTable>,
@@ -40,6 +43,20 @@ pub struct Document {
     /// Units, for the axes of charts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<UnitsTable>,
+}
+
+/// A drive: p_j' = -∂H/∂q_j - D_j + F_j(q, t). The energy it supplies is s_j, with s_j' = F_j ∂H/∂p_j,
+/// and K = H + Σ w_j - Σ s_j.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveTable {
+    /// The forces F_j(q, t), one for each degree of freedom (0 where there is none), or one rule for
+    /// all of them: expressions in the time t, q1, q2, .. and the parameters of the drive and of the
+    /// system, such as "f*cos(omega*t)".
+    pub force: PerDegree,
+    /// The values of parameters of the forces: numbers, or expressions in other parameters.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, Expression>,
 }
 
 /// A built-in system by name, or a custom one.
@@ -78,14 +95,8 @@ impl SystemTable {
     /// The expressions of a custom system, each with its name.
     pub fn expressions(&self) -> Vec<(String, String)> {
         let mut all = Vec::new();
-        let numbered = |name: &str, given: Option<&PerDegree>| match given {
-            None => Vec::new(),
-            Some(PerDegree::Rule(rule)) => vec![(format!("{name}_i"), rule.text())],
-            Some(PerDegree::List(list)) => {
-                let list = list.iter().enumerate();
-                list.map(|(j, text)| (format!("{name}{}", j + 1), text.text())).collect()
-            }
-        };
+        let numbered =
+            |name: &str, given: Option<&PerDegree>| given.map_or(Vec::new(), |all| all.named(name));
         all.extend(self.potential.iter().map(|text| ("V".into(), text.text())));
         all.extend(self.hamiltonian.iter().map(|text| ("H".into(), text.text())));
         all.extend(numbered("D", self.dissipation.as_ref()));
@@ -126,6 +137,19 @@ pub enum PerDegree {
     List(Vec<Expression>),
     /// One rule for all, in which i is the number of the degree of freedom.
     Rule(Expression),
+}
+
+impl PerDegree {
+    /// The expressions, each with its name: that of all and its number.
+    pub(crate) fn named(&self, name: &str) -> Vec<(String, String)> {
+        match self {
+            Self::Rule(rule) => vec![(format!("{name}_i"), rule.text())],
+            Self::List(list) => {
+                let list = list.iter().enumerate();
+                list.map(|(j, text)| (format!("{name}{}", j + 1), text.text())).collect()
+            }
+        }
+    }
 }
 
 /// Numbers, one for each degree of freedom.

@@ -62,7 +62,7 @@ impl Planner<'_> {
         }
         let every = self.every("run.every", table.every, self.steps)?;
         self.steps_fit("time.step", self.steps as f64 * methods.len() as f64)?;
-        let columns = trajectory::columns(self.problem.model.dof()).len();
+        let columns = trajectory::columns(&self.problem.model).len();
         let count = methods.len() + adaptive.len();
         self.table_fits("run.every", self.steps / every, count * columns)?;
         if let Some(tolerance) = table.tolerance {
@@ -82,6 +82,7 @@ impl Planner<'_> {
     pub(super) fn studies(&self) -> Planned<Studies> {
         let tables = &self.document.study;
         let mut studies = Studies::default();
+        self.none_of_autonomous_systems()?;
         if let Some(table) = &tables.local_order {
             let path = "study.local-order";
             let methods = self.fixed_methods(path, table.methods.as_ref())?;
@@ -169,6 +170,23 @@ impl Planner<'_> {
         }
         studies.stability = self.stability()?;
         Ok(studies)
+    }
+
+    /// Refuses the studies that know no drive.
+    fn none_of_autonomous_systems(&self) -> Planned<()> {
+        let tables = &self.document.study;
+        let given = [
+            ("local-order", tables.local_order.is_some()),
+            ("stability", tables.stability.is_some()),
+            ("long-run", tables.long_run.is_some()),
+        ];
+        match given.into_iter().find(|x| x.1) {
+            Some((key, _)) if !self.problem.model.driven().is_empty() => {
+                let why = "this study knows no drive; global-order, energy and work-precision do";
+                self.refuse(&format!("study.{key}"), SceneProblem::Misplaced { key, why })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The grid of a study of local errors.

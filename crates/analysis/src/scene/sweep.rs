@@ -126,7 +126,7 @@ impl Planner<'_> {
         let known = self.problem.model.parameters();
         let entry = |letter: char| {
             let j: usize = name.strip_prefix(letter)?.parse().ok()?;
-            (1..=self.problem.model.dof()).contains(&j).then(|| j - 1)
+            (1..=self.problem.model.degrees()).contains(&j).then(|| j - 1)
         };
         let target = if known.contains(&name) {
             Target::Parameter
@@ -140,7 +140,8 @@ impl Planner<'_> {
             let what = "parameter or initial value";
             return self.refuse(&path, SceneProblem::Unknown { what, name: name.into(), known });
         };
-        if let Some(Expression::Text(_)) = self.document.system.parameters.get(name) {
+        let of_drive = self.document.drive.as_ref().and_then(|drive| drive.parameters.get(name));
+        if let Some(Expression::Text(_)) = of_drive.or(self.document.system.parameters.get(name)) {
             let why = "it is computed from other parameters";
             return self.refuse(&path, SceneProblem::NotVaried { name: name.into(), why });
         }
@@ -214,7 +215,10 @@ impl Planner<'_> {
         let mut document = self.document.clone();
         for (axis, &value) in axes.iter().zip(values) {
             if let Target::Parameter = axis.target {
-                let parameters = &mut document.system.parameters;
+                let of_drive = document.drive.as_mut().map(|drive| &mut drive.parameters);
+                let parameters = of_drive
+                    .filter(|parameters| parameters.contains_key(&axis.name))
+                    .unwrap_or(&mut document.system.parameters);
                 parameters.insert(axis.name.clone(), Expression::Number(value));
             }
         }

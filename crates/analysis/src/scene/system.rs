@@ -142,7 +142,7 @@ fn dof(table: &SystemTable, count: Option<usize>) -> Option<usize> {
 
 /// What sets the number of degrees of freedom, in words.
 pub(super) fn sets_dof(table: &SystemTable, count: Option<usize>, model: &Model) -> String {
-    let dof = model.dof();
+    let dof = model.degrees();
     if table.name != CUSTOM {
         return match model.parameters().contains(&"n") {
             true => "the parameter n of the system sets this number".to_owned(),
@@ -213,7 +213,7 @@ fn described(table: &SystemTable, count: Option<usize>) -> Result<Described, Cus
 }
 
 /// Adds the place in the scene to a problem of a custom system. `energy` is the path of V or H.
-fn located(source: &Source<'_>, error: CustomError, energy: &str) -> SceneError {
+pub(super) fn located(source: &Source<'_>, error: CustomError, energy: &str) -> SceneError {
     let span = match &error {
         CustomError::Expression { place, span, .. }
         | CustomError::NotFinite { place, span, .. } => source.span_within(&path(*place), span),
@@ -224,6 +224,7 @@ fn located(source: &Source<'_>, error: CustomError, energy: &str) -> SceneError 
         CustomError::Count { list, .. } => source.span(match *list {
             "list of masses" => "system.mass",
             "dissipation" => "system.dissipation",
+            "list of forces" => "drive.force",
             _ => "system.friction",
         }),
         CustomError::Input(InputError::Mass { dof, .. }) => {
@@ -245,6 +246,7 @@ fn path(place: Place) -> String {
         Place::Mass(j) => format!("system.mass.{j}"),
         Place::Dissipation(j) => format!("system.dissipation.{j}"),
         Place::Friction(i, j) => format!("system.friction.{i}.{j}"),
+        Place::Force(j) => format!("drive.force.{j}"),
     }
 }
 
@@ -258,18 +260,24 @@ pub(super) fn finite_at(
         problem: error.into(),
         span: source.span(path),
     };
-    if let Model::Custom(custom) = &problem.model {
-        return custom.check_at(&start.q, &start.p).map_err(|error| match error {
+    let mut model = &problem.model;
+    if let Model::Driven(system, drive) = model {
+        drive.check_at(&start.q, start.t).map_err(|error| located(source, error, "drive.force"))?;
+        model = system;
+    }
+    let n = model.degrees();
+    let (q, p) = (&start.q[..n], &start.p[..n]);
+    if let Model::Custom(custom) = model {
+        return custom.check_at(q, p).map_err(|error| match error {
             CustomError::Input(error) => at("initial", error),
             _ => located(source, error, "system"),
         });
     }
-    let system = problem.model.system::<f64>().map_err(|error| at("system", error))?;
-    let dof = system.dof();
-    let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; dof]);
-    system.gradient(&start.q, &start.p, &mut hq, &mut hp);
-    system.dissipation(&start.q, &start.p, &hp, &mut d);
-    let energy = [system.energy(&start.q, &start.p)];
+    let system = model.system::<f64>().map_err(|error| at("system", error))?;
+    let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; n]);
+    system.gradient(q, p, &mut hq, &mut hp);
+    system.dissipation(q, p, &hp, &mut d);
+    let energy = [system.energy(q, p)];
     let parts: [(Quantity, &[f64]); 4] = [
         (Quantity::Energy, &energy),
         (Quantity::Slope, &hq),

@@ -4,8 +4,8 @@ use super::outcome::Ending;
 use super::passivity::Passivity;
 use super::{Problem, numbered};
 use crate::progress::{Piece, Progress};
-use crate::{Measured, Solution};
-use afterbay_core::{Grid, IntegrateError, System};
+use crate::{Measured, Model, Solution};
+use afterbay_core::{Grid, IntegrateError, StateRef, System, accounts};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -36,6 +36,10 @@ pub struct EnergyRow {
     pub doubt_ratio: Option<f64>,
     /// The reservoir.
     pub w: Vec<f64>,
+    /// The energy supplied by a drive; empty without one.
+    pub s: Vec<f64>,
+    /// Σ s, where there is a drive.
+    pub supplied: Vec<f64>,
 }
 
 impl EnergyRow {
@@ -51,11 +55,14 @@ impl EnergyRow {
     }
 }
 
-/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1..wN`.
-pub fn columns(dof: usize) -> Vec<String> {
+/// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1..wN`, and
+/// `s1..sN,supplied` where there is a drive.
+pub fn columns(model: &Model) -> Vec<String> {
     let names =
         ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w", "doubt_d_R"];
-    names.into_iter().map(String::from).chain(numbered("w", dof)).collect()
+    let accounts = model.variables()[2..].iter().flat_map(|name| numbered(name, model.degrees()));
+    let supplied = (!model.driven().is_empty()).then(|| "supplied".to_owned());
+    names.into_iter().map(String::from).chain(accounts).chain(supplied).collect()
 }
 
 /// The energy balance of one run.
@@ -108,21 +115,23 @@ fn follow(
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
     let total = state.total(&*system);
-    let exact_energy = |step: usize| energy_of(&*system, solution, step);
+    let (n, driven) = (problem.model.degrees(), problem.model.driven());
+    let exact_energy = |step: usize| exact_energy(&*system, solution, step, n);
     let finite = |x: f64| x.is_finite().then_some(x);
 
     let mut rows = Vec::new();
     let grid = Grid::<f64>::new(h, problem.end)?;
     let (mut drift, mut energy_before, mut done) = (0.0_f64, None, 0);
     let mut piece = Piece::new(progress);
-    let mut passivity = Passivity::new(system.dissipation_form().passive, &state.w);
+    let mut passivity = Passivity::new(&problem.model, state.state_ref())?;
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
         piece.reach(step, grid.steps);
-        let energy = state.energy(&*system);
+        let energy = energy_of(&*system, state, n);
         let off = state.total(&*system) - total;
         drift = drift.max(off.abs());
-        passivity.see(state.w);
+        let [w, s] = accounts(state, driven);
+        passivity.see(state);
         if step % every == 0 {
             let i = step as usize;
             let ratio = energy_before.and_then(|before| finite(energy / before));
@@ -142,10 +151,12 @@ fn follow(
                 drift: off,
                 ratio,
                 ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
-                w_error: largest_difference(state.w, solution.at(i).w),
+                w_error: largest_difference(&w, &accounts(solution.at(i), driven)[0]),
                 doubt_w: solution.doubt_at(i).w,
                 doubt_ratio,
-                w: state.w.to_vec(),
+                supplied: if driven.is_empty() { Vec::new() } else { vec![s.iter().sum()] },
+                w,
+                s,
             });
         }
         energy_before = Some(energy);
@@ -156,13 +167,23 @@ fn follow(
     Ok(Books { method: row.name, rows, drift, violations, ending })
 }
 
+/// H, without what the motors of n degrees of freedom have supplied.
+fn energy_of(system: &dyn System<f64>, state: StateRef<'_, f64>, n: usize) -> f64 {
+    state.energy(system) - state.p[n..].iter().sum::<f64>()
+}
+
 /// H of the reference. Its doubt is |∇H| times the doubt of q and p.
-fn energy_of(system: &dyn System<f64>, solution: &Solution<f64>, i: usize) -> Measured {
+fn exact_energy(
+    system: &dyn System<f64>,
+    solution: &Solution<f64>,
+    i: usize,
+    n: usize,
+) -> Measured {
     let state = solution.at(i);
     let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
     system.gradient(state.q, state.p, &mut hq, &mut hp);
     let slope: f64 = hq.iter().chain(&hp).map(|x: &f64| x.abs()).sum();
-    Measured { error: state.energy(system), doubt: slope * solution.doubt_at(i).qp }
+    Measured { error: energy_of(system, state, n), doubt: slope * solution.doubt_at(i).qp }
 }
 
 /// The difference of largest magnitude, with its sign.

@@ -1,25 +1,48 @@
 //! Steps that violate passivity.
 
-use afterbay_core::Passive;
+use crate::Model;
+use afterbay_core::{InputError, Passive, StateRef, accounts};
 
-/// Counts the steps that violate passivity, see [`Passive::violated`].
+/// Counts the steps that violate passivity, see [`Passive::violated`]. The work of a drive is in an
+/// account of its own and does not count.
 #[derive(Clone, Debug)]
 pub(super) struct Passivity {
     owed: Passive,
+    driven: Vec<usize>,
     before: Vec<f64>,
     violations: u64,
 }
 
 impl Passivity {
-    /// Starts from the reservoir w.
-    pub(super) fn new(owed: Passive, w: &[f64]) -> Self {
-        Self { owed, before: w.to_vec(), violations: 0 }
+    /// Starts from a state of a model.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] for a parameter out of range.
+    pub(super) fn new(model: &Model, state: StateRef<'_, f64>) -> Result<Self, InputError> {
+        let mut passivity = Self {
+            owed: model.passive()?,
+            driven: model.driven().to_vec(),
+            before: Vec::new(),
+            violations: 0,
+        };
+        passivity.before = accounts(state, &passivity.driven)[0].clone();
+        Ok(passivity)
     }
 
-    /// Records the reservoir after a step.
-    pub(super) fn see(&mut self, w: &[f64]) {
-        self.violations += u64::from(self.owed.violated(&self.before, w));
-        self.before.copy_from_slice(w);
+    /// Records the state after a step.
+    pub(super) fn see(&mut self, state: StateRef<'_, f64>) {
+        if self.driven.is_empty() {
+            self.violations += u64::from(self.owed.violated(&self.before, state.w));
+            self.before.copy_from_slice(state.w);
+            return;
+        }
+        let [w, s] = accounts(state, &self.driven);
+        // w_j is the difference of two accounts, and has the rounding of the larger.
+        let with_size = |w: &[f64]| -> Vec<f64> {
+            w.iter().zip(&s).map(|(w, s)| w + w.abs() + s.abs()).collect()
+        };
+        self.violations += u64::from(self.owed.violated(&with_size(&self.before), &with_size(&w)));
+        self.before = w;
     }
 
     /// The number of steps that violate passivity; none where the system is not passive.
@@ -35,11 +58,12 @@ mod tests {
     #[test]
     fn steps_are_counted_and_not_degrees_of_freedom() {
         let count = |owed| {
-            let mut passivity = Passivity::new(owed, &[0.0, 0.0]);
+            let (before, violations) = (vec![0.0; 2], 0);
+            let mut passivity = Passivity { owed, driven: Vec::new(), before, violations };
             // Both rise; one falls and the sum rises; both fall; one falls and the sum with it.
             [[1.0, 1.0], [0.5, 2.0], [0.25, 1.0], [2.0, -2.0]]
                 .iter()
-                .for_each(|w| passivity.see(w));
+                .for_each(|w| passivity.see(StateRef { q: &[], p: &[], w, t: 0.0 }));
             passivity.violations()
         };
         assert_eq!(count(Passive::Each), Some(3));

@@ -105,7 +105,7 @@ pub fn run(
     wanted: Wanted,
     progress: &dyn Progress,
 ) -> Result<Pick, IntegrateError> {
-    let owed = problem.model.system::<f64>()?.dissipation_form().passive != Passive::No;
+    let owed = problem.model.passive()? != Passive::No;
     let mut pick = Pick {
         wanted,
         qualified: Vec::new(),

@@ -2,8 +2,9 @@
 
 use super::outcome::Ending;
 use super::{Problem, numbered};
+use crate::Model;
 use crate::progress::{Piece, Progress};
-use afterbay_core::{Grid, IntegrateError, StateRef, Tolerance};
+use afterbay_core::{Abilities, Grid, IntegrateError, StateRef, Tolerance, accounts};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -24,16 +25,45 @@ pub struct TrajectoryRow {
     pub p: Vec<f64>,
     /// Reservoir.
     pub w: Vec<f64>,
+    /// The energy supplied by a drive; empty without one.
+    pub s: Vec<f64>,
     /// H(q, p)
     pub energy: f64,
-    /// K = H + Σ w
+    /// K = H + Σ w - Σ s
     pub total: f64,
 }
 
-/// The names of the columns: `method,step,t,q1..qN,p1..pN,w1..wN,H,K`.
-pub fn columns(dof: usize) -> Vec<String> {
+impl TrajectoryRow {
+    /// A state of a run, without motors.
+    fn of(
+        method: &'static str,
+        step: u64,
+        state: StateRef<'_, f64>,
+        system: &dyn Abilities<f64>,
+        model: &Model,
+    ) -> Self {
+        let n = model.degrees();
+        let [w, s] = accounts(state, model.driven());
+        let supplied: f64 = state.p[n..].iter().sum();
+        Self {
+            method,
+            step,
+            t: state.t,
+            q: state.q[..n].to_vec(),
+            p: state.p[..n].to_vec(),
+            w,
+            s,
+            energy: state.energy(system) - supplied,
+            total: state.total(system),
+        }
+    }
+}
+
+/// The names of the columns: `method,step,t,q1..qN,p1..pN,w1..wN,H,K`, with s1..sN behind w where
+/// there is a drive.
+pub fn columns(model: &Model) -> Vec<String> {
     let names = |list: &[&str]| list.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let parts = ["q", "p", "w"].into_iter().flat_map(|name| numbered(name, dof));
+    let parts = model.variables().iter().flat_map(|name| numbered(name, model.degrees()));
     names(&["method", "step", "t"]).into_iter().chain(parts).chain(names(&["H", "K"])).collect()
 }
 
@@ -69,18 +99,7 @@ pub fn run(
             let system = problem.model.system::<f64>()?;
             let (mut rows, every) = (Vec::new(), every.max(1));
             let mut record = |step: u64, state: StateRef<'_, f64>| {
-                let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
-                let (energy, total) = (state.energy(&*system), state.total(&*system));
-                rows.push(TrajectoryRow {
-                    method: row.name,
-                    step,
-                    t: state.t,
-                    q,
-                    p,
-                    w,
-                    energy,
-                    total,
-                });
+                rows.push(TrajectoryRow::of(row.name, step, state, &*system, &problem.model));
             };
             let (mut state, mut done, mut recorded) = (problem.start()?, 0, 0);
             let mut piece = Piece::new(progress);
@@ -136,11 +155,9 @@ pub fn sampled(
     let (mut rows, mut state) = (Vec::new(), problem.start()?);
     let (run, mut piece) = (problem.model.bind(row)?, Piece::new(progress));
     let result = run.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |n, state| {
-        let [q, p, w] = [state.q, state.p, state.w].map(<[f64]>::to_vec);
-        let (energy, total) = (state.energy(&*system), state.total(&*system));
         let step = steps.get(n as usize).copied().unwrap_or(grid.steps);
         piece.reach(step, grid.steps);
-        rows.push(TrajectoryRow { method: row.name, step, t: state.t, q, p, w, energy, total });
+        rows.push(TrajectoryRow::of(row.name, step, state, &*system, &problem.model));
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     drop(piece);

@@ -130,13 +130,13 @@ struct Watch<'a> {
 impl<'a> Watch<'a> {
     fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
         let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
-        let passivity = Passivity::new(system.dissipation_form().passive, &start.w);
+        let passivity = Passivity::new(&problem.model, start.state_ref())?;
         Ok(Self { total: start.total(&*system), system, drift: 0.0, steps: 0, passivity, progress })
     }
 
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         self.drift = self.drift.max((state.total(&*self.system) - self.total).abs());
-        self.passivity.see(state.w);
+        self.passivity.see(state);
         self.steps = step;
         if self.progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

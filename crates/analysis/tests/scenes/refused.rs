@@ -49,7 +49,7 @@ fn marks_before_a_text_line_ends_and_whole_numbers_do_not_matter() {
 
 #[test]
 fn tolerances_have_a_budget() {
-    let [good, _] = bad::GOOD;
+    let [good, ..] = bad::GOOD;
     let with = |count: u32| {
         let list: Vec<String> =
             (0..count).map(|i| format!("{:e}", 1e-6 * f64::from(1 + i))).collect();
@@ -74,7 +74,7 @@ fn a_mark_before_a_text_does_not_count_in_its_places() {
 
 #[test]
 fn what_is_quoted_or_remarked_is_no_nesting() {
-    let [good, custom] = bad::GOOD;
+    let [good, custom, _] = bad::GOOD;
     Scene::read(&format!("# {}\n# {}\n{good}", ".".repeat(200), "[".repeat(200))).unwrap();
     let long = format!(
         "potential = \"\"\"\n{}q1^2/2 + q2^2/2\"\"\"\nmass",
@@ -97,7 +97,7 @@ fn what_is_no_text_or_too_much_of_it_is_refused() {
 
 #[test]
 fn a_scene_says_what_it_leaves_out() {
-    let [good, _] = bad::GOOD;
+    let [good, ..] = bad::GOOD;
     let scene = Scene::read(&good.replacen("every = 10\n", "", 1).replacen(
         "step = 0.01\nevery = 100",
         "",
@@ -129,7 +129,7 @@ fn a_scene_says_what_it_leaves_out() {
 #[test]
 fn rules_make_what_lists_make() {
     let with = |dissipation: &str, mass: &str, c: &str, q: &str| {
-        let [_, good] = bad::GOOD;
+        let [_, good, _] = bad::GOOD;
         Scene::read(
             &good
                 .replace("[\"c*p1\", \"c*p2\"]", dissipation)
@@ -156,7 +156,7 @@ fn rules_make_what_lists_make() {
 #[test]
 fn methods_that_choose_their_steps_are_named_like_the_others() {
     let with = |methods: &str, run: &str, time: &str| {
-        let [good, _] = bad::GOOD;
+        let [good, ..] = bad::GOOD;
         let [before, after] =
             good.split_once("[study.local-order]").map(<[&str; 2]>::from).unwrap();
         let study = after.split_once("[study.work-precision]").unwrap().1;

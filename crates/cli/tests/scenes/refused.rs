@@ -67,7 +67,7 @@ fn a_file_that_is_no_scene_ends_with_3() {
 
 #[test]
 fn a_scene_with_nothing_to_do_ends_with_3() {
-    let [_, good] = bad::GOOD;
+    let [_, good, _] = bad::GOOD;
     let (_folder, path) = written("scene.toml", good.as_bytes());
     let (code, _, stderr) = done(afterbay(&["study"]).arg(&path));
     assert!(code == Some(3) && stderr.contains("the scene has no [study.*]"), "{stderr}");
@@ -152,7 +152,7 @@ fn a_run_that_fails_ends_with_4_and_its_results_are_written() {
 
 #[test]
 fn programs_read_the_error_as_json() {
-    let [good, _] = bad::GOOD;
+    let [good, ..] = bad::GOOD;
     let (_folder, path) = written("bad.toml", good.replace("\"moddg\"", "\"mdodg\"").as_bytes());
     let (code, stdout, _) = done(afterbay(&["check", "--format", "json"]).arg(&path));
     let error: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");

@@ -7,8 +7,7 @@ use crate::numbers::Scalar;
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
 /// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`.
 ///
-/// The interface has no t. K = H + Σ w_j would be constant for D(q,p,t) as well, but not for
-/// H(q,p,t), where K' = ∂H/∂t.
+/// The interface has no t. Forces that depend on time are added by a [`crate::Drive`].
 ///
 /// All slices have length N, the number of degrees of freedom.
 pub trait System<T: Scalar>: Send + Sync {

@@ -49,4 +49,18 @@ pub trait Separable<T: Scalar>: System<T> {
     /// which need not be exact. Only `by_p` must be where [`crate::DissipationForm::linear`] is
     /// set: D_j is then computed as `by_p` times p_j.
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T>;
+
+    /// The number of motors of a driven system ([`crate::Driven`]). They are the last degrees of
+    /// freedom, and their velocity is 1, whatever their momentum.
+    #[inline(always)]
+    fn motors(&self) -> usize {
+        0
+    }
+
+    /// The motor of degree of freedom j and its force F_j at q, if j is driven.
+    /// [`Separable::dissipation_of`] is then D_j - F_j.
+    #[inline(always)]
+    fn supply(&self, _q: &[T], _j: usize) -> Option<(usize, T)> {
+        None
+    }
 }

@@ -75,4 +75,12 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Separable<T> for Arc<S> {
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
         (**self).dissipation_of(q, p, j)
     }
+    #[inline]
+    fn motors(&self) -> usize {
+        (**self).motors()
+    }
+    #[inline]
+    fn supply(&self, q: &[T], j: usize) -> Option<(usize, T)> {
+        (**self).supply(q, j)
+    }
 }

@@ -27,6 +27,8 @@ pub struct Names<'a> {
     pub momenta: Result<(), &'static str>,
     /// Whether velocities are allowed; if not, the rule that a message quotes.
     pub velocities: Result<(), &'static str>,
+    /// Whether `t` is the time, which is [`Input::End`]. Else it is an unknown name.
+    pub time: bool,
 }
 
 impl<'a> Names<'a> {
@@ -41,6 +43,7 @@ impl<'a> Names<'a> {
             coordinates: Ok(()),
             momenta: Ok(()),
             velocities: Ok(()),
+            time: false,
         }
     }
 }
@@ -130,6 +133,7 @@ impl Reader<'_, '_> {
         match (name, self.names.index) {
             ("i", Some(index)) => Ok(self.graph.number(index as f64)),
             ("n", _) => self.count().map(|n| self.graph.number(n as f64)),
+            ("t", _) if self.names.time => Ok(self.graph.input(Input::End)),
             _ => match digits(name, &['v']) {
                 Some(digits) => self.state(name, digits),
                 None => Err(self.unknown(name)),

@@ -133,8 +133,8 @@ impl Problem {
             }
             Self::Unknown { name, nearest: None, known } => match name.as_str() {
                 "t" | "time" => Some(
-                    "time is not available: H and D may not depend on it; where `hamiltonian` has \
-                     the term + p2, q2 is the time"
+                    "time is not available: H and D may not depend on it; a force that does is a \
+                     [drive], and where `hamiltonian` has the term + p2, q2 is the time"
                         .into(),
                 ),
                 "i" | "n" => None,

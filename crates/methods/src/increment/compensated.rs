@@ -89,6 +89,10 @@ where
             let why = "the system in corrected numbers has a different kind of dissipation";
             return Err(InputError::Unsupported { method: "increment", why });
         }
+        if system.motors() > 0 {
+            let why = "compensated sums know no drive";
+            return Err(InputError::Unsupported { method: "increment", why });
+        }
         validate::masses(system)?;
         validate::masses(&self.exact)?;
         let order = ordering("increment", self.increment.order.as_ref(), n)?;

@@ -1,5 +1,6 @@
 //! The binding of the schemes to systems: in closed form where the system is linear.
 
+use super::driven::DrivenModDg;
 use super::steps::{Equation, Plain, Printed, Raised};
 use super::{ClosedForm, ModDg};
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
@@ -10,9 +11,14 @@ impl Binding for ModDg {
     const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
 
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
-        match target.closed() {
-            Some(system) => target.fixed::<V, _, _>(ModDg::linear(), system),
-            None => target.fixed::<V, _, _>(*self, target.separable()?),
+        if let Some(system) = target.closed() {
+            return target.fixed::<V, _, _>(ModDg::linear(), system);
+        }
+        let system = target.separable()?;
+        if system.motors() > 0 {
+            target.fixed::<V, _, _>(DrivenModDg, system)
+        } else {
+            target.fixed::<V, _, _>(*self, system)
         }
     }
 }

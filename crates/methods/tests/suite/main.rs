@@ -18,6 +18,7 @@ mod compensated_remainders;
 mod cost_flags;
 mod coupled_friction;
 mod custom;
+mod driven;
 mod equal_members;
 mod exact_edges;
 mod failures;

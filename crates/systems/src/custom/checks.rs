@@ -70,7 +70,7 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
 }
 
 /// The first operation whose value is known and not finite is an error.
-fn first_not_finite<T: Scalar>(
+pub(super) fn first_not_finite<T: Scalar>(
     places: &Places,
     value: impl Fn(&Node) -> Option<T>,
 ) -> Result<(), CustomError> {

@@ -21,13 +21,15 @@ pub enum Place {
     Mass(usize),
     /// A parameter that is an expression
     Definition(usize),
+    /// F_j
+    Force(usize),
 }
 
 impl Place {
     /// The degree of freedom of the expression, if it is one of a list.
     pub(super) fn degree(self) -> Option<usize> {
         match self {
-            Self::Dissipation(j) | Self::Friction(j, _) | Self::Mass(j) => Some(j),
+            Self::Dissipation(j) | Self::Friction(j, _) | Self::Mass(j) | Self::Force(j) => Some(j),
             Self::Potential | Self::Hamiltonian | Self::Definition(_) => None,
         }
     }
@@ -42,6 +44,7 @@ impl fmt::Display for Place {
             Self::Friction(i, j) => write!(f, "entry {}, {} of the friction matrix", i + 1, j + 1),
             Self::Mass(j) => write!(f, "mass {}", j + 1),
             Self::Definition(k) => write!(f, "parameter {}", k + 1),
+            Self::Force(j) => write!(f, "force {} of the drive", j + 1),
         }
     }
 }

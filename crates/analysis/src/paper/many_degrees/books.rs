@@ -21,7 +21,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     progress.begin("energies of the chain", KEPT.len());
     let books = energy::run(&problem, &paper.methods(&KEPT)?, STEP, 1, progress)?;
     let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
-    sheet.wide_data("fput-chain/energy", &energy::columns(n), &rows)?;
+    sheet.wide_data("fput-chain/energy", &energy::columns(&problem.model), &rows)?;
     sheet.runs.extend(
         books
             .iter()
@@ -119,6 +119,6 @@ fn trajectories(
     progress.begin(&format!("trajectories of {}", problem.model.name()), names.len());
     let runs = trajectory::run(problem, &paper.methods(names)?, STEP, 10, progress)?;
     let rows: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
-    let header = trajectory::columns(problem.model.dof());
+    let header = trajectory::columns(&problem.model);
     Ok(sheet.wide_data(&format!("{folder}trajectory"), &header, &rows)?)
 }

@@ -10,8 +10,8 @@ pub struct FigureTable {
     /// The title [default: the quantities].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// The quantity of the horizontal axis: t, q1, p1, w1, .., W (the sum of all w), H, K or
-    /// "K - K0" [default: t].
+    /// The quantity of the horizontal axis: t, q1, p1, w1, .., W (the sum of all w), s1, .. and S of a
+    /// drive, H, K or "K - K0" [default: t].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<String>,
     /// The quantity of the vertical axis, or a list of them.
@@ -60,6 +60,8 @@ pub enum Variable {
     P,
     /// The reservoirs.
     W,
+    /// The energies supplied by a drive.
+    S,
 }
 
 /// Names of units. They label the axes of charts; nothing is converted.
@@ -96,7 +98,7 @@ impl UnitsTable {
         let unit = match variable {
             Variable::Q => &self.q,
             Variable::P => &self.p,
-            Variable::W => &self.energy,
+            Variable::W | Variable::S => &self.energy,
         };
         with(quantity, unit.as_deref())
     }

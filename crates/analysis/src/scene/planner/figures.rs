@@ -1,7 +1,7 @@
 //! Figures of trajectories.
 
 use super::{Planned, Planner};
-use crate::observable::Observable;
+use crate::observable::{Observable, letter};
 use crate::scene::document::FigureTable;
 use crate::scene::plan::{FigurePlan, RunPlan, Shown};
 use crate::scene::problem::SceneProblem;
@@ -41,6 +41,14 @@ impl Planner<'_> {
                         return self.refuse(&format!("{path}.{key}"), problem);
                     }
                 }
+                let letter = letter(variable);
+                let known = self.problem.model.variables();
+                if !known.contains(&letter) {
+                    let known = known.iter().map(ToString::to_string).collect();
+                    let problem =
+                        SceneProblem::Unknown { what: "variable", name: letter.into(), known };
+                    return self.refuse(&format!("{path}.map"), problem);
+                }
                 Shown::Map(variable)
             }
             (Some(_), Some(_)) => {
@@ -74,13 +82,13 @@ impl Planner<'_> {
     }
 
     fn observable(&self, path: &str, name: &str) -> Planned<Observable> {
-        let dof = self.problem.model.dof();
+        let model = &self.problem.model;
         let unknown = || SceneProblem::Unknown {
             what: "quantity",
             name: name.into(),
-            known: Observable::names(dof),
+            known: Observable::names(model),
         };
-        Observable::parse(name, dof).map_or_else(|| self.refuse(path, unknown()), Ok)
+        Observable::parse(name, model).map_or_else(|| self.refuse(path, unknown()), Ok)
     }
 
     /// The methods of a figure, which are of those of [run].

@@ -5,11 +5,12 @@ use super::dense::Dense;
 use super::setting::Choice;
 use crate::measured::{Doubt, Measured};
 use crate::progress::Progress;
+use crate::solution::distance;
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
 use crate::study::work_precision::ended;
-use afterbay_core::{Abilities, Effort, IntegrateError, State, StateRef};
+use afterbay_core::{Abilities, Effort, IntegrateError, State, StateRef, accounts};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -111,14 +112,15 @@ struct Watch<'a> {
     z: Vec<f64>,
 }
 
-/// The errors of (q, p) and of w.
-fn off(found: StateRef<'_, f64>, z: &[f64]) -> [f64; 2] {
+/// The errors of (q, p) and of w, with the energies supplied by a drive.
+fn off(found: StateRef<'_, f64>, z: &[f64], driven: &[usize]) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
-    let [q, p, w] = [(found.q, q), (found.p, p), (found.w, w)].map(|(found, exact)| {
-        let differences = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
-        differences.fold(0.0, |most, x| if x <= most { most } else { x })
-    });
+    let n = q.len() - driven.len();
+    let exact = StateRef { q, p, w, t: found.t };
+    let [found_w, exact_w] = [found, exact].map(|state| accounts(state, driven).concat());
+    let pairs = [(&found.q[..n], &q[..n]), (&found.p[..n], &p[..n]), (&found_w, &exact_w)];
+    let [q, p, w] = pairs.map(|(found, exact)| distance(found, exact));
     [if p <= q { q } else { p }, w]
 }
 
@@ -127,7 +129,7 @@ impl Watch<'_> {
         let Bench { problem, wanted, dense, progress, system, total } = self.bench;
         self.drift = self.drift.max((state.total(&**system) - total).abs());
         if step > self.steps {
-            self.passivity.see(state.w);
+            self.passivity.see(state);
         }
         self.steps = step;
         if state.t >= self.next && state.t < problem.end {
@@ -135,7 +137,7 @@ impl Watch<'_> {
             let [known, between] = dense.at(state.t, &mut self.z);
             // Beside a kink the reference is known only at its own times.
             if between.most() <= BETWEEN * wanted.error {
-                let errors = off(state, &self.z);
+                let errors = off(state, &self.z, problem.model.driven());
                 let doubt = Doubt { qp: known.qp + between.qp, w: known.w + between.w };
                 self.take(state.t, errors, doubt);
             }
@@ -177,7 +179,7 @@ impl<'a> Bench<'a> {
         let mut watch = Watch {
             bench: self,
             drift: 0.0,
-            passivity: Passivity::new(self.system.dissipation_form().passive, &state.w),
+            passivity: Passivity::new(&problem.model, state.state_ref())?,
             steps: 0,
             next: 0.0,
             samples: 0,
@@ -205,7 +207,8 @@ impl<'a> Bench<'a> {
         let effort = effort.filter(|_| ending.is_completed());
         let at_end = effort.map(|_| {
             let exact = self.dense.end();
-            let errors = off(state.state_ref(), &[exact.q, exact.p, exact.w].concat());
+            let exact = [exact.q, exact.p, exact.w].concat();
+            let errors = off(state.state_ref(), &exact, self.problem.model.driven());
             watch.take(self.problem.end, errors, self.dense.doubt_at_end());
             errors
         });

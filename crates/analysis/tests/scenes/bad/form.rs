@@ -39,7 +39,7 @@ pub(super) const CHANGES: &[Change] = &[
         "[foo]",
         "foo",
         "there is no key foo",
-        "the keys are figure, initial, run, study, sweep, system, time, title, units",
+        "the keys are drive, figure, initial, run, study, sweep, system, time, title, units",
     ),
     ("step = 0.01\n[run]", "stepp = 0.01\n[run]", "stepp", "there is no key stepp", "mean step"),
     ("name = ", "naem = ", "naem", "there is no key naem", "mean name"),

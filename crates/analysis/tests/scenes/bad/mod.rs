@@ -1,6 +1,7 @@
 //! Scenes with one mistake, and the message for each.
 
 mod custom;
+mod drive;
 mod figures;
 mod form;
 mod named;
@@ -23,7 +24,7 @@ pub(crate) struct Bad {
 type Change = (&'static str, &'static str, &'static str, &'static str, &'static str);
 
 /// The valid scenes from which the others are made.
-pub(crate) const GOOD: [&str; 2] = [named::GOOD, custom::GOOD];
+pub(crate) const GOOD: [&str; 3] = [named::GOOD, custom::GOOD, drive::GOOD];
 
 fn changed<'a>(good: &'a str, changes: &'a [Change]) -> impl Iterator<Item = Bad> + 'a {
     changes.iter().map(move |&(from, to, at, says, help)| {
@@ -38,9 +39,11 @@ pub(crate) fn all() -> Vec<Bad> {
     let named = changed(named::GOOD, named::CHANGES);
     let custom = changed(custom::GOOD, custom::CHANGES);
     let figures = changed(named::GOOD, figures::CHANGES);
+    let drive = changed(drive::GOOD, drive::CHANGES);
     form.chain(named)
         .chain(figures)
         .chain(custom)
+        .chain(drive)
         .chain(custom::places())
         .chain(nested::texts())
         .collect()

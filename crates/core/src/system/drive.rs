@@ -1,0 +1,303 @@
+//! Driven systems: forces F(q, t), whose work has an account of its own.
+//!
+//! ```text
+//! q_j' = ∂H/∂p_j        p_j' = -∂H/∂q_j - D_j + F_j(q, t)
+//! w_j' = D_j ∂H/∂p_j  (dissipated)        s_j' = F_j ∂H/∂p_j  (supplied)
+//! K = H + Σ w_j - Σ s_j is constant
+//! ```
+//!
+//! [`Driven`] makes an autonomous system of it, to which every method applies as it is. Each driven
+//! degree of freedom j has a motor: one more degree of freedom m, whose coordinate is the time and
+//! whose momentum is the energy it has supplied.
+//!
+//! ```text
+//! H̃ = H + Σ p_m        D̃_j = D_j - F_j(q, q_m)        D̃_m = -F_j(q, q_m) v_j
+//! q_m = t        p_m = s_j        w_m = -s_j        w̃_j = w_j - s_j
+//! ```
+//!
+//! So H̃ + Σ w̃ = H + Σ w - Σ s. A discrete gradient passes one mean force and one mean velocity
+//! to both D̃_j and D̃_m: what leaves the account s_j enters the account of j, to rounding.
+
+use super::abilities::{Abilities, SecondDerivatives};
+use super::dissipation::{Dissipation, DissipationForm, Passive};
+use super::hamiltonian::System;
+use super::hessian::Curvature;
+use super::separable::Separable;
+use super::state::State;
+use super::state_ref::StateRef;
+use crate::error::InputError;
+use crate::numbers::{Line, Scalar};
+use crate::quantity::Block;
+use std::sync::Arc;
+
+/// Forces on some degrees of freedom, which depend on the coordinates and the time.
+pub trait Drive<T: Scalar>: Send + Sync {
+    /// The driven degrees of freedom, in increasing order.
+    fn driven(&self) -> &[usize];
+
+    /// F_j(q, t) for entry k of [`Drive::driven`].
+    fn force(&self, k: usize, q: &[T], t: T) -> T;
+
+    /// Passes the slopes of that F_j to `put`: ∂F_j/∂q_i with `Some(i)`, and ∂F_j/∂t with `None`.
+    /// Which slopes are passed, and in which order, must not depend on the state.
+    fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T));
+
+    /// Passes to `put` the value of every function at whose zeros F may not be analytic
+    /// ([`System::kinks`]).
+    fn kinks(&self, _q: &[T], _t: T, _put: &mut dyn FnMut(T)) {}
+}
+
+/// A system with N degrees of freedom and a drive: N + M degrees of freedom, the last M of which
+/// are the motors.
+pub struct Driven<S: ?Sized, D: ?Sized> {
+    system: Arc<S>,
+    drive: Arc<D>,
+    /// The number of degrees of freedom that are not motors.
+    dof: usize,
+    /// The motor of each degree of freedom, if it is driven.
+    motors: Vec<Option<usize>>,
+}
+
+impl<S: ?Sized, D: ?Sized> Driven<S, D> {
+    /// Adds a drive to a system.
+    ///
+    /// # Errors
+    /// [`InputError::Length`] if the drive acts on a degree of freedom that the system does not
+    /// have.
+    pub fn new<T: Scalar>(system: Arc<S>, drive: Arc<D>) -> Result<Self, InputError>
+    where
+        S: System<T>,
+        D: Drive<T>,
+    {
+        let dof = system.dof();
+        let mut motors = vec![None; dof];
+        for (k, &j) in drive.driven().iter().enumerate() {
+            let Some(motor) = motors.get_mut(j) else {
+                let quantity = crate::quantity::Quantity::Drive;
+                return Err(InputError::Length { quantity, expected: dof, found: j + 1 });
+            };
+            *motor = Some(k);
+        }
+        Ok(Self { system, drive, dof, motors })
+    }
+
+    /// The motor of degree of freedom j and the number of its force.
+    fn motor(&self, j: usize) -> Option<(usize, usize)> {
+        self.motors.get(j).copied().flatten().map(|k| (self.dof + k, k))
+    }
+}
+
+/// The state of a driven system from that of the system alone: the motors stand at the time of the
+/// state and have supplied nothing.
+pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec<T>> {
+    let with = |part: &[T], value: T| {
+        part.iter().copied().chain(std::iter::repeat_n(value, motors)).collect()
+    };
+    let zero = T::zero();
+    State {
+        q: with(&state.q, state.t),
+        p: with(&state.p, zero),
+        w: with(&state.w, zero),
+        t: state.t,
+    }
+}
+
+/// The energies w_j dissipated by each degree of freedom and s_j supplied to it, from a state with
+/// motors for the `driven` ones. s is empty if there are none.
+pub fn accounts<T: Scalar>(state: StateRef<'_, T>, driven: &[usize]) -> [Vec<T>; 2] {
+    if driven.is_empty() {
+        return [state.w.to_vec(), Vec::new()];
+    }
+    let dof = state.w.len() - driven.len();
+    let (mut w, mut s) = (state.w[..dof].to_vec(), vec![T::zero(); dof]);
+    for (k, &j) in driven.iter().enumerate() {
+        // What a projection onto K adds to p_m is no work of the drive, and stays in w.
+        w[j] += state.p[dof + k];
+        s[j] = T::zero() - state.w[dof + k];
+    }
+    [w, s]
+}
+
+impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Driven<S, D> {
+    fn dof(&self) -> usize {
+        self.dof + self.drive.driven().len()
+    }
+
+    fn energy(&self, q: &[T], p: &[T]) -> T {
+        let (p, supplied) = p.split_at(self.dof);
+        supplied.iter().fold(self.system.energy(&q[..self.dof], p), |sum, &s| sum + s)
+    }
+
+    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
+        let (hq, no_force) = hq.split_at_mut(self.dof);
+        let (hp, speed) = hp.split_at_mut(self.dof);
+        self.system.gradient(&q[..self.dof], &p[..self.dof], hq, hp);
+        no_force.fill(T::zero());
+        speed.fill(T::one());
+    }
+
+    fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        let (q, times) = q.split_at(self.dof);
+        let (d, of_motors) = d.split_at_mut(self.dof);
+        self.system.dissipation(q, &p[..self.dof], &v[..self.dof], d);
+        for (k, &j) in self.drive.driven().iter().enumerate() {
+            let force = self.drive.force(k, q, times[k]);
+            d[j] -= force;
+            of_motors[k] = -force * v[j];
+        }
+    }
+
+    fn dissipation_form(&self) -> DissipationForm {
+        let coupled = self.system.dissipation_form().coupled;
+        DissipationForm { coupled, passive: Passive::No, ..DissipationForm::GENERAL }
+    }
+
+    fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        let (q, times) = q.split_at(self.dof);
+        self.system.kinks(q, &p[..self.dof], put);
+        if let Some(&t) = times.first() {
+            self.drive.kinks(q, t, put);
+        }
+    }
+
+    fn may_be_singular(&self) -> bool {
+        self.system.may_be_singular()
+    }
+
+    fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        self.system.is_singular_between(&from[..self.dof], &to[..self.dof])
+    }
+}
+
+impl<T: Scalar, S: Separable<T> + ?Sized, D: Drive<T> + ?Sized> Separable<T> for Driven<S, D> {
+    fn mass(&self, j: usize) -> T {
+        if j < self.dof { self.system.mass(j) } else { T::one() }
+    }
+
+    fn partial(&self, q: &[T], j: usize, at: T) -> T {
+        if j < self.dof { self.system.partial(&q[..self.dof], j, at) } else { T::zero() }
+    }
+
+    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
+        if j < self.dof {
+            self.system.divided_difference(&q[..self.dof], j, to)
+        } else {
+            Line { value: T::zero(), slope: T::zero() }
+        }
+    }
+
+    fn has_exact_divided_differences(&self) -> bool {
+        self.system.has_exact_divided_differences()
+    }
+
+    fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
+        j < self.dof && self.system.is_singular_along(&q[..self.dof], j, to)
+    }
+
+    fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        let zero = T::zero();
+        let (q, times) = q.split_at(self.dof);
+        if j >= self.dof {
+            return Dissipation { value: zero, by_q: zero, by_p: zero };
+        }
+        let mut drag = self.system.dissipation_of(q, &p[..self.dof], j);
+        if let Some((_, k)) = self.motor(j) {
+            drag.value -= self.drive.force(k, q, times[k]);
+            self.drive.slopes(k, q, times[k], &mut |by, slope| {
+                if by == Some(j) {
+                    drag.by_q -= slope;
+                }
+            });
+        }
+        drag
+    }
+
+    fn motors(&self) -> usize {
+        self.drive.driven().len()
+    }
+
+    fn supply(&self, q: &[T], j: usize) -> Option<(usize, T)> {
+        let (motor, k) = self.motor(j)?;
+        Some((motor, self.drive.force(k, &q[..self.dof], q[motor])))
+    }
+}
+
+impl<T, S, D> Curvature<T> for Driven<S, D>
+where
+    T: Scalar,
+    S: SecondDerivatives<T> + ?Sized,
+    D: Drive<T> + ?Sized,
+{
+    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
+        let (q, times) = q.split_at(self.dof);
+        let p = &p[..self.dof];
+        let (mut hq, mut v) = (vec![T::zero(); self.dof], vec![T::zero(); self.dof]);
+        self.system.gradient(q, p, &mut hq, &mut v);
+        let mut own = Sum(Vec::new());
+        for (k, &j) in self.drive.driven().iter().enumerate() {
+            let motor = self.dof + k;
+            self.drive.slopes(k, q, times[k], &mut |by, slope| {
+                let by = by.unwrap_or(motor);
+                own.add((Block::Dq, j, by), -slope);
+                own.add((Block::Dq, motor, by), -slope * v[j]);
+            });
+        }
+        let forces: Vec<T> =
+            times.iter().enumerate().map(|(k, &t)| self.drive.force(k, q, t)).collect();
+        self.system.each(q, p, &mut |entries| {
+            for &(block, row, column, value) in entries {
+                put(block, row, column, value + own.take((block, row, column)));
+                // D_m = -F_j ∂H/∂p_j also depends on the state by ∂H/∂p_j.
+                let (j, block, by) = match block {
+                    Block::Hpp => (row, Block::Dp, column),
+                    Block::Hqp => (column, Block::Dq, row),
+                    _ => continue,
+                };
+                if let Some((motor, k)) = self.motor(j) {
+                    own.add((block, motor, by), -forces[k] * value);
+                }
+            }
+        });
+        for ((block, row, column), value) in own.0 {
+            put(block, row, column, value);
+        }
+    }
+}
+
+/// Entries of blocks, each once.
+struct Sum<T>(Vec<((Block, usize, usize), T)>);
+
+impl<T: Scalar> Sum<T> {
+    fn add(&mut self, place: (Block, usize, usize), value: T) {
+        match self.0.iter_mut().find(|entry| entry.0 == place) {
+            Some(entry) => entry.1 += value,
+            None => self.0.push((place, value)),
+        }
+    }
+
+    /// Removes an entry; 0 if there is none.
+    fn take(&mut self, place: (Block, usize, usize)) -> T {
+        let found = self.0.iter().position(|entry| entry.0 == place);
+        found.map_or(T::zero(), |index| self.0.remove(index).1)
+    }
+}
+
+impl<T: Scalar> Abilities<T> for Driven<dyn Abilities<T>, dyn Drive<T>> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        let system = self.system.clone().separable()?;
+        Some(Arc::new(self.with(system)))
+    }
+
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
+        let system = self.system.clone().second_derivatives()?;
+        Some(Arc::new(self.with(system)))
+    }
+}
+
+impl<S: ?Sized, D: ?Sized> Driven<S, D> {
+    /// Another view of the same system, with the same drive.
+    fn with<R: ?Sized>(&self, system: Arc<R>) -> Driven<R, D> {
+        let (drive, motors) = (Arc::clone(&self.drive), self.motors.clone());
+        Driven { system, drive, dof: self.dof, motors }
+    }
+}

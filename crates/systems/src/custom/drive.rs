@@ -1,0 +1,174 @@
+//! Forces of a drive, F_j(q, t), described by expressions.
+
+use super::checks;
+use super::description::DriveDescription;
+use super::failure::{CustomError, Place};
+use super::programs::{Builder, Part};
+use afterbay_core::{Drive, Scalar};
+use afterbay_expression::{Graph, Input, Kinds, Node, Point};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The part of a drive that does not depend on the values of its parameters.
+#[derive(Debug)]
+struct Shape {
+    graph: Graph,
+    parameters: Vec<String>,
+    places: Vec<(Place, Node, Range<usize>)>,
+    /// The degrees of freedom whose force is not 0.
+    driven: Vec<usize>,
+    /// The programs of F_j, and of its slopes by the inputs, of each of them.
+    forces: Vec<(Part, Vec<Part>, Vec<Input>)>,
+    kinks: Vec<Part>,
+    closed: Vec<Node>,
+    frames: Vec<Node>,
+}
+
+/// A drive with its parameters in a scalar. Clones and the same drive in other scalars share its
+/// programs.
+#[derive(Clone, Debug)]
+pub struct CustomDrive<T> {
+    shape: Arc<Shape>,
+    parameters: Vec<T>,
+    frames: Vec<T>,
+}
+
+impl CustomDrive<f64> {
+    /// Compiles the description of a drive on `dof` degrees of freedom. Returns the names of
+    /// parameters that it does not mention, too.
+    ///
+    /// # Errors
+    /// [`CustomError`], with the expression and the place in it.
+    pub fn new(
+        description: &DriveDescription,
+        dof: usize,
+    ) -> Result<(Self, Vec<String>), CustomError> {
+        let reading = description.read(dof)?;
+        let mut builder = Builder::new(reading.graph);
+        let (mut driven, mut forces) = (Vec::new(), Vec::new());
+        let mut nodes = Vec::new();
+        for (j, &force) in reading.forces.iter().enumerate() {
+            if builder.graph.is_zero(force) {
+                continue;
+            }
+            let kinds = [Kinds::COORDINATES, Kinds::END];
+            let (mut slopes, mut inputs) = (Vec::new(), Vec::new());
+            for kind in kinds {
+                let by = builder.graph.inputs(force, kind);
+                slopes.extend(builder.graph.gradient(force, kind, &by));
+                inputs.extend(by);
+            }
+            nodes.push(force);
+            let numbered: Vec<_> = (0..).zip(slopes).collect();
+            let part = builder.one(&[force])?;
+            forces.push((part, builder.many(&numbered)?, inputs));
+            driven.push(j);
+        }
+        let kinks: Vec<_> = (0..).zip(builder.graph.kinks(&nodes)).collect();
+        let kinks = builder.many(&kinks)?;
+        let Builder { graph, frames, .. } = builder;
+        let places = reading.places;
+        let roots: Vec<Node> = places
+            .iter()
+            .map(|x| x.1)
+            .filter(|&x| graph.closed(x))
+            .chain(frames.iter().copied())
+            .collect();
+        let closed = graph.all(&roots);
+        let parameters = reading.parameters;
+        let shape = Shape { graph, parameters, places, driven, forces, kinks, closed, frames };
+        let values = description.parameters.iter().map(|x| x.1).collect();
+        let drive = Self::bind(Arc::new(shape), values);
+        let shape = &drive.shape;
+        checks::closed_are_finite(&shape.graph, &shape.places, &shape.closed, &drive.parameters)?;
+        Ok((drive, reading.unused))
+    }
+
+    /// Checks that all forces are finite at (q, t).
+    ///
+    /// # Errors
+    /// [`CustomError::NotFinite`] with the first operation that is not.
+    pub fn check_at(&self, q: &[f64], t: f64) -> Result<(), CustomError> {
+        let shape = &self.shape;
+        let operations: Vec<Node> = shape.places.iter().map(|x| x.1).collect();
+        let values =
+            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, |input| {
+                match input {
+                    Input::Coordinate(j) => q[j as usize],
+                    _ => t,
+                }
+            });
+        checks::first_not_finite(&shape.places, |node| values.get(node).copied())
+    }
+}
+
+impl<T: Scalar> CustomDrive<T> {
+    /// The drive in another scalar, with parameters that may depend on their names.
+    pub fn lift<U: Scalar>(&self, f: impl Fn(&str, T) -> U) -> CustomDrive<U> {
+        let parameters = self.parameters().map(|(name, x)| f(name, x)).collect();
+        CustomDrive::bind(Arc::clone(&self.shape), parameters)
+    }
+
+    /// The drive with another value of a parameter, if it has one of this name.
+    ///
+    /// # Errors
+    /// As for [`super::Custom::with`].
+    pub fn with(&self, name: &str, value: T) -> Result<Self, CustomError> {
+        let parameters = checks::replaced(&self.shape.parameters, &self.parameters, name, value)?;
+        Ok(Self::bind(Arc::clone(&self.shape), parameters))
+    }
+
+    /// The names and values of the parameters.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, T)> {
+        self.shape.parameters.iter().map(String::as_str).zip(self.parameters.iter().copied())
+    }
+
+    fn bind(shape: Arc<Shape>, parameters: Vec<T>) -> Self {
+        let closed = shape.graph.evaluate(&shape.closed, &parameters, |_| T::zero());
+        let at = |node: &Node| closed.get(node).copied().unwrap_or(T::zero());
+        let frames = shape.frames.iter().map(at).collect();
+        Self { shape, parameters, frames }
+    }
+
+    fn frame(&self, part: &Part) -> &[T] {
+        &self.frames[part.frame.clone()]
+    }
+}
+
+/// The point at which forces are evaluated: t is read as the end of an edge.
+fn point<T: Scalar>(q: &[T], t: T) -> Point<'_, T> {
+    Point { end: t, ..Point::new(q, &[], &[]) }
+}
+
+impl<T: Scalar> Drive<T> for CustomDrive<T> {
+    fn driven(&self) -> &[usize] {
+        &self.shape.driven
+    }
+
+    fn force(&self, k: usize, q: &[T], t: T) -> T {
+        let (part, ..) = &self.shape.forces[k];
+        let [force] = part.program.results(self.frame(part), &point(q, t));
+        force
+    }
+
+    fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T)) {
+        let (_, slopes, inputs) = &self.shape.forces[k];
+        for part in slopes {
+            part.program.run(self.frame(part), &point(q, t), |index, slope| {
+                put(
+                    match inputs[index as usize] {
+                        Input::Coordinate(j) => Some(j as usize),
+                        _ => None,
+                    },
+                    slope,
+                );
+            });
+        }
+    }
+
+    fn kinks(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
+        for part in &self.shape.kinks {
+            part.program.run(self.frame(part), &point(q, t), |_, x| put(x));
+        }
+    }
+}
