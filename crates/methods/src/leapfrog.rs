@@ -99,7 +99,6 @@ where
         let (half_h, one) = (h.half(), V::Scalar::one());
         let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1, first_motor } =
             workspace;
-        let first_motor = *first_motor;
         let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
         let (velocity, p_half, drag) =
             (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
@@ -111,6 +110,8 @@ where
         // force stays in a register; recomputing it costs less than checking whether the stored
         // value is valid.
         let single = V::LEN == Some(1);
+        // With a motor there are two.
+        let first_motor = if single { n } else { *first_motor };
         let known = !single && at == q0;
         let mut effort = Effort { evaluations: if known { 1 } else { 2 }, iterations: 0 };
 
