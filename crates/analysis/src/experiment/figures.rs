@@ -157,7 +157,7 @@ fn draw_curves(
 fn quantities(y: &[Observable], log: bool) -> String {
     let symbols: Vec<String> = y.iter().map(|y| symbol(*y, log)).collect();
     match &symbols[..] {
-        [first, .., last] if symbols.len() > 3 => format!("{first}, …, {last}"),
+        [first, .., last] if symbols.len() > 4 => format!("{first}, …, {last}"),
         _ => symbols.join(", "),
     }
 }

@@ -83,11 +83,11 @@ pub(super) fn sheet(
     header.extend(is_driven.then_some("Σ s"));
     header.push("max |K - K₀| of the states kept");
     sheet.table(&header, found.iter().map(last).collect());
-    sheet.text(format!(
-        "Methods: {}. The table contains one of every {} states, and the last.",
-        plan.names().join(", "),
-        plan.every
-    ));
+    let kept = match plan.every {
+        1 => "every state".to_owned(),
+        every => format!("one of every {every} states, and the last"),
+    };
+    sheet.text(format!("Methods: {}. The table contains {kept}.", plan.names().join(", ")));
     Ok(sheet)
 }
 
