@@ -175,7 +175,8 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
                 let degree = degree.map_or("not a polynomial".into(), |degree| degree.to_string());
                 row("degree of V", degree);
             }
-            row("coupling", format!("{:?}", system.coupling()).to_lowercase());
+            let coupling = model.system::<f64>()?.coupling();
+            row("coupling", format!("{coupling:?}").to_lowercase());
         }
         Model::Listed(known, _) => row("equations", known.equations.into()),
         Model::Driven(..) => {}
@@ -189,19 +190,23 @@ fn about(scene: &Scene) -> Result<Sheet, ReportError> {
         row(name, value.text());
     }
     row("degrees of freedom", problem.model.degrees().to_string());
-    row("equations are linear", if is_linear(&system) { "yes" } else { "no" }.into());
-    let damping = system.dissipation_form();
+    let alone = model.system::<f64>()?;
+    let linear = if is_linear(&alone) { "yes" } else { "no" };
+    let apart = if drive.is_some() { ", apart from the drive" } else { "" };
+    row("equations are linear", format!("{linear}{apart}"));
+    let damping = alone.dissipation_form();
     row(
         "friction",
         match (damping.zero, problem.model.passive()?) {
+            (true, _) if drive.is_some() => "none: w stays 0".into(),
             (true, _) => "none: H itself is constant".into(),
             (_, Passive::Each) => "passive: every w_j only fills".into(),
             (_, Passive::InSum) => "passive in sum: Σ w_j only fills".into(),
             (_, Passive::No) => "active, or not known to be passive: w may fall".into(),
         },
     );
-    row("q at t = 0", list(&start.q));
-    row("p at t = 0", list(&start.p));
+    row("q at t = 0", list(&problem.q));
+    row("p at t = 0", list(&problem.p));
     row("H at t = 0, which K keeps", start.energy(&*system).to_string());
     row("end of time", problem.end.to_string());
     row("step", scene.step.to_string());

@@ -223,7 +223,7 @@ impl Model {
             Self::Custom(custom) => T::custom_corrected(custom),
             Self::Driven(..) => None,
         };
-        let why = "H is not separable, or driven";
+        let why = "H is not separable, or the system has a drive";
         let exact = exact.ok_or(InputError::Unsupported { method: row.name, why })?;
         registry::compensated(row, self.system()?, exact)
     }

@@ -84,6 +84,8 @@ impl<T: Scalar> Solution<T> {
             (qs, ps) = (qs.map(|q| &q[..n]), ps.map(|p| &p[..n]));
             ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.driven).concat()));
         }
+        // w is the sum of an account and the momentum of a motor.
+        let w = if self.driven.is_empty() { w } else { w + qp };
         let parts = [(qs[0], qs[1], qp), (ps[0], ps[1], qp), (&*ws[0], &*ws[1], w)];
         parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
     }

@@ -45,6 +45,9 @@ pub(super) fn sheet(
         let lost = end.w.iter().sum();
         sheet.numbers.push(of_method("H at the end", end.energy));
         sheet.numbers.push(of_method("Σ w at the end", lost));
+        if !end.s.is_empty() {
+            sheet.numbers.push(of_method("Σ s at the end", end.s.iter().sum()));
+        }
         for (name, part) in [("q", &end.q), ("p", &end.p)] {
             let entries = (1..).zip(part).take(MOST_ENTRIES);
             let named = entries.map(|(j, &x)| of_method(&format!("{name}{j} at the end"), x));

@@ -2,11 +2,12 @@
 
 use super::{KEPT, kept};
 use crate::claim::{Readings, Said, list, sci};
+use crate::progress::Silent;
 use crate::report::Verdict;
 use crate::sheet::{Sheet, measured, scientific};
 use crate::study::Problem;
 use crate::study::work_precision::WorkRow;
-use afterbay_core::InputError;
+use afterbay_core::{IntegrateError, accounts};
 
 /// The columns of a table of runs, see [`cells`].
 pub(crate) const HEADER: [&str; 9] = [
@@ -31,7 +32,7 @@ pub(crate) fn cheapest(
     name: &str,
     problem: &Problem,
     rows: &[WorkRow],
-) -> Result<(), InputError> {
+) -> Result<(), IntegrateError> {
     let size = size(problem)?;
     let (mut cheapest, mut worst) =
         (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
@@ -58,12 +59,19 @@ pub(crate) fn cheapest(
 
 /// The magnitude of the terms of K at the start: |H| plus the kinetic part ½ |p·∂H/∂p|, since H
 /// itself may be 0.
-fn size(problem: &Problem) -> Result<f64, InputError> {
+fn size(problem: &Problem) -> Result<f64, IntegrateError> {
     let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
     let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
     system.gradient(&start.q, &start.p, &mut hq, &mut hp);
     let kinetic: f64 = start.p.iter().zip(&hp).map(|(p, v)| 0.5 * (p * v).abs()).sum();
-    Ok(system.energy(&start.q, &start.p).abs() + kinetic)
+    let at_start = system.energy(&start.q, &start.p).abs() + kinetic;
+    if problem.model.driven().is_empty() {
+        return Ok(at_start);
+    }
+    // A driven system may start at rest. Its energies at the end count too.
+    let end = problem.solution(problem.end, 1, &Silent)?;
+    let [w, s] = accounts(end.at(1), problem.model.driven());
+    Ok(w.iter().chain(&s).fold(at_start, |size, x| size + x.abs()))
 }
 
 /// States the cheapest run within the wanted error, and the cheapest of those that keep K, as

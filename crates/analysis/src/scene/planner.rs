@@ -82,7 +82,7 @@ impl Planner<'_> {
     pub(super) fn studies(&self) -> Planned<Studies> {
         let tables = &self.document.study;
         let mut studies = Studies::default();
-        self.none_of_autonomous_systems()?;
+        self.refuse_driven()?;
         if let Some(table) = &tables.local_order {
             let path = "study.local-order";
             let methods = self.fixed_methods(path, table.methods.as_ref())?;
@@ -172,8 +172,8 @@ impl Planner<'_> {
         Ok(studies)
     }
 
-    /// Refuses the studies that know no drive.
-    fn none_of_autonomous_systems(&self) -> Planned<()> {
+    /// Refuses the studies that do not take a drive.
+    fn refuse_driven(&self) -> Planned<()> {
         let tables = &self.document.study;
         let given = [
             ("local-order", tables.local_order.is_some()),
@@ -182,7 +182,7 @@ impl Planner<'_> {
         ];
         match given.into_iter().find(|x| x.1) {
             Some((key, _)) if !self.problem.model.driven().is_empty() => {
-                let why = "this study knows no drive; global-order, energy and work-precision do";
+                let why = "this study does not take a [drive]; global-order, energy and work-precision do";
                 self.refuse(&format!("study.{key}"), SceneProblem::Misplaced { key, why })
             }
             _ => Ok(()),

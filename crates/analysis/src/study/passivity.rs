@@ -37,11 +37,17 @@ impl Passivity {
             return;
         }
         let [w, s] = accounts(state, &self.driven);
-        // w_j is the difference of two accounts, and has the rounding of the larger.
-        let with_size = |w: &[f64]| -> Vec<f64> {
-            w.iter().zip(&s).map(|(w, s)| w + w.abs() + s.abs()).collect()
-        };
-        self.violations += u64::from(self.owed.violated(&with_size(&self.before), &with_size(&w)));
+        // w_j is the difference of two accounts, and has the rounding of the larger. Both ends are
+        // shifted by its size, which leaves their difference.
+        let sizes: Vec<f64> = w
+            .iter()
+            .zip(&self.before)
+            .zip(&s)
+            .map(|((w, b), s)| w.abs() + b.abs() + s.abs())
+            .collect();
+        let shifted =
+            |w: &[f64]| -> Vec<f64> { w.iter().zip(&sizes).map(|(w, size)| w + size).collect() };
+        self.violations += u64::from(self.owed.violated(&shifted(&self.before), &shifted(&w)));
         self.before = w;
     }
 
@@ -69,5 +75,21 @@ mod tests {
         assert_eq!(count(Passive::Each), Some(3));
         assert_eq!(count(Passive::InSum), Some(2));
         assert_eq!(count(Passive::No), None);
+    }
+
+    #[test]
+    fn the_work_of_a_drive_is_no_violation_and_hides_none() {
+        let count = |steps: [[f64; 3]; 3]| {
+            let (owed, driven, before) = (Passive::Each, vec![0], vec![0.0]);
+            let mut passivity = Passivity { owed, driven, before, violations: 0 };
+            // w_1 - s_1, and s_1 as momentum and account of the motor.
+            for [w, s, q] in steps {
+                let state = StateRef { q: &[0.0, q], p: &[0.0, s], w: &[w - s, -s], t: q };
+                passivity.see(state);
+            }
+            passivity.violations()
+        };
+        assert_eq!(count([[0.5, 3.0, 0.1], [0.7, -4.0, 0.2], [0.7, 9.0, 0.3]]), Some(0));
+        assert_eq!(count([[-0.5, 3.0, 0.1], [-0.7, -4.0, 0.2], [-0.6, 9.0, 0.3]]), Some(2));
     }
 }

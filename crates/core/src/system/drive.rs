@@ -63,7 +63,7 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
     ///
     /// # Errors
     /// [`InputError::Length`] if the drive acts on a degree of freedom that the system does not
-    /// have.
+    /// have, or twice on one.
     pub fn new<T: Scalar>(system: Arc<S>, drive: Arc<D>) -> Result<Self, InputError>
     where
         S: System<T>,
@@ -72,7 +72,7 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
         let dof = system.dof();
         let mut motors = vec![None; dof];
         for (k, &j) in drive.driven().iter().enumerate() {
-            let Some(motor) = motors.get_mut(j) else {
+            let Some(motor) = motors.get_mut(j).filter(|motor| motor.is_none()) else {
                 let quantity = crate::quantity::Quantity::Drive;
                 return Err(InputError::Length { quantity, expected: dof, found: j + 1 });
             };
@@ -111,7 +111,6 @@ pub fn accounts<T: Scalar>(state: StateRef<'_, T>, driven: &[usize]) -> [Vec<T>;
     let dof = state.w.len() - driven.len();
     let (mut w, mut s) = (state.w[..dof].to_vec(), vec![T::zero(); dof]);
     for (k, &j) in driven.iter().enumerate() {
-        // What a projection onto K adds to p_m is no work of the drive, and stays in w.
         w[j] += state.p[dof + k];
         s[j] = T::zero() - state.w[dof + k];
     }

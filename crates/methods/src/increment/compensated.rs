@@ -90,7 +90,7 @@ where
             return Err(InputError::Unsupported { method: "increment", why });
         }
         if system.motors() > 0 {
-            let why = "compensated sums know no drive";
+            let why = "compensated sums do not take a drive";
             return Err(InputError::Unsupported { method: "increment", why });
         }
         validate::masses(system)?;

@@ -63,7 +63,7 @@ pub(super) const CHANGES: &[Change] = &[
         "[study.global-order]\nsteps",
         "[study.long-run]\ncount = 10\n#",
         "long-run",
-        "this study knows no drive",
+        "this study does not take a [drive]",
         "",
     ),
     (r#""s1"]"#, r#""s2"]"#, "\"s2\"", "", ""),
