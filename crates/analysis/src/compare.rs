@@ -101,7 +101,7 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// What to do.
+    /// Advice on how to mend the error.
     pub fn help(&self) -> &'static str {
         match self {
             Self::NoFolder { .. } | Self::NoResult { .. } | Self::Manifest { .. } => {

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// single one.
 const COMPARED: usize = 256;
 
-/// How many times the progress of a solution is told.
+/// The number of progress reports of one solution.
 const TOLD: usize = 200;
 
 /// The most strides of a run, for about half a minute of work on `dof` degrees of freedom.

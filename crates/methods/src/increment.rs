@@ -34,7 +34,7 @@
 //! - divided differences by quadrature are not resolved (`EdgeUnresolved`) or lose K
 //!   (`BalanceLost`).
 
-mod before;
+pub(crate) mod before;
 mod binding;
 mod compensated;
 mod composition;
@@ -156,7 +156,7 @@ where
 
 /// Checks K over a step of a system whose edges are not exact.
 #[inline(always)]
-fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
+pub(crate) fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     system: &S,
     before: [&[T]; 3],
     after: [&[T]; 3],
@@ -167,7 +167,9 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);
     let account = |[q, p, _]: [&[T]; 3]| {
         let energy = system.energy(q, p);
-        let kinetic = sum(&mut p.iter().enumerate().map(|(j, &p)| p * p / system.mass(j)));
+        let first_motor = p.len() - system.motors();
+        let moving = p[..first_motor].iter().enumerate();
+        let kinetic = sum(&mut moving.map(|(j, &p)| p * p / system.mass(j)));
         Account { energy, size: kinetic + energy.abs() }
     };
     let gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
@@ -222,7 +224,7 @@ where
 
 /// Updates every coordinate once, in the given order. Motors move with velocity 1.
 #[inline]
-fn sweep<V, S>(
+pub(crate) fn sweep<V, S>(
     system: &S,
     [h, overall]: [V::Scalar; 2],
     first_motor: usize,
@@ -259,7 +261,7 @@ where
 
 /// Books the work of the drive on degree of freedom j, which has moved along its edge: the force at
 /// the midpoint, as in D̄, times the way.
-pub(crate) fn supply<T, S>(system: &S, j: usize, [from, to]: [T; 2], [q, p, w]: [&mut [T]; 3])
+fn supply<T, S>(system: &S, j: usize, [from, to]: [T; 2], [q, p, w]: [&mut [T]; 3])
 where
     T: Scalar,
     S: Separable<T> + ?Sized,

@@ -8,7 +8,7 @@ use crate::report::Verdict;
 /// The most columns that a sentence names.
 const NAMED: usize = 6;
 
-/// What was compared, and how much of it differs.
+/// The numbers of scenes' keys and of tables that differ or are in one result only.
 pub(super) struct Counts {
     pub(super) scene: usize,
     pub(super) tables_in_one: usize,

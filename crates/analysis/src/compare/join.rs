@@ -4,7 +4,7 @@ use super::table::Table;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// How the numbers of a column are compared.
+/// The measure of the difference of two numbers in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
@@ -59,7 +59,7 @@ impl Measure {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// How its numbers are compared.
+    /// The measure of the difference of its numbers.
     pub measure: Measure,
     /// Whether a cell is neither a number nor empty.
     pub words: bool,

@@ -1,4 +1,4 @@
-//! What differs between two scenes.
+//! The keys of two scenes whose values differ.
 
 use serde::Serialize;
 use serde_json::Value;

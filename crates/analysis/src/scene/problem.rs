@@ -175,9 +175,9 @@ pub enum SceneProblem {
     /// A vector of the initial state of the wrong length.
     #[error("{error}")]
     Length {
-        /// What is wrong.
+        /// The lengths expected and found.
         error: InputError,
-        /// What sets the number of degrees of freedom.
+        /// A sentence that names the source of the expected length.
         set_by: String,
     },
     /// A method that does not apply to this system.

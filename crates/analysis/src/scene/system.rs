@@ -140,7 +140,7 @@ fn dof(table: &SystemTable, count: Option<usize>) -> Option<usize> {
     listed(&table.mass).or(listed(&table.dissipation)).or(rows).or(count)
 }
 
-/// What sets the number of degrees of freedom, in words.
+/// A sentence that names the source of N: a list of the system, q, or an index in an expression.
 pub(super) fn sets_dof(table: &SystemTable, count: Option<usize>, model: &Model) -> String {
     let dof = model.degrees();
     if table.name != CUSTOM {

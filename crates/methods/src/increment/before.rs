@@ -4,14 +4,14 @@ use afterbay_core::{Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// (q, p, w) before the step.
 #[derive(Clone, Debug)]
-pub(super) struct Before<V> {
+pub(crate) struct Before<V> {
     q: V,
     p: V,
     w: V,
 }
 
 impl<V: Vector> Before<V> {
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n) }
     }
 
@@ -29,7 +29,7 @@ impl<V: Vector> Before<V> {
     /// Applies `sweeps` to the state. Restores the state if they fail or if `check`, given (q, p,
     /// w) before and after, fails.
     #[inline(always)]
-    pub(super) fn attempt_and(
+    pub(crate) fn attempt_and(
         &mut self,
         state: &mut State<V>,
         sweeps: impl FnOnce(&mut State<V>) -> Result<Effort, StepFailure>,

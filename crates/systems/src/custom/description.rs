@@ -1,5 +1,9 @@
 //! The description of a system and how it is parsed.
 
+mod drive;
+
+pub use drive::DriveDescription;
+
 use super::failure::{CustomError, Place};
 use afterbay_expression::{
     Definition, Graph, Input, Kinds, MOST_DEGREES, Names, Node, ParseError, Parsed, Problem,
@@ -153,46 +157,6 @@ impl GeneralDescription {
         let dissipations = reader.dissipation(&self.dissipation, dof)?;
         let Reader { graph, names: parameters, places, .. } = reader.finish()?;
         Ok(GeneralReading { graph, parameters, hamiltonian, dof, dissipations, places })
-    }
-}
-
-/// The forces of a drive, as texts of expressions in q1, q2, .., t and parameters.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct DriveDescription {
-    /// F_j(q, t), one for each degree of freedom.
-    pub forces: Vec<String>,
-    /// As in a [`Description`]; those of the system may stand here too, and need not be used.
-    pub parameters: Vec<(String, f64)>,
-    /// As in a [`Description`].
-    pub definitions: Vec<(String, String)>,
-}
-
-/// A parsed drive of `dof` degrees of freedom.
-pub(crate) struct DriveReading {
-    pub(crate) graph: Graph,
-    pub(crate) parameters: Vec<String>,
-    /// F_j for each degree of freedom.
-    pub(crate) forces: Vec<Node>,
-    pub(crate) places: Vec<(Place, Node, Range<usize>)>,
-    /// The names of parameters and definitions that no force mentions.
-    pub(crate) unused: Vec<String>,
-}
-
-impl DriveDescription {
-    pub(crate) fn read(&self, dof: usize) -> Result<DriveReading, CustomError> {
-        let mut reader = Reader::new(&self.parameters, &self.definitions, Some(dof))?;
-        counted("list of forces", dof, self.forces.len())?;
-        let rule = Err("a force of the drive is made of coordinates, t and parameters");
-        let rules =
-            Rules { dof: Some(dof), momenta: rule, velocities: rule, time: true, ..Rules::ALL };
-        let read = |(j, text): (usize, &String)| Ok(reader.read(Place::Force(j), text, rules)?.0);
-        let forces =
-            self.forces.iter().enumerate().map(read).collect::<Result<_, CustomError>>()?;
-        let Reader { graph, names: parameters, used, definitions, defined, places, .. } = reader;
-        let named = parameters.iter().zip(used).filter(|x| !x.1).map(|x| x.0.clone());
-        let also = definitions.iter().zip(defined).filter(|x| !x.1).map(|x| x.0.name.clone());
-        let unused = named.chain(also).collect();
-        Ok(DriveReading { graph, parameters, forces, places, unused })
     }
 }
 

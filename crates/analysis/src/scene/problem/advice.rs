@@ -114,7 +114,7 @@ const ALSO_CALLED: [(&str, &str); 8] = [
     ("discrete-gradient", "increment-2"),
 ];
 
-/// What to say of an unknown name of a method.
+/// The advice for an unknown method: the method meant, or the nearest names.
 fn method(name: &str, known: &[String]) -> String {
     let lower = name.to_lowercase();
     match ALSO_CALLED.iter().find(|(other, _)| *other == lower) {
@@ -138,7 +138,7 @@ fn suggestions(names: &[String], known: &[String]) -> String {
     said.join(" ")
 }
 
-/// Where to read what methods need.
+/// The command that lists the requirements of methods.
 const NEEDS: &str = "`afterbay list methods` says what each method needs";
 /// The most methods named as those that apply.
 const MOST_APPLYING: usize = 8;

@@ -70,7 +70,7 @@ impl<'a> Search<'a> {
             return Ok(trial.clone());
         }
         let trial = self.bench.run(setting)?;
-        // How far a search has come is known by its time alone.
+        // The number of trials to come is unknown, so progress is measured by the time spent.
         let time = self.started.elapsed().min(PATIENCE.mul_f64(0.9)).as_millis() as u64;
         self.piece.reach(time, PATIENCE.as_millis() as u64);
         if !self.bench.progress.stopped() {

@@ -85,7 +85,7 @@ fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solutio
     checked
 }
 
-/// How many times the progress of a run is told.
+/// The number of progress reports of one run.
 const TOLD: u64 = 200;
 
 /// A run of increment-8 with the step halved until the result no longer changes, and whether this
