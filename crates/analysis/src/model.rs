@@ -132,6 +132,14 @@ impl Model {
         }
     }
 
+    /// A period of the forces in t ([`CustomDrive::period`]), where there is a drive.
+    pub fn drive_period(&self) -> Option<f64> {
+        match self {
+            Self::Listed(..) | Self::Custom(_) => None,
+            Self::Driven(_, drive) => drive.period(),
+        }
+    }
+
     /// The names of the parameters.
     pub fn parameters(&self) -> Vec<&str> {
         match self {
@@ -180,7 +188,7 @@ impl Model {
         let of_system = self.parameters().contains(&name);
         let model = if of_system { self.with(name, value)? } else { self.clone() };
         let of_drive = drive.parameters().any(|x| x.0 == name);
-        let drive = if of_drive || !of_system { drive.with(name, value)? } else { drive.clone() };
+        let drive = if of_drive || !of_system { drive.with(name, value, self.degrees())? } else { drive.clone() };
         Ok(Self::Driven(Box::new(model), drive))
     }
 

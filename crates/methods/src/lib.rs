@@ -14,6 +14,7 @@ mod bend;
 mod collocation;
 mod commit;
 mod coordinate;
+mod explicit_dop853;
 mod gonzalez;
 mod grain;
 mod implicit_midpoint;

@@ -20,7 +20,7 @@ pub use number::{Compensable, Number, compensated};
 pub(crate) use run::fixed;
 pub use run::{Run, Setting, Show};
 pub use sources::{KOBUS, Source};
-pub use table::{ADAPTIVE, FIXED, METHODS};
+pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE};
 
 /// The order of a method whose only error is rounding.
 pub const EXACT: u32 = u32::MAX;

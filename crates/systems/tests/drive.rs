@@ -50,6 +50,59 @@ fn a_driven_system_is_a_system() {
     }
 }
 
+fn with_period(force: &str, period: Option<&str>) -> Result<CustomDrive<f64>, CustomError> {
+    let parameters = vec![("omega".to_owned(), 1.3)];
+    let (forces, period) = (vec![force.to_owned()], period.map(str::to_owned));
+    let description = DriveDescription { forces, parameters, period, ..Default::default() };
+    CustomDrive::new(&description, 1).map(|found| found.0)
+}
+
+#[test]
+fn the_period_is_found_or_given() {
+    let one = std::f64::consts::TAU / 1.3;
+    for (force, period) in [
+        ("cos(omega*t)", Some(one)),
+        ("q1^2*sin(omega*t + q1) + cos(3*omega*t)", Some(one)),
+        ("sqrt(abs(cos(omega*t/2)))", Some(2.0 * one)),
+        ("exp(-cos(t*omega)^2)", Some(one)),
+        ("omega*t*cos(omega*t)", None),
+        ("cos(omega*t^2)", None),
+        ("cos(omega*t) + cos(sqrt(2)*t)", None),
+        ("cos(2*omega*t) + sin(3*omega*t)", None),
+        ("omega", None),
+        ("q1*exp(-t*omega)", None),
+    ] {
+        let found = with_period(force, None).unwrap().period();
+        let same = match (found, period) {
+            (Some(found), Some(period)) => (found / period - 1.0).abs() < 1e-14,
+            (found, period) => found == period,
+        };
+        assert!(same, "{force}: {found:?} instead of {period:?}");
+    }
+    let given = with_period("cos(2*omega*t) + sin(3*omega*t)", Some("2*pi/omega")).unwrap();
+    assert_eq!(given.period(), Some(one));
+    let other = given.with("omega", 2.6, 1).unwrap();
+    assert!((other.period().unwrap() / one - 0.5).abs() < 1e-14);
+    assert_eq!(with_period("omega", Some("3")).unwrap().period(), Some(3.0));
+}
+
+#[test]
+fn a_number_that_is_no_period_is_refused() {
+    for period in ["1", "pi/omega", "4*pi/omega + 1e-6"] {
+        let refused = with_period("cos(omega*t)", Some(period)).unwrap_err();
+        assert!(matches!(refused, CustomError::NoPeriod { dof: 0, .. }), "{period}: {refused}");
+    }
+    for period in ["0", "-2*pi/omega"] {
+        let refused = with_period("cos(omega*t)", Some(period)).unwrap_err();
+        assert!(matches!(refused, CustomError::PeriodRange { .. }), "{period}: {refused}");
+    }
+    let refused = with_period("cos(omega*t)", Some("2*pi/t")).unwrap_err();
+    assert!(matches!(refused, CustomError::Expression { place: Place::Period, .. }), "{refused}");
+    // 2π/1.3 is no period with another omega.
+    let fixed = with_period("cos(omega*t)", Some("2*pi/1.3")).unwrap();
+    assert!(matches!(fixed.with("omega", 1.4, 1), Err(CustomError::NoPeriod { .. })));
+}
+
 #[test]
 fn a_drive_beyond_the_last_degree_of_freedom_is_refused() {
     let (drive, _) = drive(&["0", "0", "f*t"]).unwrap();

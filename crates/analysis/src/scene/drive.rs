@@ -31,7 +31,8 @@ pub(super) fn driven(
             Expression::Text(text) => definitions.push((name.clone(), text.clone())),
         }
     }
-    let description = DriveDescription { forces, parameters, definitions };
+    let period = table.period.as_ref().map(Expression::text);
+    let description = DriveDescription { forces, parameters, definitions, period };
     let refuse = |error: CustomError| match &error {
         CustomError::Name { name, .. }
         | CustomError::Value { name, .. }

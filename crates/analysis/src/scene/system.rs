@@ -230,6 +230,9 @@ pub(super) fn located(source: &Source<'_>, error: CustomError, energy: &str) -> 
         CustomError::Input(InputError::Mass { dof, .. }) => {
             source.span(&format!("system.mass.{dof}"))
         }
+        CustomError::NoPeriod { .. } | CustomError::PeriodRange { .. } => {
+            source.span("drive.period")
+        }
         CustomError::Empty | CustomError::TooLarge { .. } | CustomError::Input(_) => {
             source.span(energy)
         }
@@ -247,6 +250,7 @@ fn path(place: Place) -> String {
         Place::Dissipation(j) => format!("system.dissipation.{j}"),
         Place::Friction(i, j) => format!("system.friction.{i}.{j}"),
         Place::Force(j) => format!("drive.force.{j}"),
+        Place::Period => "drive.period".into(),
     }
 }
 

@@ -19,7 +19,6 @@ mod map;
 mod measure;
 mod piece;
 mod reference;
-mod side;
 mod spectrum;
 mod track;
 mod verdict;

@@ -7,6 +7,7 @@ use super::sources::{
     KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, YOSHIDA,
 };
 use super::{Cost, EXACT, Needs, Row};
+use crate::explicit_dop853::ExplicitDop853;
 use crate::increment::Increments;
 use crate::moddg::steps::Degree::{Fourth, Third};
 use crate::moddg::steps::Equation::{P, Q};
@@ -17,6 +18,22 @@ use crate::{
     Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed, Rk4,
 };
 use afterbay_core::solver::FixedPoint;
+
+/// The method of the references of studies that show no errors but attractors: accurate, and able
+/// to advance eight systems side by side. It is not one of [`METHODS`].
+pub static REFERENCE: Row = Row {
+    name: "reference",
+    about: "DOP853 with small steps",
+    local_order: [8; 3],
+    keeps_k: false,
+    passive: false,
+    a_stable: false,
+    l_stable: false,
+    cost: Cost::Explicit(12),
+    needs: Needs::Any,
+    sources: &[HAIRER_NORSETT_WANNER],
+    form: Form::Fixed(&ExplicitDop853),
+};
 
 /// All methods; those with a fixed step come before those with a tolerance.
 pub const METHODS: &[Row] = &[

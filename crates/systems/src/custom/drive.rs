@@ -1,6 +1,6 @@
 //! Forces of a drive, F_j(q, t), described by expressions.
 
-use super::checks;
+use super::{checks, period};
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
 use super::programs::{Builder, Part};
@@ -8,6 +8,12 @@ use afterbay_core::{Drive, Scalar};
 use afterbay_expression::{Graph, Input, Kinds, Node, Point};
 use std::ops::Range;
 use std::sync::Arc;
+
+/// The points at which a period is compared with the forces.
+const PERIOD_POINTS: usize = 16;
+/// The largest change of a force over a period, relative to its size. It covers periods given with
+/// ten digits.
+const PERIOD_TOLERANCE: f64 = 1e-9;
 
 /// The part of a drive that does not depend on the values of its parameters.
 #[derive(Debug)]
@@ -19,6 +25,10 @@ struct Shape {
     driven: Vec<usize>,
     /// The programs of F_j, and of its slopes by the inputs, of each of them.
     forces: Vec<(Part, Vec<Part>, Vec<Input>)>,
+    /// F_j of the driven degrees of freedom.
+    roots: Vec<Node>,
+    /// The period, where it is given.
+    period: Option<Node>,
     kinks: Vec<Part>,
     closed: Vec<Node>,
     frames: Vec<Node>,
@@ -68,20 +78,84 @@ impl CustomDrive<f64> {
         let kinks = builder.many(&kinks)?;
         let Builder { graph, frames, .. } = builder;
         let places = reading.places;
-        let roots: Vec<Node> = places
+        let closed: Vec<Node> = places
             .iter()
             .map(|x| x.1)
             .filter(|&x| graph.closed(x))
             .chain(frames.iter().copied())
             .collect();
-        let closed = graph.all(&roots);
-        let parameters = reading.parameters;
-        let shape = Shape { graph, parameters, places, driven, forces, kinks, closed, frames };
+        let closed = graph.all(&closed);
+        let (parameters, period, roots) = (reading.parameters, reading.period, nodes);
+        let shape = Shape {
+            graph,
+            parameters,
+            places,
+            driven,
+            forces,
+            roots,
+            period,
+            kinks,
+            closed,
+            frames,
+        };
         let values = description.parameters.iter().map(|x| x.1).collect();
-        let drive = Self::bind(Arc::new(shape), values);
-        let shape = &drive.shape;
-        checks::closed_are_finite(&shape.graph, &shape.places, &shape.closed, &drive.parameters)?;
+        let drive = Self::bind(Arc::new(shape), values).checked(dof)?;
         Ok((drive, reading.unused))
+    }
+
+    /// Checks that the parts that depend on the parameters alone are finite, and the period.
+    fn checked(self, dof: usize) -> Result<Self, CustomError> {
+        let shape = &self.shape;
+        checks::closed_are_finite(&shape.graph, &shape.places, &shape.closed, &self.parameters)?;
+        if let Some(period) = self.given_period() {
+            self.check_period(period, dof)?;
+        }
+        Ok(self)
+    }
+
+    /// The drive with another value of a parameter, if it has one of this name. `dof` is the number
+    /// of degrees of freedom.
+    ///
+    /// # Errors
+    /// As for [`super::Custom::with`], and if the period that is given is none with this value.
+    pub fn with(&self, name: &str, value: f64, dof: usize) -> Result<Self, CustomError> {
+        let parameters = checks::replaced(&self.shape.parameters, &self.parameters, name, value)?;
+        Self::bind(Arc::clone(&self.shape), parameters).checked(dof)
+    }
+
+    /// A period of all forces in t: the one that is given, or one that their form shows, where t
+    /// occurs only in sines and cosines of one frequency and its multiples.
+    pub fn period(&self) -> Option<f64> {
+        let shape = &self.shape;
+        self.given_period()
+            .or_else(|| period::in_time(&shape.graph, &shape.roots, &self.parameters))
+    }
+
+    fn given_period(&self) -> Option<f64> {
+        let node = self.shape.period?;
+        let graph = &self.shape.graph;
+        graph.evaluate(&graph.all(&[node]), &self.parameters, |_| 0.0).get(&node).copied()
+    }
+
+    /// Compares the forces at some points with those one period later.
+    fn check_period(&self, period: f64, dof: usize) -> Result<(), CustomError> {
+        if !(period > 0.0 && period.is_finite()) {
+            return Err(CustomError::PeriodRange { period });
+        }
+        // Points without a pattern: multiples of the golden ratio.
+        let point = |i: usize| (i as f64 * 1.618_033_988_749_895).fract();
+        for (k, &j) in self.shape.driven.iter().enumerate() {
+            for i in 1..=PERIOD_POINTS {
+                let q: Vec<f64> = (0..dof).map(|n| 2.0 * point(i + 7 * n) - 1.0).collect();
+                let t = period * point(i);
+                let [before, after] = [t, t + period].map(|t| self.force(k, &q, t));
+                let same = (after - before).abs() <= PERIOD_TOLERANCE * (before.abs() + 1.0);
+                if before.is_finite() && after.is_finite() && !same {
+                    return Err(CustomError::NoPeriod { period, dof: j, t, before, after });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks that all forces are finite at (q, t).
@@ -107,15 +181,6 @@ impl<T: Scalar> CustomDrive<T> {
     pub fn lift<U: Scalar>(&self, f: impl Fn(&str, T) -> U) -> CustomDrive<U> {
         let parameters = self.parameters().map(|(name, x)| f(name, x)).collect();
         CustomDrive::bind(Arc::clone(&self.shape), parameters)
-    }
-
-    /// The drive with another value of a parameter, if it has one of this name.
-    ///
-    /// # Errors
-    /// As for [`super::Custom::with`].
-    pub fn with(&self, name: &str, value: T) -> Result<Self, CustomError> {
-        let parameters = checks::replaced(&self.shape.parameters, &self.parameters, name, value)?;
-        Ok(Self::bind(Arc::clone(&self.shape), parameters))
     }
 
     /// The names and values of the parameters.

@@ -23,6 +23,8 @@ pub enum Place {
     Definition(usize),
     /// F_j
     Force(usize),
+    /// The period of a drive
+    Period,
 }
 
 impl Place {
@@ -30,7 +32,7 @@ impl Place {
     pub(super) fn degree(self) -> Option<usize> {
         match self {
             Self::Dissipation(j) | Self::Friction(j, _) | Self::Mass(j) | Self::Force(j) => Some(j),
-            Self::Potential | Self::Hamiltonian | Self::Definition(_) => None,
+            Self::Potential | Self::Hamiltonian | Self::Definition(_) | Self::Period => None,
         }
     }
 }
@@ -45,6 +47,7 @@ impl fmt::Display for Place {
             Self::Mass(j) => write!(f, "mass {}", j + 1),
             Self::Definition(k) => write!(f, "parameter {}", k + 1),
             Self::Force(j) => write!(f, "force {} of the drive", j + 1),
+            Self::Period => f.write_str("the period of the drive"),
         }
     }
 }
@@ -120,6 +123,30 @@ pub enum CustomError {
         span: Range<usize>,
         /// Its value.
         value: f64,
+    },
+    /// A number given as the period of a drive, after which its forces do not return.
+    #[error(
+        "{period:?} is no period of the drive: force {} is {before:?} at t = {t:?} and {after:?} one \
+         period later",
+        dof + 1
+    )]
+    NoPeriod {
+        /// The number.
+        period: f64,
+        /// The degree of freedom, counted from 0.
+        dof: usize,
+        /// A time.
+        t: f64,
+        /// The force there.
+        before: f64,
+        /// The force later by the period.
+        after: f64,
+    },
+    /// A period of a drive that is not positive and finite.
+    #[error("the period of the drive is {period:?}: it must be positive and finite")]
+    PeriodRange {
+        /// The number.
+        period: f64,
     },
     /// A size beyond its limit.
     #[error(

@@ -1,16 +1,16 @@
-//! The periods of coordinates: V and D are periodic in a coordinate that occurs only in sines and
-//! cosines of one frequency and its multiples.
+//! The periods of coordinates and of the time: functions are periodic in an input that occurs only
+//! in sines and cosines of one frequency and its multiples.
 
 use super::Custom;
 use afterbay_expression::{Function, Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
 
-/// The dependence of a term on one coordinate.
+/// The dependence of a term on one input, a coordinate or the time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dependence {
-    /// It does not depend on the coordinate.
+    /// It does not depend on the input.
     Constant,
-    /// It is the coordinate times this number, plus a term without the coordinate.
+    /// It is the input times this number, plus a term without the input.
     Affine(f64),
     /// It is periodic with this angular frequency.
     Periodic(f64),
@@ -92,13 +92,22 @@ pub(super) fn periods(
     let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
     let numbers = graph.evaluate(&closed, parameters, |_| 0.0);
     let moving = graph.cone(roots, Kinds::COORDINATES);
-    (0..dof).map(|j| period(graph, roots, j as u32, &moving, &numbers)).collect()
+    let by = |j| Input::Coordinate(j as u32);
+    (0..dof).map(|j| period(graph, roots, by(j), &moving, &numbers)).collect()
+}
+
+/// The period of these functions in t, which is the end of an edge in them.
+pub(super) fn in_time(graph: &Graph, roots: &[Node], parameters: &[f64]) -> Option<f64> {
+    let nodes = graph.all(roots);
+    let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
+    let numbers = graph.evaluate(&closed, parameters, |_| 0.0);
+    period(graph, roots, Input::End, &graph.cone(roots, Kinds::END), &numbers)
 }
 
 fn period(
     graph: &Graph,
     roots: &[Node],
-    j: u32,
+    by: Input,
     nodes: &[Node],
     numbers: &HashMap<Node, f64>,
 ) -> Option<f64> {
@@ -107,7 +116,7 @@ fn period(
         let at = |x: Node| courses.get(&x).copied().unwrap_or(Dependence::Constant);
         let number = |x: Node| numbers.get(&x).copied();
         let course = match graph.term(node) {
-            Term::Input(Input::Coordinate(i)) if i == j => Dependence::Affine(1.0),
+            Term::Input(input) if input == by => Dependence::Affine(1.0),
             Term::Negative(a) => at(a).times(Some(-1.0)),
             Term::Sum(a, b) => at(a).plus(at(b), 1.0),
             Term::Difference(a, b) => at(a).plus(at(b), -1.0),

@@ -17,4 +17,9 @@ pub struct DriveTable {
     /// The values of parameters of the forces: numbers, or expressions in other parameters.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Expression>,
+    /// A period of the forces in t, a number or an expression in the parameters such as
+    /// "2*pi/omega". It is found if t occurs only in sines and cosines of one frequency and its
+    /// multiples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period: Option<Expression>,
 }

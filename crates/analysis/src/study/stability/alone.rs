@@ -1,7 +1,7 @@
 //! A run observed on its way, and one cell alone.
 
 use super::measure::{Looks, Room, Scales, Seen};
-use super::side::Side;
+use crate::study::side::Side;
 use crate::progress::Progress;
 use crate::study::Problem;
 use afterbay_core::{Grid, InputError, IntegrateError, State, StepFailure, System};

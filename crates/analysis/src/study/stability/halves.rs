@@ -1,6 +1,6 @@
 //! Means over the first and the second half of a run, which do not depend on its phase.
 
-use super::side::{Side, lane_of, put_lane};
+use crate::study::side::{Side, lane_of, put_lane};
 
 /// The weighted means of z - z_0 and of its square over each half of a run, componentwise. The
 /// weights of a half sum to 1.

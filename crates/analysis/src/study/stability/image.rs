@@ -1,6 +1,6 @@
 //! The components of a state that are compared. Periodic coordinates become points of a circle.
 
-use super::side::Side;
+use crate::study::side::Side;
 use afterbay_core::StateRef;
 
 /// The map from a state to the components compared, z = (x, p, w). For most coordinates x holds

@@ -10,7 +10,7 @@
 use super::alone::{Course, Ending, Traveller, Vehicle, alone};
 use super::measure::{Scales, Seen};
 use super::reference::Reference;
-use super::side::{put_state, state_of};
+use crate::study::side::{put_state, state_of};
 use crate::Lanes;
 use crate::study::Problem;
 use afterbay_core::{InputError, Scalar, System, f64x8};

@@ -27,7 +27,7 @@
 
 use super::halves::Halves;
 use super::image::Image;
-use super::side::{Side, lane_of, put_lane};
+use crate::study::side::{Side, lane_of, put_lane};
 use super::track::Track;
 use afterbay_core::{Passive, Scalar, StateRef, System};
 

@@ -9,7 +9,7 @@
 use super::halves::Halves;
 use super::image::Image;
 use super::measure::{Look, Looks, Scales, Seen};
-use super::side::Side;
+use crate::study::side::Side;
 use super::verdict::{SHARE, TOLERANCE};
 use super::walk::Walk;
 use crate::progress::Progress;

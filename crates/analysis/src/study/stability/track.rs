@@ -1,7 +1,7 @@
 //! The exact solution at the stations of a run, and the deviations allowed there.
 
 use super::image::Image;
-use super::side::Side;
+use crate::study::side::Side;
 
 /// The exact solution at the stations.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use super::halves::Halves;
 use super::image::Image;
 use super::measure::{Scales, larger};
 use super::reference::{Event, Reference, Standing};
-use super::side::{Side, lane_of};
+use crate::study::side::{Side, lane_of};
 use super::track::{Track, sizes};
 use super::verdict::SHARE;
 use afterbay_core::{StateRef, System};

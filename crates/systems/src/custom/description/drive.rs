@@ -14,6 +14,8 @@ pub struct DriveDescription {
     pub parameters: Vec<(String, f64)>,
     /// As in a [`Description`].
     pub definitions: Vec<(String, String)>,
+    /// The period of the forces in t, an expression in the parameters, where it is given.
+    pub period: Option<String>,
 }
 
 /// A parsed drive of `dof` degrees of freedom.
@@ -22,6 +24,7 @@ pub(crate) struct DriveReading {
     pub(crate) parameters: Vec<String>,
     /// F_j for each degree of freedom.
     pub(crate) forces: Vec<Node>,
+    pub(crate) period: Option<Node>,
     pub(crate) places: Vec<(Place, Node, Range<usize>)>,
     /// The names of parameters and definitions that no force mentions.
     pub(crate) unused: Vec<String>,
@@ -37,10 +40,14 @@ impl DriveDescription {
         let read = |(j, text): (usize, &String)| Ok(reader.read(Place::Force(j), text, rules)?.0);
         let forces =
             self.forces.iter().enumerate().map(read).collect::<Result<_, CustomError>>()?;
+        let rule = Err("a period is made of numbers and parameters");
+        let rules = Rules { coordinates: rule, momenta: rule, velocities: rule, ..Rules::ALL };
+        let period = self.period.as_ref().map(|text| reader.read(Place::Period, text, rules));
+        let period = period.transpose()?.map(|found| found.0);
         let Reader { graph, names: parameters, used, definitions, defined, places, .. } = reader;
         let named = parameters.iter().zip(used).filter(|x| !x.1).map(|x| x.0.clone());
         let also = definitions.iter().zip(defined).filter(|x| !x.1).map(|x| x.0.name.clone());
         let unused = named.chain(also).collect();
-        Ok(DriveReading { graph, parameters, forces, places, unused })
+        Ok(DriveReading { graph, parameters, forces, period, places, unused })
     }
 }

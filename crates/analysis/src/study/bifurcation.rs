@@ -1,0 +1,265 @@
+//! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
+
+use super::ensemble::{Ensemble, Member, Watch};
+use super::outcome::Ending;
+use super::section::{Section, point};
+use super::{Problem, numbered};
+use crate::progress::Progress;
+use crate::study::stability::MapError;
+use crate::Model;
+use afterbay_core::{State, StateRef};
+use afterbay_methods::registry::Row;
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// A bifurcation diagram of a problem.
+#[derive(Clone, Debug)]
+pub struct Bifurcation {
+    /// The system and the initial state.
+    pub problem: Problem,
+    /// The section.
+    pub section: Section,
+    /// The name of the parameter that is varied.
+    pub parameter: String,
+    /// Its values.
+    pub values: Vec<f64>,
+    /// Returns that are not kept.
+    pub transient: u64,
+    /// Returns that are kept of each value.
+    pub points: u64,
+    /// Whether a run begins where that of the value before ended, upwards and downwards. Otherwise
+    /// each begins at the initial state.
+    pub follow: bool,
+}
+
+/// The order in which the values of the parameter are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// Each from the initial state.
+    Afresh,
+    /// From the first value to the last, each from the state of the one before.
+    Up,
+    /// From the last value to the first.
+    Down,
+}
+
+/// A row of `bifurcation.csv`, under the [`columns`]. A run that fails has a last row without a
+/// point.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BifurcationRow {
+    /// Name of the method, or "reference".
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Its value.
+    pub value: f64,
+    /// `afresh`, `up` or `down`.
+    pub direction: Way,
+    /// Coordinates. Those with a period lie within half of it from 0.
+    pub q: Vec<Option<f64>>,
+    /// Momenta.
+    pub p: Vec<Option<f64>>,
+    /// How the run ended.
+    pub outcome: &'static str,
+}
+
+/// The names of the columns: `method,h,parameter,value,direction,q1..qN,p1..pN,outcome`.
+pub fn columns(model: &Model) -> Vec<String> {
+    let names = ["method", "h", "parameter", "value", "direction"].map(String::from).into_iter();
+    let n = model.degrees();
+    names.chain(numbered("q", n)).chain(numbered("p", n)).chain(["outcome".into()]).collect()
+}
+
+/// The points of one value of the parameter.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// The value.
+    pub value: f64,
+    /// The step.
+    pub h: f64,
+    /// The order in which the values were taken.
+    pub way: Way,
+    /// The points (q, p).
+    pub points: Vec<[Vec<f64>; 2]>,
+    /// How the run ended.
+    pub ending: Ending,
+}
+
+/// The diagram of a method and a step.
+#[derive(Clone, Debug)]
+pub struct Diagram {
+    /// The method.
+    pub row: &'static Row,
+    /// The step, nearly: that of a column divides the interval of its section.
+    pub h: f64,
+    /// The columns in the order of the values, those downwards after those upwards.
+    pub columns: Vec<Column>,
+}
+
+impl Diagram {
+    /// The rows of the table.
+    pub fn rows(&self, parameter: &str, dof: usize) -> impl Iterator<Item = BifurcationRow> {
+        self.columns.iter().flat_map(move |column| {
+            let ending = (!column.ending.is_completed()).then(|| [vec![None; dof], vec![None; dof]]);
+            let some = |[q, p]: &[Vec<f64>; 2]| {
+                [q, p].map(|part| part.iter().copied().map(Some).collect::<Vec<_>>())
+            };
+            let row = |[q, p]: [Vec<Option<f64>>; 2]| BifurcationRow {
+                method: self.row.name,
+                h: column.h,
+                parameter: parameter.to_owned(),
+                value: column.value,
+                direction: column.way,
+                q,
+                p,
+                outcome: column.ending.outcome,
+            };
+            column.points.iter().map(some).chain(ending).map(row).collect::<Vec<_>>()
+        })
+    }
+}
+
+impl Bifurcation {
+    /// The diagram of a method with steps of nearly h.
+    ///
+    /// # Errors
+    /// Invalid input, such as a value out of range. A run that fails keeps the points it has.
+    pub fn run(
+        &self,
+        row: &'static Row,
+        h: f64,
+        progress: &dyn Progress,
+    ) -> Result<Diagram, MapError> {
+        let columns = if self.follow {
+            let (up, down) = rayon::join(
+                || self.followed(row, h, Way::Up, progress),
+                || self.followed(row, h, Way::Down, progress),
+            );
+            let mut columns = up?;
+            columns.extend(down?);
+            columns
+        } else {
+            self.afresh(row, h, progress)?
+        };
+        Ok(Diagram { row, h, columns })
+    }
+
+    fn model(&self, value: f64) -> Result<Model, MapError> {
+        Ok(self.problem.model.with(&self.parameter, value)?)
+    }
+
+    fn afresh(
+        &self,
+        row: &'static Row,
+        h: f64,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Column>, MapError> {
+        let member = |&value: &f64| {
+            let model = self.model(value)?;
+            let periods = model.periods();
+            let start = self.problem.start()?;
+            Ok((Member { value, model, start }, self.trace(periods)))
+        };
+        let members = self.values.iter().map(member).collect::<Result<Vec<_>, MapError>>()?;
+        let ended = self.ensemble(row, h, progress).follow(members)?;
+        let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
+            let h = self.section.grid(&self.model(value)?, h)?.h;
+            Ok(Column { value, h, way: Way::Afresh, points: trace.points, ending })
+        };
+        ended.into_iter().zip(&self.values).map(column).collect()
+    }
+
+    /// One value after another. Where a run fails, the next begins at the initial state.
+    fn followed(
+        &self,
+        row: &'static Row,
+        h: f64,
+        way: Way,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Column>, MapError> {
+        let ensemble = self.ensemble(row, h, progress);
+        let mut values = self.values.clone();
+        if way == Way::Down {
+            values.reverse();
+        }
+        let mut start = self.problem.start()?;
+        let mut columns = Vec::new();
+        for value in values {
+            let model = self.model(value)?;
+            let step = self.section.grid(&model, h)?.h;
+            let trace = self.trace(model.periods());
+            let member = Member { value, model, start };
+            let Some((trace, ending)) = ensemble.follow(vec![(member, trace)])?.pop() else { break };
+            let fresh = self.problem.start()?;
+            start = match (trace.state, ending.is_completed()) {
+                (Some(state), true) => State { w: fresh.w, t: fresh.t, ..state },
+                _ => fresh,
+            };
+            columns.push(Column { value, h: step, way, points: trace.points, ending });
+            if progress.stopped() {
+                break;
+            }
+        }
+        if way == Way::Down {
+            columns.reverse();
+        }
+        Ok(columns)
+    }
+
+    fn ensemble<'a>(
+        &'a self,
+        row: &'static Row,
+        h: f64,
+        progress: &'a dyn Progress,
+    ) -> Ensemble<'a> {
+        Ensemble { row, parameter: &self.parameter, section: &self.section, h, progress }
+    }
+
+    fn trace(&self, periods: Vec<Option<f64>>) -> Trace {
+        let Self { problem, transient, points, follow, .. } = self;
+        let (dof, last) = (problem.model.degrees(), transient + points);
+        let (transient, follow) = (*transient, *follow);
+        Trace { transient, last, follow, periods, dof, points: Vec::new(), state: None }
+    }
+}
+
+/// The points of one run so far.
+struct Trace {
+    transient: u64,
+    last: u64,
+    follow: bool,
+    periods: Vec<Option<f64>>,
+    dof: usize,
+    points: Vec<[Vec<f64>; 2]>,
+    /// The last state.
+    state: Option<State<Vec<f64>>>,
+}
+
+impl Watch for Trace {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        if n > self.transient {
+            self.points.push(point(&self.periods, self.dof, state));
+        }
+        if n < self.last {
+            return ControlFlow::Continue(());
+        }
+        if self.follow {
+            self.state = Some(section_start(state, self.dof));
+        }
+        ControlFlow::Break(())
+    }
+}
+
+/// A start from a state on the section: the motors of a drive stand at the start of its period and
+/// have supplied nothing.
+fn section_start(state: StateRef<'_, f64>, dof: usize) -> State<Vec<f64>> {
+    let motors = |part: &[f64]| {
+        let mut part = part.to_vec();
+        part[dof..].fill(0.0);
+        part
+    };
+    State { q: motors(state.q), p: motors(state.p), w: state.w.to_vec(), t: 0.0 }
+}

@@ -1,0 +1,162 @@
+//! One run from section to section.
+
+use super::{Ending, Ensemble, Job, Watch, completed, interrupted};
+use crate::study::section::{Crossing, MOST_STEPS_BETWEEN, Section, rewind};
+use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
+use afterbay_methods::registry::Run;
+use std::ops::ControlFlow;
+
+/// The most corrections of the place of a crossing within a step. Bisection alone would take 53.
+const MOST_CORRECTIONS: usize = 100;
+
+/// Runs until the watch ends it, or a step fails.
+pub(super) fn run<W: Watch>(ensemble: &Ensemble<'_>, job: &mut Job<W>) -> Result<(), InputError> {
+    match ensemble.section {
+        Section::Stroboscopic { .. } => {
+            while job.ending.is_none() {
+                finish(job, job.grid.steps)?;
+                if job.ending.is_none() {
+                    job.state.t = job.grid.h * job.grid.steps as f64;
+                    job.arrive(ensemble.progress);
+                    job.begin_interval();
+                }
+            }
+            Ok(())
+        }
+        Section::Crossing(crossing) => cross(ensemble, job, crossing),
+    }
+}
+
+/// Takes the last `steps` steps of an interval.
+pub(super) fn finish<W: Watch>(job: &mut Job<W>, steps: u64) -> Result<(), InputError> {
+    let (grid, watch) = (Grid { h: job.grid.h, steps }, &mut job.watch);
+    let every = if W::WANTS_STEPS { 1 } else { steps };
+    let outcome = job.run.run(grid, &mut job.state, every, &mut |step, state| {
+        if step > 0 {
+            watch.step(state);
+        }
+        ControlFlow::Continue(())
+    });
+    match outcome {
+        Err(IntegrateError::Input(error)) => return Err(error),
+        Err(IntegrateError::Run(error)) => job.fail(&error),
+        Err(IntegrateError::Interrupted) | Ok(_) => {}
+    }
+    Ok(())
+}
+
+impl<W: Watch> Job<W> {
+    /// Begins the next interval of a stroboscopic section.
+    pub(super) fn begin_interval(&mut self) {
+        self.since += self.state.t;
+        rewind(&mut self.state.q, &mut self.state.t, self.dof);
+    }
+}
+
+/// Runs from crossing to crossing.
+fn cross<W: Watch>(
+    ensemble: &Ensemble<'_>,
+    job: &mut Job<W>,
+    crossing: &Crossing,
+) -> Result<(), InputError> {
+    let Job { member, run, grid, state, returns, watch, .. } = job;
+    let period = member.model.periods().get(crossing.dof).copied().flatten();
+    let mut before = state.clone();
+    let mut off = crossing.distance(before.state_ref(), period);
+    let (mut ending, mut missing) = (None, 0);
+    let outcome = loop {
+        let outcome = run.run(*grid, state, 1, &mut |step, now| {
+            if step == 0 {
+                return ControlFlow::Continue(());
+            }
+            if W::WANTS_STEPS {
+                watch.step(now);
+            }
+            let (last, h) = (std::mem::replace(&mut off, crossing.distance(now, period)), grid.h);
+            missing += 1;
+            if crossing.between(last, off, period) {
+                let there = at_crossing(run, h, crossing, period, (&before, last), (now, off));
+                (*returns, missing) = (*returns + 1, 0);
+                if watch.see(*returns, there.state_ref()).is_break() {
+                    ending = Some(completed());
+                }
+            }
+            if missing > MOST_STEPS_BETWEEN {
+                let since = now.t - h * missing as f64;
+                ending = Some(Ending {
+                    outcome: NOT_MET,
+                    failure: Some(format!(
+                        "the section is not met within {MOST_STEPS_BETWEEN} steps after t = {since}"
+                    )),
+                });
+            } else if missing % STEPS_BETWEEN_LOOKS == 0 && ensemble.progress.stopped() {
+                ending = Some(interrupted());
+            }
+            copy(now, &mut before);
+            if ending.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        if ending.is_some() || outcome.is_err() {
+            break outcome;
+        }
+    };
+    job.ending = ending;
+    match outcome {
+        Err(IntegrateError::Input(error)) => return Err(error),
+        Err(IntegrateError::Run(error)) => job.fail(&error),
+        Err(IntegrateError::Interrupted) | Ok(_) => {}
+    }
+    Ok(())
+}
+
+/// The word of a run that does not return to its section.
+const NOT_MET: &str = "no-return";
+/// Steps between two looks at whether the user wants to stop.
+const STEPS_BETWEEN_LOOKS: u64 = 1024;
+
+fn copy(from: StateRef<'_, f64>, to: &mut State<Vec<f64>>) {
+    let parts = [(from.q, &mut to.q), (from.p, &mut to.p), (from.w, &mut to.w)];
+    parts.into_iter().for_each(|(from, to)| to.copy_from_slice(from));
+    to.t = from.t;
+}
+
+/// The state on the section between two states, the end of a shorter step from the first. Regula
+/// falsi with the rule of Illinois (Dowell and Jarratt 1971) finds its length to rounding.
+fn at_crossing(
+    run: &Run<f64>,
+    h: f64,
+    crossing: &Crossing,
+    period: Option<f64>,
+    (before, mut off): (&State<Vec<f64>>, f64),
+    (after, mut beyond): (StateRef<'_, f64>, f64),
+) -> State<Vec<f64>> {
+    let mut found = before.clone();
+    copy(after, &mut found);
+    let (mut low, mut high, mut nearest) = (0.0, 1.0, beyond.abs());
+    let mut moved = None;
+    for _ in 0..MOST_CORRECTIONS {
+        let share: f64 = (low * beyond - high * off) / (beyond - off);
+        if nearest == 0.0 || !(low < share && share < high) {
+            break;
+        }
+        let mut state = before.clone();
+        // Where the shorter step fails, the nearest state so far is taken.
+        if run.step(share * h, &mut state).is_err() {
+            break;
+        }
+        state.t = before.t + share * h;
+        let now = crossing.distance(state.state_ref(), period);
+        let is_beyond = (now > 0.0) == (beyond > 0.0);
+        if is_beyond {
+            (high, beyond) = (share, now);
+            off *= if moved == Some(true) { 0.5 } else { 1.0 };
+        } else {
+            (low, off) = (share, now);
+            beyond *= if moved == Some(false) { 0.5 } else { 1.0 };
+        }
+        moved = Some(is_beyond);
+        if now.abs() < nearest {
+            (nearest, found) = (now.abs(), state);
+        }
+    }
+    found
+}

@@ -1,0 +1,122 @@
+//! Poincaré sections: the states of runs at every return to a section, after a transient.
+
+use super::ensemble::{Ensemble, Member, Watch};
+use super::outcome::Ending;
+use super::section::{Section, point};
+use super::{Problem, numbered};
+use crate::Model;
+use crate::progress::Progress;
+use afterbay_core::{InputError, StateRef};
+use afterbay_methods::registry::Row;
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// A Poincaré section of a problem.
+#[derive(Clone, Debug)]
+pub struct Poincare {
+    /// The system and the end of time, which is not used.
+    pub problem: Problem,
+    /// The section.
+    pub section: Section,
+    /// The initial states (q, p) of the runs.
+    pub starts: Vec<[Vec<f64>; 2]>,
+    /// Returns that are not kept.
+    pub transient: u64,
+    /// Returns that are kept of each run.
+    pub points: u64,
+}
+
+/// A row of `poincare.csv`, under the [`columns`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PoincareRow {
+    /// Name of the method, or "reference".
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// Time.
+    pub t: f64,
+    /// Coordinates. Those with a period lie within half of it from 0.
+    pub q: Vec<f64>,
+    /// Momenta.
+    pub p: Vec<f64>,
+    /// The number of the start, counted from 1.
+    pub start: usize,
+}
+
+/// The names of the columns: `method,h,t,q1..qN,p1..pN,start`.
+pub fn columns(model: &Model) -> Vec<String> {
+    let names = ["method", "h", "t"].map(String::from).into_iter();
+    let n = model.degrees();
+    names.chain(numbered("q", n)).chain(numbered("p", n)).chain(["start".into()]).collect()
+}
+
+/// The points of a method and a step.
+#[derive(Clone, Debug)]
+pub struct Portrait {
+    /// The method.
+    pub row: &'static Row,
+    /// The step.
+    pub h: f64,
+    /// The points of each start, one start after another.
+    pub rows: Vec<PoincareRow>,
+    /// How the run of each start ended.
+    pub endings: Vec<Ending>,
+}
+
+impl Poincare {
+    /// The points of a method with steps of nearly h.
+    ///
+    /// # Errors
+    /// Invalid input. A run that fails keeps the points it has.
+    pub fn run(
+        &self,
+        row: &'static Row,
+        h: f64,
+        progress: &dyn Progress,
+    ) -> Result<Portrait, InputError> {
+        let Self { problem, section, transient, points, .. } = self;
+        let (model, h_near) = (&problem.model, h);
+        let h = section.grid(model, h_near)?.h;
+        let periods = model.periods();
+        let members = self.starts.iter().enumerate().map(|(start, [q, p])| {
+            let problem = Problem { q: q.clone(), p: p.clone(), ..problem.clone() };
+            let member = Member { value: 0.0, model: model.clone(), start: problem.start()? };
+            let blank = PoincareRow {
+                method: row.name,
+                h,
+                t: 0.0,
+                q: Vec::new(),
+                p: Vec::new(),
+                start: start + 1,
+            };
+            let dof = model.degrees();
+            let (last, rows) = (transient + points, Vec::new());
+            Ok((member, Trace { transient: *transient, last, periods: &periods, dof, blank, rows }))
+        });
+        let members = members.collect::<Result<Vec<_>, InputError>>()?;
+        let ensemble = Ensemble { row, parameter: "", section, h: h_near, progress };
+        let (traces, endings): (Vec<_>, Vec<_>) = ensemble.follow(members)?.into_iter().unzip();
+        let rows = traces.into_iter().flat_map(|trace| trace.rows).collect();
+        Ok(Portrait { row, h, rows, endings })
+    }
+}
+
+/// The points of one run so far.
+struct Trace<'a> {
+    transient: u64,
+    last: u64,
+    periods: &'a [Option<f64>],
+    dof: usize,
+    blank: PoincareRow,
+    rows: Vec<PoincareRow>,
+}
+
+impl Watch for Trace<'_> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        if n > self.transient {
+            let [q, p] = point(self.periods, self.dof, state);
+            self.rows.push(PoincareRow { t: state.t, q, p, ..self.blank.clone() });
+        }
+        if n >= self.last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
