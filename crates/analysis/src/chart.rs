@@ -5,6 +5,7 @@
 //! colour-blind readers, and legends that never cover the data.
 
 mod axis;
+mod dots;
 mod drawing;
 mod frame;
 mod heat;

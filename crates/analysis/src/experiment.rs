@@ -1,12 +1,14 @@
 //! The experiments of a scene: trajectories and studies, as tables, figures and a report with a
 //! finding on each.
 
+mod bifurcation;
 mod energy;
 mod figures;
 mod global_orders;
 mod local_orders;
 mod long_run;
 mod pick;
+mod poincare;
 mod stability;
 mod sweep;
 mod trajectories;
@@ -89,6 +91,12 @@ fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportE
     }
     if let Some(plan) = &studies.stability {
         parts.push(("stability", Box::new(|| stability::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.poincare {
+        parts.push(("poincare", Box::new(|| poincare::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.bifurcation {
+        parts.push(("bifurcation", Box::new(|| bifurcation::sheet(scene, plan, progress))));
     }
     let mut sheets = Vec::new();
     for (name, part) in parts {

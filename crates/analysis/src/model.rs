@@ -188,7 +188,11 @@ impl Model {
         let of_system = self.parameters().contains(&name);
         let model = if of_system { self.with(name, value)? } else { self.clone() };
         let of_drive = drive.parameters().any(|x| x.0 == name);
-        let drive = if of_drive || !of_system { drive.with(name, value, self.degrees())? } else { drive.clone() };
+        let drive = if of_drive || !of_system {
+            drive.with(name, value, self.degrees())?
+        } else {
+            drive.clone()
+        };
         Ok(Self::Driven(Box::new(model), drive))
     }
 

@@ -18,8 +18,8 @@ mod system;
 
 pub use document::{Document, Spacing, UnitsTable, Variable};
 pub use plan::{
-    EnergyPlan, FigurePlan, LocalOrderPlan, LongRunPlan, RunPlan, Shown, StabilityPlan, StepsPlan,
-    Studies, WorkPrecisionPlan,
+    DynamicsPlan, EnergyPlan, FigurePlan, LocalOrderPlan, LongRunPlan, RunPlan, Shown,
+    StabilityPlan, StepsPlan, Studies, WorkPrecisionPlan,
 };
 pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};

@@ -190,6 +190,11 @@ pub(crate) fn marked(label: &str, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), points, bounds: Vec::new(), style: Style::LineMarkers }
 }
 
+/// Points as dots.
+pub(crate) fn dotted(label: &str, points: Vec<(f64, f64)>) -> Curve {
+    Curve { label: label.into(), points, bounds: Vec::new(), style: Style::Dots }
+}
+
 /// A curve of errors. Errors that are not resolved are shown as upper bounds.
 pub(crate) fn of_errors(
     label: &str,

@@ -4,20 +4,21 @@
 //! Errors are computed in parallel over (method, step) and collected by index, so that a table is
 //! the same to the bit for any number of threads. Times are measured one run after another.
 
+pub mod attractor;
+pub mod bifurcation;
 pub mod cost;
 pub mod decay;
 pub mod energy;
+mod ensemble;
 pub mod global_order;
 pub mod local_order;
 pub mod long_run;
 pub mod outcome;
 mod passivity;
 pub mod pick;
-mod reference;
-pub mod bifurcation;
 pub mod poincare;
+mod reference;
 pub mod section;
-mod ensemble;
 mod side;
 pub mod size;
 pub mod stability;

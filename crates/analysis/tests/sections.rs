@@ -3,7 +3,7 @@
 #![cfg(test)]
 
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::scene::{Scene, Variable};
+use afterbay_analysis::scene::{Scene, Spacing, Variable};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::bifurcation::{Bifurcation, Way};
 use afterbay_analysis::study::poincare::Poincare;
@@ -66,6 +66,7 @@ fn runs_side_by_side_are_those_alone() {
         problem: duffing(),
         section: STROBE,
         parameter: "f".into(),
+        spacing: Spacing::Linear,
         values,
         transient: 3,
         points: 4,
@@ -93,6 +94,7 @@ fn a_run_that_fails_stays_in_the_diagram() {
         problem: duffing(),
         section: STROBE,
         parameter: "f".into(),
+        spacing: Spacing::Linear,
         values: (0..12).map(|i| if i % 3 == 1 { 4000.0 } else { 5.0 + f64::from(i) }).collect(),
         transient: 5,
         points: 3,
@@ -127,6 +129,7 @@ fn a_diagram_can_follow_its_attractor_both_ways() {
         problem: problem(system, drive, [0.0, 0.0]),
         section: STROBE,
         parameter: "omega".into(),
+        spacing: Spacing::Linear,
         values: (0..41).map(|i| 0.8 + 0.03 * f64::from(i)).collect(),
         transient: 150,
         points: 1,

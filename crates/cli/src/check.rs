@@ -26,8 +26,14 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         Format::Table => {
             let (model, dof) = (scene.problem.model.name(), scene.problem.model.degrees());
             let freedom = if dof == 1 { "degree" } else { "degrees" };
+            let period = scene.problem.model.drive_period();
+            let drive = match period {
+                Some(period) => format!(", driven with period {period}"),
+                None if scene.problem.model.driven().is_empty() => String::new(),
+                None => ", driven without a known period".into(),
+            };
             table::text(&format!(
-                "{} is valid: {model}, {dof} {freedom} of freedom.",
+                "{} is valid: {model}, {dof} {freedom} of freedom{drive}.",
                 path.display()
             ))?;
             let rows = plans
@@ -95,6 +101,28 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     }
     if let Some(plan) = &studies.long_run {
         add("long-run", &plan.methods, format!("{} steps of {}", plan.count, plan.step));
+    }
+    let model = &scene.problem.model;
+    if let Some(plan) = &studies.poincare {
+        let (study, steps) = (&plan.study, steps(plan.steps.len()));
+        let starts = study.starts.len();
+        let detail = format!(
+            "{steps}, {} states of {starts} {}, {}",
+            study.points,
+            if starts == 1 { "run" } else { "runs" },
+            study.section.describe(model)
+        );
+        add("poincare", &plan.methods, detail);
+    }
+    if let Some(plan) = &studies.bifurcation {
+        let (study, steps) = (&plan.study, steps(plan.steps.len()));
+        let detail = format!(
+            "{steps}, {} values of {}, {}",
+            study.values.len(),
+            study.parameter,
+            study.section.describe(model)
+        );
+        add("bifurcation", &plan.methods, detail);
     }
     if let Some(sweep) = &scene.sweep {
         let detail = format!("{} points over {}", sweep.points.len(), sweep.names.join(", "));

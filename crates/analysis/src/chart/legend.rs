@@ -65,12 +65,14 @@ impl Legend {
         curves.iter().zip(looks).take(shown).enumerate().flat_map(move |(nth, (curve, look))| {
             let x = origin.0 + (nth / rows) as f64 * self.column;
             let y = origin.1 + (nth % rows) as f64 * ROW;
-            let marker = (curve.style != Style::Line)
-                .then(|| look.markers(&[(x + 0.5 * (SAMPLE - 8.0), y)], 4.0));
-            [look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9)]
-                .into_iter()
-                .chain(marker)
-                .chain([text(&curve.label, (x + SAMPLE, y), TextAnchor::Start)])
+            let middle = [(x + 0.5 * (SAMPLE - 8.0), y)];
+            let line = look.line(&[(x, y), (x + SAMPLE - 8.0, y)], 1.9);
+            let sample = match curve.style {
+                Style::Line => vec![line],
+                Style::LineMarkers => vec![line, look.markers(&middle, 4.0)],
+                Style::Dots => vec![look.disc(middle[0], 4.0)],
+            };
+            sample.into_iter().chain([text(&curve.label, (x + SAMPLE, y), TextAnchor::Start)])
         })
     }
 }

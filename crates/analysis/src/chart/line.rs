@@ -3,6 +3,7 @@
 use kuva::render::render::TextAnchor;
 
 use super::axis::{Axis, MOST_TICKS, Scale, Span, extent};
+use super::dots::dots;
 use super::drawing::Drawing;
 use super::frame::{self, Frame};
 use super::legend::{Legend, ROW};
@@ -24,6 +25,8 @@ pub enum Style {
     Line,
     /// A line with a marker at each point. On a long curve only some points have markers.
     LineMarkers,
+    /// A dot at each point, and no line.
+    Dots,
 }
 
 /// One curve of a [`LineChart`]. Its label determines colour, dash and marker. A label that begins
@@ -92,7 +95,11 @@ impl LineChart {
         let most = most_points(self.curves.len());
         let looks = Look::of_labels(self.curves.iter().map(|curve| curve.label.as_str()));
         for ((curve, points), &look) in self.curves.iter().zip(&placed).zip(&looks) {
-            draw_curve(&mut frame, look, curve.style, &thin(points, most));
+            if curve.style == Style::Dots {
+                draw_curve(&mut frame, look, curve.style, points);
+            } else {
+                draw_curve(&mut frame, look, curve.style, &thin(points, most));
+            }
         }
         for (bounds, look) in bounds.iter().zip(&looks).filter(|(bounds, _)| !bounds.is_empty()) {
             let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
@@ -219,6 +226,9 @@ pub(super) fn most_points(curves: usize) -> usize {
 /// Draws a curve through `points`, in coordinates along the axes.
 pub(super) fn draw_curve(frame: &mut Frame, look: Look, style: Style, points: &[Point]) {
     let pixels: Vec<_> = points.iter().map(|&at| frame.pixel(at)).collect();
+    if style == Style::Dots {
+        return frame.add(dots(look, &pixels));
+    }
     if pixels.len() > 1 {
         let width = if pixels.len() > 400 { 1.3 } else { 1.9 };
         frame.group(r#"stroke-linejoin="round""#, [look.line(&pixels, width)]);

@@ -60,19 +60,29 @@ pub(super) struct Look {
     nth: usize,
     /// Whether the line has no dashes: it is the only one of its plot.
     alone: bool,
+    /// Whether it is grey: the reference.
+    grey: bool,
 }
+
+/// The label of a reference, which is grey.
+const REFERENCE: &str = "reference";
 
 impl Look {
     /// The looks of the curves of one chart, by label. A method has the same look in every chart. A
     /// second curve of the same method has its colour, with another dash and marker. Other curves
-    /// take the first free looks. A curve
-    /// that is alone has no dashes.
+    /// take the first free looks. A curve that is
+    /// alone has no dashes, and the reference is grey.
     pub(super) fn of_labels<'a>(labels: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
-        let places: Vec<_> = labels.into_iter().map(place_of_method).collect();
+        let labels: Vec<&str> = labels.into_iter().collect();
+        let places: Vec<_> = labels.iter().map(|label| place_of_method(label)).collect();
         let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
         let mut seen = Vec::new();
         let alone = places.len() == 1;
-        let look = |place: Option<usize>| {
+        let look = |(place, label): (Option<usize>, &str)| {
+            let grey = label == REFERENCE;
+            if grey {
+                return Self { nth: 0, alone: true, grey };
+            }
             let (mut nth, stride) = place.map_or((0, 1), |place| (place, CURVES.len()));
             let own = place.is_some_and(|place| !seen.contains(&place));
             seen.extend(place);
@@ -80,12 +90,15 @@ impl Look {
                 nth += stride;
             }
             taken.push(nth);
-            Self { nth, alone }
+            Self { nth, alone, grey }
         };
-        places.into_iter().map(look).collect()
+        places.into_iter().zip(labels).map(look).collect()
     }
 
-    fn colour(self) -> Color {
+    pub(super) fn colour(self) -> Color {
+        if self.grey {
+            return GREY.into();
+        }
         CURVES[self.nth % CURVES.len()].into()
     }
 
@@ -100,6 +113,13 @@ impl Look {
         let d = points.iter().map(|at| self.outline(*at, radius)).collect();
         let fill = if self.nth.is_multiple_of(2) { self.colour() } else { "#ffffff".into() };
         path(d, Some(fill), self.colour(), 1.5, None)
+    }
+
+    /// A filled circle.
+    pub(super) fn disc(self, (x, y): (f64, f64), r: f64) -> Primitive {
+        let d = 2.0 * r;
+        let circle = format!("M{:.1} {y:.1}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z", x - r);
+        area(circle, self.colour())
     }
 
     /// Hollow squares with an arrow down, which mark upper bounds.

@@ -1,10 +1,12 @@
 //! The tables and keys of a scene file, as they are written.
 
 mod drive;
+mod dynamics;
 mod figures;
 mod sweep;
 
 pub(super) use drive::DriveTable;
+pub(super) use dynamics::{BifurcationTable, PoincareTable, SectionTable};
 pub(super) use figures::FigureTable;
 pub use figures::{UnitsTable, Variable};
 pub(super) use sweep::{SweepTable, Varied};
@@ -252,6 +254,12 @@ pub struct StudyTables {
     /// The growth of |K - K0| over very many steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub long_run: Option<LongRunTable>,
+    /// The states of runs on a section.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poincare: Option<PoincareTable>,
+    /// The states on a section against a parameter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bifurcation: Option<BifurcationTable>,
 }
 
 /// Local errors on a base grid.

@@ -3,8 +3,10 @@
 
 use super::document::{Spacing, Variable};
 use crate::observable::Observable;
+use crate::study::bifurcation::Bifurcation;
 use crate::study::local_order::LocalOrder;
-use afterbay_methods::registry::Row;
+use crate::study::poincare::Poincare;
+use afterbay_methods::registry::{REFERENCE, Row};
 
 /// The plan of trajectories.
 #[derive(Clone, Debug)]
@@ -70,30 +72,70 @@ pub struct Studies {
     pub stability: Option<StabilityPlan>,
     /// Growth of the deviation of K.
     pub long_run: Option<LongRunPlan>,
+    /// Points of a section.
+    pub poincare: Option<DynamicsPlan<Poincare>>,
+    /// Points of a section against a parameter.
+    pub bifurcation: Option<DynamicsPlan<Bifurcation>>,
 }
 
 impl Studies {
     /// Whether no study is declared.
     pub fn is_empty(&self) -> bool {
-        let Self { local_order, global_order, energy, work_precision, stability, long_run } = self;
-        local_order.is_none()
-            && global_order.is_none()
-            && energy.is_none()
-            && work_precision.is_none()
-            && stability.is_none()
-            && long_run.is_none()
+        self.all_methods().is_empty()
     }
 
     /// The methods of each study, one study after another.
     pub(super) fn methods(&self) -> impl Iterator<Item = &&'static Row> {
-        let Self { local_order, global_order, energy, work_precision, stability, long_run } = self;
-        let work = work_precision.iter();
-        (local_order.iter().flat_map(|plan| &plan.methods))
-            .chain(global_order.iter().flat_map(|plan| &plan.methods))
-            .chain(energy.iter().flat_map(|plan| &plan.methods))
-            .chain(work.flat_map(|plan| plan.methods.iter().chain(&plan.adaptive)))
-            .chain(stability.iter().flat_map(|plan| &plan.methods))
-            .chain(long_run.iter().flat_map(|plan| &plan.methods))
+        self.all_methods().into_iter().flatten()
+    }
+
+    /// The lists of methods of the studies that are declared. None of them is empty.
+    fn all_methods(&self) -> Vec<&[&'static Row]> {
+        let Self {
+            local_order,
+            global_order,
+            energy,
+            work_precision,
+            stability,
+            long_run,
+            poincare,
+            bifurcation,
+        } = self;
+        let work = work_precision.as_ref();
+        let lists = [
+            local_order.as_ref().map(|plan| &plan.methods),
+            global_order.as_ref().map(|plan| &plan.methods),
+            energy.as_ref().map(|plan| &plan.methods),
+            work.map(|plan| &plan.methods),
+            work.map(|plan| &plan.adaptive),
+            stability.as_ref().map(|plan| &plan.methods),
+            long_run.as_ref().map(|plan| &plan.methods),
+            poincare.as_ref().map(|plan| &plan.methods),
+            bifurcation.as_ref().map(|plan| &plan.methods),
+        ];
+        lists.into_iter().flatten().map(Vec::as_slice).collect()
+    }
+}
+
+/// The plan of a study of attractors: methods at several steps, beside a reference.
+#[derive(Clone, Debug)]
+pub struct DynamicsPlan<S> {
+    /// The methods.
+    pub methods: Vec<&'static Row>,
+    /// The steps.
+    pub steps: Vec<f64>,
+    /// The step of the reference, if there is one.
+    pub reference: Option<f64>,
+    /// The study.
+    pub study: S,
+}
+
+impl<S> DynamicsPlan<S> {
+    /// Each method with each step, the reference first.
+    pub fn settings(&self) -> impl Iterator<Item = (&'static Row, f64)> {
+        let reference = self.reference.map(|h| (&REFERENCE, h)).into_iter();
+        let each = self.methods.iter().flat_map(|&row| self.steps.iter().map(move |&h| (row, h)));
+        reference.chain(each)
     }
 }
 

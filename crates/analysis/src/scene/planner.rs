@@ -1,10 +1,11 @@
 //! Plans from the tables of a scene.
 
 mod budget;
+mod dynamics;
 mod figures;
 mod values;
 
-use super::document::{Document, Expression, Spacing, Spread};
+use super::document::{Document, Expression, ParameterTable, Spacing, Spread};
 use super::plan::{
     EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
     WorkPrecisionPlan,
@@ -169,6 +170,8 @@ impl Planner<'_> {
             });
         }
         studies.stability = self.stability()?;
+        studies.poincare = self.poincare()?;
+        studies.bifurcation = self.bifurcation()?;
         Ok(studies)
     }
 
@@ -182,7 +185,7 @@ impl Planner<'_> {
         ];
         match given.into_iter().find(|x| x.1) {
             Some((key, _)) if !self.problem.model.driven().is_empty() => {
-                let why = "this study does not take a [drive]; global-order, energy and work-precision do";
+                let why = "this study does not take a [drive]; global-order, energy, work-precision, poincare and bifurcation do";
                 self.refuse(&format!("study.{key}"), SceneProblem::Misplaced { key, why })
             }
             _ => Ok(()),
@@ -205,27 +208,10 @@ impl Planner<'_> {
         let path = "study.stability";
         let methods = self.fixed_methods(path, table.methods.as_ref())?;
         let mut steps = self.spread(&format!("{path}.steps"), &table.steps)?;
-        let (varied, named) = (&table.parameter, format!("{path}.parameter"));
-        let mut values = self.range(
-            &named,
-            (varied.from, varied.to),
-            varied.count,
-            varied.scale,
-            f64::NEG_INFINITY,
-        )?;
+        let varied = &table.parameter;
+        let mut values = self.parameter(&format!("{path}.parameter"), varied)?;
         steps.sort_by(f64::total_cmp);
         values.sort_by(f64::total_cmp);
-        let known = self.problem.model.parameters();
-        if !known.contains(&varied.name.as_str()) {
-            let known = known.into_iter().map(str::to_owned).collect();
-            let problem =
-                SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
-            return self.refuse(&format!("{named}.name"), problem);
-        }
-        if let Some(other) = self.computed_from(&varied.name) {
-            let problem = SceneProblem::Computed { name: varied.name.clone(), other };
-            return self.refuse(&format!("{named}.name"), problem);
-        }
         let cells = (steps.len() * values.len() * methods.len()) as f64;
         self.budget(
             path,
@@ -233,20 +219,6 @@ impl Planner<'_> {
             (cells, MOST_CELLS),
             "give fewer steps or values",
         )?;
-        for value in &values {
-            let model = self
-                .problem
-                .model
-                .with(&varied.name, *value)
-                .or_else(|error| self.refuse(&named, error))?;
-            self.within(&named, model.system::<f64>().map(drop))?;
-            if model.dof() != self.problem.model.dof() {
-                let why =
-                    "it changes the number of degrees of freedom, and with it the initial state";
-                return self
-                    .refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
-            }
-        }
         let end = table.end.unwrap_or(self.problem.end);
         if end <= 0.0 {
             return self.refuse(&format!("{path}.end"), InputError::End { end });
@@ -269,6 +241,38 @@ impl Planner<'_> {
             Spread::Range(range) => range.scale,
         };
         Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
+    }
+
+    /// The values of a varied parameter, at each of which the system is valid.
+    fn parameter(&self, named: &str, varied: &ParameterTable) -> Planned<Vec<f64>> {
+        let ends = (varied.from, varied.to);
+        let values = self.range(named, ends, varied.count, varied.scale, f64::NEG_INFINITY)?;
+        let known = self.problem.model.parameters();
+        if !known.contains(&varied.name.as_str()) {
+            let known = known.into_iter().map(str::to_owned).collect();
+            let problem =
+                SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
+            return self.refuse(&format!("{named}.name"), problem);
+        }
+        if let Some(other) = self.computed_from(&varied.name) {
+            let problem = SceneProblem::Computed { name: varied.name.clone(), other };
+            return self.refuse(&format!("{named}.name"), problem);
+        }
+        for value in &values {
+            let model = self
+                .problem
+                .model
+                .with(&varied.name, *value)
+                .or_else(|error| self.refuse(named, error))?;
+            self.within(named, model.system::<f64>().map(drop))?;
+            if model.dof() != self.problem.model.dof() {
+                let why =
+                    "it changes the number of degrees of freedom, and with it the initial state";
+                return self
+                    .refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
+            }
+        }
+        Ok(values)
     }
 
     /// A parameter of a built-in system that is computed from this one when the scene is read. In a

@@ -262,6 +262,17 @@ pub enum SceneProblem {
         /// The problem.
         problem: Box<SceneProblem>,
     },
+    /// A stroboscopic section of a drive without a period.
+    #[error("the drive shows no period")]
+    NoPeriod,
+    /// An interval after which the drive does not repeat.
+    #[error("the interval {interval:?} is no multiple of the period of the drive, {period:?}")]
+    OffPeriod {
+        /// The interval.
+        interval: f64,
+        /// The period.
+        period: f64,
+    },
     /// Rules for all degrees of freedom, without their number.
     #[error("the number of degrees of freedom is not given")]
     NoCount,

@@ -4,9 +4,10 @@ use super::ensemble::{Ensemble, Member, Watch};
 use super::outcome::Ending;
 use super::section::{Section, point};
 use super::{Problem, numbered};
-use crate::progress::Progress;
-use crate::study::stability::MapError;
 use crate::Model;
+use crate::progress::Progress;
+use crate::scene::Spacing;
+use crate::study::stability::MapError;
 use afterbay_core::{State, StateRef};
 use afterbay_methods::registry::Row;
 use serde::Serialize;
@@ -23,6 +24,8 @@ pub struct Bifurcation {
     pub parameter: String,
     /// Its values.
     pub values: Vec<f64>,
+    /// The spacing of the values.
+    pub spacing: Spacing,
     /// Returns that are not kept.
     pub transient: u64,
     /// Returns that are kept of each value.
@@ -103,7 +106,8 @@ impl Diagram {
     /// The rows of the table.
     pub fn rows(&self, parameter: &str, dof: usize) -> impl Iterator<Item = BifurcationRow> {
         self.columns.iter().flat_map(move |column| {
-            let ending = (!column.ending.is_completed()).then(|| [vec![None; dof], vec![None; dof]]);
+            let ending =
+                (!column.ending.is_completed()).then(|| [vec![None; dof], vec![None; dof]]);
             let some = |[q, p]: &[Vec<f64>; 2]| {
                 [q, p].map(|part| part.iter().copied().map(Some).collect::<Vec<_>>())
             };
@@ -192,7 +196,9 @@ impl Bifurcation {
             let step = self.section.grid(&model, h)?.h;
             let trace = self.trace(model.periods());
             let member = Member { value, model, start };
-            let Some((trace, ending)) = ensemble.follow(vec![(member, trace)])?.pop() else { break };
+            let Some((trace, ending)) = ensemble.follow(vec![(member, trace)])?.pop() else {
+                break;
+            };
             let fresh = self.problem.start()?;
             start = match (trace.state, ending.is_completed()) {
                 (Some(state), true) => State { w: fresh.w, t: fresh.t, ..state },

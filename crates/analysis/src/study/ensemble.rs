@@ -8,7 +8,7 @@
 mod alone;
 mod lanes;
 
-use super::outcome::{COMPLETED, Ending, INTERRUPTED, step_word};
+use super::outcome::{Ending, step_word};
 use super::section::Section;
 use crate::Model;
 use crate::progress::Progress;
@@ -99,17 +99,9 @@ impl Ensemble<'_> {
             }
             Ok::<(), InputError>(())
         })?;
-        let ended = |job: Job<W>| (job.watch, job.ending.unwrap_or_else(completed));
+        let ended = |job: Job<W>| (job.watch, job.ending.unwrap_or_else(Ending::completed));
         Ok(jobs.into_iter().map(ended).collect())
     }
-}
-
-fn completed() -> Ending {
-    Ending { outcome: COMPLETED, failure: None }
-}
-
-fn interrupted() -> Ending {
-    Ending { outcome: INTERRUPTED, failure: None }
 }
 
 impl<W: Watch> Job<W> {
@@ -119,9 +111,9 @@ impl<W: Watch> Job<W> {
         let t = self.since + self.state.t;
         let state = StateRef { t, ..self.state.state_ref() };
         if self.watch.see(self.returns, state).is_break() {
-            self.ending = Some(completed());
+            self.ending = Some(Ending::completed());
         } else if progress.stopped() {
-            self.ending = Some(interrupted());
+            self.ending = Some(Ending::interrupted());
         }
     }
 

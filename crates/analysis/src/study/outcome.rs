@@ -25,6 +25,16 @@ impl Ending {
         Self { outcome, failure: result.as_ref().err().map(ToString::to_string) }
     }
 
+    /// The ending of a run that was not begun because the user stopped.
+    pub fn interrupted() -> Self {
+        Self { outcome: INTERRUPTED, failure: None }
+    }
+
+    /// The ending of a run that reached its end.
+    pub fn completed() -> Self {
+        Self { outcome: COMPLETED, failure: None }
+    }
+
     /// Whether the run reached its end.
     pub fn is_completed(&self) -> bool {
         self.outcome == COMPLETED

@@ -32,7 +32,9 @@ pub struct Crossing {
 }
 
 /// The direction of a crossing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
     /// From below.
@@ -128,8 +130,13 @@ pub(super) fn nearest(x: f64, period: f64) -> f64 {
 
 /// q and p of the degrees of freedom that are not motors. Coordinates with a period lie within half
 /// of it from 0.
-pub(super) fn point(model_periods: &[Option<f64>], dof: usize, state: StateRef<'_, f64>) -> [Vec<f64>; 2] {
-    let wrapped = |(&q, period): (&f64, &Option<f64>)| period.map_or(q, |period| nearest(q, period));
+pub(super) fn point(
+    model_periods: &[Option<f64>],
+    dof: usize,
+    state: StateRef<'_, f64>,
+) -> [Vec<f64>; 2] {
+    let wrapped =
+        |(&q, period): (&f64, &Option<f64>)| period.map_or(q, |period| nearest(q, period));
     let q = state.q[..dof].iter().zip(model_periods).map(wrapped).collect();
     [q, state.p[..dof].to_vec()]
 }
@@ -146,7 +153,8 @@ mod tests {
 
     #[test]
     fn a_crossing_has_a_direction_and_a_turn() {
-        let crossing = |direction| Crossing { variable: Variable::Q, dof: 0, value: 1.0, direction };
+        let crossing =
+            |direction| Crossing { variable: Variable::Q, dof: 0, value: 1.0, direction };
         let at = |q: f64, period| {
             let state = StateRef { q: &[q], p: &[0.0], w: &[0.0], t: 0.0 };
             crossing(Direction::Rising).distance(state, period)

@@ -42,7 +42,11 @@ pub(in crate::study) fn state_of<T: Side>(all: &State<Vec<T>>, k: usize) -> Stat
 }
 
 /// Puts a state into lane k.
-pub(in crate::study) fn put_state<T: Side>(all: &mut State<Vec<T>>, k: usize, one: &State<Vec<f64>>) {
+pub(in crate::study) fn put_state<T: Side>(
+    all: &mut State<Vec<T>>,
+    k: usize,
+    one: &State<Vec<f64>>,
+) {
     let parts = [(&mut all.q, &one.q), (&mut all.p, &one.p), (&mut all.w, &one.w)];
     parts.into_iter().for_each(|(all, one)| put_lane(all, k, one));
     all.t = all.t.with(k, one.t);

@@ -1,9 +1,9 @@
 //! Forces of a drive, F_j(q, t), described by expressions.
 
-use super::{checks, period};
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
 use super::programs::{Builder, Part};
+use super::{checks, period};
 use afterbay_core::{Drive, Scalar};
 use afterbay_expression::{Graph, Input, Kinds, Node, Point};
 use std::ops::Range;

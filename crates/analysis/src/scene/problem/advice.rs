@@ -62,6 +62,14 @@ impl SceneProblem {
             Self::NoCount => {
                 Some("write q = { count = 8, value = .. } in [initial], or a list".into())
             }
+            Self::NoPeriod => Some(
+                "give period = \"2*pi/omega\" in [drive], or a section such as \
+                 section = { of = \"q1\", direction = \"rising\" }"
+                    .into(),
+            ),
+            Self::OffPeriod { period, .. } => {
+                Some(format!("leave it out, or write a multiple of {period:?}"))
+            }
             Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
             Self::Expression(problem) | Self::Custom(CustomError::Expression { problem, .. }) => {
                 problem.advice()
@@ -71,6 +79,9 @@ impl SceneProblem {
                 "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
                 "system" => Some("for example:  [system]  name = \"duffing\"".into()),
                 "y" => Some("a quantity such as y = \"q1\", or a map such as map = \"q\"".into()),
+                "spread" => {
+                    Some("how far the starts lie from the initial state: spread = 0.5".into())
+                }
                 "step" => Some("the size of a step, such as step = 0.01".into()),
                 _ => None,
             },

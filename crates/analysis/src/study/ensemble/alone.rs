@@ -1,6 +1,6 @@
 //! One run from section to section.
 
-use super::{Ending, Ensemble, Job, Watch, completed, interrupted};
+use super::{Ending, Ensemble, Job, Watch};
 use crate::study::section::{Crossing, MOST_STEPS_BETWEEN, Section, rewind};
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
 use afterbay_methods::registry::Run;
@@ -78,7 +78,7 @@ fn cross<W: Watch>(
                 let there = at_crossing(run, h, crossing, period, (&before, last), (now, off));
                 (*returns, missing) = (*returns + 1, 0);
                 if watch.see(*returns, there.state_ref()).is_break() {
-                    ending = Some(completed());
+                    ending = Some(Ending::completed());
                 }
             }
             if missing > MOST_STEPS_BETWEEN {
@@ -90,7 +90,7 @@ fn cross<W: Watch>(
                     )),
                 });
             } else if missing % STEPS_BETWEEN_LOOKS == 0 && ensemble.progress.stopped() {
-                ending = Some(interrupted());
+                ending = Some(Ending::interrupted());
             }
             copy(now, &mut before);
             if ending.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

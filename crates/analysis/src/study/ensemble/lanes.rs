@@ -53,12 +53,13 @@ pub(super) fn together<W: Watch>(
         }
         let Some(Lanes { run, .. }) = &bound else { return Ok(()) };
         let grid = Grid { h: f64x8::gather(|lane| jobs[seats[lane]].grid.h), steps };
-        let good = match run.run(grid, &mut all, steps, &mut |_, _| std::ops::ControlFlow::Continue(())) {
-            Ok(_) => steps,
-            Err(IntegrateError::Run(error)) => error.step - 1,
-            Err(IntegrateError::Input(error)) => return Err(error),
-            Err(IntegrateError::Interrupted) => return Ok(()),
-        };
+        let good =
+            match run.run(grid, &mut all, steps, &mut |_, _| std::ops::ControlFlow::Continue(())) {
+                Ok(_) => steps,
+                Err(IntegrateError::Run(error)) => error.step - 1,
+                Err(IntegrateError::Input(error)) => return Err(error),
+                Err(IntegrateError::Interrupted) => return Ok(()),
+            };
         for lane in (0..WIDTH).filter(|&lane| owned[lane]) {
             let job = &mut jobs[seats[lane]];
             job.state = state_of(&all, lane);

@@ -1,9 +1,9 @@
 //! A run observed on its way, and one cell alone.
 
 use super::measure::{Looks, Room, Scales, Seen};
-use crate::study::side::Side;
 use crate::progress::Progress;
 use crate::study::Problem;
+use crate::study::side::Side;
 use afterbay_core::{Grid, InputError, IntegrateError, State, StepFailure, System};
 use afterbay_methods::registry::Run;
 use std::ops::ControlFlow;

@@ -10,9 +10,9 @@
 use super::alone::{Course, Ending, Traveller, Vehicle, alone};
 use super::measure::{Scales, Seen};
 use super::reference::Reference;
-use crate::study::side::{put_state, state_of};
 use crate::Lanes;
 use crate::study::Problem;
+use crate::study::side::{put_state, state_of};
 use afterbay_core::{InputError, Scalar, System, f64x8};
 use afterbay_methods::registry::{Row, Run};
 

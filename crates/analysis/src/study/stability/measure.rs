@@ -27,8 +27,8 @@
 
 use super::halves::Halves;
 use super::image::Image;
-use crate::study::side::{Side, lane_of, put_lane};
 use super::track::Track;
+use crate::study::side::{Side, lane_of, put_lane};
 use afterbay_core::{Passive, Scalar, StateRef, System};
 
 /// The most observations of a run.

@@ -9,11 +9,11 @@
 use super::halves::Halves;
 use super::image::Image;
 use super::measure::{Look, Looks, Scales, Seen};
-use crate::study::side::Side;
 use super::verdict::{SHARE, TOLERANCE};
 use super::walk::Walk;
 use crate::progress::Progress;
 use crate::study::Problem;
+use crate::study::side::Side;
 use afterbay_core::{Grid, InputError, IntegrateError, System};
 use afterbay_methods::registry::Run;
 use std::ops::ControlFlow;

@@ -4,9 +4,9 @@ use super::halves::Halves;
 use super::image::Image;
 use super::measure::{Scales, larger};
 use super::reference::{Event, Reference, Standing};
-use crate::study::side::{Side, lane_of};
 use super::track::{Track, sizes};
 use super::verdict::SHARE;
+use crate::study::side::{Side, lane_of};
 use afterbay_core::{StateRef, System};
 
 /// A point of the solution.

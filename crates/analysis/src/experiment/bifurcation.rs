@@ -1,0 +1,172 @@
+//! Bifurcation diagrams: the points of each method beside those of the reference.
+
+use super::poincare::of_reference;
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said};
+use crate::progress::Progress;
+use crate::report::Verdict;
+use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
+use crate::sheet::{ReportError, Sheet, dotted};
+use crate::study::attractor::{Attractor, Kind};
+use crate::study::bifurcation::{self, Bifurcation, Column, Diagram};
+use crate::study::outcome::Ending;
+use afterbay_methods::registry::REFERENCE;
+
+/// The table from which the charts are made.
+const DATA: &str = "bifurcation";
+/// The label of the reference.
+const EXACT: &str = REFERENCE.name;
+/// The most changes of the period that a sentence names.
+const MOST_NAMED: usize = 6;
+
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<Bifurcation>,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Bifurcation diagram");
+    let DynamicsPlan { study, .. } = plan;
+    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
+    let ways = if study.follow { 2 } else { 1 };
+    progress.begin("bifurcation diagram", settings.len() * study.values.len() * ways);
+    let mut found = Vec::new();
+    for (row, h) in settings {
+        found.push(study.run(row, h, progress)?);
+    }
+    let rows: Vec<_> =
+        found.iter().flat_map(|diagram| diagram.rows(&study.parameter, model.degrees())).collect();
+    sheet.wide_data(DATA, &bifurcation::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|diagram| {
+        let worst = diagram.columns.iter().find(|column| !column.ending.is_completed());
+        let ending = worst.or(diagram.columns.first()).map(|column| column.ending.clone());
+        let ending = ending.unwrap_or_else(Ending::interrupted);
+        ending.record("bifurcation", model.name(), diagram.row.name, diagram.h)
+    }));
+    let begin = if study.follow {
+        "Each run begins where that of the value before ended, once upwards and once downwards."
+    } else {
+        "Each run begins at the initial state."
+    };
+    sheet.text(format!(
+        "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
+         attractors count as the same if both have one period and lie within 5 % of their size, or \
+         if neither has a period and their extents agree.{}",
+        study.section.describe(model),
+        study.points,
+        study.transient,
+        study.values.len(),
+        study.parameter,
+        of_reference(plan.reference),
+    ));
+    let exact = found.iter().find(|diagram| diagram.row.name == EXACT).map(kinds);
+    let mut readings = Readings::default();
+    for diagram in &found {
+        let (label, own) = (label(diagram), kinds(diagram));
+        let failed = diagram.columns.iter().filter(|column| !column.ending.is_completed());
+        readings.add(&label, "values", diagram.columns.len());
+        readings.add(&label, "failed runs", failed.count());
+        readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
+        if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
+            let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| matches!((own, exact), (Some(own), Some(exact)) if exact.is_like(own));
+            let first = own.iter().zip(exact).position(|pair| !same(pair));
+            let alike = own.iter().zip(exact).filter(|&pair| same(pair)).count();
+            readings.add(&label, "as the reference", alike);
+            let first = first.and_then(|i| diagram.columns.get(i)).map(|column| column.value);
+            readings.add(&label, "first other value", first);
+        }
+    }
+    sheet.find("Bifurcation diagram", readings, what_is_seen);
+    for (nth, diagram) in found.iter().enumerate() {
+        let exact = found.iter().find(|diagram| diagram.row.name == EXACT);
+        if diagram.row.name == EXACT && found.len() > 1 {
+            continue;
+        }
+        let chart = LineChart {
+            title: format!("States against {}: {}", study.parameter, label(diagram)),
+            x: match study.spacing {
+                Spacing::Linear => Axis::linear(&study.parameter),
+                Spacing::Log => Axis::log(&study.parameter),
+            },
+            y: Axis::linear(scene.units.variable(Variable::Q, "q1")),
+            curves: exact
+                .into_iter()
+                .chain((diagram.row.name != EXACT).then_some(diagram))
+                .map(|diagram| dotted(&label(diagram), points(diagram)))
+                .collect(),
+            guides: Vec::new(),
+        };
+        let name = format!("bifurcation-{}-{nth}", diagram.row.name);
+        sheet.show(&name, &chart, "Grey: the reference. It lies below the method.", DATA);
+    }
+    Ok(sheet)
+}
+
+/// A method and its step.
+fn label(diagram: &Diagram) -> String {
+    match diagram.row.name {
+        EXACT => EXACT.into(),
+        name => format!("{name}, h = {:.4}", diagram.h),
+    }
+}
+
+fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
+    let of = |column: &Column| {
+        let value = column.value;
+        column.points.iter().map(move |[q, _]| (value, q[0])).collect::<Vec<_>>()
+    };
+    diagram.columns.iter().flat_map(of).collect()
+}
+
+/// The attractor of each value, if its run got far enough.
+fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
+    let of =
+        |column: &Column| Attractor::of(&column.points).filter(|_| column.ending.is_completed());
+    diagram.columns.iter().map(of).collect()
+}
+
+/// The values at which the period changes, in words.
+fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
+    let kind = |i: usize| kinds[i].as_ref().map(|found| found.kind);
+    let word = |kind: Option<Kind>| match kind {
+        Some(Kind::Period(period)) => period.to_string(),
+        Some(Kind::Aperiodic) => "none".into(),
+        None => "failed".into(),
+    };
+    let all: Vec<String> = (1..kinds.len())
+        .filter(|&i| kind(i) != kind(i - 1) && diagram.columns[i].way == diagram.columns[i - 1].way)
+        .map(|i| {
+            let value = diagram.columns[i].value;
+            format!("{} to {} at {parameter} = {value:.4}", word(kind(i - 1)), word(kind(i)))
+        })
+        .collect();
+    match all.len() {
+        0 => format!("{} throughout", word(kinds.first().and_then(|_| kind(0)))),
+        count if count > MOST_NAMED => {
+            format!("{}, and {} more changes", all[..MOST_NAMED].join(", "), count - MOST_NAMED)
+        }
+        _ => all.join(", "),
+    }
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let one = |label: &str| {
+        let (values, failed) = (r.number(label, "values"), r.number(label, "failed runs"));
+        let alike = r.number(label, "as the reference");
+        let beside = if alike.is_nan() {
+            format!("period {}", r.word(label, "changes"))
+        } else if alike == values {
+            format!("the attractor of the reference at all {values} values")
+        } else {
+            let first = r.number(label, "first other value");
+            format!(
+                "the attractor of the reference at {alike} of {values} values, another first at {first:.4}"
+            )
+        };
+        let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };
+        format!("{label}: {beside}{end}")
+    };
+    let all = r.of_all("values");
+    let done = r.numbers("failed runs").iter().all(|(_, failed)| *failed == 0.0);
+    let verdict = if done { Verdict::Note } else { Verdict::Fails };
+    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+}

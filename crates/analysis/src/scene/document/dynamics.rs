@@ -1,0 +1,88 @@
+//! The tables of the studies of driven and self-excited systems, as they are written.
+
+use super::{ParameterTable, Spread};
+use crate::study::section::Direction;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The crossing of a value by a coordinate or a momentum.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SectionTable {
+    /// The coordinate or momentum, such as "q1" or "p2".
+    pub of: String,
+    /// The value that it crosses [default: 0].
+    #[serde(default)]
+    pub value: f64,
+    /// The direction of the crossing.
+    #[serde(default)]
+    pub direction: Direction,
+}
+
+/// The states of runs on a section, after a transient.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoincareTable {
+    /// Names of methods [default: those of [run]].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps [default: that of [time]]. An interval of the section is divided into whole steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Spread>,
+    /// The section [default: every period of the drive; without one, p1 falling through 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub section: Option<SectionTable>,
+    /// The interval of time between two states, instead of `section`: a multiple of the period of
+    /// the drive, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval: Option<f64>,
+    /// The number of states that are not kept [default: 100].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transient: Option<u64>,
+    /// The number of states that are kept of each run [default: 1000].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<u64>,
+    /// The number of runs. The first starts from the initial state, the others from states around
+    /// it [default: 1].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub starts: Option<u64>,
+    /// The largest distance of the starts from the initial state, in each coordinate and momentum.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<f64>,
+    /// Whether a reference with small steps is shown, too [default: true].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<bool>,
+}
+
+/// The states on a section against a parameter.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BifurcationTable {
+    /// Names of methods [default: those of [run]].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps [default: that of [time]]. An interval of the section is divided into whole steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Spread>,
+    /// The parameter that is varied, of the system or of the drive.
+    pub parameter: ParameterTable,
+    /// The section [default: every period of the drive; without one, p1 falling through 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub section: Option<SectionTable>,
+    /// The interval of time between two states, instead of `section`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval: Option<f64>,
+    /// The number of states of each run that are not kept [default: 200].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transient: Option<u64>,
+    /// The number of states that are kept [default: 100].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<u64>,
+    /// Whether each run begins where that of the value before ended, once upwards and once
+    /// downwards [default: false, each from the initial state].
+    #[serde(default)]
+    pub follow: bool,
+    /// Whether a reference with small steps is shown, too [default: true].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<bool>,
+}
