@@ -5,6 +5,7 @@
 //! the same to the bit for any number of threads. Times are measured one run after another.
 
 pub mod attractor;
+pub mod basins;
 pub mod bifurcation;
 pub mod cost;
 pub mod decay;
@@ -18,12 +19,14 @@ mod passivity;
 pub mod pick;
 pub mod poincare;
 mod reference;
+pub mod resonance;
 pub mod section;
 mod side;
 pub mod size;
 pub mod stability;
 pub mod trajectory;
 pub mod work_precision;
+mod zero;
 
 pub use reference::LARGEST_BY_SERIES;
 

@@ -124,6 +124,18 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         );
         add("bifurcation", &plan.methods, detail);
     }
+    if let Some(plan) = &studies.resonance {
+        let steps = steps(plan.steps.len());
+        let (count, parameter) = (plan.study.values.len(), &plan.study.parameter);
+        add("resonance", &plan.methods, format!("{steps}, {count} values of {parameter}"));
+    }
+    if let Some(plan) = &studies.basins {
+        let steps = steps(plan.steps.len());
+        let [width, height] = plan.study.axes.each_ref().map(|axis| axis.values.len());
+        let section = plan.study.section.describe(model);
+        let detail = format!("{steps}, {width} by {height} initial states, {section}");
+        add("basins", &plan.methods, detail);
+    }
     if let Some(sweep) = &scene.sweep {
         let detail = format!("{} points over {}", sweep.points.len(), sweep.names.join(", "));
         add("sweep", &[], detail);

@@ -6,7 +6,9 @@ mod figures;
 mod sweep;
 
 pub(super) use drive::DriveTable;
-pub(super) use dynamics::{BifurcationTable, PoincareTable, SectionTable};
+pub(super) use dynamics::{
+    BasinsTable, BifurcationTable, PoincareTable, ResonanceTable, SectionTable,
+};
 pub(super) use figures::FigureTable;
 pub use figures::{UnitsTable, Variable};
 pub(super) use sweep::{SweepTable, Varied};
@@ -260,6 +262,12 @@ pub struct StudyTables {
     /// The states on a section against a parameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bifurcation: Option<BifurcationTable>,
+    /// Amplitude and energy per period against the frequency of the drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resonance: Option<ResonanceTable>,
+    /// The attractors that a grid of initial states reaches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub basins: Option<BasinsTable>,
 }
 
 /// Local errors on a base grid.

@@ -3,9 +3,11 @@
 
 use super::document::{Spacing, Variable};
 use crate::observable::Observable;
+use crate::study::basins::Basins;
 use crate::study::bifurcation::Bifurcation;
 use crate::study::local_order::LocalOrder;
 use crate::study::poincare::Poincare;
+use crate::study::resonance::Resonance;
 use afterbay_methods::registry::{REFERENCE, Row};
 
 /// The plan of trajectories.
@@ -76,6 +78,10 @@ pub struct Studies {
     pub poincare: Option<DynamicsPlan<Poincare>>,
     /// Points of a section against a parameter.
     pub bifurcation: Option<DynamicsPlan<Bifurcation>>,
+    /// Amplitude and energy per period against the frequency of a drive.
+    pub resonance: Option<DynamicsPlan<Resonance>>,
+    /// The attractors of a grid of initial states.
+    pub basins: Option<DynamicsPlan<Basins>>,
 }
 
 impl Studies {
@@ -100,6 +106,8 @@ impl Studies {
             long_run,
             poincare,
             bifurcation,
+            resonance,
+            basins,
         } = self;
         let work = work_precision.as_ref();
         let lists = [
@@ -112,6 +120,8 @@ impl Studies {
             long_run.as_ref().map(|plan| &plan.methods),
             poincare.as_ref().map(|plan| &plan.methods),
             bifurcation.as_ref().map(|plan| &plan.methods),
+            resonance.as_ref().map(|plan| &plan.methods),
+            basins.as_ref().map(|plan| &plan.methods),
         ];
         lists.into_iter().flatten().map(Vec::as_slice).collect()
     }

@@ -172,6 +172,8 @@ impl Planner<'_> {
         studies.stability = self.stability()?;
         studies.poincare = self.poincare()?;
         studies.bifurcation = self.bifurcation()?;
+        studies.resonance = self.resonance()?;
+        studies.basins = self.basins()?;
         Ok(studies)
     }
 
@@ -185,7 +187,7 @@ impl Planner<'_> {
         ];
         match given.into_iter().find(|x| x.1) {
             Some((key, _)) if !self.problem.model.driven().is_empty() => {
-                let why = "this study does not take a [drive]; global-order, energy, work-precision, poincare and bifurcation do";
+                let why = "this study does not take a [drive]; global-order, energy and work-precision do, and so do the studies of attractors";
                 self.refuse(&format!("study.{key}"), SceneProblem::Misplaced { key, why })
             }
             _ => Ok(()),
