@@ -10,7 +10,7 @@ use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
 use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::bifurcation::Way;
 use crate::study::outcome::COMPLETED;
-use crate::study::resonance::{self, Resonance, ResonanceRow};
+use crate::study::resonance::{self, Resonance, ResonanceRow, UNSTEADY};
 use afterbay_methods::registry::REFERENCE;
 
 /// The table from which the charts are made.
@@ -41,7 +41,9 @@ pub(super) fn sheet(
     }
     let rows: Vec<_> = found.iter().flat_map(|curve| &curve.rows).collect();
     sheet.wide_data(DATA, &resonance::columns(model), &rows)?;
-    sheet.runs.extend(rows.iter().filter(|row| row.outcome != COMPLETED).map(|row| RunOutcome {
+    let failed = |row: &ResonanceRow| ![COMPLETED, UNSTEADY].contains(&row.outcome);
+    let steady = |row: &&ResonanceRow| row.outcome == COMPLETED;
+    sheet.runs.extend(rows.iter().filter(|row| failed(row)).map(|row| RunOutcome {
         study: "resonance",
         system: model.name(),
         method: row.method,
@@ -63,20 +65,27 @@ pub(super) fn sheet(
     let exact = found.iter().find(|curve| curve.label == EXACT);
     let mut readings = Readings::default();
     for curve in &found {
-        let amplitudes = || curve.rows.iter().filter_map(|row| Some((row.amplitude[0]?, row)));
+        let rows = || curve.rows.iter().filter(steady);
+        let amplitudes = || rows().filter_map(|row| Some((row.amplitude[0]?, row)));
         let peak = amplitudes().max_by(|a, b| a.0.total_cmp(&b.0));
         let off = |row: &ResonanceRow| {
             Some((row.supplied? - row.dissipated?).abs() / row.supplied?.abs())
         };
-        let unbalanced = curve.rows.iter().filter_map(off).fold(0.0, f64::max);
-        let failed = curve.rows.iter().filter(|row| row.outcome != COMPLETED).count();
+        let unbalanced = rows().filter_map(off).fold(0.0, f64::max);
+        let failed = curve.rows.iter().filter(|row| failed(row)).count();
+        let unsteady = curve.rows.len() - failed - rows().count();
         readings.add(&curve.label, "peak", peak.map(|peak| peak.0));
         readings.add(&curve.label, "at", peak.map(|peak| peak.1.frequency));
         readings.add(&curve.label, "balance", unbalanced);
         readings.add(&curve.label, "failed runs", failed);
+        readings.add(&curve.label, "unsteady", unsteady);
+        readings.add(&curve.label, "values", curve.rows.len());
         if let Some(exact) = exact.filter(|_| curve.label != EXACT) {
             let pairs = curve.rows.iter().zip(&exact.rows);
             let off = |(own, exact): (&ResonanceRow, &ResonanceRow)| {
+                if !steady(&own) || !steady(&exact) {
+                    return None;
+                }
                 Some((own.amplitude[0]? - exact.amplitude[0]?).abs() / exact.amplitude[0]?)
             };
             let worst = pairs.filter_map(off).fold(0.0, f64::max);
@@ -121,10 +130,16 @@ fn what_is_seen(r: &Readings) -> Said {
             off => format!(", off by up to {} % of the reference", fixed(100.0 * off, 1)),
         };
         let failed = number("failed runs");
-        let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };
+        let mut end = match number("unsteady") {
+            0.0 => String::new(),
+            count => format!("; {count} of {} motions are not steady", number("values")),
+        };
+        if failed > 0.0 {
+            end += &format!("; {failed} runs fail");
+        }
         format!(
-            "{label}: largest amplitude {} at {}{off}; supplied and dissipated energy differ by up \
-             to {} of it{end}",
+            "{label}: largest steady amplitude {} at {}{off}; supplied and dissipated energy \
+             differ by {} of it at most{end}",
             fixed(number("peak"), 4),
             fixed(number("at"), 4),
             sci(number("balance")),

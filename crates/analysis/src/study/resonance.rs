@@ -3,13 +3,13 @@
 //!
 //! Each frequency begins where the one before ended, upwards and downwards, so that both branches of
 //! a hysteresis are seen. In a steady motion the energy supplied in a period is the energy
-//! dissipated.
+//! dissipated. A motion that does not repeat over the measured periods is marked as unsteady.
 
 use super::Problem;
 use super::bifurcation::Way;
 use super::numbered;
 use super::outcome::Ending;
-use super::section::{Section, rewind};
+use super::section::{Section, point, rewind};
 use super::stability::MapError;
 use super::zero::{at_zero, copy};
 use crate::Model;
@@ -19,6 +19,12 @@ use afterbay_core::{Grid, IntegrateError, State, StateRef, System, accounts};
 use afterbay_methods::registry::{Row, Run};
 use serde::Serialize;
 use std::ops::ControlFlow;
+
+/// The word of a motion that does not repeat over the measured periods.
+pub const UNSTEADY: &str = "unsteady";
+/// The largest change of the state over the measured periods of a steady motion, relative to its
+/// size.
+const STEADY: f64 = 1e-6;
 
 /// A resonance curve of a problem.
 #[derive(Clone, Debug)]
@@ -56,7 +62,7 @@ pub struct ResonanceRow {
     pub dissipated: Option<f64>,
     /// The value of the parameter.
     pub value: f64,
-    /// How the run ended.
+    /// `completed`, `unsteady`, or the failure.
     pub outcome: &'static str,
     /// The failure in words.
     #[serde(skip)]
@@ -117,7 +123,10 @@ impl Resonance {
             if let Err(IntegrateError::Input(error)) = found {
                 return Err(error.into());
             }
-            let ending = Ending::of(&found, 0, 0);
+            let ending = match &found {
+                Ok(steady) if steady.returned > STEADY => unsteady(),
+                _ => Ending::of(&found, 0, 0),
+            };
             let steady = found.ok();
             if steady.is_none() {
                 state = self.problem.start()?;
@@ -162,6 +171,7 @@ impl Resonance {
         state.p[dof..].fill(0.0);
         state.w.fill(0.0);
         let system = model.system::<f64>()?;
+        let start = point(&model.periods(), dof, state.state_ref());
         let mut amplitude: Vec<f64> = state.q[..dof].iter().map(|q| q.abs()).collect();
         for _ in 0..self.periods {
             let mut turns = Turns::new(&*system, state, dof);
@@ -175,8 +185,17 @@ impl Resonance {
         }
         let [w, s] = accounts(state.state_ref(), driven);
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
-        Ok(Steady { amplitude, supplied: mean(&s), dissipated: mean(&w) })
+        let end = point(&model.periods(), dof, state.state_ref());
+        let off = start.iter().flatten().zip(end.iter().flatten()).map(|(a, b)| (a - b).abs());
+        let size = start.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
+        let returned = off.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE);
+        Ok(Steady { amplitude, supplied: mean(&s), dissipated: mean(&w), returned })
     }
+}
+
+/// The ending of a run whose motion does not repeat.
+fn unsteady() -> Ending {
+    Ending { outcome: UNSTEADY, failure: None }
 }
 
 /// The measures of a steady motion.
@@ -184,6 +203,8 @@ struct Steady {
     amplitude: Vec<f64>,
     supplied: f64,
     dissipated: f64,
+    /// The change of the state over the measured periods, relative to its size.
+    returned: f64,
 }
 
 /// Looks for the states at which a coordinate turns back, where its velocity changes sign.
