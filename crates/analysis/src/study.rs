@@ -11,6 +11,7 @@ pub mod cost;
 pub mod decay;
 pub mod energy;
 mod ensemble;
+pub mod events;
 pub mod global_order;
 pub mod local_order;
 pub mod long_run;

@@ -67,7 +67,7 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     if let Some(plan) = &scene.run {
         let count = (scene.problem.end / scene.step).round() as usize;
         let all: Vec<_> = plan.methods.iter().chain(&plan.adaptive).copied().collect();
-        let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x}"));
+        let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x:e}"));
         let steps = steps(count);
         let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(plan.every));
         add("run", &all, detail);

@@ -2,6 +2,7 @@
 
 mod drive;
 mod dynamics;
+mod event;
 mod figures;
 mod sweep;
 
@@ -9,6 +10,7 @@ pub(super) use drive::DriveTable;
 pub(super) use dynamics::{
     BasinsTable, BifurcationTable, PoincareTable, ResonanceTable, SectionTable,
 };
+pub(super) use event::{ActionName, EventTable};
 pub(super) use figures::FigureTable;
 pub use figures::{UnitsTable, Variable};
 pub(super) use sweep::{SweepTable, Varied};
@@ -232,6 +234,13 @@ pub struct RunTable {
     /// which are shown at the same times. If none of them is named, adaptive-collocation runs too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// The spacing in time of the states that are kept, instead of `every`. States between two steps
+    /// are computed by shorter steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample: Option<f64>,
+    /// Events, each under its name: zeros of functions of the state, found to rounding.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub events: BTreeMap<String, EventTable>,
 }
 
 /// The tables of `afterbay study`.

@@ -5,6 +5,7 @@ use super::document::{Spacing, Variable};
 use crate::observable::Observable;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Bifurcation;
+use crate::study::events::EventPlan;
 use crate::study::local_order::LocalOrder;
 use crate::study::poincare::Poincare;
 use crate::study::resonance::Resonance;
@@ -21,6 +22,10 @@ pub struct RunPlan {
     pub every: u64,
     /// The tolerance of the methods that choose their steps.
     pub tolerance: Option<f64>,
+    /// The spacing in time of the states that are kept, instead of `every`.
+    pub sample: Option<f64>,
+    /// The events.
+    pub events: Vec<EventPlan>,
 }
 
 impl RunPlan {
