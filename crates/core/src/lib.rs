@@ -47,5 +47,5 @@ pub use system::{
     Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Drive, Driven,
     EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean, Members, Misprinted,
     OrderRaising, Passive, PhasePlane, PlaneDissipation, SecondDerivatives, Separable, Slopes,
-    State, StateRef, System, Uniform, accounts, with_motors,
+    State, StateRef, Supply, System, Uniform, accounts, with_motors,
 };
