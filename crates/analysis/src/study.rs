@@ -22,6 +22,7 @@ pub mod section;
 mod side;
 pub mod size;
 pub mod stability;
+pub mod tangent;
 pub mod trajectory;
 pub mod work_precision;
 
