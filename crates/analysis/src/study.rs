@@ -13,6 +13,7 @@ mod ensemble;
 pub mod global_order;
 pub mod local_order;
 pub mod long_run;
+pub mod lyapunov;
 pub mod outcome;
 mod passivity;
 pub mod pick;

@@ -17,7 +17,9 @@
 //! local error.
 
 use crate::Model;
-use afterbay_core::{InputError, IntegrateError, Quad, Scalar, State};
+use afterbay_core::{
+    InputError, IntegrateError, Quad, Quantity, RunError, Scalar, State, StepFailure,
+};
 use afterbay_methods::registry::{Row, Run};
 use faer::Mat;
 
@@ -52,7 +54,8 @@ impl Tangent {
     /// Takes one step, and returns its 2N x 2N Jacobian by z = (q, p), the N entries of q first.
     ///
     /// # Errors
-    /// The failure of the step or of one from a displaced state; the state is then unchanged.
+    /// The failure of the step or of one from a displaced state, and [`StepFailure::NonFinite`] for
+    /// an entry that is not finite; the state is then unchanged.
     pub fn step_with_jacobian(
         &self,
         h: Quad,
@@ -70,7 +73,13 @@ impl Tangent {
             part[j % n] += d;
             self.step(h, &mut moved)?;
             for (i, change) in difference(&moved, &end, n).enumerate() {
-                jacobian[(i, j)] = (change / d).to_f64();
+                let value = (change / d).to_f64();
+                if !value.is_finite() {
+                    let quantity = [Quantity::Coordinate, Quantity::Momentum][i / n];
+                    let failure = StepFailure::NonFinite { quantity, dof: i % n, value };
+                    return Err(RunError { step: 1, t: state.t.to_f64(), failure }.into());
+                }
+                jacobian[(i, j)] = value;
             }
         }
         *state = end;
