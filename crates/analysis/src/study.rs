@@ -11,6 +11,7 @@ pub mod decay;
 pub mod energy;
 mod ensemble;
 pub mod global_order;
+pub mod limit_cycle;
 pub mod local_order;
 pub mod long_run;
 pub mod lyapunov;

@@ -85,18 +85,6 @@ impl Tangent {
         *state = end;
         Ok(jacobian)
     }
-
-    /// ∂z1/∂h of a step from a state.
-    ///
-    /// # Errors
-    /// The failure of a step.
-    pub fn by_step(&self, h: Quad, state: &State<Vec<Quad>>) -> Result<Vec<f64>, IntegrateError> {
-        let [mut end, mut longer] = [state.clone(), state.clone()];
-        let d = h * Quad::from_f64(DISPLACEMENT);
-        self.step(h, &mut end)?;
-        self.step(h + d, &mut longer)?;
-        Ok(difference(&longer, &end, self.dof).map(|change| (change / d).to_f64()).collect())
-    }
 }
 
 /// The largest magnitude, by which entries that are 0 are displaced too; 1 if all are 0.
@@ -191,17 +179,5 @@ mod tests {
             seen += 1;
         }
         assert!(seen > 15, "{seen} methods");
-    }
-
-    #[test]
-    fn the_derivative_by_the_step_is_the_velocity_of_a_short_one() {
-        let model = Model::of(&DUFFING, &[1.0, 0.5, 0.3]);
-        let tangent = Tangent::new(&model, find("moddg").unwrap()).unwrap();
-        let state = State::new(vec![Quad::from_f64(0.8)], vec![Quad::from_f64(-0.6)]).unwrap();
-        let by_h = tangent.by_step(Quad::from_f64(1e-9), &state).unwrap();
-        let exact = [-0.6, -0.8 - 0.5 * 0.8_f64.powi(3) + 0.3 * 0.6];
-        for (found, exact) in by_h.iter().zip(exact) {
-            assert!((found - exact).abs() < 1e-8, "{by_h:?}");
-        }
     }
 }

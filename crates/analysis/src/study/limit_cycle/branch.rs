@@ -1,0 +1,310 @@
+//! A branch of cycles in a parameter λ, by pseudo-arclength continuation.
+//!
+//! ```text
+//! Φ(z; T, λ) = z        t · (x - x0 - s t) = 0        x = (z, T, λ)
+//! ```
+//!
+//! x0 is the cycle before and t the direction of the branch there, so that folds are no obstacle:
+//! the equations stay regular where dλ/ds = 0. The unknowns are measured by their sizes, λ by the
+//! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977), 359-384.
+//!
+//! Where a test function changes its sign ([`Event`]), the bifurcation is located in s by regula
+//! falsi. At a period doubling the branch of cycles of twice the period begins along the eigenvector
+//! of the multiplier -1, and may be followed instead.
+
+use super::cycle::Cycle;
+use super::event::{self, EVENTS, Tests};
+use super::shooting::{Condition, Image, Shooting, Solved};
+use super::{CycleFailure, Event, Point, phase, steps};
+use afterbay_core::IntegrateError;
+use faer::Mat;
+
+/// The longest step along the branch, and the first, measured by the sizes of the unknowns.
+const LONGEST: f64 = 0.05;
+const FIRST: f64 = 0.01;
+/// The shortest step. Where it is too long, the branch ends with the failure.
+const SHORTEST: f64 = 1e-7;
+/// The cosine of the largest angle between two directions.
+const STRAIGHT: f64 = 0.9;
+/// Corrections of Newton's method below which steps become longer, and above which shorter.
+const EASY: usize = 4;
+const HARD: usize = 7;
+/// The most cycles of a branch.
+const MOST_POINTS: usize = 5_000;
+/// The steps become shorter by this factor at each period doubling: the distance of the states of a
+/// cycle from those of the cycle before falls by Feigenbaum's α = 2.50.
+const ALPHA: f64 = 2.5;
+/// The accuracy in s to which bifurcations are located, and the most cycles computed for it.
+const LOCATED: f64 = 1e-11;
+const MOST_LOCATING: usize = 60;
+
+/// A branch of cycles in a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch {
+    /// The name of the parameter, of the system or of the drive.
+    pub parameter: String,
+    /// The value at which the branch begins.
+    pub from: f64,
+    /// The value at which it ends. It also ends where it comes back to the first value.
+    pub to: f64,
+    /// The number of period doublings at which the branch goes over to the cycles of twice the
+    /// period. After them it goes on with cycles that are no longer stable.
+    pub doublings: usize,
+}
+
+impl Branch {
+    /// Follows the branch from a cycle, and adds its cycles to `points`.
+    ///
+    /// # Errors
+    /// The failure at which the branch ends before its end.
+    pub(super) fn follow<'a>(
+        &'a self,
+        mut shooting: Shooting<'a>,
+        solved: Solved,
+        h: f64,
+        points: &mut Vec<Point>,
+    ) -> Result<(), CycleFailure> {
+        let mut x = solved.x;
+        x.push(self.from);
+        shooting.parameter = Some(&self.parameter);
+        shooting.scales.push((self.to - self.from).abs());
+        let image = shooting.image(&x)?;
+        let along = (self.to - self.from).signum();
+        let mut toward = vec![0.0; x.len()];
+        toward[x.len() - 1] = along;
+        let at = Place::new(&shooting, x, image, &toward)?;
+        points.push(Point { cycle: at.cycle.clone(), event: None });
+        let mut walk = Walk { branch: self, h, shooting, at, longest: LONGEST, fresh: false };
+        let mut doublings = 0;
+        while walk.advance(points, doublings < self.doublings)? == Goes::Doubles {
+            doublings += 1;
+            walk.double()?;
+        }
+        Ok(())
+    }
+}
+
+/// A cycle on the branch.
+struct Place {
+    x: Vec<f64>,
+    /// The direction of the branch, of length 1, measured by the sizes of the unknowns.
+    along: Vec<f64>,
+    image: Image,
+    cycle: Cycle,
+    tests: Tests,
+}
+
+impl Place {
+    /// A cycle, with the direction that points toward another one.
+    fn new(
+        shooting: &Shooting<'_>,
+        x: Vec<f64>,
+        image: Image,
+        toward: &[f64],
+    ) -> Result<Self, CycleFailure> {
+        let phase = shooting.free().then(|| phase(shooting, &image.path, &x));
+        let size = shooting.size();
+        let rows = size + usize::from(phase.is_some());
+        let matrix = Mat::from_fn(rows, x.len(), |i, j| match &phase {
+            Some(phase) if i == size => phase.normal[j],
+            _ => image.matrix[(i, j)] / shooting.scales[i],
+        });
+        let mut along = null_vector(&matrix)?;
+        if dot(&along, toward) < 0.0 {
+            along.iter_mut().for_each(|x| *x = -*x);
+        }
+        let cycle = Cycle::of(shooting, &x, &image)?;
+        let tests = event::tests(&cycle, along[x.len() - 1]);
+        Ok(Self { x, along, image, cycle, tests })
+    }
+}
+
+/// The direction that a matrix with one row less than columns sends to 0, of length 1.
+fn null_vector(matrix: &Mat<f64>) -> Result<Vec<f64>, CycleFailure> {
+    let svd = matrix.svd().map_err(|_| CycleFailure::NoMultipliers)?;
+    let vectors = svd.V();
+    Ok(vectors.col(vectors.ncols() - 1).iter().copied().collect())
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// How a branch goes on.
+#[derive(PartialEq, Eq)]
+enum Goes {
+    /// It is at its end.
+    Ends,
+    /// It is at a period doubling, whose cycles are followed.
+    Doubles,
+}
+
+/// A branch under way.
+struct Walk<'a> {
+    branch: &'a Branch,
+    h: f64,
+    shooting: Shooting<'a>,
+    at: Place,
+    /// The longest step.
+    longest: f64,
+    /// Whether the branch begins here at another one, so that a multiplier is 1 and the test
+    /// functions have no sign yet.
+    fresh: bool,
+}
+
+impl Walk<'_> {
+    /// Goes along the branch to its end, or to the first period doubling if `doubles`.
+    fn advance(&mut self, points: &mut Vec<Point>, doubles: bool) -> Result<Goes, CycleFailure> {
+        let mut ds = FIRST.min(self.longest) * if self.fresh { 0.2 } else { 1.0 };
+        while points.len() < MOST_POINTS {
+            self.set_steps()?;
+            let (next, corrections) = match self.step(ds) {
+                Ok((next, _)) if dot(&next.along, &self.at.along) < STRAIGHT && ds > SHORTEST => {
+                    ds /= 2.0;
+                    continue;
+                }
+                Ok(found) => found,
+                Err(CycleFailure::Run(IntegrateError::Interrupted)) => {
+                    return Err(IntegrateError::Interrupted.into());
+                }
+                Err(failure) if ds <= SHORTEST => return Err(failure),
+                Err(_) => {
+                    ds /= 2.0;
+                    continue;
+                }
+            };
+            let limit = self.left_through(&next);
+            let next = match limit {
+                Some(limit) => self.at_value(&next, limit)?,
+                None => next,
+            };
+            let events =
+                if self.fresh { Vec::new() } else { event::between(&self.at.tests, &next.tests) };
+            for index in events {
+                let found = self.locate(&next, ds, index)?;
+                if !event::is_real(EVENTS[index], &found.cycle) {
+                    continue;
+                }
+                points.push(Point { cycle: found.cycle.clone(), event: Some(EVENTS[index]) });
+                if EVENTS[index] == Event::PeriodDoubling && doubles {
+                    self.at = found;
+                    return Ok(Goes::Doubles);
+                }
+            }
+            points.push(Point { cycle: next.cycle.clone(), event: None });
+            (self.at, self.fresh) = (next, false);
+            if limit.is_some() {
+                return Ok(Goes::Ends);
+            }
+            if corrections <= EASY {
+                ds = (1.5 * ds).min(self.longest);
+            } else if corrections >= HARD {
+                ds /= 1.5;
+            }
+        }
+        Ok(Goes::Ends)
+    }
+
+    /// n for steps of nearly h at the present place.
+    fn set_steps(&mut self) -> Result<(), CycleFailure> {
+        let shooting = &mut self.shooting;
+        let model = shooting.model_at(&self.at.x)?;
+        let period = shooting.period(&model, &self.at.x)?;
+        shooting.steps = steps(&model, self.h, shooting.multiple, period)?;
+        Ok(())
+    }
+
+    /// The cycle at the distance ds along the branch, and the number of corrections it took.
+    fn step(&self, ds: f64) -> Result<(Place, usize), CycleFailure> {
+        let Place { x, along, .. } = &self.at;
+        let scales = &self.shooting.scales;
+        let guess = || x.iter().zip(along).zip(scales).map(|((x, t), scale)| x + ds * t * scale);
+        let there = Condition { normal: along.clone(), at: guess().collect() };
+        self.solve(guess().collect(), there)
+    }
+
+    /// Solves the equations from a guess under a condition.
+    fn solve(&self, guess: Vec<f64>, there: Condition) -> Result<(Place, usize), CycleFailure> {
+        let Place { x, along, image, .. } = &self.at;
+        let shooting = &self.shooting;
+        let phase = shooting.free().then(|| phase(shooting, &image.path, x));
+        let conditions: Vec<_> = phase.into_iter().chain([there]).collect();
+        let Solved { x, image, corrections, .. } = shooting.solve(guess, &conditions)?;
+        Ok((Place::new(shooting, x, image, along)?, corrections))
+    }
+
+    /// The end of the range of λ through which the branch leaves it, if it does.
+    fn left_through(&self, next: &Place) -> Option<f64> {
+        let Branch { from, to, .. } = self.branch;
+        let value = *next.x.last()?;
+        let beyond = |end: f64, other: f64| (value - end) * (end - other) >= 0.0;
+        [(*to, *from), (*from, *to)].into_iter().find(|&(end, other)| beyond(end, other)).map(|x| x.0)
+    }
+
+    /// The cycle at a value of λ between the present place and the next.
+    fn at_value(&self, next: &Place, value: f64) -> Result<Place, CycleFailure> {
+        let (x, last) = (&self.at.x, self.at.x.len() - 1);
+        let share = (value - x[last]) / (next.x[last] - x[last]);
+        let guess = || x.iter().zip(&next.x).map(|(a, b)| a + share * (b - a));
+        let mut there = Condition { normal: vec![0.0; last + 1], at: guess().collect() };
+        (there.normal[last], there.at[last]) = (1.0, value);
+        Ok(self.solve(guess().collect(), there)?.0)
+    }
+
+    /// The cycle between the present place and the next, at a distance of at most ds, at which a
+    /// test function is 0. Regula falsi with the rule of Illinois (Dowell and Jarratt 1971).
+    fn locate(&self, next: &Place, ds: f64, index: usize) -> Result<Place, CycleFailure> {
+        let far = {
+            let scales = &self.shooting.scales;
+            let off = next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
+            dot(&off.collect::<Vec<_>>(), &self.at.along).min(ds)
+        };
+        let (mut low, mut high) = ((0.0, self.at.tests[index]), (far, next.tests[index]));
+        let mut moved = None;
+        let mut found = None;
+        for _ in 0..MOST_LOCATING {
+            let s = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let (place, _) = self.step(s)?;
+            let value = place.tests[index];
+            let is_high = (value > 0.0) == (high.1 > 0.0);
+            if is_high {
+                high = (s, value);
+                low.1 *= if moved == Some(true) { 0.5 } else { 1.0 };
+            } else {
+                low = (s, value);
+                high.1 *= if moved == Some(false) { 0.5 } else { 1.0 };
+            }
+            moved = Some(is_high);
+            let last: Option<(f64, Place)> = found.replace((s, place));
+            let near = last.is_some_and(|(last, _)| (last - s).abs() <= LOCATED * far);
+            if near || value == 0.0 || high.0 - low.0 <= LOCATED * far {
+                break;
+            }
+        }
+        let none = CycleFailure::NotConverged { correction: far, iterations: MOST_LOCATING };
+        found.map(|(_, place)| place).ok_or(none)
+    }
+
+    /// Goes over to the cycles of twice the period at a period doubling.
+    fn double(&mut self) -> Result<(), CycleFailure> {
+        let (size, scales) = (self.shooting.size(), &self.shooting.scales);
+        let monodromy = &self.at.image.monodromy;
+        let matrix = Mat::from_fn(size, size, |i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            (monodromy[(i, j)] + unit) * scales[j] / scales[i]
+        });
+        let mut along = null_vector(&matrix)?;
+        along.resize(self.at.x.len(), 0.0);
+        let shooting = &mut self.shooting;
+        if shooting.free() {
+            self.at.x[size] *= 2.0;
+            shooting.scales[size] *= 2.0;
+        }
+        shooting.multiple = shooting.multiple.map(|multiple| 2 * multiple);
+        self.set_steps()?;
+        self.at.image = self.shooting.image(&self.at.x)?;
+        (self.at.along, self.fresh) = (along, true);
+        self.longest /= ALPHA;
+        Ok(())
+    }
+}
