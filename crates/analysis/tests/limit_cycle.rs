@@ -55,27 +55,18 @@ fn only(found: &Cycles) -> Cycle {
 }
 
 #[test]
-fn explore_van_der_pol() {
+fn explore() {
     let begin = Instant::now();
-    let found = study(van_der_pol(1.0), 40.0).run(&REFERENCE, 0.02, &Silent).unwrap();
-    println!("{:?} {:?}", begin.elapsed(), found);
-    let found = study(van_der_pol(1.0), 40.0).run(row("moddg"), 0.05, &Silent).unwrap();
-    println!("{:?} {:?}", begin.elapsed(), found);
-    for b in [0.0, 1e-3, 0.1, 3.0] {
-        let found = study(oscillator(b, ""), 100.0).run(row("moddg"), 0.1, &Silent).unwrap();
-        println!("b = {b}: {:?}", found.ending);
-        let found = study(oscillator(b, ""), 100.0).run(row("rk4"), 0.1, &Silent).unwrap();
-        println!("b = {b}: {:?}", found.ending);
-    }
-    let holmes = duffing([-1.0, 1.0, 0.25, 0.25, 1.0], [1.0, 0.0]);
-    let mut holmes = study(holmes, 400.0);
-    let found = holmes.run(row("moddg"), 0.1, &Silent).unwrap();
-    println!("{:?} {:?}", begin.elapsed(), found);
-    holmes.branch = Some(Branch { parameter: "f".into(), from: 0.25, to: 0.4, doublings: 3 });
-    let found = holmes.run(row("moddg"), 0.2, &Silent).unwrap();
-    println!("{:?} {:?}", begin.elapsed(), found.ending);
-    for point in found.points.iter() {
+    for (what, problem, from, to, doublings) in [
+        ("holmes", duffing([-1.0, 1.0, 0.25, 0.25, 1.0], [1.0, 0.0]), 0.1, 0.4, 5),
+        ("ueda", duffing([0.0, 1.0, 0.2, 5.0, 1.0], [1.0, 0.0]), 1.0, 8.0, 1),
+    ] {
+    let study = LimitCycle { branch: Some(Branch { parameter: "f".into(), from, to, doublings }), ..study(problem, 400.0) };
+    let found = study.run(row("moddg"), 0.2, &Silent).unwrap();
+    println!("{what} {:?} {:?} {} points", begin.elapsed(), found.ending, found.points.len());
+    for point in found.points.iter().filter(|p| p.event.is_some()).take(40) {
         let Cycle { value, period, amplitude, multipliers, multiple, .. } = &point.cycle;
         println!("{value:?} T {period} k {multiple:?} a {amplitude:?} {multipliers:?} {:?}", point.event);
+    }
     }
 }

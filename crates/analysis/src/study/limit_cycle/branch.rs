@@ -47,8 +47,9 @@ pub struct Branch {
     pub from: f64,
     /// The value at which it ends. It also ends where it comes back to the first value.
     pub to: f64,
-    /// The number of period doublings at which the branch goes over to the cycles of twice the
-    /// period. After them it goes on with cycles that are no longer stable.
+    /// The number of period doublings to be found, if it is not 0. The branch goes over to the cycles
+    /// of twice the period at each of them, and ends at the last. Otherwise it goes on with cycles
+    /// that are no longer stable.
     pub doublings: usize,
 }
 
@@ -75,9 +76,11 @@ impl Branch {
         let at = Place::new(&shooting, x, image, &toward)?;
         points.push(Point { cycle: at.cycle.clone(), event: None });
         let mut walk = Walk { branch: self, h, shooting, at, longest: LONGEST, fresh: false };
-        let mut doublings = 0;
-        while walk.advance(points, doublings < self.doublings)? == Goes::Doubles {
-            doublings += 1;
+        for doublings in 1.. {
+            let goes = walk.advance(points, self.doublings > 0)?;
+            if goes == Goes::Ends || doublings == self.doublings {
+                break;
+            }
             walk.double()?;
         }
         Ok(())
