@@ -93,7 +93,8 @@ fn an_overdamped_oscillator_has_two_exponents() {
     let of_equations = [-b / 2.0 + root, -b / 2.0 - root];
     let study = Lyapunov { problem: oscillator(k, b), transient: 20.0, time: 60.0, rows: 3 };
     for (row, exact) in [(row("moddg"), of_moddg), (&REFERENCE, of_equations)] {
-        let found = study.run(row, h / if row.name == "moddg" { 1.0 } else { 4.0 }, &Silent).unwrap();
+        let found =
+            study.run(row, h / if row.name == "moddg" { 1.0 } else { 4.0 }, &Silent).unwrap();
         assert_eq!(found.rows.len(), 3);
         let (exponents, sum, log_det, divergence) = last(&found);
         for (found, exact) in exponents.iter().zip(exact) {
@@ -146,8 +147,7 @@ fn the_sum_of_moddg_is_off_by_its_own_second_order() {
 #[test]
 fn the_sum_of_the_reference_is_minus_c() {
     let study = Lyapunov { problem: ueda(), transient: 10.0, time: 60.0, rows: 6 };
-    let (_, sum, log_det, divergence) =
-        last(&study.run(&REFERENCE, TAU / 256.0, &Silent).unwrap());
+    let (_, sum, log_det, divergence) = last(&study.run(&REFERENCE, TAU / 256.0, &Silent).unwrap());
     assert!((sum + 0.05).abs() < 1e-10, "{sum:?}");
     assert!((sum - log_det).abs() < 1e-13 && (divergence + 0.05).abs() < 1e-15);
     for method in ["moddg", "rk4", "leapfrog", "gonzalez", "increment-2"] {
@@ -200,8 +200,14 @@ fn print(found: &Spectrum) {
     for row in found.rows.iter().rev().take(1) {
         println!(
             "{} h = {:.5} t = {:.0}: {:?} ± {:?}, sum {:?}, log det {:?}, {}",
-            row.method, row.h, row.t, row.exponents, row.standard_errors, row.sum,
-            row.mean_log_det, row.outcome
+            row.method,
+            row.h,
+            row.t,
+            row.exponents,
+            row.standard_errors,
+            row.sum,
+            row.mean_log_det,
+            row.outcome
         );
     }
 }
@@ -211,12 +217,17 @@ fn print(found: &Spectrum) {
 fn explore() {
     let holmes = duffing([-1.0, 1.0, 0.25, 0.4], [1.0, 0.0]);
     for problem in [ueda(), holmes] {
-    let study = Lyapunov { problem, transient: 500.0, time: 4e4, rows: 50 };
-    for (row, h) in [(&REFERENCE, TAU / 64.0), (row("moddg"), TAU / 64.0), (row("moddg"), TAU / 16.0), (row("rk4"), TAU/64.0)] {
-        let begin = Instant::now();
-        let found = study.run(row, h, &Silent).unwrap();
-        print(&found);
-        println!("{:?}", begin.elapsed());
-    }
+        let study = Lyapunov { problem, transient: 500.0, time: 4e4, rows: 50 };
+        for (row, h) in [
+            (&REFERENCE, TAU / 64.0),
+            (row("moddg"), TAU / 64.0),
+            (row("moddg"), TAU / 16.0),
+            (row("rk4"), TAU / 64.0),
+        ] {
+            let begin = Instant::now();
+            let found = study.run(row, h, &Silent).unwrap();
+            print(&found);
+            println!("{:?}", begin.elapsed());
+        }
     }
 }

@@ -236,7 +236,8 @@ fn steps(model: &Model, h: f64, multiple: Option<u64>, period: f64) -> Result<u6
 fn scales_of(path: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
     let size = path.first().map_or(0, Vec::len);
     let largest = |from: usize, to: usize| {
-        let most = path.iter().flat_map(|z| &z[from..to]).fold(0.0, |most: f64, x| most.max(x.abs()));
+        let most =
+            path.iter().flat_map(|z| &z[from..to]).fold(0.0, |most: f64, x| most.max(x.abs()));
         if most > 0.0 { most } else { 1.0 }
     };
     let (q, p) = (largest(0, size / 2), largest(size / 2, size));
@@ -257,7 +258,8 @@ fn phase(shooting: &Shooting<'_>, path: &[Vec<f64>], x: &[f64]) -> Condition {
 
 /// The largest distance of a state from the start of a path, measured by the scales.
 fn distance(shooting: &Shooting<'_>, from: &[f64], to: &[f64]) -> f64 {
-    let off = from.iter().zip(to).zip(&shooting.scales).map(|((a, b), scale)| (a - b).abs() / scale);
+    let off =
+        from.iter().zip(to).zip(&shooting.scales).map(|((a, b), scale)| (a - b).abs() / scale);
     off.fold(0.0, f64::max)
 }
 

@@ -241,7 +241,10 @@ impl Walk<'_> {
         let Branch { from, to, .. } = self.branch;
         let value = *next.x.last()?;
         let beyond = |end: f64, other: f64| (value - end) * (end - other) >= 0.0;
-        [(*to, *from), (*from, *to)].into_iter().find(|&(end, other)| beyond(end, other)).map(|x| x.0)
+        [(*to, *from), (*from, *to)]
+            .into_iter()
+            .find(|&(end, other)| beyond(end, other))
+            .map(|x| x.0)
     }
 
     /// The cycle at a value of λ between the present place and the next.
@@ -259,7 +262,8 @@ impl Walk<'_> {
     fn locate(&self, next: &Place, ds: f64, index: usize) -> Result<Place, CycleFailure> {
         let far = {
             let scales = &self.shooting.scales;
-            let off = next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
+            let off =
+                next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
             dot(&off.collect::<Vec<_>>(), &self.at.along).min(ds)
         };
         let (mut low, mut high) = ((0.0, self.at.tests[index]), (far, next.tests[index]));

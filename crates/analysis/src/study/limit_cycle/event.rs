@@ -60,7 +60,10 @@ pub(super) fn tests(cycle: &Cycle, slope: f64) -> Tests {
 pub(super) fn between(before: &Tests, after: &Tests) -> Vec<usize> {
     let changes = |i: &usize| before[*i] * after[*i] < 0.0;
     let turns = changes(&0);
-    (0..EVENTS.len()).filter(changes).filter(|&i| !(turns && EVENTS[i] == Event::Branching)).collect()
+    (0..EVENTS.len())
+        .filter(changes)
+        .filter(|&i| !(turns && EVENTS[i] == Event::Branching))
+        .collect()
 }
 
 /// Whether a cycle at which a test function is 0 has that bifurcation. The product of two real

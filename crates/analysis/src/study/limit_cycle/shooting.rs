@@ -15,9 +15,7 @@ use crate::Model;
 use crate::progress::Progress;
 use crate::study::section::nearest;
 use crate::study::tangent::Tangent;
-use afterbay_core::{
-    InputError, IntegrateError, Quad, RunError, Scalar, State, with_motors,
-};
+use afterbay_core::{InputError, IntegrateError, Quad, RunError, Scalar, State, with_motors};
 use afterbay_methods::registry::Row;
 use faer::{Col, Mat};
 
@@ -176,7 +174,8 @@ impl Shooting<'_> {
             Some(period) if i < size / 2 => nearest(off, period),
             _ => off,
         };
-        let off = numbers(&state, size / 2).zip(z).map(|(end, &z)| (end - Quad::from_f64(z)).to_f64());
+        let off =
+            numbers(&state, size / 2).zip(z).map(|(end, &z)| (end - Quad::from_f64(z)).to_f64());
         let residual: Vec<f64> = off.enumerate().map(turned).collect();
         let mut matrix = Mat::zeros(size, x.len());
         for j in 0..size {
@@ -265,7 +264,8 @@ impl Shooting<'_> {
             None => -image.residual[i] / self.scales[i],
             Some(i) => {
                 let Condition { normal, at } = &conditions[i];
-                let off = x.iter().zip(at).zip(&self.scales).map(|((x, at), scale)| (at - x) / scale);
+                let off =
+                    x.iter().zip(at).zip(&self.scales).map(|((x, at), scale)| (at - x) / scale);
                 normal.iter().zip(off).map(|(normal, off)| normal * off).sum()
             }
         });

@@ -99,7 +99,8 @@ impl Frame {
         growth.logs.iter_mut().zip(logs).for_each(|(sum, log)| *sum += log);
         growth.log_det += log_det;
         growth.steps += 1;
-        let [q, p] = [&state.q, &state.p].map(|part| part.iter().map(|x| x.to_f64()).collect::<Vec<_>>());
+        let [q, p] =
+            [&state.q, &state.p].map(|part| part.iter().map(|x| x.to_f64()).collect::<Vec<_>>());
         let ends = [divergence.at(from.q, from.p), divergence.at(&q, &p)];
         growth.divergence = match (growth.divergence, ends) {
             (Some(sum), [Some(start), Some(end)]) => Some(sum + f64::midpoint(start, end)),
