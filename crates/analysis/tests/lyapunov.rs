@@ -196,38 +196,48 @@ fn a_run_that_fails_keeps_its_rows() {
     assert_eq!(found.rows[0].exponents, [None, None]);
 }
 
-fn print(found: &Spectrum) {
-    for row in found.rows.iter().rev().take(1) {
-        println!(
-            "{} h = {:.5} t = {:.0}: {:?} ± {:?}, sum {:?}, log det {:?}, {}",
-            row.method,
-            row.h,
-            row.t,
-            row.exponents,
-            row.standard_errors,
-            row.sum,
-            row.mean_log_det,
-            row.outcome
-        );
+/// x'' + 0.05 x' + x³ = 7.5 sin t has the exponents 0.1034 and -0.1534 in J. C. Sprott, Chaos and
+/// Time-Series Analysis (Oxford 2003), appendix A. A time of 10⁵ gives three digits of them.
+fn check_ueda(row: &'static Row, time: f64, most: f64) {
+    let study = Lyapunov { problem: ueda(), transient: 500.0, time, rows: 50 };
+    let found = study.run(row, TAU / 64.0, &Silent).unwrap();
+    let (exponents, sum, ..) = last(&found);
+    let errors: Vec<_> =
+        found.rows[49].standard_errors.iter().map(|error| error.unwrap()).collect();
+    println!("{} t = {time}: {exponents:?} ± {errors:?}, sum {sum:?}", row.name);
+    for ((found, exact), error) in exponents.iter().zip([0.1034, -0.1534]).zip(&errors) {
+        assert!((found - exact).abs() < 3.0 * error && *error < most, "{found} ± {error}");
     }
 }
 
 #[test]
-#[ignore = "takes about a minute"]
-fn explore() {
-    let holmes = duffing([-1.0, 1.0, 0.25, 0.4], [1.0, 0.0]);
-    for problem in [ueda(), holmes] {
-        let study = Lyapunov { problem, transient: 500.0, time: 4e4, rows: 50 };
-        for (row, h) in [
-            (&REFERENCE, TAU / 64.0),
-            (row("moddg"), TAU / 64.0),
-            (row("moddg"), TAU / 16.0),
-            (row("rk4"), TAU / 64.0),
-        ] {
-            let begin = Instant::now();
-            let found = study.run(row, h, &Silent).unwrap();
-            print(&found);
-            println!("{:?}", begin.elapsed());
-        }
+fn uedas_attractor_has_its_published_exponents() {
+    check_ueda(&REFERENCE, 4e3, 0.008);
+    check_ueda(row("moddg"), 4e3, 0.008);
+}
+
+#[test]
+#[ignore = "takes half a minute"]
+fn uedas_attractor_has_its_published_exponents_to_three_digits() {
+    check_ueda(&REFERENCE, 1e5, 0.0015);
+}
+
+/// Holmes's double well, x'' + 0.25 x' - x + x³ = 0.4 cos t: methods that are exact enough agree on
+/// its largest exponent.
+#[test]
+#[ignore = "takes half a minute"]
+fn holmess_attractor_has_one_largest_exponent() {
+    let problem = duffing([-1.0, 1.0, 0.25, 0.4], [1.0, 0.0]);
+    let study = Lyapunov { problem, transient: 500.0, time: 4e4, rows: 50 };
+    let measured = [&REFERENCE, row("rk4"), row("increment-4")].map(|row| {
+        let found = study.run(row, TAU / 64.0, &Silent).unwrap();
+        let error = found.rows[49].standard_errors[0].unwrap();
+        println!("{} {:?} ± {error}", row.name, found.exponents());
+        (last(&found).0[0], error)
+    });
+    for (found, error) in &measured[1..] {
+        let (exact, doubt) = measured[0];
+        assert!((found - exact).abs() < 3.0 * error.hypot(doubt), "{found} ± {error}, {exact}");
+        assert!(*error < 0.004);
     }
 }
