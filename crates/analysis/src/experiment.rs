@@ -1,6 +1,7 @@
 //! The experiments of a scene: trajectories and studies, as tables, figures and a report with a
 //! finding on each.
 
+mod basins;
 mod bifurcation;
 mod energy;
 mod figures;
@@ -9,6 +10,7 @@ mod local_orders;
 mod long_run;
 mod pick;
 mod poincare;
+mod resonance;
 mod stability;
 mod sweep;
 mod trajectories;
@@ -97,6 +99,12 @@ fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportE
     }
     if let Some(plan) = &studies.bifurcation {
         parts.push(("bifurcation", Box::new(|| bifurcation::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.resonance {
+        parts.push(("resonance", Box::new(|| resonance::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.basins {
+        parts.push(("basins", Box::new(|| basins::sheet(scene, plan, progress))));
     }
     let mut sheets = Vec::new();
     for (name, part) in parts {

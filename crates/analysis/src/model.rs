@@ -155,6 +155,26 @@ impl Model {
         }
     }
 
+    /// The names and values of the parameters.
+    pub fn values(&self) -> Vec<(String, f64)> {
+        match self {
+            Self::Listed(row, values) => {
+                let names = row.parameters.iter().map(|parameter| parameter.name.to_owned());
+                names.zip(values.iter().copied()).collect()
+            }
+            Self::Custom(custom) => {
+                custom.parameters().into_iter().map(|(name, x)| (name.to_owned(), x)).collect()
+            }
+            Self::Driven(model, drive) => {
+                let mut values = model.values();
+                let known: Vec<String> = values.iter().map(|x| x.0.clone()).collect();
+                let own = drive.parameters().map(|(name, x)| (name.to_owned(), x));
+                values.extend(own.filter(|(name, _)| !known.contains(name)));
+                values
+            }
+        }
+    }
+
     /// The same model with another value of a parameter.
     ///
     /// # Errors

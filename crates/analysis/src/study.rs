@@ -5,11 +5,13 @@
 //! the same to the bit for any number of threads. Times are measured one run after another.
 
 pub mod attractor;
+pub mod basins;
 pub mod bifurcation;
 pub mod cost;
 pub mod decay;
 pub mod energy;
 mod ensemble;
+pub mod events;
 pub mod global_order;
 pub mod limit_cycle;
 pub mod local_order;
@@ -20,6 +22,7 @@ mod passivity;
 pub mod pick;
 pub mod poincare;
 mod reference;
+pub mod resonance;
 pub mod section;
 mod side;
 pub mod size;
@@ -27,6 +30,7 @@ pub mod stability;
 pub mod tangent;
 pub mod trajectory;
 pub mod work_precision;
+mod zero;
 
 pub use reference::LARGEST_BY_SERIES;
 

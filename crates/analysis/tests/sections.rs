@@ -5,8 +5,11 @@
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::scene::{Scene, Spacing, Variable};
 use afterbay_analysis::study::Problem;
+use afterbay_analysis::study::attractor::Attractor;
+use afterbay_analysis::study::basins::{Axis, Basins};
 use afterbay_analysis::study::bifurcation::{Bifurcation, Way};
 use afterbay_analysis::study::poincare::Poincare;
+use afterbay_analysis::study::resonance::Resonance;
 use afterbay_analysis::study::section::{Crossing, Direction, Section};
 use afterbay_methods::registry::{REFERENCE, find};
 
@@ -193,4 +196,127 @@ fn a_section_that_is_never_met_is_named() {
     assert_eq!(found.endings[0].outcome, "no-return");
     let failure = found.endings[0].failure.as_deref().unwrap();
     assert!(failure.contains("not met within 1000000 steps after t = 0"), "{failure}");
+}
+
+#[test]
+fn the_resonance_of_a_linear_oscillator_is_that_in_closed_form() {
+    let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.3 }";
+    let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 2.0, omega = 1.7 }";
+    let study = Resonance {
+        problem: problem(system, drive, [0.0, 0.0]),
+        parameter: "omega".into(),
+        values: vec![0.5, 0.9, 1.1, 2.0],
+        spacing: Spacing::Linear,
+        transient: 120,
+        periods: 2,
+    };
+    let found = study.run(&REFERENCE, 0.05, &Silent).unwrap();
+    assert_eq!(found.len(), 8);
+    for (row, &omega) in found.iter().zip(study.values.iter().cycle()) {
+        let amplitude = 2.0 / f64::hypot(1.0 - omega * omega, 0.3 * omega);
+        let energy = std::f64::consts::PI * 0.3 * omega * amplitude * amplitude;
+        assert_eq!(row.outcome, "completed");
+        assert!((row.frequency / omega - 1.0).abs() < 1e-14, "{row:?}");
+        let off = row.amplitude[0].unwrap() / amplitude - 1.0;
+        assert!(off.abs() < 1e-12, "{row:?}: {off:e}");
+        for found in [row.supplied, row.dissipated] {
+            let off = found.unwrap() / energy - 1.0;
+            assert!(off.abs() < 1e-12, "{row:?}: {off:e}");
+        }
+    }
+    // The amplitude of a method is off by its own error, which falls with its order.
+    let error = |h: f64| {
+        let row = &study.run(find("moddg").unwrap(), h, &Silent).unwrap()[1];
+        row.amplitude[0].unwrap() * f64::hypot(1.0 - 0.81, 0.27) / 2.0 - 1.0
+    };
+    let order = (error(0.2) / error(0.1)).log2();
+    assert!((order - 2.0).abs() < 0.1, "{order}");
+}
+
+#[test]
+fn motion_that_does_not_repeat_is_not_steady() {
+    let study = Resonance {
+        problem: duffing(),
+        parameter: "omega".into(),
+        values: vec![1.0],
+        spacing: Spacing::Linear,
+        transient: 50,
+        periods: 4,
+    };
+    let chaotic = Resonance { problem: problem(UEDA, UEDA_DRIVE, [2.5, 0.0]), ..study };
+    let found = chaotic.run(find("increment-4").unwrap(), 0.05, &Silent).unwrap();
+    assert!(found.iter().all(|row| row.outcome == "unsteady"), "{found:?}");
+}
+
+const UEDA: &str = "name = \"duffing\"\nparameters = { alpha = 0.0, beta = 1.0, c = 0.05 }";
+const UEDA_DRIVE: &str =
+    "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 7.5, omega = 1.0 }";
+
+fn axis(variable: Variable, count: u32) -> Axis {
+    let values = (0..count).map(|i| -2.0 + 4.0 * f64::from(i) / f64::from(count - 1)).collect();
+    Axis { variable, dof: 0, values }
+}
+
+#[test]
+fn the_basins_of_a_double_well_are_those_of_its_stable_manifold() {
+    let system = "name = \"duffing\"\nparameters = { alpha = -1.0, beta = 1.0, c = 0.25 }";
+    let count = 41;
+    let study = Basins {
+        problem: problem(system, "", [0.0, 0.0]),
+        section: Section::Stroboscopic { interval: Some(1.0) },
+        axes: [axis(Variable::Q, count), axis(Variable::P, count)],
+        longest: 1000,
+    };
+    let found = study.run(&REFERENCE, 0.05, &Silent).unwrap();
+    // The two wells, and the saddle between them for the one state that lies on it.
+    assert_eq!(found.attractors.len(), 3, "{:?}", found.attractors);
+    // The stable manifold of the saddle, followed backwards in time, is the boundary: the well that
+    // a state reaches is that of a fine run of another method.
+    let run = study.problem.model.bind(find("increment-4").unwrap()).unwrap();
+    let mut wrong = 0;
+    for (i, cell) in found.cells.iter().enumerate() {
+        let [q, p] = study.start(i);
+        let mut state = afterbay_core::State::new(q.clone(), p.clone()).unwrap();
+        let grid = afterbay_core::Grid::<f64>::of(0.02, 5000).unwrap();
+        let go_on =
+            &mut |_: u64, _: afterbay_core::StateRef<'_, f64>| std::ops::ControlFlow::Continue(());
+        run.run(grid, &mut state, 5000, go_on).unwrap();
+        let attractor = cell.attractor.expect("every run settles");
+        let of_well = found.attractors[attractor].attractor.clone();
+        let reached = Attractor::of(&[[state.q.clone(), state.p.clone()], [state.q, state.p]]);
+        if of_well.distance(&reached.unwrap()) > 0.1 && q[0].abs() + p[0].abs() > 1e-12 {
+            wrong += 1;
+        }
+    }
+    assert_eq!(wrong, 0);
+    // The symmetry (q, p) -> (-q, -p) exchanges the wells.
+    let shares = found.shares();
+    let mut wells: Vec<f64> = shares.into_iter().filter(|share| *share > 0.1).collect();
+    wells.sort_by(f64::total_cmp);
+    assert_eq!(wells.len(), 2);
+    assert!((wells[0] - wells[1]).abs() < 1e-12, "{wells:?}");
+}
+
+#[test]
+fn coexisting_cycles_have_their_basins_and_their_numbers() {
+    // Two oscillations under one drive: a large one and a small one.
+    let system = "name = \"duffing\"\nparameters = { alpha = 1.0, beta = 0.2, c = 0.1 }";
+    let drive = "[drive]\nforce = [\"0.4*cos(omega*t)\"]\nparameters = { omega = 1.35 }";
+    let study = Basins {
+        problem: problem(system, drive, [0.0, 0.0]),
+        section: STROBE,
+        axes: [axis(Variable::Q, 16), axis(Variable::P, 16)],
+        longest: 400,
+    };
+    let exact = study.run(&REFERENCE, 0.1, &Silent).unwrap();
+    assert_eq!(exact.attractors.len(), 2, "{:?}", exact.attractors);
+    assert!(exact.cells.iter().all(|cell| cell.attractor.is_some()));
+    let mut own = study.run(find("moddg").unwrap(), 0.1, &Silent).unwrap();
+    own.renumber(&exact);
+    let same = own.cells.iter().zip(&exact.cells).filter(|(a, b)| a.attractor == b.attractor);
+    assert!(same.count() > 230, "of 256");
+    let rows: Vec<_> = study.rows(&own).collect();
+    assert_eq!(rows.len(), 256);
+    assert_eq!((rows[1].q[0], rows[1].p[0]), (study.axes[0].values[1], study.axes[1].values[0]));
+    assert!(rows.iter().all(|row| (1..=2).contains(&row.attractor) && row.periods < 400));
 }

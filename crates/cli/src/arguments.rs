@@ -125,11 +125,13 @@ pub(crate) enum Command {
     /// state.
     #[command(after_help = example::RUN)]
     Run(SceneArguments),
-    /// Run the studies that a scene declares: orders, energy balance, cost, stability, long runs.
+    /// Run the studies that a scene declares: orders, energy balance, cost, stability, attractors.
     ///
     /// A scene declares a study by a table: [study.local-order], [study.global-order],
-    /// [study.energy], [study.work-precision], [study.stability], [study.long-run]. Each study
-    /// writes its table to data/ and its charts to report.html and figures/.
+    /// [study.energy], [study.work-precision], [study.stability], [study.long-run], and for driven
+    /// and self-excited systems [study.poincare], [study.bifurcation], [study.resonance],
+    /// [study.basins]. Each study writes its table to data/ and its charts to report.html and
+    /// figures/.
     #[command(after_help = example::STUDY)]
     Study(SceneArguments),
     /// Find the cheapest method and step that meets an error bound all along the scene.

@@ -67,7 +67,7 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     if let Some(plan) = &scene.run {
         let count = (scene.problem.end / scene.step).round() as usize;
         let all: Vec<_> = plan.methods.iter().chain(&plan.adaptive).copied().collect();
-        let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x}"));
+        let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x:e}"));
         let steps = steps(count);
         let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(plan.every));
         add("run", &all, detail);
@@ -123,6 +123,18 @@ fn plans(scene: &Scene) -> Vec<Plan> {
             study.section.describe(model)
         );
         add("bifurcation", &plan.methods, detail);
+    }
+    if let Some(plan) = &studies.resonance {
+        let steps = steps(plan.steps.len());
+        let (count, parameter) = (plan.study.values.len(), &plan.study.parameter);
+        add("resonance", &plan.methods, format!("{steps}, {count} values of {parameter}"));
+    }
+    if let Some(plan) = &studies.basins {
+        let steps = steps(plan.steps.len());
+        let [width, height] = plan.study.axes.each_ref().map(|axis| axis.values.len());
+        let section = plan.study.section.describe(model);
+        let detail = format!("{steps}, {width} by {height} initial states, {section}");
+        add("basins", &plan.methods, detail);
     }
     if let Some(sweep) = &scene.sweep {
         let detail = format!("{} points over {}", sweep.points.len(), sweep.names.join(", "));

@@ -39,12 +39,13 @@ pub use numbers::{
 };
 pub use quantity::{Block, Quantity};
 pub use run::{
-    Adaptive, Attempt, Effort, Every, Grid, Method, Observer, Statistics, Tolerance, integrate,
-    integrate_in, integrate_within, sample_within,
+    Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Happen, MOST_EVENTS,
+    Method, Observer, Statistics, Step, Tolerance, integrate, integrate_in, integrate_with_events,
+    integrate_within, sample_within, zero_within,
 };
 pub use system::{
     Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Drive, Driven,
     EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean, Members, Misprinted,
     OrderRaising, Passive, PhasePlane, PlaneDissipation, SecondDerivatives, Separable, Slopes,
-    State, StateRef, System, Uniform, accounts, with_motors,
+    State, StateRef, Supply, System, Uniform, accounts, with_motors,
 };

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod controller;
+mod event;
 mod grid;
 mod integrate;
 mod method;
@@ -9,6 +10,9 @@ mod observer;
 mod tolerance;
 
 pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
+pub use event::{
+    Direction, Event, EventState, Happen, MOST_EVENTS, Step, integrate_with_events, zero_within,
+};
 pub use grid::Grid;
 pub use integrate::{integrate, integrate_in};
 pub use method::{Effort, Method};

@@ -46,6 +46,6 @@ pub use lattice::{EndMembers, Uniform};
 pub use linear::Linear;
 pub use nonseparable::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
-pub use separable::Separable;
+pub use separable::{Separable, Supply};
 pub use state::State;
 pub use state_ref::StateRef;

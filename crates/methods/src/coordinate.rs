@@ -5,6 +5,9 @@
 //! v = p0 - δ(p)/2 (mean of ∂V/∂q along the edge + D̄)        D̄ = D((q0 + q1)/2, v)
 //! q1 = q0 + δ(q) v/m        p1 = 2 v - p0        Δw = δ(w)/m D̄ v
 //! ```
+//!
+//! The force of a drive that does not depend on q is known before the step. It is then taken out of
+//! D and added to the start: v = (p0 + δ(p)/2 F) - ..
 
 use afterbay_core::solver::{Equation, Root, Sample, Solver};
 use afterbay_core::{Dissipation, Mask, Scalar, Separable, StepFailure};
@@ -21,6 +24,8 @@ pub(crate) struct Coordinate<T> {
     pub(crate) reach: T,
     /// Whether the system is dissipative.
     pub(crate) dissipative: bool,
+    /// The force of a drive, if it does not depend on q.
+    pub(crate) drive: Option<T>,
 }
 
 /// The coordinate after its step.
@@ -41,13 +46,17 @@ pub(crate) struct Along<'a, T, S: ?Sized> {
 }
 
 impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
-    /// D at the midpoint of the edge and the mean momentum v.
+    /// D at the midpoint of the edge and the mean momentum v, without the force of a drive if that is
+    /// known.
     #[inline(always)]
-    fn dissipation_of(&mut self, middle: T, v: T) -> Dissipation<T> {
+    fn dissipation_of(&mut self, middle: T, v: T, drive: Option<T>) -> Dissipation<T> {
         let Self { system, j, ref mut q, ref mut p } = *self;
         let from = std::mem::replace(&mut q[j], middle);
         p[j] = v;
-        let drag = system.dissipation_of(q, p, j);
+        let drag = match drive {
+            Some(_) => system.friction_of(q, p, j),
+            None => system.dissipation_of(q, p, j),
+        };
         q[j] = from;
         drag
     }
@@ -63,7 +72,7 @@ pub(crate) struct Pull<'a, 'b, T, S: ?Sized> {
 impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
     #[inline(always)]
     fn at(&mut self, share: T, v: T) -> Sample<T> {
-        let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, .. } =
+        let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, drive, .. } =
             *self.coordinate;
         let (width, pull) = (share * rate, share * delta_p.half());
         let bend = width * pull;
@@ -79,7 +88,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
                 value_rounding,
             };
         }
-        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v);
+        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v, drive);
         let by_q = pull.half().mul_add(drag.by_q, by_q);
         Sample {
             value: pull.mul_add(edge.value, pull * drag.value),
@@ -121,8 +130,11 @@ impl<T: Scalar> Coordinate<T> {
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
         if along.system.has_exact_divided_differences() && !along.system.may_be_singular() {
-            let root =
-                solver.solve(self.dof, self.p, Pull { coordinate: &self, along: &mut along })?;
+            let root = solver.solve(
+                self.dof,
+                self.start(),
+                Pull { coordinate: &self, along: &mut along },
+            )?;
             return Ok(self.moved(root, along));
         }
         self.advance_with_care(solver, along)
@@ -135,7 +147,7 @@ impl<T: Scalar> Coordinate<T> {
         solver: &impl Solver,
         mut along: Along<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        match solver.solve(self.dof, self.p, Pull { coordinate: self, along: &mut along }) {
+        match solver.solve(self.dof, self.start(), Pull { coordinate: self, along: &mut along }) {
             Ok(root) if !self.is_singular(&along, root.x) => Ok(self.moved(root, along)),
             outcome => self.around(solver, along, outcome),
         }
@@ -145,6 +157,15 @@ impl<T: Scalar> Coordinate<T> {
     #[inline(always)]
     fn is_singular<S: Separable<T> + ?Sized>(&self, along: &Along<'_, T, S>, v: T) -> bool {
         along.system.is_singular_along(along.q, along.j, self.end(v))
+    }
+
+    /// The mean momentum of free flight, from which the equation starts.
+    #[inline(always)]
+    fn start(&self) -> T {
+        match self.drive {
+            Some(force) => self.steps[1].half().mul_add(force, self.p),
+            None => self.p,
+        }
     }
 
     #[inline(always)]
@@ -166,13 +187,13 @@ impl<T: Scalar> Coordinate<T> {
         // starts.
         let (v, failure) = match outcome {
             Ok(root) => (root.x, None),
-            Err(failure) => (self.p, Some(failure)),
+            Err(failure) => (self.start(), Some(failure)),
         };
         let (j, to) = (along.j, self.end(v));
         let (dof, from, end) = (self.dof, self.q.to_f64(), to.to_f64());
         if self.is_singular(&along, v) {
             let guarded = Guarded(Pull { coordinate: self, along: &mut along });
-            if let Ok(root) = solver.solve(self.dof, self.p, guarded)
+            if let Ok(root) = solver.solve(self.dof, self.start(), guarded)
                 && !self.is_singular(&along, root.x)
             {
                 return Ok(self.moved(root, along));
@@ -198,11 +219,12 @@ impl<T: Scalar> Coordinate<T> {
         root: Root<T>,
         mut along: Along<'_, T, S>,
     ) -> Moved<T> {
-        let Self { q: q0, p: p0, steps: [rate, _, drain], dissipative, .. } = *self;
+        let Self { q: q0, p: p0, steps: [rate, _, drain], dissipative, drive, .. } = *self;
         let v = root.x;
         let q = rate.mul_add(v, q0);
         let dw = if dissipative {
-            drain * along.dissipation_of(rate.half().mul_add(v, q0), v).value * v
+            let drag = along.dissipation_of(rate.half().mul_add(v, q0), v, drive).value;
+            drain * drive.map_or(drag, |force| drag - force) * v
         } else {
             T::zero()
         };

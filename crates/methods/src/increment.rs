@@ -53,7 +53,8 @@ use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Moved};
 use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
+    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Supply, Vector,
+    validate,
 };
 use before::Before;
 use friction::Friction;
@@ -245,14 +246,19 @@ where
             q[j] += h;
             continue;
         }
-        let moved = advance(system, &Newton, [h, overall], [j, j], [q, p], dissipative)?;
+        let known = if first_motor < q.len() { system.supply(q, j) } else { None };
+        let known = known.filter(|supply| supply.is_uniform);
+        let drive = known.map(|supply| supply.force);
+        let coordinate = coordinate(system, [h, overall], [j, j], [q, p], dissipative);
+        let moved =
+            Coordinate { drive, ..coordinate }.advance(&Newton, Along { system, j, q, p })?;
         let from = std::mem::replace(&mut q[j], moved.q);
         p[j] = moved.p;
         if dissipative {
             w[j] += moved.dw;
         }
         if first_motor < q.len() {
-            supply(system, j, [from, moved.q], [q, p, w]);
+            supply(system, j, known, [from, moved.q], [q, p, w]);
         }
         evaluations += moved.evaluations;
     }
@@ -261,15 +267,23 @@ where
 
 /// Books the work of the drive on degree of freedom j, which has moved along its edge: the force at
 /// the midpoint, as in D̄, times the way.
-fn supply<T, S>(system: &S, j: usize, [from, to]: [T; 2], [q, p, w]: [&mut [T]; 3])
-where
+fn supply<T, S>(
+    system: &S,
+    j: usize,
+    known: Option<Supply<T>>,
+    [from, to]: [T; 2],
+    [q, p, w]: [&mut [T]; 3],
+) where
     T: Scalar,
     S: Separable<T> + ?Sized,
 {
-    q[j] = (from + to).half();
-    let supplied = system.supply(q, j);
-    q[j] = to;
-    if let Some((motor, force)) = supplied {
+    let supplied = known.or_else(|| {
+        q[j] = (from + to).half();
+        let supplied = system.supply(q, j);
+        q[j] = to;
+        supplied
+    });
+    if let Some(Supply { motor, force, .. }) = supplied {
         let work = force * (to - from);
         p[motor] += work;
         w[motor] -= work;
@@ -347,5 +361,5 @@ where
 {
     let rate = if system.unit_mass() { h } else { h / system.mass(j) };
     let reach = beside(&system.coupling(), overall, q, j);
-    Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative }
+    Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative, drive: None }
 }

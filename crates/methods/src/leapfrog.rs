@@ -38,6 +38,10 @@ pub struct Workspace<V> {
     q: V,
     p: V,
     w: V,
+    /// The force of the drive at both ends of the step.
+    pushes: [V; 2],
+    /// The motor of each degree of freedom, if it is driven; empty without a drive.
+    motors: Vec<Option<usize>>,
     /// The first motor of a driven system, or N.
     first_motor: usize,
 }
@@ -77,6 +81,8 @@ where
             q: zeros(),
             p: zeros(),
             w: zeros(),
+            pushes: [zeros(), zeros()],
+            motors: motors(system),
             first_motor: system.dof() - system.motors(),
         })
     }
@@ -97,8 +103,9 @@ where
         let n = state.dof();
         let damping = system.dissipation_form();
         let (half_h, one) = (h.half(), V::Scalar::one());
-        let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1, first_motor } =
+        let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1, .. } =
             workspace;
+        let Workspace { pushes, motors, first_motor, .. } = workspace;
         let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
         let (velocity, p_half, drag) =
             (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
@@ -113,6 +120,9 @@ where
         // With a motor there are two.
         let first_motor = if single { n } else { *first_motor };
         let known = !single && at == q0;
+        let friction = |q: &[V::Scalar], p: &[V::Scalar], j: usize, is_driven: bool| {
+            if is_driven { system.friction_of(q, p, j) } else { system.dissipation_of(q, p, j) }
+        };
         let mut effort = Effort { evaluations: if known { 1 } else { 2 }, iterations: 0 };
 
         if !single && !known {
@@ -122,7 +132,12 @@ where
         }
         for j in 0..n {
             let force = if single { system.partial(q0, j, q0[j]) } else { force[j] };
-            let kicked = (-half_h).mul_add(force, p0[j]);
+            let mut kicked = (-half_h).mul_add(force, p0[j]);
+            let push = if first_motor < n { system.supply(q0, j) } else { None };
+            if let Some(push) = push {
+                kicked = half_h.mul_add(push.force, kicked);
+                pushes[0].as_mut_slice()[j] = push.force;
+            }
             let step = over_mass(h, j);
             if damping.linear {
                 let by_p = if single { system.dissipation_of(q0, p0, j).by_p } else { rate[j] };
@@ -133,7 +148,7 @@ where
             } else {
                 let root = Newton.solve(j, kicked, |s, p| {
                     p_half[j] = p;
-                    let drag = system.dissipation_of(q0, p_half, j);
+                    let drag = friction(q0, p_half, j, push.is_some());
                     Sample {
                         value: s * half_h * drag.value,
                         slope: s * half_h * drag.by_p,
@@ -142,7 +157,8 @@ where
                     }
                 })?;
                 p_half[j] = root.x;
-                drag[j] = system.dissipation_of(q0, p_half, j).value;
+                let value = friction(q0, p_half, j, push.is_some()).value;
+                drag[j] = push.map_or(value, |push| value - push.force);
                 q1[j] = step.mul_add(p_half[j], q0[j]);
                 effort.iterations += u64::from(root.evaluations);
             }
@@ -157,7 +173,12 @@ where
         }
         for j in 0..n {
             let force = if single { system.partial(q1, j, q1[j]) } else { force[j] };
-            let drag1 = system.dissipation_of(q1, p_half, j);
+            let push = if first_motor < n { system.supply(q1, j) } else { None };
+            let mut drag1 = friction(q1, p_half, j, push.is_some());
+            if let Some(push) = push {
+                drag1.value -= push.force;
+                pushes[1].as_mut_slice()[j] = push.force;
+            }
             if !single {
                 rate[j] = drag1.by_p;
             }
@@ -175,8 +196,8 @@ where
         }
         if first_motor < n {
             for (j, &p) in p_half[..first_motor].iter().enumerate() {
-                let forces = [q0, &*q1].map(|q| system.supply(q, j));
-                if let [Some((motor, start)), Some((_, end))] = forces {
+                if let Some(motor) = motors.get(j).copied().flatten() {
+                    let [start, end] = pushes.each_ref().map(|push| push.as_slice()[j]);
                     let work = over_mass(half_h, j) * (start + end) * p;
                     p1[motor] += work;
                     w1[motor] -= work;
@@ -193,6 +214,14 @@ where
         }
         Ok(effort)
     }
+}
+
+/// The motor of each degree of freedom, if it is driven; empty without a drive.
+fn motors<T: Scalar, S: Separable<T> + ?Sized>(system: &S) -> Vec<Option<usize>> {
+    let first = system.dof() - system.motors();
+    let origin = vec![T::zero(); system.dof()];
+    let motor = |j| system.supply(&origin, j).map(|supply| supply.motor);
+    if system.motors() > 0 { (0..first).map(motor).collect() } else { Vec::new() }
 }
 
 /// Reports why the new state is not finite. Inlining keeps the state in registers: its address does

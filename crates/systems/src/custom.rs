@@ -36,6 +36,7 @@ mod description;
 mod drive;
 mod failure;
 mod fields;
+mod function;
 mod general;
 mod members;
 mod passive;
@@ -48,9 +49,12 @@ mod structure;
 
 pub use afterbay_expression::{FUNCTIONS, FUNCTIONS_OF_TWO, Problem};
 pub use described::Described;
-pub use description::{Description, DissipationText, DriveDescription, GeneralDescription};
+pub use description::{
+    Description, DissipationText, DriveDescription, FunctionDescription, GeneralDescription,
+};
 pub use drive::CustomDrive;
 pub use failure::{CustomError, Place};
+pub use function::CustomFunction;
 pub use general::CustomGeneral;
 pub use structure::Structure;
 

@@ -30,8 +30,9 @@ pub use catalog::{
     MORSE_CHAIN, SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
 pub use custom::{
-    Custom, CustomDrive, CustomError, CustomGeneral, Described, Description, DissipationText,
-    DriveDescription, FUNCTIONS, FUNCTIONS_OF_TWO, GeneralDescription, Place, Problem, Structure,
+    Custom, CustomDrive, CustomError, CustomFunction, CustomGeneral, Described, Description,
+    DissipationText, DriveDescription, FUNCTIONS, FUNCTIONS_OF_TWO, FunctionDescription,
+    GeneralDescription, Place, Problem, Structure,
 };
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;

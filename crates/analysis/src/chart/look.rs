@@ -64,6 +64,9 @@ pub(super) struct Look {
     grey: bool,
 }
 
+/// The grey of a reference, pale enough for the curves above it to stand out.
+const PALE: &str = "#b4b4b4";
+
 /// The label of a reference, which is grey.
 const REFERENCE: &str = "reference";
 
@@ -97,7 +100,7 @@ impl Look {
 
     pub(super) fn colour(self) -> Color {
         if self.grey {
-            return GREY.into();
+            return PALE.into();
         }
         CURVES[self.nth % CURVES.len()].into()
     }

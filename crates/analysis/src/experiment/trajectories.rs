@@ -6,6 +6,7 @@ use crate::progress::Progress;
 use crate::report::{Block, Figure, Verdict};
 use crate::scene::{RunPlan, Scene};
 use crate::sheet::{ReportError, Sheet, scientific};
+use crate::study::events::{self, EventPlan, EventRow, Steps};
 use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Trajectory};
 use afterbay_core::Passive;
@@ -25,14 +26,13 @@ pub(super) fn sheet(
     let mut sheet = Sheet::new("Trajectories");
     let problem = &scene.problem;
     progress.begin("trajectories", plan.methods.len() + plan.adaptive.len());
-    let mut found = trajectory::run(problem, &plan.methods, scene.step, plan.every, progress)?;
-    let asked = plan.adaptive.iter().zip(plan.tolerance.iter().cycle());
-    for (row, &tolerance) in asked {
-        let (h, every) = (scene.step, plan.every);
-        found.push(trajectory::sampled(problem, row, tolerance, h, every, progress)?);
-    }
+    let (found, events) = runs(scene, plan, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &trajectory::columns(&problem.model), &rows)?;
+    if !plan.events.is_empty() {
+        sheet.wide_data("events", &events::columns(&problem.model), &events)?;
+        tell(&mut sheet, plan, &events);
+    }
     let record =
         |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
@@ -143,4 +143,54 @@ fn where_they_went(r: &Readings) -> Said {
         );
     }
     (if done == all.len() { Verdict::Note } else { Verdict::Fails }, statement)
+}
+
+/// The runs of a plan, and their events.
+fn runs(
+    scene: &Scene,
+    plan: &RunPlan,
+    progress: &dyn Progress,
+) -> Result<(Vec<Trajectory>, Vec<EventRow>), ReportError> {
+    let (problem, h, every) = (&scene.problem, scene.step, plan.every);
+    let tolerance = plan.tolerance.unwrap_or(f64::NAN);
+    let steps = Steps { h, every, tolerance };
+    let all = plan.methods.iter().chain(&plan.adaptive);
+    if !plan.events.is_empty() {
+        let mut events = Vec::new();
+        let mut found = Vec::new();
+        for row in all {
+            let (trajectory, own) = events::run(problem, row, steps, &plan.events, progress)?;
+            found.push(trajectory);
+            events.extend(own);
+        }
+        return Ok((found, events));
+    }
+    if let Some(spacing) = plan.sample {
+        let found = all.map(|row| trajectory::dense(problem, row, steps, spacing, progress));
+        return Ok((found.collect::<Result<_, _>>()?, Vec::new()));
+    }
+    let mut found = trajectory::run(problem, &plan.methods, h, every, progress)?;
+    for row in &plan.adaptive {
+        found.push(trajectory::sampled(problem, row, tolerance, h, every, progress)?);
+    }
+    Ok((found, Vec::new()))
+}
+
+/// The most events of a method and a name that are listed one by one.
+const MOST_LISTED: usize = 3;
+
+/// Lists the events of each method.
+fn tell(sheet: &mut Sheet, plan: &RunPlan, events: &[EventRow]) {
+    let cells = |method: &'static str, event: &EventPlan| {
+        let of = events.iter().filter(|row| row.method == method && row.event == event.name);
+        let times: Vec<f64> = of.map(|row| row.t).collect();
+        let first: Vec<String> =
+            times.iter().take(MOST_LISTED).map(|t| format!("{t:.6}")).collect();
+        let more = if times.len() > MOST_LISTED { ", …" } else { "" };
+        let count = times.len().to_string();
+        vec![method.into(), event.name.clone(), count, format!("{}{more}", first.join(", "))]
+    };
+    let names = plan.names();
+    let rows = names.iter().flat_map(|name| plan.events.iter().map(|event| cells(name, event)));
+    sheet.table(&["method", "event", "times", "at t ="], rows.collect());
 }

@@ -2,11 +2,15 @@
 
 mod drive;
 mod dynamics;
+mod event;
 mod figures;
 mod sweep;
 
 pub(super) use drive::DriveTable;
-pub(super) use dynamics::{BifurcationTable, PoincareTable, SectionTable};
+pub(super) use dynamics::{
+    BasinsTable, BifurcationTable, PoincareTable, ResonanceTable, SectionTable,
+};
+pub(super) use event::{ActionName, EventTable};
 pub(super) use figures::FigureTable;
 pub use figures::{UnitsTable, Variable};
 pub(super) use sweep::{SweepTable, Varied};
@@ -230,6 +234,13 @@ pub struct RunTable {
     /// which are shown at the same times. If none of them is named, adaptive-collocation runs too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// The spacing in time of the states that are kept, instead of `every`. States between two steps
+    /// are computed by shorter steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample: Option<f64>,
+    /// Events, each under its name: zeros of functions of the state, found to rounding.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub events: BTreeMap<String, EventTable>,
 }
 
 /// The tables of `afterbay study`.
@@ -260,6 +271,12 @@ pub struct StudyTables {
     /// The states on a section against a parameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bifurcation: Option<BifurcationTable>,
+    /// Amplitude and energy per period against the frequency of the drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resonance: Option<ResonanceTable>,
+    /// The attractors that a grid of initial states reaches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub basins: Option<BasinsTable>,
 }
 
 /// Local errors on a base grid.

@@ -3,9 +3,12 @@
 
 use super::document::{Spacing, Variable};
 use crate::observable::Observable;
+use crate::study::basins::Basins;
 use crate::study::bifurcation::Bifurcation;
+use crate::study::events::EventPlan;
 use crate::study::local_order::LocalOrder;
 use crate::study::poincare::Poincare;
+use crate::study::resonance::Resonance;
 use afterbay_methods::registry::{REFERENCE, Row};
 
 /// The plan of trajectories.
@@ -19,6 +22,10 @@ pub struct RunPlan {
     pub every: u64,
     /// The tolerance of the methods that choose their steps.
     pub tolerance: Option<f64>,
+    /// The spacing in time of the states that are kept, instead of `every`.
+    pub sample: Option<f64>,
+    /// The events.
+    pub events: Vec<EventPlan>,
 }
 
 impl RunPlan {
@@ -76,6 +83,10 @@ pub struct Studies {
     pub poincare: Option<DynamicsPlan<Poincare>>,
     /// Points of a section against a parameter.
     pub bifurcation: Option<DynamicsPlan<Bifurcation>>,
+    /// Amplitude and energy per period against the frequency of a drive.
+    pub resonance: Option<DynamicsPlan<Resonance>>,
+    /// The attractors of a grid of initial states.
+    pub basins: Option<DynamicsPlan<Basins>>,
 }
 
 impl Studies {
@@ -100,6 +111,8 @@ impl Studies {
             long_run,
             poincare,
             bifurcation,
+            resonance,
+            basins,
         } = self;
         let work = work_precision.as_ref();
         let lists = [
@@ -112,6 +125,8 @@ impl Studies {
             long_run.as_ref().map(|plan| &plan.methods),
             poincare.as_ref().map(|plan| &plan.methods),
             bifurcation.as_ref().map(|plan| &plan.methods),
+            resonance.as_ref().map(|plan| &plan.methods),
+            basins.as_ref().map(|plan| &plan.methods),
         ];
         lists.into_iter().flatten().map(Vec::as_slice).collect()
     }

@@ -2,10 +2,11 @@
 
 mod budget;
 mod dynamics;
+mod events;
 mod figures;
 mod values;
 
-use super::document::{Document, Expression, ParameterTable, Spacing, Spread};
+use super::document::{Document, Expression, ParameterTable, RunTable, Spacing, Spread};
 use super::plan::{
     EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
     WorkPrecisionPlan,
@@ -69,7 +70,27 @@ impl Planner<'_> {
         if let Some(tolerance) = table.tolerance {
             self.within("run.tolerance", Tolerance::all(tolerance).check::<f64>())?;
         }
-        Ok(Some(RunPlan { methods, adaptive, every, tolerance: table.tolerance }))
+        let (tolerance, events) = (table.tolerance, self.events()?);
+        let sample = self.sample(table, count * columns, !events.is_empty())?;
+        Ok(Some(RunPlan { methods, adaptive, every, tolerance, sample, events }))
+    }
+
+    /// The spacing of the states that are kept.
+    fn sample(&self, table: &RunTable, columns: usize, events: bool) -> Planned<Option<f64>> {
+        let (Some(spacing), path) = (table.sample, "run.sample") else { return Ok(None) };
+        let refuse = |why| self.refuse(path, SceneProblem::Misplaced { key: "sample", why });
+        if table.every.is_some() {
+            return refuse("`every` says which states are kept");
+        }
+        if events {
+            return refuse("with events, `every` says which states are kept");
+        }
+        if !(spacing > 0.0 && spacing <= self.problem.end) {
+            let (name, range) = ("sample", "positive, and at most the end of time");
+            return self.refuse(path, SceneProblem::Range { name, value: spacing, range });
+        }
+        self.table_fits(path, (self.problem.end / spacing) as u64, columns)?;
+        Ok(Some(spacing))
     }
 
     /// The step of a table, else that of the scene.
@@ -172,6 +193,8 @@ impl Planner<'_> {
         studies.stability = self.stability()?;
         studies.poincare = self.poincare()?;
         studies.bifurcation = self.bifurcation()?;
+        studies.resonance = self.resonance()?;
+        studies.basins = self.basins()?;
         Ok(studies)
     }
 
@@ -185,7 +208,7 @@ impl Planner<'_> {
         ];
         match given.into_iter().find(|x| x.1) {
             Some((key, _)) if !self.problem.model.driven().is_empty() => {
-                let why = "this study does not take a [drive]; global-order, energy, work-precision, poincare and bifurcation do";
+                let why = "this study does not take a [drive]; global-order, energy and work-precision do, and so do the studies of attractors";
                 self.refuse(&format!("study.{key}"), SceneProblem::Misplaced { key, why })
             }
             _ => Ok(()),

@@ -262,6 +262,9 @@ pub enum SceneProblem {
         /// The problem.
         problem: Box<SceneProblem>,
     },
+    /// A grid of basins that does not have two axes.
+    #[error("a map of basins has two axes")]
+    TwoAxes,
     /// A stroboscopic section of a drive without a period.
     #[error("the drive shows no period")]
     NoPeriod,

@@ -230,6 +230,7 @@ pub(super) fn located(source: &Source<'_>, error: CustomError, energy: &str) -> 
         CustomError::Input(InputError::Mass { dof, .. }) => {
             source.span(&format!("system.mass.{dof}"))
         }
+        CustomError::ConstantFunction => source.span("run.events"),
         CustomError::NoPeriod { .. } | CustomError::PeriodRange { .. } => {
             source.span("drive.period")
         }
@@ -251,6 +252,8 @@ fn path(place: Place) -> String {
         Place::Friction(i, j) => format!("system.friction.{i}.{j}"),
         Place::Force(j) => format!("drive.force.{j}"),
         Place::Period => "drive.period".into(),
+        // Events have their places reported by the planner.
+        Place::Function => "run.events".into(),
     }
 }
 

@@ -93,5 +93,6 @@ pub fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::ProjectionFailed { .. } => "projection-failed",
         StepFailure::TooLarge { .. } => "too-large",
         StepFailure::Vanishes { .. } => "vanishes",
+        StepFailure::EventsAccumulate { .. } => "events-accumulate",
     }
 }

@@ -46,6 +46,17 @@ pub enum Direction {
     Both,
 }
 
+impl Direction {
+    /// The same direction, of an event.
+    pub fn of_core(self) -> afterbay_core::Direction {
+        match self {
+            Self::Rising => afterbay_core::Direction::Rising,
+            Self::Falling => afterbay_core::Direction::Falling,
+            Self::Both => afterbay_core::Direction::Both,
+        }
+    }
+}
+
 /// The most steps between two crossings. A run that takes more does not return.
 pub const MOST_STEPS_BETWEEN: u64 = 1_000_000;
 
@@ -113,13 +124,7 @@ impl Crossing {
         if period.is_some_and(|period| (after - before).abs() > 0.5 * period) {
             return false;
         }
-        let rises = before < 0.0 && after >= 0.0;
-        let falls = before > 0.0 && after <= 0.0;
-        match self.direction {
-            Direction::Rising => rises,
-            Direction::Falling => falls,
-            Direction::Both => rises || falls,
-        }
+        self.direction.of_core().crosses(before, after)
     }
 }
 

@@ -1,10 +1,11 @@
 //! Trajectories.
 
+use super::events::Steps;
 use super::outcome::Ending;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::{Piece, Progress};
-use afterbay_core::{Abilities, Grid, IntegrateError, StateRef, Tolerance, accounts};
+use afterbay_core::{Abilities, Grid, IntegrateError, RunError, StateRef, Tolerance, accounts};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -35,7 +36,7 @@ pub struct TrajectoryRow {
 
 impl TrajectoryRow {
     /// A state of a run, without motors.
-    fn of(
+    pub(super) fn of(
         method: &'static str,
         step: u64,
         state: StateRef<'_, f64>,
@@ -168,3 +169,69 @@ pub fn sampled(
     let done = rows.last().map_or(0, |row| row.step);
     Ok(Trajectory { method: row.name, rows, ending: Ending::of(&result, grid.steps, done) })
 }
+
+/// Runs a method with steps of size h and keeps the states at the times `0, spacing, 2 spacing, ..`.
+/// A state between two steps is the end of a shorter step from the first of them, or of a run within
+/// the tolerance: it has the accuracy of the method, and K is kept if the method keeps it.
+///
+/// # Errors
+/// Invalid input. The trajectory of a run that fails ends with its last good state.
+pub fn dense(
+    problem: &Problem,
+    row: &'static Row,
+    steps: Steps,
+    spacing: f64,
+    progress: &dyn Progress,
+) -> Result<Trajectory, IntegrateError> {
+    let grid = Grid::<f64>::new(steps.h, problem.end)?;
+    let (model, count) = (&problem.model, (problem.end / spacing).floor() as u64);
+    let (system, bound) = (model.system::<f64>()?, problem.model.bind(row)?);
+    let mut step = bound.stepper(Tolerance::all(steps.tolerance));
+    let mut state = problem.start()?;
+    let mut rows = vec![TrajectoryRow::of(row.name, 0, state.state_ref(), &*system, model)];
+    let (mut piece, mut result, mut done) = (Piece::new(progress), Ok(()), 0);
+    for n in 1..=grid.steps {
+        let (before, time) = (state.clone(), n as f64 * grid.h);
+        if let Err(error) = step(grid.h, &mut state) {
+            result = Err(match error {
+                IntegrateError::Run(error) => {
+                    RunError { step: n, t: before.t, failure: error.failure }.into()
+                }
+                error => error,
+            });
+            break;
+        }
+        (state.t, done) = (time, n);
+        piece.reach(n, grid.steps);
+        while rows.len() as u64 <= count {
+            let t = rows.len() as f64 * spacing;
+            // The times of the steps are rounded.
+            let (early, late) = (t - before.t, t - time);
+            if late > ROUNDED * time {
+                break;
+            }
+            let mut there =
+                if late.abs() <= ROUNDED * time { state.clone() } else { before.clone() };
+            if there.t < time && step(early, &mut there).is_err() {
+                break;
+            }
+            there.t = t;
+            rows.push(TrajectoryRow::of(row.name, n, there.state_ref(), &*system, model));
+        }
+        if progress.stopped() {
+            break;
+        }
+    }
+    drop(piece);
+    progress.advance();
+    if let Err(IntegrateError::Input(error)) = result {
+        return Err(error.into());
+    }
+    if result.is_err() {
+        rows.push(TrajectoryRow::of(row.name, done, state.state_ref(), &*system, model));
+    }
+    Ok(Trajectory { method: row.name, rows, ending: Ending::of(&result, grid.steps, done) })
+}
+
+/// The largest difference of equal times, relative to them: some roundings.
+const ROUNDED: f64 = 1e-13;

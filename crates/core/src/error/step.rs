@@ -116,6 +116,15 @@ pub enum StepFailure {
         /// The step.
         h: f64,
     },
+    /// Events follow each other within one step without end.
+    #[error(
+        "{count} events fall into one step and more would follow, as of a ball that bounces to rest: \
+         end before, or stop at the event"
+    )]
+    EventsAccumulate {
+        /// Their number.
+        count: u64,
+    },
     /// A quadrature does not resolve H along the step, so that K would change.
     #[error(
         "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): \

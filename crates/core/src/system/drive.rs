@@ -22,7 +22,7 @@ use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm, Passive};
 use super::hamiltonian::System;
 use super::hessian::Curvature;
-use super::separable::Separable;
+use super::separable::{Separable, Supply};
 use super::state::State;
 use super::state_ref::StateRef;
 use crate::error::InputError;
@@ -41,6 +41,12 @@ pub trait Drive<T: Scalar>: Send + Sync {
     /// Passes the slopes of that F_j to `put`: ∂F_j/∂q_i with `Some(i)`, and ∂F_j/∂t with `None`.
     /// Which slopes are passed, and in which order, must not depend on the state.
     fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T));
+
+    /// Whether F_j for entry k of [`Drive::driven`] depends on q_j itself. Where it does not, methods
+    /// compute it once a step.
+    fn depends_on_own(&self, _k: usize) -> bool {
+        true
+    }
 
     /// Passes to `put` the value of every function at whose zeros F may not be analytic
     /// ([`System::kinks`]).
@@ -151,6 +157,10 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
         DissipationForm { coupled, passive: Passive::No, ..DissipationForm::GENERAL }
     }
 
+    fn motors(&self) -> usize {
+        self.drive.driven().len()
+    }
+
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
         let (q, times) = q.split_at(self.dof);
         self.system.kinks(q, &p[..self.dof], put);
@@ -202,22 +212,29 @@ impl<T: Scalar, S: Separable<T> + ?Sized, D: Drive<T> + ?Sized> Separable<T> for
         let mut drag = self.system.dissipation_of(q, &p[..self.dof], j);
         if let Some((_, k)) = self.motor(j) {
             drag.value -= self.drive.force(k, q, times[k]);
-            self.drive.slopes(k, q, times[k], &mut |by, slope| {
-                if by == Some(j) {
-                    drag.by_q -= slope;
-                }
-            });
+            if self.drive.depends_on_own(k) {
+                self.drive.slopes(k, q, times[k], &mut |by, slope| {
+                    if by == Some(j) {
+                        drag.by_q -= slope;
+                    }
+                });
+            }
         }
         drag
     }
 
-    fn motors(&self) -> usize {
-        self.drive.driven().len()
+    fn friction_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        if j < self.dof {
+            self.system.friction_of(&q[..self.dof], &p[..self.dof], j)
+        } else {
+            self.dissipation_of(q, p, j)
+        }
     }
 
-    fn supply(&self, q: &[T], j: usize) -> Option<(usize, T)> {
+    fn supply(&self, q: &[T], j: usize) -> Option<Supply<T>> {
         let (motor, k) = self.motor(j)?;
-        Some((motor, self.drive.force(k, &q[..self.dof], q[motor])))
+        let force = self.drive.force(k, &q[..self.dof], q[motor]);
+        Some(Supply { motor, force, is_uniform: !self.drive.depends_on_own(k) })
     }
 }
 

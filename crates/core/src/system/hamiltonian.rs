@@ -39,6 +39,13 @@ pub trait System<T: Scalar>: Send + Sync {
         false
     }
 
+    /// The number of motors of a driven system ([`crate::Driven`]). They are the last degrees of
+    /// freedom, and their velocity is 1, whatever their momentum.
+    #[inline(always)]
+    fn motors(&self) -> usize {
+        0
+    }
+
     /// The pattern of degrees of freedom that act on each other.
     #[inline(always)]
     fn coupling(&self) -> Coupling {

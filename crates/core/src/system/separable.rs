@@ -50,17 +50,27 @@ pub trait Separable<T: Scalar>: System<T> {
     /// set: D_j is then computed as `by_p` times p_j.
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T>;
 
-    /// The number of motors of a driven system ([`crate::Driven`]). They are the last degrees of
-    /// freedom, and their velocity is 1, whatever their momentum.
+    /// D_j without the force of a drive, as [`Separable::dissipation_of`].
     #[inline(always)]
-    fn motors(&self) -> usize {
-        0
+    fn friction_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        self.dissipation_of(q, p, j)
     }
 
-    /// The motor of degree of freedom j and its force F_j at q, if j is driven.
-    /// [`Separable::dissipation_of`] is then D_j - F_j.
+    /// The force of the drive on degree of freedom j at q, if j is driven.
+    /// [`Separable::dissipation_of`] is then D_j - F_j, and [`Separable::friction_of`] is D_j.
     #[inline(always)]
-    fn supply(&self, _q: &[T], _j: usize) -> Option<(usize, T)> {
+    fn supply(&self, _q: &[T], _j: usize) -> Option<Supply<T>> {
         None
     }
+}
+
+/// The force of a drive on a degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Supply<T> {
+    /// The motor.
+    pub motor: usize,
+    /// F_j
+    pub force: T,
+    /// Whether F_j does not depend on q_j.
+    pub is_uniform: bool,
 }

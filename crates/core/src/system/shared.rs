@@ -3,7 +3,7 @@
 use super::coupling::Coupling;
 use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
-use super::separable::Separable;
+use super::separable::{Separable, Supply};
 use crate::numbers::{Line, Scalar};
 use std::sync::Arc;
 
@@ -27,6 +27,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
     #[inline]
     fn dissipation_form(&self) -> DissipationForm {
         (**self).dissipation_form()
+    }
+    #[inline]
+    fn motors(&self) -> usize {
+        (**self).motors()
     }
     #[inline]
     fn unit_mass(&self) -> bool {
@@ -76,11 +80,11 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Separable<T> for Arc<S> {
         (**self).dissipation_of(q, p, j)
     }
     #[inline]
-    fn motors(&self) -> usize {
-        (**self).motors()
+    fn friction_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
+        (**self).friction_of(q, p, j)
     }
     #[inline]
-    fn supply(&self, q: &[T], j: usize) -> Option<(usize, T)> {
+    fn supply(&self, q: &[T], j: usize) -> Option<Supply<T>> {
         (**self).supply(q, j)
     }
 }

@@ -1,4 +1,5 @@
-//! The projection of (q, p) onto a given value of H, which makes K exact.
+//! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive stay
+//! where they are: they are at the time, and they have supplied what they have supplied.
 
 use afterbay_core::{Scalar, System};
 
@@ -37,9 +38,11 @@ impl<T: Scalar> Projection<'_, T> {
         energy: &mut T,
     ) -> Result<bool, f64> {
         let [hq, hp] = self.slope;
-        let n = q.len();
+        let n = q.len() - system.motors();
         let zero = T::zero();
-        let (mut steep, mut terms) = (zero, zero);
+        let mut steep = zero;
+        let supplied = p[n..].iter().fold(zero, |sum, p| sum + p.abs());
+        let mut terms = supplied;
         let squares = self.scales.map(|s| T::from_f64(s * s));
         for j in 0..n {
             steep += squares[0] * (hq[j] * hq[j]) + squares[1] * (hp[j] * hp[j]);

@@ -10,6 +10,9 @@ use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 pub struct Workspace<V: Vector> {
     pub(super) jacobian: Jacobian,
     pub(super) dissipative: bool,
+    /// The number of degrees of freedom before the motors of a drive, which λ leaves alone: their
+    /// velocity is 1.
+    free: usize,
     /// Whether λ is part of the equation. Without it the equation is that of the midpoint rule.
     pub(super) has_lambda: bool,
     /// Δz
@@ -86,6 +89,7 @@ impl<V: Vector> Workspace<V> {
         Ok(Self {
             jacobian: Jacobian::new(name, system, solver)?,
             dissipative: !system.dissipation_form().zero,
+            free: n - system.motors(),
             has_lambda,
             dq: zeros(),
             dp: zeros(),
@@ -148,9 +152,13 @@ impl<V: Vector> Workspace<V> {
         if !self.has_lambda {
             return Lambda::zero();
         }
-        let [along_q, square_q] = products(self.dq.as_slice(), self.hq.as_slice());
-        let [along_p, square_p] = products(self.dp.as_slice(), self.hp.as_slice());
-        let (along, square) = (along_q + along_p, square_q + square_p);
+        let sides = [(&self.dq, &self.hq), (&self.dp, &self.hp)];
+        let [(dq, hq), (dp, hp)] = sides.map(|(d, h)| (d.as_slice(), h.as_slice()));
+        let free = self.free;
+        let [along_q, square_q] = products(&dq[..free], &hq[..free]);
+        let [along_p, square_p] = products(&dp[..free], &hp[..free]);
+        let of_motors = dot(&dq[free..], &hq[free..]) + dot(&dp[free..], &hp[free..]);
+        let (along, square) = (along_q + along_p + of_motors, square_q + square_p);
         // If |Δz|² underflows, there is no divisor.
         if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
             return Lambda::zero();
@@ -200,14 +208,17 @@ impl<V: Vector> Workspace<V> {
             [(&mut *slope_q, &self.hq, &*hq, &self.dq), (&mut *slope_p, &self.hp, &*hp, &self.dp)];
         for (slope, mean, end, increment) in sides {
             let given = mean.as_slice().iter().zip(end.as_slice()).zip(increment.as_slice());
-            for (slope, ((&mean, &end), &increment)) in slope.iter_mut().zip(given) {
-                let twice = 2.0 * value * increment.to_f64();
+            for (j, (slope, ((&mean, &end), &increment))) in slope.iter_mut().zip(given).enumerate()
+            {
+                let twice = if j < self.free { 2.0 * value * increment.to_f64() } else { 0.0 };
                 *slope = ((end - mean).to_f64() - *slope - twice) * lambda.inverse;
             }
         }
         std::mem::swap(dq, dp);
         dq.iter_mut().for_each(|x| *x *= -h);
         dp.iter_mut().for_each(|x| *x *= h);
+        dq[self.free..].fill(0.0);
+        dp[self.free..].fill(0.0);
         if self.dissipative {
             self.drag_along(system, h);
         }
@@ -223,8 +234,9 @@ impl<V: Vector> Workspace<V> {
         let [near, far] = &mut self.ends;
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_mut_slice());
         system.dissipation(q, p, self.hp.as_slice(), near.as_mut_slice());
-        for ((v, &hp), &dp) in v.iter_mut().zip(self.hp.as_slice()).zip(self.dp.as_slice()) {
-            *v = hp + dp;
+        v.copy_from_slice(self.hp.as_slice());
+        for (v, &dp) in v.iter_mut().zip(&self.dp.as_slice()[..self.free]) {
+            *v += dp;
         }
         system.dissipation(q, p, v, far.as_mut_slice());
         for ((x, &near), &far) in self.turned[1].iter_mut().zip(near.as_slice()).zip(far.as_slice())
@@ -251,9 +263,10 @@ impl<V: Vector> Workspace<V> {
         let n = self.missing[0].len();
         let (v, dp, hp) =
             (&mut self.v.as_mut_slice()[..n], &self.dp.as_slice()[..n], &self.hp.as_slice()[..n]);
-        for j in 0..n {
+        for j in 0..self.free {
             v[j] = lambda.mul_add(dp[j], hp[j]);
         }
+        v[self.free..].copy_from_slice(&hp[self.free..]);
         if self.dissipative {
             self.dissipate(system);
         }
@@ -262,9 +275,13 @@ impl<V: Vector> Workspace<V> {
         let (hq, v) = (&self.hq.as_slice()[..n], &self.v.as_slice()[..n]);
         // D stays 0 for systems without dissipation.
         let d = &self.d.as_slice()[..n];
-        for j in 0..n {
+        for j in 0..self.free {
             a[j] = h.mul_add(v[j], -dq[j]).to_f64();
             b[j] = (-h).mul_add(lambda.mul_add(dq[j], hq[j]) + d[j], -dp[j]).to_f64();
+        }
+        for j in self.free..n {
+            a[j] = h.mul_add(v[j], -dq[j]).to_f64();
+            b[j] = (-h).mul_add(hq[j] + d[j], -dp[j]).to_f64();
         }
     }
 

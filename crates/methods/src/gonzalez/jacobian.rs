@@ -50,6 +50,8 @@ pub(super) struct Jacobian {
     diagonal: Vec<[usize; 4]>,
     matrix: Matrix,
     unknowns: Vec<f64>,
+    /// The number of degrees of freedom before the motors of a drive, whose equations have no λ.
+    free: usize,
     half_h: f64,
     h_lambda: f64,
 }
@@ -117,6 +119,7 @@ impl Jacobian {
             diagonal,
             matrix,
             unknowns: vec![0.0; size],
+            free: n - system.motors(),
             half_h: 0.0,
             h_lambda: 0.0,
         })
@@ -153,10 +156,11 @@ impl Jacobian {
             for (entry, value) in given.clone().filter(|(entry, _)| entry.block == Block::Hpp) {
                 c[entry.i][0] += value;
             }
-            for [c, share] in c.iter_mut() {
+            for [c, share] in &mut c[..self.free] {
                 *share = if *c == 0.0 { half_h } else { half_h + h_lambda / *c };
                 *c = half_h.mul_add(*c, h_lambda);
             }
+            c[self.free..].fill([0.0, half_h]);
             for (&Entry { block, j, slots: [slot, _], .. }, value) in given {
                 match block {
                     Block::Hqq | Block::Dq => {
@@ -168,7 +172,8 @@ impl Jacobian {
                     Block::Hqp | Block::Hpp => {}
                 }
             }
-            for (own, [c, _]) in self.diagonal.iter().zip(c) {
+            for (j, (own, [c, _])) in self.diagonal.iter().zip(c).enumerate() {
+                let h_lambda = if j < self.free { h_lambda } else { 0.0 };
                 s[own[0]] += h_lambda;
                 to[own[0]] += h_lambda.mul_add(*c, 1.0);
             }
@@ -185,7 +190,8 @@ impl Jacobian {
                 }
             }
         }
-        for own in &self.diagonal {
+        for (j, own) in self.diagonal.iter().enumerate() {
+            let h_lambda = if j < self.free { h_lambda } else { 0.0 };
             for (slot, value) in own.iter().zip([1.0, 1.0, -h_lambda, h_lambda]) {
                 to[*slot] += value;
             }

@@ -11,6 +11,9 @@ use afterbay_core::{Curvature, Scalar, State, Vector};
 pub struct Workspace<V: Vector> {
     pub(super) dissipative: bool,
     pub(super) linear: bool,
+    /// The number of degrees of freedom before the motors of a drive, which λ leaves alone: their
+    /// velocity is 1.
+    free: usize,
     /// Whether λ exceeds its rounding error; decided once per step.
     pub(super) resolved: Option<bool>,
     pub(super) slopes: Slopes<V>,
@@ -38,6 +41,7 @@ impl<V: Vector> Workspace<V> {
         Self {
             dissipative: !system.dissipation_form().zero,
             linear: system.is_linear(),
+            free: n - system.motors(),
             resolved: None,
             slopes: Slopes::new(system),
             flow: LinearFlow::new(n),
@@ -81,7 +85,7 @@ impl<V: Vector> Workspace<V> {
         system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
         let lambda = if self.linear { V::Scalar::zero() } else { self.lambda(system, h, start) };
         for (slope, dz) in self.gradient.iter_mut().zip(&self.dz) {
-            let pairs = slope.as_mut_slice().iter_mut().zip(dz.as_slice());
+            let pairs = slope.as_mut_slice().iter_mut().zip(&dz.as_slice()[..self.free]);
             pairs.for_each(|(slope, &dz)| *slope = lambda.mul_add(dz, *slope));
         }
         let [q, p] = [&self.mean[0], &self.mean[1]].map(V::as_slice);
@@ -118,10 +122,10 @@ impl<V: Vector> Workspace<V> {
         let zero = V::Scalar::zero();
         let (mut along, mut square) = (zero, zero);
         for (slope, dz) in self.gradient.iter().zip(&self.dz) {
-            for (&slope, &dz) in slope.as_slice().iter().zip(dz.as_slice()) {
-                along = slope.mul_add(dz, along);
-                square = dz.mul_add(dz, square);
-            }
+            let pairs = slope.as_slice().iter().zip(dz.as_slice());
+            along = pairs.fold(along, |along, (&slope, &dz)| slope.mul_add(dz, along));
+            let own = &dz.as_slice()[..self.free];
+            square = own.iter().fold(square, |square, &dz| dz.mul_add(dz, square));
         }
         if square.to_f64() <= f64::MIN_POSITIVE / V::Scalar::EPSILON {
             return zero;

@@ -27,6 +27,14 @@ impl<T> From<Grid<T>> for Setting<T> {
 /// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
+/// Takes a step of the given length. The time of the state does not change, and the state is unchanged
+/// after an error.
+pub type Stepping<'a, T> =
+    Box<dyn FnMut(T, &mut State<Vec<T>>) -> Result<Effort, IntegrateError> + 'a>;
+
+/// [`Stepping`] with the storage of states erased.
+type ErasedStepping<'a, T> = Box<dyn FnMut(T, Place<'_, T>) -> Result<Effort, IntegrateError> + 'a>;
+
 /// A method bound to a system. The types of both, and the storage of states, are erased.
 pub struct Run<T: Scalar> {
     method: &'static str,
@@ -104,6 +112,21 @@ impl<T: Scalar> Run<T> {
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
 
+    /// A function that takes single steps, for [`integrate_with_events`]: with a method that chooses
+    /// its steps, a step is a run within the tolerance.
+    ///
+    /// [`integrate_with_events`]: afterbay_core::integrate_with_events
+    pub fn stepper(&self, tolerance: Tolerance) -> Stepping<'_, T> {
+        let mut step = self.bound.stepper(tolerance);
+        Box::new(move |h, state| {
+            state.check(self.bound.dof())?;
+            let t = state.t;
+            let outcome = step(h, Place::of(state)).map_err(|error| self.named(error));
+            state.t = t;
+            outcome
+        })
+    }
+
     /// Inserts the name of the method into an error that has none.
     fn named(&self, error: IntegrateError) -> IntegrateError {
         match error {
@@ -156,6 +179,8 @@ trait Erased<T: Scalar>: Send + Sync {
     ) -> Result<Effort, IntegrateError> {
         Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
     }
+
+    fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, T>;
 
     fn step(&self, _h: T, _place: Place<'_, T>) -> Result<Effort, IntegrateError> {
         Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
@@ -244,6 +269,18 @@ where
         outcome
     }
 
+    fn stepper(&self, _tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
+        let mut workspace = self.workspace.clone();
+        Box::new(move |h, place| {
+            let (mut state, system) = (place.take::<V>(), &*self.system);
+            let grid = Grid { h, steps: 1 };
+            let effort =
+                integrate_in(&self.method, system, grid, &mut state, &mut workspace, &mut ())?;
+            place.put(&state);
+            Ok(effort)
+        })
+    }
+
     fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
         let outcome =
@@ -269,6 +306,17 @@ where
 {
     fn dof(&self) -> usize {
         self.system.dof()
+    }
+
+    fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
+        Box::new(move |h, place| {
+            let (mut state, system) = (place.take::<V>(), &*self.system);
+            let end = state.t + h;
+            let found =
+                integrate_within(&self.method, system, &tolerance, end, &mut state, &mut ())?;
+            place.put(&state);
+            Ok(found.effort)
+        })
     }
 
     fn run_within(

@@ -4,9 +4,9 @@ use crate::slope::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
     Abilities, Drive, Driven, Formulas, FromFormulas, Grid, Quad, Scalar, Series, State, StateRef,
-    with_motors,
+    Tolerance, accounts, with_motors,
 };
-use afterbay_methods::registry::{FIXED, Needs, Row, bind};
+use afterbay_methods::registry::{FIXED, METHODS, Needs, Row, Setting, bind};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -181,4 +181,68 @@ fn orders_where_one_of_two_is_driven() {
 #[test]
 fn orders_of_one_degree_of_freedom() {
     assert_eq!(check(Single, &[0], |_| true), 21);
+}
+
+/// The same particles without drag.
+#[derive(Clone, Copy)]
+struct Frictionless<F>(F);
+
+impl<F: Formulas> Formulas for Frictionless<F> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        self.0.potential(q)
+    }
+    fn dissipation<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
+        T::zero()
+    }
+    fn mass(&self, j: usize) -> f64 {
+        self.0.mass(j)
+    }
+    fn may_be_singular(&self) -> bool {
+        false
+    }
+}
+
+/// The largest deviation of a motor from the time, and the largest energy that a system without
+/// friction has dissipated, over [0, 6] with every method.
+fn check_frictionless<F: Formulas + Copy + 'static>(formulas: F, which: &'static [usize]) -> usize {
+    let (dof, mut tested) = (formulas.dof(), 0);
+    let system = Arc::new(driven::<f64, _>(Frictionless(formulas), which));
+    for row in METHODS {
+        let Ok(run) = bind::<f64>(row, system.clone()) else { continue };
+        let numbers = |x: [f64; 2]| x[..dof].to_vec();
+        let state = State::new(numbers([1.1, -0.4]), numbers([0.6, 0.9])).unwrap();
+        let mut state = with_motors(&state, which.len());
+        let total = state.total(&*system);
+        let setting = if row.is_adaptive() {
+            Setting::Tolerance(Tolerance::all(1e-8), 6.0)
+        } else {
+            Setting::Step(Grid::of(0.05, 120).unwrap())
+        };
+        run.run(setting, &mut state, 1, &mut |step, state| {
+            let late = state.q[dof..].iter().map(|q| (q - state.t).abs()).fold(0.0, f64::max);
+            // A relaxed step ends late by its lag, and the motor is at the time of its end.
+            let most = if row.name.starts_with("relaxed") { 1e-8 } else { 1e-13 };
+            assert!(late < most, "{} at step {step}: a motor is off by {late:e}", row.name);
+            let [w, s] = accounts(state, which);
+            let lost = w.iter().map(|w| w.abs()).fold(0.0, f64::max);
+            let size = s.iter().map(|s| s.abs()).fold(1.0, f64::max);
+            assert!(lost < 1e-13 * size, "{} at step {step}: w = {lost:e}", row.name);
+            let off = (state.total(&*system) - total).abs();
+            assert!(!row.keeps_k || off < 1e-12, "{}: K is off by {off:e}", row.name);
+            ControlFlow::Continue(())
+        })
+        .unwrap_or_else(|error| panic!("{}: {error}", row.name));
+        tested += 1;
+    }
+    tested
+}
+
+#[test]
+fn motors_keep_the_time_and_nothing_is_lost_without_friction() {
+    assert_eq!(check_frictionless(Single, &[0]), 23);
+    assert_eq!(check_frictionless(Pair, &[0, 1]), 22);
+    assert_eq!(check_frictionless(Pair, &[1]), 22);
 }

@@ -1,8 +1,10 @@
 //! The description of a system and how it is parsed.
 
 mod drive;
+mod function;
 
 pub use drive::DriveDescription;
+pub use function::FunctionDescription;
 
 use super::failure::{CustomError, Place};
 use afterbay_expression::{

@@ -231,6 +231,11 @@ impl<T: Scalar> Drive<T> for CustomDrive<T> {
         }
     }
 
+    fn depends_on_own(&self, k: usize) -> bool {
+        let (own, (_, _, inputs)) = (self.shape.driven[k], &self.shape.forces[k]);
+        inputs.contains(&Input::Coordinate(own as u32))
+    }
+
     fn kinks(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
         for part in &self.shape.kinks {
             part.program.run(self.frame(part), &point(q, t), |_, x| put(x));

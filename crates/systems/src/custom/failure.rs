@@ -25,6 +25,8 @@ pub enum Place {
     Force(usize),
     /// The period of a drive
     Period,
+    /// A function of the state
+    Function,
 }
 
 impl Place {
@@ -32,7 +34,11 @@ impl Place {
     pub(super) fn degree(self) -> Option<usize> {
         match self {
             Self::Dissipation(j) | Self::Friction(j, _) | Self::Mass(j) | Self::Force(j) => Some(j),
-            Self::Potential | Self::Hamiltonian | Self::Definition(_) | Self::Period => None,
+            Self::Potential
+            | Self::Hamiltonian
+            | Self::Definition(_)
+            | Self::Period
+            | Self::Function => None,
         }
     }
 }
@@ -48,6 +54,7 @@ impl fmt::Display for Place {
             Self::Definition(k) => write!(f, "parameter {}", k + 1),
             Self::Force(j) => write!(f, "force {} of the drive", j + 1),
             Self::Period => f.write_str("the period of the drive"),
+            Self::Function => f.write_str("the function"),
         }
     }
 }
@@ -142,6 +149,9 @@ pub enum CustomError {
         /// The force later by the period.
         after: f64,
     },
+    /// A function of an event that depends on neither the state nor the time.
+    #[error("this is constant: an event is a zero of a function of the state or of t")]
+    ConstantFunction,
     /// A period of a drive that is not positive and finite.
     #[error("the period of the drive is {period:?}: it must be positive and finite")]
     PeriodRange {

@@ -1,9 +1,10 @@
 //! The tables of the studies of driven and self-excited systems, as they are written.
 
-use super::{ParameterTable, Spread};
+use super::{ParameterTable, RangeTable, Spread};
 use crate::study::section::Direction;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The crossing of a value by a coordinate or a momentum.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -82,6 +83,54 @@ pub struct BifurcationTable {
     /// downwards [default: false, each from the initial state].
     #[serde(default)]
     pub follow: bool,
+    /// Whether a reference with small steps is shown, too [default: true].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<bool>,
+}
+
+/// Amplitude and energy per period against the frequency of the drive.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResonanceTable {
+    /// Names of methods [default: those of [run]].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps [default: that of [time]]. The period is divided into whole steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Spread>,
+    /// The parameter that changes the period of the drive.
+    pub parameter: ParameterTable,
+    /// The number of periods at each value before those that are measured [default: 200].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transient: Option<u64>,
+    /// The number of periods that are measured [default: 4].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub periods: Option<u64>,
+    /// Whether a reference with small steps is shown, too [default: true].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<bool>,
+}
+
+/// The attractors that a grid of initial states reaches.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BasinsTable {
+    /// Names of methods [default: those of [run]].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// The steps [default: that of [time]]. The interval is divided into whole steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Spread>,
+    /// The two entries of the initial state that are varied, and their values:
+    /// { q1 = { from = -2, to = 2, count = 100 }, p1 = { from = -2, to = 2, count = 100 } }.
+    pub grid: BTreeMap<String, RangeTable>,
+    /// The interval of time between two states that are compared [default: the period of the drive;
+    /// without one, 1].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval: Option<f64>,
+    /// The most intervals of a run [default: 1000].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest: Option<u64>,
     /// Whether a reference with small steps is shown, too [default: true].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<bool>,

@@ -1,5 +1,6 @@
 //! Plans of the studies of driven and self-excited systems.
 
+use super::budget::MOST_CELLS;
 use super::{Planned, Planner};
 use crate::Model;
 use crate::observable::Observable;
@@ -7,8 +8,10 @@ use crate::scene::document::{SectionTable, Spread};
 use crate::scene::plan::DynamicsPlan;
 use crate::scene::problem::SceneProblem;
 use crate::scene::{Spacing, Variable};
+use crate::study::basins::{Axis, Basins};
 use crate::study::bifurcation::{self, Bifurcation};
 use crate::study::poincare::{self, Poincare};
+use crate::study::resonance::Resonance;
 use crate::study::section::{Crossing, Direction, Section};
 use afterbay_methods::registry::Row;
 use rand_pcg::Pcg64;
@@ -23,6 +26,10 @@ const STEPS_BETWEEN: f64 = 100.0;
 /// Default numbers of states.
 const POINCARE: [u64; 2] = [100, 1000];
 const BIFURCATION: [u64; 2] = [200, 100];
+const RESONANCE: [u64; 2] = [200, 4];
+/// Default number of intervals of a run, and the interval where there is no drive.
+const LONGEST: u64 = 1000;
+const INTERVAL: f64 = 1.0;
 
 /// What the tables of these studies have in common.
 struct Common<'a> {
@@ -106,6 +113,90 @@ impl Planner<'_> {
         Ok(Some(plan))
     }
 
+    pub(super) fn resonance(&self) -> Planned<Option<DynamicsPlan<Resonance>>> {
+        let Some(table) = &self.document.study.resonance else { return Ok(None) };
+        let path = "study.resonance";
+        if self.problem.model.driven().is_empty() {
+            let (key, why) = ("resonance", "the system has no drive: declare one in [drive]");
+            return self.refuse(path, SceneProblem::Misplaced { key, why });
+        }
+        let common = Common {
+            path,
+            methods: table.methods.as_ref(),
+            steps: table.steps.as_ref(),
+            section: None,
+            interval: None,
+            reference: table.reference,
+        };
+        let Settings { methods, steps, reference, section } = self.settings(&common)?;
+        let (named, name) = (format!("{path}.parameter"), table.parameter.name.clone());
+        let values = self.parameter(&named, &table.parameter)?;
+        let [transient, periods] =
+            self.returns(path, [table.transient, table.periods], RESONANCE)?;
+        let (problem, spacing) = (self.problem.clone(), table.parameter.scale);
+        let mut lengths = Vec::new();
+        for &value in &values {
+            let model = self.problem.model.with(&name, value);
+            let model = model.or_else(|error| self.refuse(&named, error))?;
+            self.check_interval(path, &section, &model)?;
+            lengths.push(section.interval(&model));
+        }
+        if lengths.len() > 1 && lengths.iter().all(|length| *length == lengths[0]) {
+            let why = "it does not change the period of the drive";
+            return self.refuse(&format!("{named}.name"), SceneProblem::NotVaried { name, why });
+        }
+        let study = Resonance { problem, parameter: name, values, spacing, transient, periods };
+        let plan = DynamicsPlan { methods, steps, reference, study };
+        let returns = 2.0 * (transient + periods) as f64 * plan.study.values.len() as f64;
+        self.effort(path, &plan, &section, returns, &self.problem.model)?;
+        Ok(Some(plan))
+    }
+
+    pub(super) fn basins(&self) -> Planned<Option<DynamicsPlan<Basins>>> {
+        let Some(table) = &self.document.study.basins else { return Ok(None) };
+        let path = "study.basins";
+        let model = &self.problem.model;
+        let autonomous = model.dof() == model.degrees();
+        let common = Common {
+            path,
+            methods: table.methods.as_ref(),
+            steps: table.steps.as_ref(),
+            section: None,
+            interval: table.interval.or(autonomous.then_some(INTERVAL)),
+            reference: table.reference,
+        };
+        let Settings { methods, steps, reference, section } = self.settings(&common)?;
+        let grid = format!("{path}.grid");
+        let axes = table.grid.iter().map(|(name, range)| {
+            let path = format!("{grid}.{name}");
+            let (variable, dof) = self.entry(&path, name)?;
+            let ends = (range.from, range.to);
+            let mut values =
+                self.range(&path, ends, range.count, range.scale, f64::NEG_INFINITY)?;
+            values.sort_by(f64::total_cmp);
+            Ok(Axis { variable, dof, values })
+        });
+        let mut axes = axes.collect::<Planned<Vec<_>>>()?;
+        // A coordinate is the horizontal axis, whatever the order of the names.
+        axes.sort_by_key(|axis| axis.variable != Variable::Q);
+        let Ok(axes) = <[Axis; 2]>::try_from(axes) else {
+            return self.refuse(&grid, SceneProblem::TwoAxes);
+        };
+        let longest = table.longest.unwrap_or(LONGEST);
+        if longest == 0 {
+            let (name, value, range) = ("longest", 0.0, "at least 1");
+            return self
+                .refuse(&format!("{path}.longest"), SceneProblem::Range { name, value, range });
+        }
+        let cells = axes[0].values.len() as f64 * axes[1].values.len() as f64;
+        let study = Basins { problem: self.problem.clone(), section, axes, longest };
+        let plan = DynamicsPlan { methods, steps, reference, study };
+        let all = cells * plan.settings().count() as f64;
+        self.budget(path, "the number of cells", (all, MOST_CELLS), "give fewer values or steps")?;
+        self.effort(path, &plan, &plan.study.section, cells * longest as f64, model)?;
+        Ok(Some(plan))
+    }
+
     fn settings(&self, common: &Common<'_>) -> Planned<Settings> {
         let path = common.path;
         let methods = self.fixed_methods(path, common.methods)?;
@@ -153,16 +244,22 @@ impl Planner<'_> {
         if !value.is_finite() {
             return self.refuse(&format!("{path}.value"), SceneProblem::NotFinite { value });
         }
-        match Observable::parse(of, &self.problem.model) {
+        let (variable, dof) = self.entry(&format!("{path}.of"), of)?;
+        Ok(Section::Crossing(Crossing { variable, dof, value, direction }))
+    }
+
+    /// The coordinate or momentum of a name.
+    fn entry(&self, path: &str, name: &str) -> Planned<(Variable, usize)> {
+        match Observable::parse(name, &self.problem.model) {
             Some(Observable::Of(variable @ (Variable::Q | Variable::P), dof)) => {
-                Ok(Section::Crossing(Crossing { variable, dof, value, direction }))
+                Ok((variable, dof))
             }
             _ => {
                 let n = self.problem.model.degrees();
                 let known = ["q", "p"].iter().flat_map(|x| (1..=n).map(move |j| format!("{x}{j}")));
-                let (what, name) = ("coordinate or momentum", of.clone());
+                let (what, name) = ("coordinate or momentum", name.to_owned());
                 let known = known.collect();
-                self.refuse(&format!("{path}.of"), SceneProblem::Unknown { what, name, known })
+                self.refuse(path, SceneProblem::Unknown { what, name, known })
             }
         }
     }

@@ -67,6 +67,11 @@ impl SceneProblem {
                  section = { of = \"q1\", direction = \"rising\" }"
                     .into(),
             ),
+            Self::TwoAxes => Some(
+                "write grid = { q1 = { from = -2, to = 2, count = 100 }, \
+                 p1 = { from = -2, to = 2, count = 100 } }"
+                    .into(),
+            ),
             Self::OffPeriod { period, .. } => {
                 Some(format!("leave it out, or write a multiple of {period:?}"))
             }

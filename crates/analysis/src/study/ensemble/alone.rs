@@ -2,12 +2,9 @@
 
 use super::{Ending, Ensemble, Job, Watch};
 use crate::study::section::{Crossing, MOST_STEPS_BETWEEN, Section, rewind};
-use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
-use afterbay_methods::registry::Run;
+use crate::study::zero::{at_zero, copy};
+use afterbay_core::{Grid, InputError, IntegrateError, StateRef};
 use std::ops::ControlFlow;
-
-/// The most corrections of the place of a crossing within a step. Bisection alone would take 53.
-const MOST_CORRECTIONS: usize = 100;
 
 /// Runs until the watch ends it, or a step fails.
 pub(super) fn run<W: Watch>(ensemble: &Ensemble<'_>, job: &mut Job<W>) -> Result<(), InputError> {
@@ -75,7 +72,8 @@ fn cross<W: Watch>(
             let (last, h) = (std::mem::replace(&mut off, crossing.distance(now, period)), grid.h);
             missing += 1;
             if crossing.between(last, off, period) {
-                let there = at_crossing(run, h, crossing, period, (&before, last), (now, off));
+                let distance = |state: StateRef<'_, f64>| crossing.distance(state, period);
+                let there = at_zero(run, h, distance, (&before, last), (now, off));
                 (*returns, missing) = (*returns + 1, 0);
                 if watch.see(*returns, there.state_ref()).is_break() {
                     ending = Some(Ending::completed());
@@ -112,51 +110,3 @@ fn cross<W: Watch>(
 const NOT_MET: &str = "no-return";
 /// Steps between two looks at whether the user wants to stop.
 const STEPS_BETWEEN_LOOKS: u64 = 1024;
-
-fn copy(from: StateRef<'_, f64>, to: &mut State<Vec<f64>>) {
-    let parts = [(from.q, &mut to.q), (from.p, &mut to.p), (from.w, &mut to.w)];
-    parts.into_iter().for_each(|(from, to)| to.copy_from_slice(from));
-    to.t = from.t;
-}
-
-/// The state on the section between two states, the end of a shorter step from the first. Regula
-/// falsi with the rule of Illinois (Dowell and Jarratt 1971) finds its length to rounding.
-fn at_crossing(
-    run: &Run<f64>,
-    h: f64,
-    crossing: &Crossing,
-    period: Option<f64>,
-    (before, mut off): (&State<Vec<f64>>, f64),
-    (after, mut beyond): (StateRef<'_, f64>, f64),
-) -> State<Vec<f64>> {
-    let mut found = before.clone();
-    copy(after, &mut found);
-    let (mut low, mut high, mut nearest) = (0.0, 1.0, beyond.abs());
-    let mut moved = None;
-    for _ in 0..MOST_CORRECTIONS {
-        let share: f64 = (low * beyond - high * off) / (beyond - off);
-        if nearest == 0.0 || !(low < share && share < high) {
-            break;
-        }
-        let mut state = before.clone();
-        // Where the shorter step fails, the nearest state so far is taken.
-        if run.step(share * h, &mut state).is_err() {
-            break;
-        }
-        state.t = before.t + share * h;
-        let now = crossing.distance(state.state_ref(), period);
-        let is_beyond = (now > 0.0) == (beyond > 0.0);
-        if is_beyond {
-            (high, beyond) = (share, now);
-            off *= if moved == Some(true) { 0.5 } else { 1.0 };
-        } else {
-            (low, off) = (share, now);
-            beyond *= if moved == Some(false) { 0.5 } else { 1.0 };
-        }
-        moved = Some(is_beyond);
-        if now.abs() < nearest {
-            (nearest, found) = (now.abs(), state);
-        }
-    }
-    found
-}

@@ -109,7 +109,8 @@ impl Verdict {
             | StepFailure::NoRelaxationRoot { .. }
             | StepFailure::ProjectionFailed { .. }
             | StepFailure::TooLarge { .. }
-            | StepFailure::Vanishes { .. } => Self::NoConvergence,
+            | StepFailure::Vanishes { .. }
+            | StepFailure::EventsAccumulate { .. } => Self::NoConvergence,
         }
     }
 }

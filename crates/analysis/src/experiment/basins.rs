@@ -1,0 +1,171 @@
+//! Basins of attraction: a map for each method and step, beside that of the reference.
+
+use super::poincare::of_reference;
+use crate::chart::{Axis, Cells, HeatMap};
+use crate::claim::{Readings, Said, fixed, list};
+use crate::progress::Progress;
+use crate::record::RunOutcome;
+use crate::report::{Block, Verdict};
+use crate::scene::{DynamicsPlan, Scene};
+use crate::sheet::{ReportError, Sheet, decimal};
+use crate::study::basins::{self, BasinMap, Basins, UNSETTLED};
+use crate::study::outcome::COMPLETED;
+use afterbay_methods::registry::REFERENCE;
+
+/// The table from which the maps are made.
+const DATA: &str = "basins";
+/// The label of the reference.
+const EXACT: &str = REFERENCE.name;
+/// The most attractors with a colour of their own.
+const MOST_COLOURS: usize = 8;
+
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<Basins>,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Basins of attraction");
+    let DynamicsPlan { study, .. } = plan;
+    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
+    let [width, height] = study.axes.each_ref().map(|axis| axis.values.len());
+    progress.begin("basins of attraction", settings.len() * width * height);
+    let mut found: Vec<BasinMap> = Vec::new();
+    for (row, h) in settings {
+        let mut map = study.run(row, h, progress)?;
+        if let Some(exact) = found.first().filter(|first| first.row.name == EXACT) {
+            map.renumber(exact);
+        }
+        found.push(map);
+    }
+    let rows: Vec<_> = found.iter().flat_map(|map| study.rows(map)).collect();
+    sheet.wide_data(DATA, &basins::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|map| {
+        let failed = map.cells.iter().find(|cell| cell.ending.outcome != COMPLETED);
+        RunOutcome {
+            study: "basins",
+            system: model.name(),
+            method: map.row.name,
+            h: map.h,
+            outcome: failed.map_or(COMPLETED, |cell| cell.ending.outcome).into(),
+            failure: failed.and_then(|cell| cell.ending.failure.clone()),
+        }
+    }));
+    sheet.text(format!(
+        "Runs from {width} × {height} initial states, observed {}. A run has reached an attractor \
+         when its states repeat, or when they stay near an attractor that another run has shown. \
+         The boundary between basins has the dimension 2 - α, where the share of cells with a cell \
+         of another attractor at a distance ε grows like ε^α.{}",
+        study.section.describe(model),
+        of_reference(plan.reference),
+    ));
+    let exact = found.first().filter(|first| first.row.name == EXACT);
+    let mut readings = Readings::default();
+    for map in &found {
+        let label = label(map);
+        let count =
+            |which: fn(&basins::Cell) -> bool| map.cells.iter().filter(|cell| which(cell)).count();
+        readings.add(&label, "cells", map.cells.len());
+        readings.add(&label, "unsettled", count(|cell| cell.ending.outcome == UNSETTLED));
+        let failed = |cell: &basins::Cell| ![COMPLETED, UNSETTLED].contains(&cell.ending.outcome);
+        readings.add(&label, "failed", count(failed));
+        let shares = map.shares();
+        let reached = shares.iter().filter(|share| **share > 0.0).count();
+        readings.add(&label, "attractors", reached);
+        readings.add(&label, "α", map.uncertainty(width));
+        if let Some(exact) = exact.filter(|_| map.row.name != EXACT) {
+            let pairs = map.cells.iter().zip(&exact.cells);
+            let same = pairs.filter(|(a, b)| a.attractor.is_some() && a.attractor == b.attractor);
+            readings.add(&label, "as the reference", same.count());
+        }
+    }
+    let table = found.iter().flat_map(|map| {
+        let (label, shares) = (label(map), map.shares());
+        let row = move |(k, share): (usize, f64)| {
+            let attractor = map.attractors[k].describe();
+            vec![label.clone(), (k + 1).to_string(), attractor, decimal(Some(share))]
+        };
+        shares.into_iter().enumerate().filter(|(_, share)| *share > 0.0).map(row)
+    });
+    sheet.table(&["method and step", "attractor", "kind", "share of the cells"], table.collect());
+    sheet.find("Basins of attraction", readings, what_is_seen);
+    let figures: Vec<_> = found
+        .iter()
+        .enumerate()
+        .map(|(nth, map)| {
+            let caption = "The attractor that each initial state reaches.";
+            let name = format!("basins-{}-{nth}", map.row.name);
+            sheet.figure(&name, chart(scene, study, map).draw(), caption, DATA)
+        })
+        .collect();
+    let mut figures = figures.into_iter();
+    while let Some(left) = figures.next() {
+        match figures.next() {
+            Some(right) => sheet.show_pair(left, right),
+            None => sheet.section.blocks.push(Block::Figure(left)),
+        }
+    }
+    Ok(sheet)
+}
+
+/// A method and its step.
+fn label(map: &BasinMap) -> String {
+    match map.row.name {
+        EXACT => EXACT.into(),
+        name => format!("{name}, h = {:.4}", map.h),
+    }
+}
+
+fn chart(scene: &Scene, study: &Basins, map: &BasinMap) -> HeatMap {
+    let axis = |k: usize| {
+        let axis = &study.axes[k];
+        let letter = crate::observable::letter(axis.variable);
+        Axis::linear(
+            scene.units.variable(axis.variable, &format!("{letter}{} at t = 0", axis.dof + 1)),
+        )
+    };
+    let shown = map.attractors.len().min(MOST_COLOURS);
+    let mut names: Vec<String> =
+        (0..shown).map(|k| format!("{}: {}", k + 1, map.attractors[k].describe())).collect();
+    names.push(if map.attractors.len() > shown { "others, or none" } else { "none" }.into());
+    let verdicts = map.cells.iter();
+    let verdicts = verdicts.map(|cell| cell.attractor.map_or(shown, |k| k.min(shown))).collect();
+    HeatMap {
+        title: format!("Attractor: {}", label(map)),
+        x: axis(0),
+        y: axis(1),
+        xs: study.axes[0].values.clone(),
+        ys: study.axes[1].values.clone(),
+        cells: Cells::Verdicts { names, verdicts },
+    }
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let one = |label: &str| {
+        let number = |what: &str| r.number(label, what);
+        let cells = number("cells");
+        let mut said = vec![match number("attractors") {
+            1.0 => "1 attractor".to_owned(),
+            count => format!("{count} attractors"),
+        }];
+        let alike = number("as the reference");
+        if !alike.is_nan() {
+            said.push(format!(
+                "that of the reference in {} % of the cells",
+                fixed(100.0 * alike / cells, 1)
+            ));
+        }
+        if !number("α").is_nan() {
+            said.push(format!("α = {}", fixed(number("α"), 2)));
+        }
+        for (what, word) in [("unsettled", "unsettled"), ("failed", "failed")] {
+            if number(what) > 0.0 {
+                said.push(format!("{} cells {word}", number(what)));
+            }
+        }
+        format!("{label}: {}", list(said))
+    };
+    let all = r.of_all("cells");
+    let done = r.numbers("failed").iter().all(|(_, failed)| *failed == 0.0);
+    let verdict = if done { Verdict::Note } else { Verdict::Fails };
+    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+}

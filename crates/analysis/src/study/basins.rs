@@ -1,0 +1,309 @@
+//! Basins of attraction: the attractor that each of a grid of initial states reaches.
+//!
+//! No attractor is known beforehand. A run that has settled shows one: the states that repeat on the
+//! section, or, if none repeats, the boxes that a long run visits. The other runs are compared with
+//! the attractors found so far, and the first one that reaches none of them is followed until it
+//! shows a new one (in the spirit of Datseris and Wagemakers 2022, with runs side by side).
+
+mod known;
+
+use super::ensemble::{Ensemble, Member, Watch};
+use super::outcome::Ending;
+use super::section::{Section, point};
+use super::{Problem, numbered};
+use crate::Model;
+use crate::progress::Progress;
+use crate::scene::Variable;
+use crate::statistics::fit;
+use afterbay_core::{InputError, StateRef};
+use afterbay_methods::registry::Row;
+pub use known::Known;
+use known::{Found, Nearby};
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// The most attractors that are told apart.
+const MOST_ATTRACTORS: usize = 50;
+/// The runs that look for attractors before all others, in each direction of the grid.
+const SAMPLES: usize = 6;
+
+/// The basins of a problem.
+#[derive(Clone, Debug)]
+pub struct Basins {
+    /// The system, and the initial state of what the grid does not vary.
+    pub problem: Problem,
+    /// The stroboscopic section.
+    pub section: Section,
+    /// The two axes of the grid.
+    pub axes: [Axis; 2],
+    /// The most returns to the section of a run.
+    pub longest: u64,
+}
+
+/// An axis of the grid: an entry of the initial state and its values.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// Q or P.
+    pub variable: Variable,
+    /// The degree of freedom, counted from 0.
+    pub dof: usize,
+    /// The values, ascending.
+    pub values: Vec<f64>,
+}
+
+/// A row of `basins.csv`, under the [`columns`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BasinRow {
+    /// Name of the method, or "reference".
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// The initial coordinates.
+    pub q: Vec<f64>,
+    /// The initial momenta.
+    pub p: Vec<f64>,
+    /// The number of the attractor, counted from 1; 0 if the run reaches none.
+    pub attractor: usize,
+    /// Returns until the attractor was known.
+    pub periods: u64,
+    /// How the run ended: `completed`, `unsettled`, or its failure.
+    pub outcome: &'static str,
+}
+
+/// The names of the columns: `method,h,q1..qN,p1..pN,attractor,periods,outcome`.
+pub fn columns(model: &Model) -> Vec<String> {
+    let n = model.degrees();
+    let last = ["attractor", "periods", "outcome"].map(String::from);
+    let first = ["method", "h"].map(String::from).into_iter();
+    first.chain(numbered("q", n)).chain(numbered("p", n)).chain(last).collect()
+}
+
+/// The outcome of a run that reaches no attractor in time.
+pub const UNSETTLED: &str = "unsettled";
+
+/// The map of a method and a step.
+#[derive(Clone, Debug)]
+pub struct BasinMap {
+    /// The method.
+    pub row: &'static Row,
+    /// The step.
+    pub h: f64,
+    /// The attractors. That of number n stands at n - 1.
+    pub attractors: Vec<Known>,
+    /// The cells, row by row from the least value of the second axis.
+    pub cells: Vec<Cell>,
+}
+
+/// The outcome of one initial state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// The index of the attractor.
+    pub attractor: Option<usize>,
+    /// Returns until it was known.
+    pub periods: u64,
+    /// How the run ended.
+    pub ending: Ending,
+}
+
+impl Basins {
+    /// The map of a method with steps of nearly h.
+    ///
+    /// # Errors
+    /// Invalid input, such as a method that does not apply.
+    pub fn run(
+        &self,
+        row: &'static Row,
+        h_near: f64,
+        progress: &dyn Progress,
+    ) -> Result<BasinMap, InputError> {
+        let h = self.section.grid(&self.problem.model, h_near)?.h;
+        let size = self.axes[0].values.len() * self.axes[1].values.len();
+        let mut map = BasinMap { row, h, attractors: Vec::new(), cells: Vec::new() };
+        let mut cells: Vec<Option<Cell>> = vec![None; size];
+        let ensemble = Ensemble { row, parameter: "", section: &self.section, h: h_near, progress };
+        for i in self.samples() {
+            self.discover(&ensemble, i, &mut map.attractors, &mut cells)?;
+        }
+        loop {
+            let open: Vec<usize> = (0..size).filter(|&i| cells[i].is_none()).collect();
+            let Some(&first) = open.first() else { break };
+            let watch = |&i: &usize| {
+                Ok((self.member(i)?, Nearby::new(self, &map.attractors, self.longest)))
+            };
+            let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
+            let ended = ensemble.follow(members)?;
+            for (&i, (watch, ending)) in open.iter().zip(ended) {
+                if watch.reached.is_some() || !ending.is_completed() {
+                    let (attractor, periods) = (watch.reached, watch.returns);
+                    cells[i] = Some(Cell { attractor, periods, ending });
+                }
+            }
+            // Each pass decides the first of the open cells.
+            let next = (first..size).find(|&i| cells[i].is_none());
+            if let Some(next) = next {
+                self.discover(&ensemble, next, &mut map.attractors, &mut cells)?;
+            }
+        }
+        map.cells = cells.into_iter().flatten().collect();
+        Ok(map)
+    }
+
+    /// Follows one run until it shows an attractor, and adds that to the others if it is new.
+    fn discover(
+        &self,
+        ensemble: &Ensemble<'_>,
+        i: usize,
+        attractors: &mut Vec<Known>,
+        cells: &mut [Option<Cell>],
+    ) -> Result<(), InputError> {
+        if cells[i].is_some() {
+            return Ok(());
+        }
+        let nearby = Nearby::new(self, attractors, self.longest);
+        let watch = Found::new(nearby);
+        let Some((watch, mut ending)) = ensemble.follow(vec![(self.member(i)?, watch)])?.pop()
+        else {
+            return Ok(());
+        };
+        let (reached, periods, found) = watch.ended();
+        let room = attractors.len() < MOST_ATTRACTORS;
+        let attractor = match (reached, found) {
+            (Some(reached), _) => Some(reached),
+            (None, Some(found)) if ending.is_completed() && room => {
+                attractors.push(found);
+                Some(attractors.len() - 1)
+            }
+            _ => None,
+        };
+        if attractor.is_none() && ending.is_completed() {
+            ending.outcome = UNSETTLED;
+        }
+        cells[i] = Some(Cell { attractor, periods, ending });
+        Ok(())
+    }
+
+    /// The cells whose runs look for attractors first: some that are spread over the grid.
+    fn samples(&self) -> Vec<usize> {
+        let [width, height] = self.axes.each_ref().map(|axis| axis.values.len());
+        let places = |count: usize| {
+            let samples = SAMPLES.min(count);
+            (0..samples).map(move |k| (2 * k + 1) * count / (2 * samples))
+        };
+        places(height).flat_map(|row| places(width).map(move |x| row * width + x)).collect()
+    }
+
+    /// The initial state of a cell.
+    pub fn start(&self, i: usize) -> [Vec<f64>; 2] {
+        let width = self.axes[0].values.len();
+        let (mut q, mut p) = (self.problem.q.clone(), self.problem.p.clone());
+        for (axis, at) in self.axes.iter().zip([i % width, i / width]) {
+            let part = if axis.variable == Variable::Q { &mut q } else { &mut p };
+            part[axis.dof] = axis.values[at];
+        }
+        [q, p]
+    }
+
+    fn member(&self, i: usize) -> Result<Member, InputError> {
+        let [q, p] = self.start(i);
+        let problem = Problem { q, p, ..self.problem.clone() };
+        let start = problem.start()?;
+        Ok(Member { value: 0.0, model: problem.model, start })
+    }
+
+    /// The rows of the table.
+    pub fn rows<'a>(&'a self, map: &'a BasinMap) -> impl Iterator<Item = BasinRow> + 'a {
+        map.cells.iter().enumerate().map(|(i, cell)| {
+            let [q, p] = self.start(i);
+            BasinRow {
+                method: map.row.name,
+                h: map.h,
+                q,
+                p,
+                attractor: cell.attractor.map_or(0, |attractor| attractor + 1),
+                periods: cell.periods,
+                outcome: cell.ending.outcome,
+            }
+        })
+    }
+}
+
+impl BasinMap {
+    /// Numbers the attractors as those of a reference that they are like; new ones follow.
+    pub fn renumber(&mut self, reference: &Self) {
+        let mut order: Vec<Option<usize>> = vec![None; self.attractors.len()];
+        for (n, exact) in reference.attractors.iter().enumerate() {
+            let free = (0..self.attractors.len()).filter(|&k| order[k].is_none());
+            let nearest = free
+                .map(|k| (k, exact.distance(&self.attractors[k])))
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((k, distance)) = nearest
+                && distance <= Known::ALIKE
+            {
+                order[k] = Some(n);
+            }
+        }
+        let mut next = reference.attractors.len();
+        let order: Vec<usize> = order
+            .into_iter()
+            .map(|known| {
+                known.unwrap_or_else(|| {
+                    next += 1;
+                    next - 1
+                })
+            })
+            .collect();
+        for cell in &mut self.cells {
+            cell.attractor = cell.attractor.map(|k| order[k]);
+        }
+        let mut numbered: Vec<_> = reference.attractors.iter().cloned().map(Some).collect();
+        numbered.resize(next, None);
+        for (known, n) in self.attractors.drain(..).zip(order) {
+            numbered[n] = Some(known);
+        }
+        self.attractors = numbered.into_iter().flatten().collect();
+    }
+
+    /// The share of the cells that reach each attractor.
+    pub fn shares(&self) -> Vec<f64> {
+        let share = |k| {
+            let cells = self.cells.iter().filter(|cell| cell.attractor == Some(k)).count();
+            cells as f64 / self.cells.len().max(1) as f64
+        };
+        (0..self.attractors.len()).map(share).collect()
+    }
+
+    /// The uncertainty exponent α of the boundary (Grebogi and others 1983): the share of cells with
+    /// a cell of another attractor beside them at a distance ε grows like ε^α, and the dimension of
+    /// the boundary is 2 - α. None if there is no boundary.
+    pub fn uncertainty(&self, width: usize) -> Option<f64> {
+        let at = |i: usize| self.cells[i].attractor;
+        let share = |apart: usize| {
+            let differs = |&i: &usize| at(i) != at(i - apart) || at(i) != at(i + apart);
+            let inner = |i: &usize| (apart..width - apart).contains(&(i % width));
+            let all = (0..self.cells.len()).filter(inner);
+            let count = all.clone().count();
+            all.filter(differs).count() as f64 / count.max(1) as f64
+        };
+        let points: Vec<(f64, f64)> = [1, 2, 4, 8]
+            .into_iter()
+            .filter(|&apart| 4 * apart < width)
+            .map(|apart| (apart as f64, share(apart)))
+            .filter(|point| point.1 > 0.0)
+            .map(|(apart, share)| (apart.ln(), share.ln()))
+            .collect();
+        fit(&points).map(|fit| fit.slope)
+    }
+}
+
+impl Watch for Found<'_> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        self.add(n, point(self.periods(), self.dof(), state).concat())
+    }
+}
+
+impl Watch for Nearby<'_> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        let at = point(&self.periods, self.dof, state).concat();
+        self.compare(n, &at)
+    }
+}

@@ -1,0 +1,247 @@
+//! Resonance: amplitude and energy per period of the steady motion, against the frequency of the
+//! drive.
+//!
+//! Each frequency begins where the one before ended, upwards and downwards, so that both branches of
+//! a hysteresis are seen. In a steady motion the energy supplied in a period is the energy
+//! dissipated. A motion that does not repeat over the measured periods is marked as unsteady.
+
+use super::Problem;
+use super::bifurcation::Way;
+use super::numbered;
+use super::outcome::Ending;
+use super::section::{Section, point, rewind};
+use super::stability::MapError;
+use super::zero::{at_zero, copy};
+use crate::Model;
+use crate::progress::Progress;
+use crate::scene::Spacing;
+use afterbay_core::{Grid, IntegrateError, State, StateRef, System, accounts};
+use afterbay_methods::registry::{Row, Run};
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// The word of a motion that does not repeat over the measured periods.
+pub const UNSTEADY: &str = "unsteady";
+/// The largest change of the state over the measured periods of a steady motion, relative to its
+/// size.
+const STEADY: f64 = 1e-6;
+
+/// A resonance curve of a problem.
+#[derive(Clone, Debug)]
+pub struct Resonance {
+    /// The system and the initial state.
+    pub problem: Problem,
+    /// The name of the parameter that changes the period of the drive.
+    pub parameter: String,
+    /// Its values.
+    pub values: Vec<f64>,
+    /// The spacing of the values.
+    pub spacing: Spacing,
+    /// Periods before those that are measured.
+    pub transient: u64,
+    /// Periods that are measured.
+    pub periods: u64,
+}
+
+/// A row of `resonance.csv`, under the [`columns`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResonanceRow {
+    /// Name of the method, or "reference".
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// The angular frequency 2π/P of the drive with period P.
+    pub frequency: f64,
+    /// `up` or `down`: the order in which frequencies are taken.
+    pub branch: Way,
+    /// max |q_j| over the measured periods, one entry for each degree of freedom.
+    pub amplitude: Vec<Option<f64>>,
+    /// The energy that the drive supplies in a period, the mean of the measured periods.
+    pub supplied: Option<f64>,
+    /// The energy dissipated in a period.
+    pub dissipated: Option<f64>,
+    /// The value of the parameter.
+    pub value: f64,
+    /// `completed`, `unsteady`, or the failure.
+    pub outcome: &'static str,
+    /// The failure in words.
+    #[serde(skip)]
+    pub failure: Option<String>,
+}
+
+/// The names of the columns: `method,h,frequency,branch,amplitude_1..amplitude_N,supplied,dissipated,
+/// value,outcome`.
+pub fn columns(model: &Model) -> Vec<String> {
+    let names = ["method", "h", "frequency", "branch"].map(String::from).into_iter();
+    let last = ["supplied", "dissipated", "value", "outcome"].map(String::from);
+    names.chain(numbered("amplitude_", model.degrees())).chain(last).collect()
+}
+
+impl Resonance {
+    /// The section of one period.
+    pub const SECTION: Section = Section::Stroboscopic { interval: None };
+
+    /// The curve of a method with steps of nearly h: frequencies upwards, then downwards.
+    ///
+    /// # Errors
+    /// Invalid input. A run that fails has a row without amplitudes, and the next begins at the
+    /// initial state.
+    pub fn run(
+        &self,
+        row: &'static Row,
+        h: f64,
+        progress: &dyn Progress,
+    ) -> Result<Vec<ResonanceRow>, MapError> {
+        let branch = |way| move || self.branch(row, h, way, progress);
+        let (up, down) = rayon::join(branch(Way::Up), branch(Way::Down));
+        let mut rows = up?;
+        rows.extend(down?);
+        Ok(rows)
+    }
+
+    fn branch(
+        &self,
+        row: &'static Row,
+        h: f64,
+        way: Way,
+        progress: &dyn Progress,
+    ) -> Result<Vec<ResonanceRow>, MapError> {
+        let mut values = self.values.clone();
+        if way == Way::Down {
+            values.reverse();
+        }
+        let mut state: State<Vec<f64>> = self.problem.start()?;
+        let mut rows = Vec::new();
+        for value in values {
+            if progress.stopped() {
+                break;
+            }
+            let model = self.problem.model.with(&self.parameter, value)?;
+            let (run, grid) = (model.bind(row)?, Self::SECTION.grid(&model, h)?);
+            let frequency = std::f64::consts::TAU / (grid.h * grid.steps as f64);
+            let found = self.steady(&model, &run, grid, &mut state);
+            if let Err(IntegrateError::Input(error)) = found {
+                return Err(error.into());
+            }
+            let ending = match &found {
+                Ok(steady) if steady.returned > STEADY => unsteady(),
+                _ => Ending::of(&found, 0, 0),
+            };
+            let steady = found.ok();
+            if steady.is_none() {
+                state = self.problem.start()?;
+            }
+            rows.push(ResonanceRow {
+                method: row.name,
+                h: grid.h,
+                frequency,
+                branch: way,
+                amplitude: match &steady {
+                    Some(steady) => steady.amplitude.iter().copied().map(Some).collect(),
+                    None => vec![None; model.degrees()],
+                },
+                supplied: steady.as_ref().map(|steady| steady.supplied),
+                dissipated: steady.as_ref().map(|steady| steady.dissipated),
+                value,
+                outcome: ending.outcome,
+                failure: ending.failure,
+            });
+            progress.advance();
+        }
+        if way == Way::Down {
+            rows.reverse();
+        }
+        Ok(rows)
+    }
+
+    /// Measures the motion from `state` after the transient. `state` is then at its end.
+    fn steady(
+        &self,
+        model: &Model,
+        run: &Run<f64>,
+        grid: Grid<f64>,
+        state: &mut State<Vec<f64>>,
+    ) -> Result<Steady, IntegrateError> {
+        let (dof, driven) = (model.degrees(), model.driven());
+        for _ in 0..self.transient {
+            run.run(grid, state, grid.steps, &mut |_, _| ControlFlow::Continue(()))?;
+            rewind(&mut state.q, &mut state.t, dof);
+        }
+        // The accounts begin anew, so that what a period adds is not rounded to their sum.
+        state.p[dof..].fill(0.0);
+        state.w.fill(0.0);
+        let system = model.system::<f64>()?;
+        let start = point(&model.periods(), dof, state.state_ref());
+        let mut amplitude: Vec<f64> = state.q[..dof].iter().map(|q| q.abs()).collect();
+        for _ in 0..self.periods {
+            let mut turns = Turns::new(&*system, state, dof);
+            run.run(grid, state, 1, &mut |step, now| {
+                if step > 0 {
+                    turns.see(run, grid.h, now, &mut amplitude);
+                }
+                ControlFlow::Continue(())
+            })?;
+            rewind(&mut state.q, &mut state.t, dof);
+        }
+        let [w, s] = accounts(state.state_ref(), driven);
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
+        let end = point(&model.periods(), dof, state.state_ref());
+        let off = start.iter().flatten().zip(end.iter().flatten()).map(|(a, b)| (a - b).abs());
+        let size = start.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
+        let returned = off.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE);
+        Ok(Steady { amplitude, supplied: mean(&s), dissipated: mean(&w), returned })
+    }
+}
+
+/// The ending of a run whose motion does not repeat.
+fn unsteady() -> Ending {
+    Ending { outcome: UNSTEADY, failure: None }
+}
+
+/// The measures of a steady motion.
+struct Steady {
+    amplitude: Vec<f64>,
+    supplied: f64,
+    dissipated: f64,
+    /// The change of the state over the measured periods, relative to its size.
+    returned: f64,
+}
+
+/// Looks for the states at which a coordinate turns back, where its velocity changes sign.
+struct Turns<'a> {
+    system: &'a dyn System<f64>,
+    dof: usize,
+    before: State<Vec<f64>>,
+    velocity: Vec<f64>,
+}
+
+impl<'a> Turns<'a> {
+    fn new(system: &'a dyn System<f64>, state: &State<Vec<f64>>, dof: usize) -> Self {
+        let velocity = velocity(system, state.state_ref());
+        Self { system, dof, before: state.clone(), velocity }
+    }
+
+    /// Raises the amplitudes to those between the last state and this one.
+    fn see(&mut self, run: &Run<f64>, h: f64, now: StateRef<'_, f64>, amplitude: &mut [f64]) {
+        let after = velocity(self.system, now);
+        for j in 0..self.dof {
+            let (from, to) = (self.velocity[j], after[j]);
+            let mut most = now.q[j].abs();
+            if from * to < 0.0 {
+                let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
+                let turn = at_zero(run, h, distance, (&self.before, from), (now, to));
+                most = most.max(turn.q[j].abs());
+            }
+            amplitude[j] = amplitude[j].max(most);
+        }
+        copy(now, &mut self.before);
+        self.velocity = after;
+    }
+}
+
+/// ∂H/∂p
+fn velocity(system: &dyn System<f64>, state: StateRef<'_, f64>) -> Vec<f64> {
+    let [mut hq, mut v] = [(); 2].map(|()| vec![0.0; state.q.len()]);
+    system.gradient(state.q, state.p, &mut hq, &mut v);
+    v
+}
