@@ -8,15 +8,15 @@
 //! the equations stay regular where dλ/ds = 0. The unknowns are measured by their sizes, λ by the
 //! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977), 359-384.
 //!
-//! Where a test function changes its sign ([`Event`]), the bifurcation is located in s by regula
-//! falsi. At a period doubling the branch of cycles of twice the period begins along the eigenvector
+//! Where a test function changes its sign ([`Event`]), the bifurcation is located in s
+//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along the eigenvector
 //! of the multiplier -1, and may be followed instead.
 
 use super::cycle::Cycle;
 use super::event::{self, EVENTS, Tests};
 use super::shooting::{Condition, Image, Shooting, Solved};
 use super::{CycleFailure, Event, Point, phase, steps};
-use afterbay_core::IntegrateError;
+use afterbay_core::{IntegrateError, zero_within};
 use faer::Mat;
 
 /// The longest step along the branch, and the first, measured by the sizes of the unknowns.
@@ -34,9 +34,8 @@ const MOST_POINTS: usize = 5_000;
 /// The steps become shorter by this factor at each period doubling: the distance of the states of a
 /// cycle from those of the cycle before falls by Feigenbaum's α = 2.50.
 const ALPHA: f64 = 2.5;
-/// The accuracy in s to which bifurcations are located, and the most cycles computed for it.
-const LOCATED: f64 = 1e-11;
-const MOST_LOCATING: usize = 60;
+/// The value of a test function that counts as 0, relative to those between which it is.
+const LOCATED: f64 = 1e-10;
 
 /// A branch of cycles in a parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +87,7 @@ impl Branch {
 }
 
 /// A cycle on the branch.
+#[derive(Clone)]
 struct Place {
     x: Vec<f64>,
     /// The direction of the branch, of length 1, measured by the sizes of the unknowns.
@@ -184,7 +184,7 @@ impl Walk<'_> {
             let events =
                 if self.fresh { Vec::new() } else { event::between(&self.at.tests, &next.tests) };
             for index in events {
-                let found = self.locate(&next, ds, index)?;
+                let found = self.locate(next.clone(), index);
                 if !event::is_real(EVENTS[index], &found.cycle) {
                     continue;
                 }
@@ -257,39 +257,19 @@ impl Walk<'_> {
         Ok(self.solve(guess().collect(), there)?.0)
     }
 
-    /// The cycle between the present place and the next, at a distance of at most ds, at which a
-    /// test function is 0. Regula falsi with the rule of Illinois (Dowell and Jarratt 1971).
-    fn locate(&self, next: &Place, ds: f64, index: usize) -> Result<Place, CycleFailure> {
-        let far = {
-            let scales = &self.shooting.scales;
-            let off =
-                next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
-            dot(&off.collect::<Vec<_>>(), &self.at.along).min(ds)
-        };
-        let (mut low, mut high) = ((0.0, self.at.tests[index]), (far, next.tests[index]));
-        let mut moved = None;
-        let mut found = None;
-        for _ in 0..MOST_LOCATING {
-            let s = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let (place, _) = self.step(s)?;
+    /// The cycle between the present place and the next at which a test function is 0.
+    fn locate(&self, next: Place, index: usize) -> Place {
+        let scales = &self.shooting.scales;
+        let off = next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
+        let far = dot(&off.collect::<Vec<_>>(), &self.at.along);
+        let ends = (self.at.tests[index], next.tests[index]);
+        let rounding = LOCATED * ends.0.abs().max(ends.1.abs());
+        let within = |share: f64| {
+            let (place, _) = self.step(share * far).ok()?;
             let value = place.tests[index];
-            let is_high = (value > 0.0) == (high.1 > 0.0);
-            if is_high {
-                high = (s, value);
-                low.1 *= if moved == Some(true) { 0.5 } else { 1.0 };
-            } else {
-                low = (s, value);
-                high.1 *= if moved == Some(false) { 0.5 } else { 1.0 };
-            }
-            moved = Some(is_high);
-            let last: Option<(f64, Place)> = found.replace((s, place));
-            let near = last.is_some_and(|(last, _)| (last - s).abs() <= LOCATED * far);
-            if near || value == 0.0 || high.0 - low.0 <= LOCATED * far {
-                break;
-            }
-        }
-        let none = CycleFailure::NotConverged { correction: far, iterations: MOST_LOCATING };
-        found.map(|(_, place)| place).ok_or(none)
+            Some((if value.abs() <= rounding { 0.0 } else { value }, place))
+        };
+        zero_within(ends, next, within).1
     }
 
     /// Goes over to the cycles of twice the period at a period doubling.

@@ -3,13 +3,11 @@
 use super::CycleFailure;
 use super::shooting::{Image, Shooting};
 use crate::Model;
-use afterbay_core::{State, with_motors};
-use afterbay_methods::registry::{Row, Run};
+use crate::study::zero::at_zero;
+use afterbay_core::{State, StateRef, with_motors};
+use afterbay_methods::registry::Row;
 use faer::Mat;
 use serde::Serialize;
-
-/// The halvings of a step in search of a turning point: all that `f64` resolves.
-const HALVINGS: usize = 53;
 
 /// A complex number, as its real and imaginary parts.
 pub type Complex = [f64; 2];
@@ -84,8 +82,8 @@ fn multipliers(matrix: &Mat<f64>) -> Result<Vec<Complex>, CycleFailure> {
     Ok(values)
 }
 
-/// max |q_j| over a cycle. Between two steps at which ∂H/∂p_j has opposite signs, bisection finds the
-/// shorter step at whose end it is 0.
+/// max |q_j| over a cycle. Where ∂H/∂p_j changes its sign within a step, the state at which it is 0
+/// counts as well.
 fn amplitude(
     model: &Model,
     row: &'static Row,
@@ -94,53 +92,33 @@ fn amplitude(
 ) -> Result<Vec<f64>, CycleFailure> {
     let (run, n, motors) = (model.bind(row)?, model.degrees(), model.driven().len());
     let system = model.system::<f64>()?;
-    let (mut hq, mut hp) = (vec![0.0; n + motors], vec![0.0; n + motors]);
-    let mut velocities = |state: &State<Vec<f64>>| {
-        system.gradient(&state.q, &state.p, &mut hq, &mut hp);
-        hp[..n].to_vec()
+    let velocities = |state: StateRef<'_, f64>| {
+        let (mut hq, mut hp) = (vec![0.0; n + motors], vec![0.0; n + motors]);
+        system.gradient(state.q, state.p, &mut hq, &mut hp);
+        hp
     };
     let state = |k: usize| {
         let (q, p) = path[k].split_at(n);
         let t = h * k as f64;
-        let state = State { q: q.to_vec(), p: p.to_vec(), w: vec![0.0; n], t };
-        with_motors(&state, motors)
+        with_motors(&State { q: q.to_vec(), p: p.to_vec(), w: vec![0.0; n], t }, motors)
     };
-    let mut most: Vec<f64> =
-        (0..n).map(|j| path.iter().map(|z| z[j].abs()).fold(0.0, f64::max)).collect();
-    let mut before = velocities(&state(0));
+    let mut most = vec![0.0_f64; n];
+    let mut raise = |j: usize, q: &[f64]| most[j] = most[j].max(q[j].abs());
+    let mut before = state(0);
+    let mut last = velocities(before.state_ref());
     for k in 1..path.len() {
-        let after = velocities(&state(k));
-        for j in (0..n).filter(|&j| before[j] * after[j] < 0.0) {
-            let turn = turning_point(&run, h, &state(k - 1), |state| {
-                (velocities(state)[j] > 0.0) == (before[j] > 0.0)
-            });
-            most[j] = turn.map_or(most[j], |turn| most[j].max(turn.q[j].abs()));
+        let after = state(k);
+        let now = velocities(after.state_ref());
+        for j in 0..n {
+            raise(j, &after.q);
+            if last[j] * now[j] < 0.0 {
+                let ends = ((&before, last[j]), (after.state_ref(), now[j]));
+                raise(j, &at_zero(&run, h, |state| velocities(state)[j], ends.0, ends.1).q);
+            }
         }
-        before = after;
+        (before, last) = (after, now);
     }
     Ok(most)
-}
-
-/// The end of the longest step from a state at which `holds`, which holds at the start. None where a
-/// shorter step fails.
-fn turning_point(
-    run: &Run<f64>,
-    h: f64,
-    from: &State<Vec<f64>>,
-    mut holds: impl FnMut(&State<Vec<f64>>) -> bool,
-) -> Option<State<Vec<f64>>> {
-    let (mut low, mut high, mut found) = (0.0, 1.0, None);
-    for _ in 0..HALVINGS {
-        let share = f64::midpoint(low, high);
-        let mut state = from.clone();
-        run.step(share * h, &mut state).ok()?;
-        if holds(&state) {
-            (low, found) = (share, Some(state));
-        } else {
-            high = share;
-        }
-    }
-    found
 }
 
 #[cfg(test)]

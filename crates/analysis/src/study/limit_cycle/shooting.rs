@@ -62,6 +62,7 @@ pub(super) struct Condition {
 }
 
 /// A run over n steps, and its derivatives.
+#[derive(Clone)]
 pub(super) struct Image {
     /// The states (q, p) at the ends of the steps, the start included.
     pub(super) path: Vec<Vec<f64>>,

@@ -91,7 +91,9 @@ impl Frame {
         let diagonal = qr.thin_R().diagonal();
         let size = growth.logs.len();
         let logs: Vec<f64> = (0..size).map(|i| diagonal[i].abs().ln()).collect();
-        let log_det = jacobian.determinant().abs().ln();
+        // The sum of logarithms does not overflow where the determinant would.
+        let pivots = jacobian.partial_piv_lu();
+        let log_det: f64 = pivots.U().diagonal().column_vector().iter().map(|x| x.abs().ln()).sum();
         if !(logs.iter().all(|log| log.is_finite()) && log_det.is_finite()) {
             return Err(Stop::Singular { t: from.t });
         }
