@@ -6,8 +6,10 @@ mod bifurcation;
 mod energy;
 mod figures;
 mod global_orders;
+mod limit_cycle;
 mod local_orders;
 mod long_run;
+mod lyapunov;
 mod pick;
 mod poincare;
 mod resonance;
@@ -105,6 +107,12 @@ fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportE
     }
     if let Some(plan) = &studies.basins {
         parts.push(("basins", Box::new(|| basins::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.lyapunov {
+        parts.push(("lyapunov", Box::new(|| lyapunov::sheet(scene, plan, progress))));
+    }
+    if let Some(plan) = &studies.limit_cycle {
+        parts.push(("limit-cycle", Box::new(|| limit_cycle::sheet(scene, plan, progress))));
     }
     let mut sheets = Vec::new();
     for (name, part) in parts {

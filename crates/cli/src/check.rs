@@ -136,6 +136,17 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         let detail = format!("{steps}, {width} by {height} initial states, {section}");
         add("basins", &plan.methods, detail);
     }
+    if let Some(plan) = &studies.lyapunov {
+        let (study, steps) = (&plan.study, steps(plan.steps.len()));
+        let detail = format!("{steps}, {} rows over t = {}", study.rows, study.time);
+        add("lyapunov", &plan.methods, detail);
+    }
+    if let Some(plan) = &studies.limit_cycle {
+        let branch = plan.study.branch.as_ref();
+        let along = branch.map(|to| format!(", {} from {} to {}", to.parameter, to.from, to.to));
+        let detail = format!("{}{}", steps(plan.steps.len()), along.unwrap_or_default());
+        add("limit-cycle", &plan.methods, detail);
+    }
     if let Some(sweep) = &scene.sweep {
         let detail = format!("{} points over {}", sweep.points.len(), sweep.names.join(", "));
         add("sweep", &[], detail);

@@ -5,6 +5,7 @@ mod dynamics;
 mod event;
 mod figures;
 mod sweep;
+mod tangents;
 
 pub(super) use drive::DriveTable;
 pub(super) use dynamics::{
@@ -14,6 +15,7 @@ pub(super) use event::{ActionName, EventTable};
 pub(super) use figures::FigureTable;
 pub use figures::{UnitsTable, Variable};
 pub(super) use sweep::{SweepTable, Varied};
+pub(super) use tangents::{LimitCycleTable, LyapunovTable};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -277,6 +279,12 @@ pub struct StudyTables {
     /// The attractors that a grid of initial states reaches.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub basins: Option<BasinsTable>,
+    /// Lyapunov exponents.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lyapunov: Option<LyapunovTable>,
+    /// A limit cycle, or a branch of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit_cycle: Option<LimitCycleTable>,
 }
 
 /// Local errors on a base grid.

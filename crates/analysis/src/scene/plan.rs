@@ -6,7 +6,9 @@ use crate::observable::Observable;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Bifurcation;
 use crate::study::events::EventPlan;
+use crate::study::limit_cycle::LimitCycle;
 use crate::study::local_order::LocalOrder;
+use crate::study::lyapunov::Lyapunov;
 use crate::study::poincare::Poincare;
 use crate::study::resonance::Resonance;
 use afterbay_methods::registry::{REFERENCE, Row};
@@ -87,6 +89,10 @@ pub struct Studies {
     pub resonance: Option<DynamicsPlan<Resonance>>,
     /// The attractors of a grid of initial states.
     pub basins: Option<DynamicsPlan<Basins>>,
+    /// Lyapunov exponents.
+    pub lyapunov: Option<DynamicsPlan<Lyapunov>>,
+    /// A limit cycle, or a branch of them.
+    pub limit_cycle: Option<DynamicsPlan<LimitCycle>>,
 }
 
 impl Studies {
@@ -113,6 +119,8 @@ impl Studies {
             bifurcation,
             resonance,
             basins,
+            lyapunov,
+            limit_cycle,
         } = self;
         let work = work_precision.as_ref();
         let lists = [
@@ -127,6 +135,8 @@ impl Studies {
             bifurcation.as_ref().map(|plan| &plan.methods),
             resonance.as_ref().map(|plan| &plan.methods),
             basins.as_ref().map(|plan| &plan.methods),
+            lyapunov.as_ref().map(|plan| &plan.methods),
+            limit_cycle.as_ref().map(|plan| &plan.methods),
         ];
         lists.into_iter().flatten().map(Vec::as_slice).collect()
     }

@@ -4,6 +4,7 @@ mod budget;
 mod dynamics;
 mod events;
 mod figures;
+mod tangents;
 mod values;
 
 use super::document::{Document, Expression, ParameterTable, RunTable, Spacing, Spread};
@@ -195,6 +196,8 @@ impl Planner<'_> {
         studies.bifurcation = self.bifurcation()?;
         studies.resonance = self.resonance()?;
         studies.basins = self.basins()?;
+        studies.lyapunov = self.lyapunov()?;
+        studies.limit_cycle = self.limit_cycle()?;
         Ok(studies)
     }
 

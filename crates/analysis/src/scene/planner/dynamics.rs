@@ -32,21 +32,21 @@ const LONGEST: u64 = 1000;
 const INTERVAL: f64 = 1.0;
 
 /// What the tables of these studies have in common.
-struct Common<'a> {
-    path: &'a str,
-    methods: Option<&'a Vec<String>>,
-    steps: Option<&'a Spread>,
-    section: Option<&'a SectionTable>,
-    interval: Option<f64>,
-    reference: Option<bool>,
+pub(super) struct Common<'a> {
+    pub(super) path: &'a str,
+    pub(super) methods: Option<&'a Vec<String>>,
+    pub(super) steps: Option<&'a Spread>,
+    pub(super) section: Option<&'a SectionTable>,
+    pub(super) interval: Option<f64>,
+    pub(super) reference: Option<bool>,
 }
 
 /// The methods and the steps of a study, that of the reference last, and its section.
-struct Settings {
-    methods: Vec<&'static Row>,
-    steps: Vec<f64>,
-    reference: Option<f64>,
-    section: Section,
+pub(super) struct Settings {
+    pub(super) methods: Vec<&'static Row>,
+    pub(super) steps: Vec<f64>,
+    pub(super) reference: Option<f64>,
+    pub(super) section: Section,
 }
 
 impl Planner<'_> {
@@ -196,7 +196,7 @@ impl Planner<'_> {
         Ok(Some(plan))
     }
 
-    fn settings(&self, common: &Common<'_>) -> Planned<Settings> {
+    pub(super) fn settings(&self, common: &Common<'_>) -> Planned<Settings> {
         let path = common.path;
         let methods = self.fixed_methods(path, common.methods)?;
         let steps = match common.steps {

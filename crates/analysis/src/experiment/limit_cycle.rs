@@ -1,0 +1,188 @@
+//! Limit cycles of each method beside those of the reference, and their branches.
+
+use super::poincare::of_reference;
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, fixed, list, sci};
+use crate::progress::Progress;
+use crate::report::Verdict;
+use crate::scene::{DynamicsPlan, Scene, Variable};
+use crate::sheet::{ReportError, Sheet, decimal, line, scientific};
+use crate::study::limit_cycle::{self, Cycle, Cycles, Event, LimitCycle};
+use crate::study::outcome::COMPLETED;
+use afterbay_methods::registry::REFERENCE;
+use rayon::prelude::*;
+
+/// The table from which the chart is made.
+const DATA: &str = "limit_cycle";
+/// The label of the reference.
+const EXACT: &str = REFERENCE.name;
+/// The most bifurcations that a sentence names.
+const MOST_NAMED: usize = 6;
+
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<LimitCycle>,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Limit cycle");
+    let DynamicsPlan { study, .. } = plan;
+    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
+    let parameter = study.branch.as_ref().map(|branch| branch.parameter.as_str());
+    progress.begin("limit cycle", settings.len());
+    let found = settings
+        .par_iter()
+        .map(|&(row, h)| {
+            let found = study.run(row, h, progress);
+            progress.advance();
+            found
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let rows: Vec<_> =
+        found.iter().flat_map(|cycles| cycles.rows(parameter, model.degrees())).collect();
+    sheet.wide_data(DATA, &limit_cycle::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|cycles| {
+        cycles.ending.record("limit-cycle", model.name(), cycles.row.name, cycles.h)
+    }));
+    let along = parameter.map_or(String::new(), |name| {
+        format!(" The branch is followed in {name}; a value may occur more than once.")
+    });
+    sheet.text(format!(
+        "The cycle of each method near its state at t = {}: n steps that lead back to their start, \
+         found by Newton's method. The amplitude is max |q1|, at steps and between them. The \
+         multipliers are those by which small displacements grow over a period; the cycle is stable \
+         if all are less than 1, but for the one along a cycle without a drive.{along}{}",
+        study.transient,
+        of_reference(plan.reference),
+    ));
+    let mut readings = Readings::default();
+    let exact = found.iter().find(|cycles| cycles.row.name == EXACT).and_then(first);
+    for cycles in &found {
+        let (label, cycle) = (label(cycles), first(cycles));
+        readings.add(&label, "run", cycles.ending.outcome);
+        readings.add(&label, "period", cycle.map(|cycle| cycle.period));
+        readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
+        readings.add(&label, "multiplier", cycle.and_then(largest));
+        if let Some((cycle, exact)) = cycle.zip(exact).filter(|_| cycles.row.name != EXACT) {
+            let off = (cycle.period - exact.period).abs() / exact.period;
+            readings.add(&label, "period off", off);
+            let off = (cycle.amplitude[0] - exact.amplitude[0]).abs() / exact.amplitude[0];
+            readings.add(&label, "amplitude off", off);
+        }
+        if let Some(parameter) = parameter {
+            readings.add(&label, "bifurcations", bifurcations(cycles, parameter));
+        }
+    }
+    let table = found.iter().map(|cycles| {
+        let (label, cycle) = (label(cycles), first(cycles));
+        let number = |what: &str| Some(readings.number(&label, what)).filter(|x| !x.is_nan());
+        vec![
+            label.clone(),
+            cycles.ending.describe(),
+            decimal(cycle.map(|cycle| cycle.period)),
+            decimal(cycle.map(|cycle| cycle.amplitude[0])),
+            scientific(number("multiplier")),
+            scientific(number("period off")),
+            scientific(number("amplitude off")),
+        ]
+    });
+    let header = [
+        "method and step",
+        "run",
+        "period",
+        "amplitude of q1",
+        "largest multiplier",
+        "relative error of the period",
+        "of the amplitude",
+    ];
+    sheet.table(&header, table.collect());
+    sheet.find("Limit cycle", readings, what_is_seen);
+    if let Some(parameter) = parameter {
+        let chart = LineChart {
+            title: format!("Amplitude against {parameter}"),
+            x: Axis::linear(parameter),
+            y: Axis::linear(scene.units.variable(Variable::Q, "amplitude of q1")),
+            curves: found.iter().map(|cycles| line(&label(cycles), points(cycles))).collect(),
+            guides: Vec::new(),
+        };
+        sheet.show("limit-cycle", &chart, "Stable and unstable cycles.", DATA);
+    }
+    Ok(sheet)
+}
+
+/// A method and its step.
+fn label(cycles: &Cycles) -> String {
+    match cycles.row.name {
+        EXACT => EXACT.into(),
+        name => format!("{name}, h = {:.4}", cycles.h),
+    }
+}
+
+fn first(cycles: &Cycles) -> Option<&Cycle> {
+    cycles.points.first().map(|point| &point.cycle)
+}
+
+fn points(cycles: &Cycles) -> Vec<(f64, f64)> {
+    let place = |cycle: &Cycle| Some((cycle.value?, cycle.amplitude[0]));
+    cycles.points.iter().filter_map(|point| place(&point.cycle)).collect()
+}
+
+/// The largest |μ| of a nontrivial multiplier.
+fn largest(cycle: &Cycle) -> Option<f64> {
+    cycle.nontrivial().iter().map(|[re, im]| re.hypot(*im)).reduce(f64::max)
+}
+
+/// The bifurcations of a branch, in words.
+fn bifurcations(cycles: &Cycles, parameter: &str) -> String {
+    let all: Vec<String> = cycles
+        .points
+        .iter()
+        .filter_map(|point| Some((point.event?, point.cycle.value?)))
+        .map(|(event, value)| {
+            let name = match event {
+                Event::Fold => "fold",
+                Event::Branching => "branching",
+                Event::PeriodDoubling => "period doubling",
+                Event::NeimarkSacker => "torus",
+            };
+            format!("{name} at {parameter} = {value:.6}")
+        })
+        .collect();
+    let more = all.len().saturating_sub(MOST_NAMED);
+    let named = list(all.into_iter().take(MOST_NAMED));
+    if more > 0 { format!("{named}, and {more} more") } else { named }
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let one = |label: &str| {
+        let number = |what: &str| r.number(label, what);
+        if number("period").is_nan() {
+            return format!("{label}: no cycle ({})", r.word(label, "run"));
+        }
+        let stable = if number("multiplier") < 1.0 { "stable" } else { "unstable" };
+        let off = match number("period off") {
+            off if off.is_nan() => String::new(),
+            off => {
+                let amplitude = sci(number("amplitude off"));
+                format!(", off by {} of the period and {amplitude} of the amplitude", sci(off))
+            }
+        };
+        let events = match r.word(label, "bifurcations") {
+            "" => String::new(),
+            events => format!("; bifurcations: {events}"),
+        };
+        let end = match r.word(label, "run") {
+            COMPLETED => String::new(),
+            run => format!(" (the branch ends: {run})"),
+        };
+        format!(
+            "{label}: period {}, amplitude {}, {stable} (largest multiplier {}){off}{events}{end}",
+            fixed(number("period"), 6),
+            fixed(number("amplitude"), 6),
+            sci(number("multiplier")),
+        )
+    };
+    let all = r.of_all("run");
+    let done = all.iter().all(|label| r.word(label, "run") == COMPLETED);
+    let verdict = if done { Verdict::Note } else { Verdict::Fails };
+    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+}

@@ -1,0 +1,143 @@
+//! Lyapunov exponents of each method beside those of the reference.
+
+use super::poincare::of_reference;
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, fixed};
+use crate::progress::Progress;
+use crate::report::Verdict;
+use crate::scene::{DynamicsPlan, Scene};
+use crate::sheet::{ReportError, Sheet, decimal, line};
+use crate::study::lyapunov::{self, Lyapunov, Spectrum};
+use crate::study::outcome::COMPLETED;
+use afterbay_methods::registry::REFERENCE;
+use rayon::prelude::*;
+
+/// The table from which the chart is made.
+const DATA: &str = "lyapunov";
+/// The label of the reference.
+const EXACT: &str = REFERENCE.name;
+/// The standard errors beyond which two numbers differ.
+const DIFFERENT: f64 = 3.0;
+
+pub(super) fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<Lyapunov>,
+    progress: &dyn Progress,
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Lyapunov exponents");
+    let DynamicsPlan { study, .. } = plan;
+    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
+    progress.begin("Lyapunov exponents", settings.len());
+    let found = settings
+        .par_iter()
+        .map(|&(row, h)| {
+            let found = study.run(row, h, progress);
+            progress.advance();
+            found
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let rows: Vec<_> = found.iter().flat_map(|spectrum| &spectrum.rows).collect();
+    sheet.wide_data(DATA, &lyapunov::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|spectrum| {
+        spectrum.ending.record("lyapunov", model.name(), spectrum.row.name, spectrum.h)
+    }));
+    sheet.text(format!(
+        "The mean rates at which small displacements of (q, p) grow under the steps of a method, over \
+         t = {} after {} that are not measured. Each has the standard error that its {} intervals \
+         show. The sum of the exponents is that at which volumes grow, and the divergence of the \
+         equations is its value as h → 0. A largest exponent above 0 by {DIFFERENT} standard errors \
+         counts as chaos.{}",
+        study.time,
+        study.transient,
+        study.rows,
+        of_reference(plan.reference),
+    ));
+    let mut readings = Readings::default();
+    for spectrum in &found {
+        let (label, last) = (label(spectrum), spectrum.rows.last());
+        readings.add(&label, "run", spectrum.ending.outcome);
+        let done = last.filter(|_| spectrum.ending.is_completed());
+        readings.add(&label, "largest", done.and_then(|row| row.exponents[0]));
+        readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
+        readings.add(&label, "sum", done.and_then(|row| row.sum));
+        readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
+    }
+    let table = found.iter().map(|spectrum| {
+        let last = spectrum.rows.last();
+        let number = |of: fn(&lyapunov::LyapunovRow) -> Option<f64>| decimal(last.and_then(of));
+        vec![
+            label(spectrum),
+            spectrum.ending.outcome.to_owned(),
+            number(|row| row.exponents[0]),
+            number(|row| row.standard_errors[0]),
+            number(|row| row.exponents.last().copied().flatten()),
+            number(|row| row.sum),
+            number(|row| row.mean_divergence),
+        ]
+    });
+    let header = [
+        "method and step",
+        "run",
+        "largest exponent",
+        "standard error",
+        "least exponent",
+        "sum",
+        "mean divergence",
+    ];
+    sheet.table(&header, table.collect());
+    sheet.find("Lyapunov exponents", readings, what_is_seen);
+    let chart = LineChart {
+        title: "Largest Lyapunov exponent".into(),
+        x: Axis::linear("time of the measurement"),
+        y: Axis::linear("mean over the time so far"),
+        curves: found
+            .iter()
+            .map(|spectrum| {
+                let points =
+                    spectrum.rows.iter().filter_map(|row| Some((row.t, row.exponents[0]?)));
+                line(&label(spectrum), points.collect())
+            })
+            .collect(),
+        guides: Vec::new(),
+    };
+    sheet.show("lyapunov", &chart, "Its convergence.", DATA);
+    Ok(sheet)
+}
+
+/// A method and its step.
+fn label(spectrum: &Spectrum) -> String {
+    match spectrum.row.name {
+        EXACT => EXACT.into(),
+        name => format!("{name}, h = {:.4}", spectrum.h),
+    }
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let exact = (r.number(EXACT, "largest"), r.number(EXACT, "standard error"));
+    let one = |label: &str| {
+        let run = r.word(label, "run");
+        if run != COMPLETED {
+            return format!("{label}: {run}");
+        }
+        let (largest, error) = (r.number(label, "largest"), r.number(label, "standard error"));
+        let kind = if largest > DIFFERENT * error { "chaos" } else { "no chaos" };
+        let apart = (largest - exact.0).abs() / error.hypot(exact.1);
+        let beside = match label {
+            EXACT => "",
+            _ if apart > DIFFERENT => ", not that of the reference",
+            _ if apart <= DIFFERENT => ", as the reference within the errors",
+            _ => "",
+        };
+        format!(
+            "{label}: largest exponent {} ± {}{beside} ({kind}), sum {} where the divergence is {}",
+            fixed(largest, 4),
+            fixed(error, 4),
+            fixed(r.number(label, "sum"), 5),
+            fixed(r.number(label, "divergence"), 5),
+        )
+    };
+    let all = r.of_all("run");
+    let done = all.iter().all(|label| r.word(label, "run") == COMPLETED);
+    let verdict = if done { Verdict::Note } else { Verdict::Fails };
+    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+}

@@ -1,0 +1,297 @@
+//! A branch of cycles in a parameter λ, by pseudo-arclength continuation.
+//!
+//! ```text
+//! Φ(z; T, λ) = z        t · (x - x0 - s t) = 0        x = (z, T, λ)
+//! ```
+//!
+//! x0 is the cycle before and t the direction of the branch there, so that folds are no obstacle:
+//! the equations stay regular where dλ/ds = 0. The unknowns are measured by their sizes, λ by the
+//! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977), 359-384.
+//!
+//! Where a test function changes its sign ([`Event`]), the bifurcation is located in s
+//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along the eigenvector
+//! of the multiplier -1, and may be followed instead.
+
+use super::cycle::Cycle;
+use super::event::{self, EVENTS, Tests};
+use super::shooting::{Condition, Image, Shooting, Solved};
+use super::{CycleFailure, Event, Point, phase, steps};
+use afterbay_core::{IntegrateError, zero_within};
+use faer::Mat;
+
+/// The longest step along the branch, and the first, measured by the sizes of the unknowns.
+const LONGEST: f64 = 0.05;
+const FIRST: f64 = 0.01;
+/// The shortest step. Where it is too long, the branch ends with the failure.
+const SHORTEST: f64 = 1e-7;
+/// The cosine of the largest angle between two directions.
+const STRAIGHT: f64 = 0.9;
+/// Corrections of Newton's method below which steps become longer, and above which shorter.
+const EASY: usize = 4;
+const HARD: usize = 7;
+/// The most cycles of a branch.
+const MOST_POINTS: usize = 5_000;
+/// The steps become shorter by this factor at each period doubling: the distance of the states of a
+/// cycle from those of the cycle before falls by Feigenbaum's α = 2.50.
+const ALPHA: f64 = 2.5;
+/// The value of a test function that counts as 0, relative to those between which it is.
+const LOCATED: f64 = 1e-10;
+
+/// A branch of cycles in a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch {
+    /// The name of the parameter, of the system or of the drive.
+    pub parameter: String,
+    /// The value at which the branch begins.
+    pub from: f64,
+    /// The value at which it ends. It also ends where it comes back to the first value.
+    pub to: f64,
+    /// The number of period doublings to be found, if it is not 0. The branch goes over to the cycles
+    /// of twice the period at each of them, and ends at the last. Otherwise it goes on with cycles
+    /// that are no longer stable.
+    pub doublings: usize,
+}
+
+impl Branch {
+    /// Follows the branch from a cycle, and adds its cycles to `points`.
+    ///
+    /// # Errors
+    /// The failure at which the branch ends before its end.
+    pub(super) fn follow<'a>(
+        &'a self,
+        mut shooting: Shooting<'a>,
+        solved: Solved,
+        h: f64,
+        points: &mut Vec<Point>,
+    ) -> Result<(), CycleFailure> {
+        let mut x = solved.x;
+        x.push(self.from);
+        shooting.parameter = Some(&self.parameter);
+        shooting.scales.push((self.to - self.from).abs());
+        let image = shooting.image(&x)?;
+        let along = (self.to - self.from).signum();
+        let mut toward = vec![0.0; x.len()];
+        toward[x.len() - 1] = along;
+        let at = Place::new(&shooting, x, image, &toward)?;
+        points.push(Point { cycle: at.cycle.clone(), event: None });
+        let mut walk = Walk { branch: self, h, shooting, at, longest: LONGEST, fresh: false };
+        for doublings in 1.. {
+            let goes = walk.advance(points, self.doublings > 0)?;
+            if goes == Goes::Ends || doublings == self.doublings {
+                break;
+            }
+            walk.double()?;
+        }
+        Ok(())
+    }
+}
+
+/// A cycle on the branch.
+#[derive(Clone)]
+struct Place {
+    x: Vec<f64>,
+    /// The direction of the branch, of length 1, measured by the sizes of the unknowns.
+    along: Vec<f64>,
+    image: Image,
+    cycle: Cycle,
+    tests: Tests,
+}
+
+impl Place {
+    /// A cycle, with the direction that points toward another one.
+    fn new(
+        shooting: &Shooting<'_>,
+        x: Vec<f64>,
+        image: Image,
+        toward: &[f64],
+    ) -> Result<Self, CycleFailure> {
+        let phase = shooting.free().then(|| phase(shooting, &image.path, &x));
+        let size = shooting.size();
+        let rows = size + usize::from(phase.is_some());
+        let matrix = Mat::from_fn(rows, x.len(), |i, j| match &phase {
+            Some(phase) if i == size => phase.normal[j],
+            _ => image.matrix[(i, j)] / shooting.scales[i],
+        });
+        let mut along = null_vector(&matrix)?;
+        if dot(&along, toward) < 0.0 {
+            along.iter_mut().for_each(|x| *x = -*x);
+        }
+        let cycle = Cycle::of(shooting, &x, &image)?;
+        let tests = event::tests(&cycle, along[x.len() - 1]);
+        Ok(Self { x, along, image, cycle, tests })
+    }
+}
+
+/// The direction that a matrix with one row less than columns sends to 0, of length 1.
+fn null_vector(matrix: &Mat<f64>) -> Result<Vec<f64>, CycleFailure> {
+    let svd = matrix.svd().map_err(|_| CycleFailure::NoMultipliers)?;
+    let vectors = svd.V();
+    Ok(vectors.col(vectors.ncols() - 1).iter().copied().collect())
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// How a branch goes on.
+#[derive(PartialEq, Eq)]
+enum Goes {
+    /// It is at its end.
+    Ends,
+    /// It is at a period doubling, whose cycles are followed.
+    Doubles,
+}
+
+/// A branch under way.
+struct Walk<'a> {
+    branch: &'a Branch,
+    h: f64,
+    shooting: Shooting<'a>,
+    at: Place,
+    /// The longest step.
+    longest: f64,
+    /// Whether the branch begins here at another one, so that a multiplier is 1 and the test
+    /// functions have no sign yet.
+    fresh: bool,
+}
+
+impl Walk<'_> {
+    /// Goes along the branch to its end, or to the first period doubling if `doubles`.
+    fn advance(&mut self, points: &mut Vec<Point>, doubles: bool) -> Result<Goes, CycleFailure> {
+        let mut ds = FIRST.min(self.longest) * if self.fresh { 0.2 } else { 1.0 };
+        while points.len() < MOST_POINTS {
+            self.set_steps()?;
+            let (next, corrections) = match self.step(ds) {
+                Ok((next, _)) if dot(&next.along, &self.at.along) < STRAIGHT && ds > SHORTEST => {
+                    ds /= 2.0;
+                    continue;
+                }
+                Ok(found) => found,
+                Err(CycleFailure::Run(IntegrateError::Interrupted)) => {
+                    return Err(IntegrateError::Interrupted.into());
+                }
+                Err(failure) if ds <= SHORTEST => return Err(failure),
+                Err(_) => {
+                    ds /= 2.0;
+                    continue;
+                }
+            };
+            let limit = self.left_through(&next);
+            let next = match limit {
+                Some(limit) => self.at_value(&next, limit)?,
+                None => next,
+            };
+            let events =
+                if self.fresh { Vec::new() } else { event::between(&self.at.tests, &next.tests) };
+            for index in events {
+                let found = self.locate(next.clone(), index);
+                if !event::is_real(EVENTS[index], &found.cycle) {
+                    continue;
+                }
+                points.push(Point { cycle: found.cycle.clone(), event: Some(EVENTS[index]) });
+                if EVENTS[index] == Event::PeriodDoubling && doubles {
+                    self.at = found;
+                    return Ok(Goes::Doubles);
+                }
+            }
+            points.push(Point { cycle: next.cycle.clone(), event: None });
+            (self.at, self.fresh) = (next, false);
+            if limit.is_some() {
+                return Ok(Goes::Ends);
+            }
+            if corrections <= EASY {
+                ds = (1.5 * ds).min(self.longest);
+            } else if corrections >= HARD {
+                ds /= 1.5;
+            }
+        }
+        Ok(Goes::Ends)
+    }
+
+    /// n for steps of nearly h at the present place.
+    fn set_steps(&mut self) -> Result<(), CycleFailure> {
+        let shooting = &mut self.shooting;
+        let model = shooting.model_at(&self.at.x)?;
+        let period = shooting.period(&model, &self.at.x)?;
+        shooting.steps = steps(&model, self.h, shooting.multiple, period)?;
+        Ok(())
+    }
+
+    /// The cycle at the distance ds along the branch, and the number of corrections it took.
+    fn step(&self, ds: f64) -> Result<(Place, usize), CycleFailure> {
+        let Place { x, along, .. } = &self.at;
+        let scales = &self.shooting.scales;
+        let guess = || x.iter().zip(along).zip(scales).map(|((x, t), scale)| x + ds * t * scale);
+        let there = Condition { normal: along.clone(), at: guess().collect() };
+        self.solve(guess().collect(), there)
+    }
+
+    /// Solves the equations from a guess under a condition.
+    fn solve(&self, guess: Vec<f64>, there: Condition) -> Result<(Place, usize), CycleFailure> {
+        let Place { x, along, image, .. } = &self.at;
+        let shooting = &self.shooting;
+        let phase = shooting.free().then(|| phase(shooting, &image.path, x));
+        let conditions: Vec<_> = phase.into_iter().chain([there]).collect();
+        let Solved { x, image, corrections, .. } = shooting.solve(guess, &conditions)?;
+        Ok((Place::new(shooting, x, image, along)?, corrections))
+    }
+
+    /// The end of the range of λ through which the branch leaves it, if it does.
+    fn left_through(&self, next: &Place) -> Option<f64> {
+        let Branch { from, to, .. } = self.branch;
+        let value = *next.x.last()?;
+        let beyond = |end: f64, other: f64| (value - end) * (end - other) >= 0.0;
+        [(*to, *from), (*from, *to)]
+            .into_iter()
+            .find(|&(end, other)| beyond(end, other))
+            .map(|x| x.0)
+    }
+
+    /// The cycle at a value of λ between the present place and the next.
+    fn at_value(&self, next: &Place, value: f64) -> Result<Place, CycleFailure> {
+        let (x, last) = (&self.at.x, self.at.x.len() - 1);
+        let share = (value - x[last]) / (next.x[last] - x[last]);
+        let guess = || x.iter().zip(&next.x).map(|(a, b)| a + share * (b - a));
+        let mut there = Condition { normal: vec![0.0; last + 1], at: guess().collect() };
+        (there.normal[last], there.at[last]) = (1.0, value);
+        Ok(self.solve(guess().collect(), there)?.0)
+    }
+
+    /// The cycle between the present place and the next at which a test function is 0.
+    fn locate(&self, next: Place, index: usize) -> Place {
+        let scales = &self.shooting.scales;
+        let off = next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
+        let far = dot(&off.collect::<Vec<_>>(), &self.at.along);
+        let ends = (self.at.tests[index], next.tests[index]);
+        let rounding = LOCATED * ends.0.abs().max(ends.1.abs());
+        let within = |share: f64| {
+            let (place, _) = self.step(share * far).ok()?;
+            let value = place.tests[index];
+            Some((if value.abs() <= rounding { 0.0 } else { value }, place))
+        };
+        zero_within(ends, next, within).1
+    }
+
+    /// Goes over to the cycles of twice the period at a period doubling.
+    fn double(&mut self) -> Result<(), CycleFailure> {
+        let (size, scales) = (self.shooting.size(), &self.shooting.scales);
+        let monodromy = &self.at.image.monodromy;
+        let matrix = Mat::from_fn(size, size, |i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            (monodromy[(i, j)] + unit) * scales[j] / scales[i]
+        });
+        let mut along = null_vector(&matrix)?;
+        along.resize(self.at.x.len(), 0.0);
+        let shooting = &mut self.shooting;
+        if shooting.free() {
+            self.at.x[size] *= 2.0;
+            shooting.scales[size] *= 2.0;
+        }
+        shooting.multiple = shooting.multiple.map(|multiple| 2 * multiple);
+        self.set_steps()?;
+        self.at.image = self.shooting.image(&self.at.x)?;
+        (self.at.along, self.fresh) = (along, true);
+        self.longest /= ALPHA;
+        Ok(())
+    }
+}

@@ -1,0 +1,150 @@
+//! A cycle: its amplitude and its multipliers.
+
+use super::CycleFailure;
+use super::shooting::{Image, Shooting};
+use crate::Model;
+use crate::study::zero::at_zero;
+use afterbay_core::{State, StateRef, with_motors};
+use afterbay_methods::registry::Row;
+use faer::Mat;
+use serde::Serialize;
+
+/// A complex number, as its real and imaginary parts.
+pub type Complex = [f64; 2];
+
+/// A cycle of a method.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cycle {
+    /// The value of the parameter along a branch.
+    pub value: Option<f64>,
+    /// The step, T/n.
+    pub h: f64,
+    /// T
+    pub period: f64,
+    /// Its number of periods of the drive; none without a drive.
+    pub multiple: Option<u64>,
+    /// q and p of one of its states; under a drive, that at the start of its period.
+    pub start: [Vec<f64>; 2],
+    /// max |q_j| of each degree of freedom, at steps and at turning points between them.
+    pub amplitude: Vec<f64>,
+    /// The eigenvalues of ∂Φ/∂z, the largest first.
+    pub multipliers: Vec<Complex>,
+}
+
+impl Cycle {
+    /// The cycle that solves the equations at the unknowns x.
+    pub(super) fn of(
+        shooting: &Shooting<'_>,
+        x: &[f64],
+        image: &Image,
+    ) -> Result<Self, CycleFailure> {
+        let (model, n) = (shooting.model_at(x)?, shooting.size() / 2);
+        let (q, p) = x[..2 * n].split_at(n);
+        let h = image.period / shooting.steps as f64;
+        Ok(Self {
+            value: shooting.parameter.and(x.last().copied()),
+            h,
+            period: image.period,
+            multiple: shooting.multiple,
+            start: [q.to_vec(), p.to_vec()],
+            amplitude: amplitude(&model, shooting.row, h, &image.path)?,
+            multipliers: multipliers(&image.monodromy)?,
+        })
+    }
+
+    /// The multipliers but the one that every cycle without a drive has, whose displacement is along
+    /// the cycle: the nearest to 1.
+    pub fn nontrivial(&self) -> Vec<Complex> {
+        let mut all = self.multipliers.clone();
+        if self.multiple.is_none() {
+            let off = |[re, im]: &Complex| (re - 1.0).hypot(*im);
+            let nearest = (0..all.len()).min_by(|&a, &b| off(&all[a]).total_cmp(&off(&all[b])));
+            nearest.map(|nearest| all.remove(nearest));
+        }
+        all
+    }
+
+    /// Whether small displacements of the cycle decay.
+    pub fn is_stable(&self) -> bool {
+        self.nontrivial().iter().all(|[re, im]| re.hypot(*im) < 1.0)
+    }
+}
+
+/// The eigenvalues of a matrix, the largest first.
+fn multipliers(matrix: &Mat<f64>) -> Result<Vec<Complex>, CycleFailure> {
+    let values = matrix.eigenvalues().map_err(|_| CycleFailure::NoMultipliers)?;
+    let mut values: Vec<Complex> = values.iter().map(|z| [z.re, z.im]).collect();
+    if values.iter().flatten().any(|x| !x.is_finite()) {
+        return Err(CycleFailure::NoMultipliers);
+    }
+    let size = |[re, im]: &Complex| re.hypot(*im);
+    values.sort_by(|a, b| size(b).total_cmp(&size(a)).then(b[1].total_cmp(&a[1])));
+    Ok(values)
+}
+
+/// max |q_j| over a cycle. Where ∂H/∂p_j changes its sign within a step, the state at which it is 0
+/// counts as well.
+fn amplitude(
+    model: &Model,
+    row: &'static Row,
+    h: f64,
+    path: &[Vec<f64>],
+) -> Result<Vec<f64>, CycleFailure> {
+    let (run, n, motors) = (model.bind(row)?, model.degrees(), model.driven().len());
+    let system = model.system::<f64>()?;
+    let velocities = |state: StateRef<'_, f64>| {
+        let (mut hq, mut hp) = (vec![0.0; n + motors], vec![0.0; n + motors]);
+        system.gradient(state.q, state.p, &mut hq, &mut hp);
+        hp
+    };
+    let state = |k: usize| {
+        let (q, p) = path[k].split_at(n);
+        let t = h * k as f64;
+        with_motors(&State { q: q.to_vec(), p: p.to_vec(), w: vec![0.0; n], t }, motors)
+    };
+    let mut most = vec![0.0_f64; n];
+    let mut raise = |j: usize, q: &[f64]| most[j] = most[j].max(q[j].abs());
+    let mut before = state(0);
+    let mut last = velocities(before.state_ref());
+    for k in 1..path.len() {
+        let after = state(k);
+        let now = velocities(after.state_ref());
+        for j in 0..n {
+            raise(j, &after.q);
+            if last[j] * now[j] < 0.0 {
+                let ends = ((&before, last[j]), (after.state_ref(), now[j]));
+                raise(j, &at_zero(&run, h, |state| velocities(state)[j], ends.0, ends.1).q);
+            }
+        }
+        (before, last) = (after, now);
+    }
+    Ok(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_trivial_multiplier_is_left_out() {
+        let cycle = |multiple| Cycle {
+            value: None,
+            h: 0.1,
+            period: 1.0,
+            multiple,
+            start: [vec![0.0], vec![0.0]],
+            amplitude: vec![1.0],
+            multipliers: vec![[-1.2, 0.0], [1.0 + 1e-9, 0.0], [0.3, 0.0]],
+        };
+        assert_eq!(cycle(None).nontrivial(), [[-1.2, 0.0], [0.3, 0.0]]);
+        assert_eq!(cycle(Some(1)).nontrivial().len(), 3);
+        assert!(!cycle(None).is_stable());
+    }
+
+    #[test]
+    fn multipliers_fall() {
+        let turn = Mat::from_fn(2, 2, |i, j| [[0.0, -0.5], [0.5, 0.0]][i][j]);
+        let found = multipliers(&turn).unwrap();
+        assert!((found[0][1] - 0.5).abs() < 1e-15 && (found[1][1] + 0.5).abs() < 1e-15);
+    }
+}

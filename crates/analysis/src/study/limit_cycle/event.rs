@@ -1,0 +1,115 @@
+//! Bifurcations of cycles along a branch.
+//!
+//! ```text
+//! fold                dλ/ds changes its sign
+//! branching           Π (μ_i - 1) changes its sign, and dλ/ds does not
+//! period doubling     Π (μ_i + 1) changes its sign
+//! Neimark-Sacker      Π_{i<j} (μ_i μ_j - 1) changes its sign, by a complex pair
+//! ```
+//!
+//! The products are over the nontrivial multipliers μ_i. Source: Yu. A. Kuznetsov, Elements of
+//! Applied Bifurcation Theory (2004), section 10.3.
+
+use super::Cycle;
+use super::cycle::Complex;
+use serde::Serialize;
+
+/// The imaginary part above which a multiplier is one of a complex pair.
+const COMPLEX: f64 = 1e-6;
+/// The distance from the unit circle of a pair that a Neimark-Sacker bifurcation has.
+const ON_CIRCLE: f64 = 1e-3;
+
+/// A bifurcation of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Event {
+    /// The branch turns back in the parameter: a multiplier goes through +1.
+    Fold,
+    /// A multiplier goes through +1 where the branch does not turn: another branch crosses it, as
+    /// where a symmetry is lost.
+    Branching,
+    /// A multiplier goes through -1: a cycle of twice the period branches off.
+    PeriodDoubling,
+    /// A complex pair of multipliers goes through the unit circle: a torus branches off.
+    NeimarkSacker,
+}
+
+/// The functions whose changes of sign are bifurcations, in the order of [`EVENTS`].
+pub(super) type Tests = [f64; 4];
+
+/// The events in the order in which they are looked for.
+pub(super) const EVENTS: [Event; 4] =
+    [Event::Fold, Event::Branching, Event::PeriodDoubling, Event::NeimarkSacker];
+
+/// The test functions of a cycle, with dλ/ds.
+pub(super) fn tests(cycle: &Cycle, slope: f64) -> Tests {
+    let all = cycle.nontrivial();
+    let off = |x: f64| all.iter().fold([1.0, 0.0], |all, [re, im]| product(all, [re + x, *im]))[0];
+    let mut pairs = [1.0, 0.0];
+    for (i, &a) in all.iter().enumerate() {
+        for &b in &all[i + 1..] {
+            let [re, im] = product(a, b);
+            pairs = product(pairs, [re - 1.0, im]);
+        }
+    }
+    [slope, off(-1.0), off(1.0), pairs[0]]
+}
+
+/// The bifurcations between two cycles, as indices of [`EVENTS`]. Where the branch turns, a
+/// multiplier goes through +1 as well, which is the same bifurcation.
+pub(super) fn between(before: &Tests, after: &Tests) -> Vec<usize> {
+    let changes = |i: &usize| before[*i] * after[*i] < 0.0;
+    let turns = changes(&0);
+    (0..EVENTS.len())
+        .filter(changes)
+        .filter(|&i| !(turns && EVENTS[i] == Event::Branching))
+        .collect()
+}
+
+/// Whether a cycle at which a test function is 0 has that bifurcation. The product of two real
+/// multipliers may be 1 without one.
+pub(super) fn is_real(event: Event, cycle: &Cycle) -> bool {
+    let on_circle =
+        |[re, im]: &Complex| im.abs() > COMPLEX && (re.hypot(*im) - 1.0).abs() < ON_CIRCLE;
+    event != Event::NeimarkSacker || cycle.nontrivial().iter().any(on_circle)
+}
+
+fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
+    [a * c - b * d, a * d + b * c]
+}
+
+#[cfg(test)]
+mod tests_of_events {
+    use super::*;
+
+    fn cycle(multipliers: &[Complex]) -> Cycle {
+        Cycle {
+            value: Some(1.0),
+            h: 0.1,
+            period: 1.0,
+            multiple: Some(1),
+            start: [vec![0.0], vec![0.0]],
+            amplitude: vec![1.0],
+            multipliers: multipliers.to_vec(),
+        }
+    }
+
+    fn found(before: (&[Complex], f64), after: (&[Complex], f64)) -> Vec<Event> {
+        let [before, after] = [before, after].map(|(all, slope)| tests(&cycle(all), slope));
+        between(&before, &after).into_iter().map(|i| EVENTS[i]).collect()
+    }
+
+    #[test]
+    fn each_bifurcation_is_named() {
+        let real = |a: f64, b: f64| [[a, 0.0], [b, 0.0]];
+        let pair = |r: f64| [[r * 0.6, r * 0.8], [r * 0.6, -r * 0.8]];
+        let still = real(0.5, 0.3);
+        assert_eq!(found((&still, 1.0), (&real(0.9, 0.1), 1.0)), []);
+        assert_eq!(found((&still, 1.0), (&real(1.1, 0.1), -1.0)), [Event::Fold]);
+        assert_eq!(found((&still, 1.0), (&real(1.1, 0.1), 1.0)), [Event::Branching]);
+        assert_eq!(found((&still, 1.0), (&real(-1.1, 0.1), 1.0)), [Event::PeriodDoubling]);
+        assert_eq!(found((&pair(0.9), 1.0), (&pair(1.1), 1.0)), [Event::NeimarkSacker]);
+        assert!(is_real(Event::NeimarkSacker, &cycle(&pair(1.0))));
+        assert!(!is_real(Event::NeimarkSacker, &cycle(&real(2.0, 0.5))));
+    }
+}

@@ -1,0 +1,269 @@
+//! Lyapunov exponents: the mean rates at which small displacements of (q, p) grow under the steps of
+//! a method.
+//!
+//! ```text
+//! J_k Q_k = Q_{k+1} R_k        λ_i = (1/t) Σ_k ln |R_k,ii|        t = Σ_k h
+//! ```
+//!
+//! J_k is the Jacobian of step k ([`Tangent`]), the columns of Q_k are 2N orthonormal vectors, and
+//! R_k is triangular. So these are the exponents of the map that the method is, and those of the
+//! equations come from a reference with small steps, in the same way. Sources: G. Benettin and
+//! others, Meccanica 15 (1980) 9-20 and 21-30; I. Shimada and T. Nagashima, Prog. Theor. Phys. 61
+//! (1979) 1605-1616; J.-P. Eckmann and D. Ruelle, Rev. Mod. Phys. 57 (1985) 617-656; K. Geist,
+//! U. Parlitz and W. Lauterborn, Prog. Theor. Phys. 83 (1990) 875-893.
+//!
+//! Two figures check the sum. The mean of ln |det J_k|/h is computed by LU decomposition, and must
+//! equal it to rounding. The mean of the divergence of the equations, -Σ ∂D_j/∂p_j, is what it
+//! converges to as h → 0.
+//!
+//! The standard error is that of the mean of the rates over the intervals between two rows:
+//! s/√n, with s the standard deviation of n rates. It counts intervals as independent. This holds
+//! in chaos if an interval is much longer than the time in which correlations decay. In periodic
+//! and quasiperiodic motion the error falls as 1/t, and the standard error overestimates it.
+
+mod growth;
+
+use super::outcome::Ending;
+use super::section::Section;
+use super::tangent::Tangent;
+use super::{Problem, numbered};
+use crate::Model;
+use crate::progress::{Piece, Progress};
+use afterbay_core::{Grid, InputError, IntegrateError, State};
+use afterbay_methods::registry::{Row, Run};
+use growth::{Divergence, Frame, Growth, Stop};
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// Steps between two looks at whether the user wants to stop.
+const STEPS_BETWEEN_LOOKS: u64 = 1024;
+
+/// The Lyapunov exponents of a problem.
+#[derive(Clone, Debug)]
+pub struct Lyapunov {
+    /// The system, the initial state, and the end of time, which is not used.
+    pub problem: Problem,
+    /// The time before the exponents are measured, in which the motion comes to its attractor.
+    /// Over its last part, as long as the interval between two rows, the vectors turn to their
+    /// directions.
+    pub transient: f64,
+    /// The time over which they are measured.
+    pub time: f64,
+    /// The number of rows of each method, at equally spaced times.
+    pub rows: u64,
+}
+
+/// A row of `lyapunov.csv`, under the [`columns`]. A run that fails has a last row with the time it
+/// reached.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LyapunovRow {
+    /// Name of the method, or "reference".
+    pub method: &'static str,
+    /// The step.
+    pub h: f64,
+    /// The time over which the exponents are measured, that of the transient not included.
+    pub t: f64,
+    /// λ_1 to λ_2N, in the order in which the vectors are orthogonalised, in which they fall.
+    pub exponents: Vec<Option<f64>>,
+    /// Their standard errors; none in the first row.
+    pub standard_errors: Vec<Option<f64>>,
+    /// Σ λ_i
+    pub sum: Option<f64>,
+    /// The mean of ln |det J|/h.
+    pub mean_log_det: Option<f64>,
+    /// The mean of -Σ ∂D_j/∂p_j over the states; none for a system without second derivatives.
+    pub mean_divergence: Option<f64>,
+    /// How the run ended.
+    pub outcome: &'static str,
+}
+
+/// The names of the columns:
+/// `method,h,t,exponent_1..2N,standard_error_1..2N,sum,mean_log_det,mean_divergence,outcome`.
+pub fn columns(model: &Model) -> Vec<String> {
+    let names = ["method", "h", "t"].map(String::from).into_iter();
+    let last = ["sum", "mean_log_det", "mean_divergence", "outcome"].map(String::from);
+    let n = 2 * model.degrees();
+    let numbers = numbered("exponent_", n).chain(numbered("standard_error_", n));
+    names.chain(numbers).chain(last).collect()
+}
+
+/// The exponents of a method and a step.
+#[derive(Clone, Debug)]
+pub struct Spectrum {
+    /// The method.
+    pub row: &'static Row,
+    /// The step.
+    pub h: f64,
+    /// One row for each time.
+    pub rows: Vec<LyapunovRow>,
+    /// How the run ended.
+    pub ending: Ending,
+}
+
+impl Spectrum {
+    /// λ_1 to λ_2N over the whole time; none if the run did not reach its end.
+    pub fn exponents(&self) -> Option<Vec<f64>> {
+        let last = self.rows.last().filter(|_| self.ending.is_completed())?;
+        last.exponents.iter().copied().collect()
+    }
+}
+
+impl Lyapunov {
+    /// The exponents of a method with steps of h. Where the drive has a period, the steps divide
+    /// it, and are of nearly h.
+    ///
+    /// # Errors
+    /// Invalid input. A run that fails keeps the rows it has.
+    pub fn run(
+        &self,
+        row: &'static Row,
+        h: f64,
+        progress: &dyn Progress,
+    ) -> Result<Spectrum, InputError> {
+        let model = &self.problem.model;
+        let h = match model.drive_period() {
+            Some(_) => Section::Stroboscopic { interval: None }.grid(model, h)?.h,
+            None => Grid::<f64>::of(h, 1)?.h,
+        };
+        let rows = self.rows.max(1);
+        let between = self.steps(self.time / rows as f64, h)?.max(1);
+        let before = if self.transient == 0.0 { 0 } else { self.steps(self.transient, h)? };
+        let turning = before.min(between);
+        let mut walk = Walk::new(&self.problem, row, (h, before + rows * between), progress)?;
+        let (mut piece, none) = (Piece::new(progress), Growth::new(2 * model.degrees()));
+        let (mut intervals, mut found) = (Vec::new(), Vec::new());
+        let mut result = walk
+            .take(before - turning, None, &mut piece)
+            .and_then(|()| walk.take(turning, Some(&mut none.clone()), &mut piece));
+        while result.is_ok() && (intervals.len() as u64) < rows {
+            let mut growth = none.clone();
+            result = walk.take(between, Some(&mut growth), &mut piece);
+            if growth.steps > 0 {
+                intervals.push(growth);
+                found.push(of_intervals(&intervals, row.name, h));
+            }
+        }
+        let ending = result.err().unwrap_or_else(Ending::completed);
+        if found.is_empty() {
+            found.push(of_intervals(&[none], row.name, h));
+        }
+        found.iter_mut().for_each(|row| row.outcome = ending.outcome);
+        Ok(Spectrum { row, h, rows: found, ending })
+    }
+
+    /// The number of steps in a time.
+    fn steps(&self, time: f64, h: f64) -> Result<u64, InputError> {
+        if !(time > 0.0 && time.is_finite()) {
+            return Err(InputError::End { end: time });
+        }
+        Ok((time / h).round() as u64)
+    }
+}
+
+/// The row that the growth over intervals gives. All but the last have the same number of steps.
+fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovRow {
+    let size = intervals[0].logs.len();
+    let t = h * intervals.iter().map(|growth| growth.steps).sum::<u64>() as f64;
+    let mean = |of: &dyn Fn(&Growth) -> f64| {
+        let total: f64 = intervals.iter().map(of).sum();
+        (t > 0.0).then_some(total / t)
+    };
+    let exponents: Vec<_> = (0..size).map(|i| mean(&|growth| growth.logs[i])).collect();
+    let standard_error = |i: usize| {
+        let n = intervals.len() as f64;
+        let mean = exponents[i].filter(|_| n > 1.0)?;
+        let off = |growth: &Growth| growth.logs[i] / (h * growth.steps as f64) - mean;
+        let square: f64 = intervals.iter().map(|growth| off(growth).powi(2)).sum();
+        Some((square / (n * (n - 1.0))).sqrt())
+    };
+    LyapunovRow {
+        method,
+        h,
+        t,
+        standard_errors: (0..size).map(standard_error).collect(),
+        sum: exponents.iter().copied().sum(),
+        exponents,
+        mean_log_det: mean(&|growth| growth.log_det),
+        mean_divergence: mean(&|growth| h * growth.divergence.unwrap_or(f64::NAN))
+            .filter(|x| x.is_finite()),
+        outcome: "",
+    }
+}
+
+/// A run under way.
+struct Walk<'a> {
+    run: Run<f64>,
+    tangent: Tangent,
+    divergence: Divergence,
+    frame: Frame,
+    /// The number of degrees of freedom that are not motors.
+    dof: usize,
+    h: f64,
+    state: State<Vec<f64>>,
+    /// The steps done, and all that will be.
+    done: u64,
+    all: u64,
+    progress: &'a dyn Progress,
+}
+
+impl<'a> Walk<'a> {
+    fn new(
+        problem: &Problem,
+        row: &'static Row,
+        (h, all): (f64, u64),
+        progress: &'a dyn Progress,
+    ) -> Result<Self, InputError> {
+        let (model, state) = (&problem.model, problem.start()?);
+        let dof = model.degrees();
+        let (run, tangent) = (model.bind(row)?, Tangent::new(model, row)?);
+        let (divergence, frame) = (Divergence::new(model)?, Frame::new(2 * dof));
+        Ok(Self { run, tangent, divergence, frame, dof, h, state, done: 0, all, progress })
+    }
+
+    /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of the
+    /// method in `f64`, as every other study has it; only the derivatives are taken in 106 bits.
+    ///
+    /// # Errors
+    /// How the run ended before all steps were done.
+    fn take(
+        &mut self,
+        steps: u64,
+        mut growth: Option<&mut Growth>,
+        piece: &mut Piece<'_>,
+    ) -> Result<(), Ending> {
+        if steps == 0 {
+            return Ok(());
+        }
+        self.rewind();
+        let Self { run, tangent, divergence, frame, state, progress, h, done, all, .. } = self;
+        let (grid, stride) =
+            (Grid { h: *h, steps }, if growth.is_some() { 1 } else { STEPS_BETWEEN_LOOKS });
+        let mut broken = Ok(());
+        let result = run.run(grid, state, stride, &mut |step, state| {
+            piece.reach(*done + step, *all);
+            broken = match &mut growth {
+                _ if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() => {
+                    Err(Stop::Run(IntegrateError::Interrupted))
+                }
+                Some(growth) if step < steps => frame
+                    .step((tangent, divergence), grid.h, state, growth)
+                    .map_err(|stop| stop.after(step)),
+                _ => Ok(()),
+            };
+            if broken.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        let result = result.map_err(Stop::Run).and(broken);
+        let before = std::mem::replace(done, *done + steps);
+        result.map_err(|stop| stop.after(before).ending())
+    }
+
+    /// Sets the motors of a drive to the time, which is not accumulated, and empties all accounts.
+    /// Neither changes (q, p).
+    fn rewind(&mut self) {
+        let State { q, p, w, t } = &mut self.state;
+        *t = self.h * self.done as f64;
+        q[self.dof..].fill(*t);
+        p[self.dof..].fill(0.0);
+        w.fill(0.0);
+    }
+}

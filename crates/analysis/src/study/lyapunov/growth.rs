@@ -1,0 +1,151 @@
+//! The growth of tangent vectors over steps.
+
+use crate::Model;
+use crate::study::outcome::Ending;
+use crate::study::tangent::Tangent;
+use afterbay_core::{
+    Block, InputError, IntegrateError, Quad, RunError, Scalar, SecondDerivatives, State, StateRef,
+};
+use faer::Mat;
+use std::sync::Arc;
+
+/// The reason why the growth over a run ends before its time.
+#[derive(Clone, Debug)]
+pub(super) enum Stop {
+    /// The run, or a step from a displaced state, failed.
+    Run(IntegrateError),
+    /// The Jacobian of the step that begins at t is singular to rounding.
+    Singular { t: f64 },
+}
+
+impl Stop {
+    /// The same failure, with the number of its step and its time counted from where the run began:
+    /// it is told of a run that began after `steps` steps.
+    pub(super) fn after(self, steps: u64) -> Self {
+        match self {
+            Self::Run(IntegrateError::Run(error)) => {
+                Self::Run(RunError { step: error.step + steps, ..error }.into())
+            }
+            other => other,
+        }
+    }
+
+    /// The ending of the run.
+    pub(super) fn ending(&self) -> Ending {
+        match self {
+            Self::Run(error) => Ending::of(&Err::<(), _>(error.clone()), 0, 0),
+            Self::Singular { t } => Ending {
+                outcome: "singular-step",
+                failure: Some(format!(
+                    "the Jacobian of the step from t = {t:?} is singular: at least one exponent is \
+                     minus infinity, take another step"
+                )),
+            },
+        }
+    }
+}
+
+/// Sums over the steps of an interval.
+#[derive(Clone, Debug)]
+pub(super) struct Growth {
+    pub(super) steps: u64,
+    /// Σ ln |R_ii|
+    pub(super) logs: Vec<f64>,
+    /// Σ ln |det J|
+    pub(super) log_det: f64,
+    /// The sum of the mean divergence of each step; none for a system without second derivatives.
+    pub(super) divergence: Option<f64>,
+}
+
+impl Growth {
+    /// No steps, with `size` tangent vectors.
+    pub(super) fn new(size: usize) -> Self {
+        Self { steps: 0, logs: vec![0.0; size], log_det: 0.0, divergence: Some(0.0) }
+    }
+}
+
+/// Orthonormal tangent vectors.
+pub(super) struct Frame(Mat<f64>);
+
+impl Frame {
+    /// The unit vectors of 2N dimensions.
+    pub(super) fn new(size: usize) -> Self {
+        Self(Mat::identity(size, size))
+    }
+
+    /// Takes one step from a state, and adds what it does to the vectors.
+    ///
+    /// # Errors
+    /// [`Stop`]; the vectors and the sums are then unchanged.
+    pub(super) fn step(
+        &mut self,
+        (tangent, divergence): (&Tangent, &Divergence),
+        h: f64,
+        from: StateRef<'_, f64>,
+        growth: &mut Growth,
+    ) -> Result<(), Stop> {
+        let mut state = lifted(from);
+        let jacobian =
+            tangent.step_with_jacobian(Quad::from_f64(h), &mut state).map_err(Stop::Run)?;
+        let qr = (&jacobian * &self.0).qr();
+        let diagonal = qr.thin_R().diagonal();
+        let size = growth.logs.len();
+        let logs: Vec<f64> = (0..size).map(|i| diagonal[i].abs().ln()).collect();
+        // The sum of logarithms does not overflow where the determinant would.
+        let pivots = jacobian.partial_piv_lu();
+        let log_det: f64 = pivots.U().diagonal().column_vector().iter().map(|x| x.abs().ln()).sum();
+        if !(logs.iter().all(|log| log.is_finite()) && log_det.is_finite()) {
+            return Err(Stop::Singular { t: from.t });
+        }
+        self.0 = qr.compute_thin_Q();
+        growth.logs.iter_mut().zip(logs).for_each(|(sum, log)| *sum += log);
+        growth.log_det += log_det;
+        growth.steps += 1;
+        let [q, p] =
+            [&state.q, &state.p].map(|part| part.iter().map(|x| x.to_f64()).collect::<Vec<_>>());
+        let ends = [divergence.at(from.q, from.p), divergence.at(&q, &p)];
+        growth.divergence = match (growth.divergence, ends) {
+            (Some(sum), [Some(start), Some(end)]) => Some(sum + f64::midpoint(start, end)),
+            _ => None,
+        };
+        Ok(())
+    }
+}
+
+/// A state in 106 bits.
+fn lifted(state: StateRef<'_, f64>) -> State<Vec<Quad>> {
+    let lift = |part: &[f64]| part.iter().map(|&x| Quad::from_f64(x)).collect();
+    let StateRef { q, p, w, t } = state;
+    State { q: lift(q), p: lift(p), w: lift(w), t: Quad::from_f64(t) }
+}
+
+/// The divergence of the equations.
+pub(super) struct Divergence {
+    system: Option<Arc<dyn SecondDerivatives<f64>>>,
+    /// The number of degrees of freedom that are not motors.
+    dof: usize,
+}
+
+impl Divergence {
+    /// That of a model, if it has second derivatives.
+    ///
+    /// # Errors
+    /// Those of [`Model::system`].
+    pub(super) fn new(model: &Model) -> Result<Self, InputError> {
+        Ok(Self { system: model.system::<f64>()?.second_derivatives(), dof: model.degrees() })
+    }
+
+    /// -Σ ∂D_j/∂p_j at (q, p), which include the motors.
+    fn at(&self, q: &[f64], p: &[f64]) -> Option<f64> {
+        let system = self.system.as_ref()?;
+        let mut sum = 0.0;
+        system.each(q, p, &mut |entries| {
+            for &(block, row, column, value) in entries {
+                if block == Block::Dp && row == column && row < self.dof {
+                    sum -= value;
+                }
+            }
+        });
+        Some(sum)
+    }
+}
