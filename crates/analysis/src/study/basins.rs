@@ -228,17 +228,19 @@ impl Basins {
 }
 
 impl BasinMap {
-    /// Numbers the attractors as those of a reference that they are like; new ones follow.
+    /// Numbers the attractors as those of a reference that they are like, the nearest pairs first;
+    /// new ones follow.
     pub fn renumber(&mut self, reference: &Self) {
-        let mut order: Vec<Option<usize>> = vec![None; self.attractors.len()];
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (n, exact) in reference.attractors.iter().enumerate() {
-            let free = (0..self.attractors.len()).filter(|&k| order[k].is_none());
-            let nearest = free
-                .map(|k| (k, exact.distance(&self.attractors[k])))
-                .min_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((k, distance)) = nearest
-                && distance <= Known::ALIKE
-            {
+            let own = self.attractors.iter().enumerate();
+            pairs.extend(own.map(|(k, own)| (exact.distance(own), n, k)));
+        }
+        pairs.retain(|pair| pair.0 <= Known::ALIKE);
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut order: Vec<Option<usize>> = vec![None; self.attractors.len()];
+        for (_, n, k) in pairs {
+            if order[k].is_none() && !order.contains(&Some(n)) {
                 order[k] = Some(n);
             }
         }

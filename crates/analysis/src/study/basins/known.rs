@@ -34,8 +34,9 @@ pub struct Known {
 }
 
 impl Known {
-    /// The largest distance of attractors of two methods that count as one, relative to their size.
-    pub(super) const ALIKE: f64 = 0.2;
+    /// The largest distance of attractors of two methods that count as one, relative to their size. A
+    /// coarse choice: at large steps a method shifts an attractor by its phase, too.
+    pub(super) const ALIKE: f64 = 0.5;
 
     /// The distance from another attractor, relative to the size of this one; infinite if they are of
     /// different kinds.
