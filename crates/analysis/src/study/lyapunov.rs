@@ -267,3 +267,23 @@ impl<'a> Walk<'a> {
         w.fill(0.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_standard_error_is_that_of_the_mean_of_intervals() {
+        let interval = |log: f64| Growth {
+            steps: 10,
+            logs: vec![log],
+            log_det: log,
+            divergence: Some(-20.0),
+        };
+        // Rates 1, 2 and 6 over t = 1 each: mean 3, s² = 7.
+        let row = of_intervals(&[interval(1.0), interval(2.0), interval(6.0)], "rk4", 0.1);
+        assert!((row.t - 3.0).abs() < 1e-15 && (row.sum.unwrap() - 3.0).abs() < 1e-14);
+        assert!((row.standard_errors[0].unwrap() - (7.0_f64 / 3.0).sqrt()).abs() < 1e-14);
+        assert!((row.mean_divergence.unwrap() + 2.0).abs() < 1e-14);
+    }
+}
