@@ -274,12 +274,8 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_that_of_the_mean_of_intervals() {
-        let interval = |log: f64| Growth {
-            steps: 10,
-            logs: vec![log],
-            log_det: log,
-            divergence: Some(-20.0),
-        };
+        let interval =
+            |log: f64| Growth { steps: 10, logs: vec![log], log_det: log, divergence: Some(-20.0) };
         // Rates 1, 2 and 6 over t = 1 each: mean 3, s² = 7.
         let row = of_intervals(&[interval(1.0), interval(2.0), interval(6.0)], "rk4", 0.1);
         assert!((row.t - 3.0).abs() < 1e-15 && (row.sum.unwrap() - 3.0).abs() < 1e-14);

@@ -159,7 +159,10 @@ impl Walk<'_> {
     /// Goes along the branch to its end, or to the first period doubling if `doubles`.
     fn advance(&mut self, points: &mut Vec<Point>, doubles: bool) -> Result<Goes, CycleFailure> {
         let mut ds = FIRST.min(self.longest) * if self.fresh { 0.2 } else { 1.0 };
-        while points.len() < MOST_POINTS {
+        loop {
+            if points.len() >= MOST_POINTS {
+                return Err(CycleFailure::TooManyCycles { limit: MOST_POINTS });
+            }
             self.set_steps()?;
             let (next, corrections) = match self.step(ds) {
                 Ok((next, _)) if dot(&next.along, &self.at.along) < STRAIGHT && ds > SHORTEST => {
@@ -205,7 +208,6 @@ impl Walk<'_> {
                 ds /= 1.5;
             }
         }
-        Ok(Goes::Ends)
     }
 
     /// n for steps of nearly h at the present place.
