@@ -1,4 +1,5 @@
-//! Limit cycles: published figures of Van der Pol's, closed forms, and the bifurcations of branches.
+//! Limit cycles: published figures of Van der Pol's, closed forms, and the bifurcations of
+//! branches.
 
 #![cfg(test)]
 
@@ -85,8 +86,8 @@ fn van_der_pols_cycle_has_its_published_figures() {
     }
 }
 
-/// T = 2π (1 + μ²/16 - 5 μ⁴/3072 + ...): C. M. Andersen and J. F. Geer, SIAM J. Appl. Math. 42 (1982)
-/// 678-693.
+/// T = 2π (1 + μ²/16 - 5 μ⁴/3072 + ...): C. M. Andersen and J. F. Geer, SIAM J. Appl. Math. 42
+/// (1982) 678-693.
 #[test]
 fn a_weakly_nonlinear_cycle_has_the_period_of_its_expansion() {
     for mu in [0.1, 0.2] {
@@ -179,8 +180,8 @@ fn a_branch_leads_from_one_cycle_to_another() {
     close("amplitude", last.amplitude[0], exact[1], 1e-8);
 }
 
-/// With D = ε (c - q² + q⁴) p the amplitude satisfies c - A²/4 + A⁴/8 = 0 as ε → 0: two cycles meet at
-/// c = 1/8, A = 1.
+/// With D = ε (c - q² + q⁴) p the amplitude satisfies c - A²/4 + A⁴/8 = 0 as ε → 0: two cycles meet
+/// at c = 1/8, A = 1.
 #[test]
 fn a_branch_goes_round_a_fold() {
     let system = "name = \"custom\"\npotential = \"q1^2/2\"\n\

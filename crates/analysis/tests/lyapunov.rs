@@ -1,5 +1,5 @@
-//! Lyapunov exponents: closed forms on linear systems, the sum against the divergence, and published
-//! values.
+//! Lyapunov exponents: closed forms on linear systems, the sum against the divergence, and
+//! published values.
 
 #![cfg(test)]
 
@@ -121,8 +121,8 @@ fn an_oscillation_has_one_exponent_twice() {
     }
 }
 
-/// On a linear oscillator the matrix of modDG has the determinant (1 + s - d)/(1 + s + d) with
-/// s = k h²/4 and d = b h/2, so that its sum of exponents is -(2/h) artanh(d/(1 + s)) = -b + b k h²/4
+/// On a linear oscillator the matrix of modDG has the determinant (1 + s - d)/(1 + s + d) with s =
+/// k h²/4 and d = b h/2, so that its sum of exponents is -(2/h) artanh(d/(1 + s)) = -b + b k h²/4
 /// - b³ h²/12 + O(h⁴).
 #[test]
 fn the_sum_of_moddg_is_off_by_its_own_second_order() {

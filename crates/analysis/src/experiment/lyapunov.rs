@@ -42,11 +42,11 @@ pub(super) fn sheet(
         spectrum.ending.record("lyapunov", model.name(), spectrum.row.name, spectrum.h)
     }));
     sheet.text(format!(
-        "The mean rates at which small displacements of (q, p) grow under the steps of a method, over \
-         t = {} after {} that are not measured. Each has the standard error that its {} intervals \
-         show. The sum of the exponents is that at which volumes grow, and the divergence of the \
-         equations is its value as h → 0. A largest exponent above 0 by {DIFFERENT} standard errors \
-         counts as chaos.{}",
+        "The mean rates at which small displacements of (q, p) grow under the steps of a method, \
+         over t = {} after {} that are not measured. Each has the standard error that its {} \
+         intervals show. The sum of the exponents is that at which volumes grow, and the \
+         divergence of the equations is its value as h → 0. A largest exponent above 0 by \
+         {DIFFERENT} standard errors counts as chaos.{}",
         study.time,
         study.transient,
         study.rows,

@@ -1,5 +1,5 @@
-//! Lyapunov exponents: the mean rates at which small displacements of (q, p) grow under the steps of
-//! a method.
+//! Lyapunov exponents: the mean rates at which small displacements of (q, p) grow under the steps
+//! of a method.
 //!
 //! ```text
 //! J_k Q_k = Q_{k+1} R_k        λ_i = (1/t) Σ_k ln |R_k,ii|        t = Σ_k h
@@ -220,8 +220,9 @@ impl<'a> Walk<'a> {
         Ok(Self { run, tangent, divergence, frame, dof, h, state, done: 0, all, progress })
     }
 
-    /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of the
-    /// method in `f64`, as every other study has it; only the derivatives are taken in 106 bits.
+    /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of
+    /// the method in `f64`, as every other study has it; only the derivatives are taken in 106
+    /// bits.
     ///
     /// # Errors
     /// How the run ended before all steps were done.

@@ -6,11 +6,12 @@
 //!
 //! x0 is the cycle before and t the direction of the branch there, so that folds are no obstacle:
 //! the equations stay regular where dλ/ds = 0. The unknowns are measured by their sizes, λ by the
-//! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977), 359-384.
+//! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977),
+//! 359-384.
 //!
 //! Where a test function changes its sign ([`Event`]), the bifurcation is located in s
-//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along the eigenvector
-//! of the multiplier -1, and may be followed instead.
+//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along
+//! the eigenvector of the multiplier -1, and may be followed instead.
 
 use super::cycle::Cycle;
 use super::event::{self, EVENTS, Tests};
@@ -46,9 +47,9 @@ pub struct Branch {
     pub from: f64,
     /// The value at which it ends. It also ends where it comes back to the first value.
     pub to: f64,
-    /// The number of period doublings to be found, if it is not 0. The branch goes over to the cycles
-    /// of twice the period at each of them, and ends at the last. Otherwise it goes on with cycles
-    /// that are no longer stable.
+    /// The number of period doublings to be found, if it is not 0. The branch goes over to the
+    /// cycles of twice the period at each of them, and ends at the last. Otherwise it goes on with
+    /// cycles that are no longer stable.
     pub doublings: usize,
 }
 
