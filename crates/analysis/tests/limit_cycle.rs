@@ -3,8 +3,10 @@
 
 #![cfg(test)]
 
+use afterbay_analysis::experiment;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::Artifact;
+use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, Cycles, Event, LimitCycle, columns};
@@ -274,4 +276,55 @@ fn the_table_has_its_columns() {
     let table = Artifact::wide_table("limit_cycle", &header, &rows).unwrap();
     assert_eq!(table.text.lines().count(), found.points.len() + 1);
     assert!(table.text.lines().nth(1).unwrap().starts_with("moddg,0."), "{}", table.text);
+}
+
+/// A scene with the study: its findings, and its tables by name.
+fn studied(text: &str) -> (Vec<(Verdict, String)>, Vec<(String, String)>) {
+    let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
+    let (output, findings) = experiment::study(&scene, &Silent).unwrap();
+    let findings = findings.into_iter().map(|found| (found.verdict, found.statement)).collect();
+    (findings, output.artifacts.into_iter().map(|table| (table.name, table.text)).collect())
+}
+
+#[test]
+fn a_scene_declares_the_study() {
+    let scene = "[system]\nname = \"van-der-pol\"\nparameters = { mu = 1.0 }\n[initial]\nq = [2.0]\n\
+                 p = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
+                 methods = [\"moddg\"]\n";
+    let (findings, tables) = studied(scene);
+    let (verdict, statement) = &findings[0];
+    assert_eq!(*verdict, Verdict::Note);
+    let begin = "reference: period 6.663287, amplitude 2.008620, stable (largest multiplier \
+                 8.6e-4); moddg, h = 0.1000: period 6.6";
+    assert!(statement.starts_with(begin), "{statement}");
+    let (_, table) = tables.iter().find(|(name, _)| name == "data/limit_cycle.csv").unwrap();
+    assert_eq!(table.lines().count(), 3);
+    let along = format!("{scene}parameter = {{ name = \"mu\", from = 1.0, to = 1.2 }}\n");
+    let (findings, tables) = studied(&along);
+    assert!(findings[0].1.contains("bifurcations: none"), "{}", findings[0].1);
+    assert!(tables.iter().any(|(name, _)| name == "figures/limit-cycle.svg"), "a chart");
+    let (findings, _) = studied(&scene.replace("mu = 1.0", "mu = -1.0").replace("[2.0]", "[0.5]"));
+    assert_eq!(findings[0].0, Verdict::Fails);
+    assert!(findings[0].1.contains("no cycle (at-rest)"), "{}", findings[0].1);
+}
+
+#[test]
+fn a_scene_that_is_not_valid_is_refused() {
+    let scene = |table: &str| {
+        format!(
+            "[system]\nname = \"van-der-pol\"\nparameters = {{ mu = 1.0 }}\n[initial]\nq = [2.0]\n\
+             p = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
+             methods = [\"moddg\"]\n{table}\n"
+        )
+    };
+    for (table, problem) in [
+        ("periods = 2", "the system has no drive"),
+        ("transient = 0.0", "positive"),
+        ("parameter = { name = \"mu\", from = 1.0, to = 1.0 }", "another value than `from`"),
+        ("parameter = { name = \"nu\", from = 1.0, to = 2.0 }", "nu"),
+        ("points = 3", "points"),
+    ] {
+        let error = Scene::read(&scene(table)).unwrap_err().to_string();
+        assert!(error.contains(problem), "{table}: {error}");
+    }
 }

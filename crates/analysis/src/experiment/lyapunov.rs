@@ -2,7 +2,7 @@
 
 use super::poincare::of_reference;
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed};
+use crate::claim::{Readings, Said, fixed, sci};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene};
@@ -131,7 +131,7 @@ fn what_is_seen(r: &Readings) -> Said {
         format!(
             "{label}: largest exponent {} ± {}{beside} ({kind}), sum {} where the divergence is {}",
             fixed(largest, 4),
-            fixed(error, 4),
+            sci(error),
             fixed(r.number(label, "sum"), 5),
             fixed(r.number(label, "divergence"), 5),
         )
