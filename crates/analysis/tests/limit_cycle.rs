@@ -3,13 +3,13 @@
 
 #![cfg(test)]
 
-use afterbay_analysis::experiment;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::Artifact;
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, Cycles, Event, LimitCycle, columns};
+use afterbay_analysis::{Finding, experiment};
 use afterbay_methods::registry::{REFERENCE, Row, find};
 use std::f64::consts::TAU;
 
@@ -67,7 +67,7 @@ fn close(what: &str, found: f64, exact: f64, most: f64) {
 /// Period, amplitude and nontrivial multiplier as printed by `data/van_der_pol.py`.
 const VAN_DER_POL: [(f64, [f64; 3]); 3] = [
     (0.05, [6.284_166_990_920_168, 2.000_026_029_991_155_6, 0.730_330_987_613_458_9]),
-    (1.0, [6.663_286_859_323_130, 2.008_619_860_874_843, 8.596_950_636_038_052e-4]),
+    (1.0, [6.663_286_859_323_13, 2.008_619_860_874_843, 8.596_950_636_038_052e-4]),
     (2.0, [7.629_874_479_674_842, 2.019_891_384_667_136_6, 1.273_849_304_439_408_3e-8]),
 ];
 
@@ -278,12 +278,11 @@ fn the_table_has_its_columns() {
     assert!(table.text.lines().nth(1).unwrap().starts_with("moddg,0."), "{}", table.text);
 }
 
-/// A scene with the study: its findings, and its tables by name.
-fn studied(text: &str) -> (Vec<(Verdict, String)>, Vec<(String, String)>) {
+/// The study of a scene: its finding and its files.
+fn studied(text: &str) -> (Finding, Vec<Artifact>) {
     let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
-    let (output, findings) = experiment::study(&scene, &Silent).unwrap();
-    let findings = findings.into_iter().map(|found| (found.verdict, found.statement)).collect();
-    (findings, output.artifacts.into_iter().map(|table| (table.name, table.text)).collect())
+    let (output, mut findings) = experiment::study(&scene, &Silent).unwrap();
+    (findings.remove(0), output.artifacts)
 }
 
 #[test]
@@ -291,21 +290,20 @@ fn a_scene_declares_the_study() {
     let scene = "[system]\nname = \"van-der-pol\"\nparameters = { mu = 1.0 }\n[initial]\nq = [2.0]\n\
                  p = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
                  methods = [\"moddg\"]\n";
-    let (findings, tables) = studied(scene);
-    let (verdict, statement) = &findings[0];
-    assert_eq!(*verdict, Verdict::Note);
+    let (found, files) = studied(scene);
+    assert_eq!(found.verdict, Verdict::Note);
     let begin = "reference: period 6.663287, amplitude 2.008620, stable (largest multiplier \
                  8.6e-4); moddg, h = 0.1000: period 6.6";
-    assert!(statement.starts_with(begin), "{statement}");
-    let (_, table) = tables.iter().find(|(name, _)| name == "data/limit_cycle.csv").unwrap();
-    assert_eq!(table.lines().count(), 3);
+    assert!(found.statement.starts_with(begin), "{}", found.statement);
+    let table = files.iter().find(|file| file.name == "data/limit_cycle.csv").unwrap();
+    assert_eq!(table.text.lines().count(), 3);
     let along = format!("{scene}parameter = {{ name = \"mu\", from = 1.0, to = 1.2 }}\n");
-    let (findings, tables) = studied(&along);
-    assert!(findings[0].1.contains("bifurcations: none"), "{}", findings[0].1);
-    assert!(tables.iter().any(|(name, _)| name == "figures/limit-cycle.svg"), "a chart");
-    let (findings, _) = studied(&scene.replace("mu = 1.0", "mu = -1.0").replace("[2.0]", "[0.5]"));
-    assert_eq!(findings[0].0, Verdict::Fails);
-    assert!(findings[0].1.contains("no cycle (at-rest)"), "{}", findings[0].1);
+    let (found, files) = studied(&along);
+    assert!(found.statement.contains("bifurcations: none"), "{}", found.statement);
+    assert!(files.iter().any(|file| file.name == "figures/limit-cycle.svg"), "no chart");
+    let (found, _) = studied(&scene.replace("mu = 1.0", "mu = -1.0").replace("[2.0]", "[0.5]"));
+    assert_eq!(found.verdict, Verdict::Fails);
+    assert!(found.statement.contains("no cycle (at-rest)"), "{}", found.statement);
 }
 
 #[test]
