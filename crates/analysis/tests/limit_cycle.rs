@@ -1,12 +1,15 @@
-//! Limit cycles: published figures of Van der Pol's, closed forms, and the bifurcations of branches.
+//! Limit cycles: published figures of Van der Pol's, closed forms, and the bifurcations of
+//! branches.
 
 #![cfg(test)]
 
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::Artifact;
+use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, Cycles, Event, LimitCycle, columns};
+use afterbay_analysis::{Finding, experiment};
 use afterbay_methods::registry::{REFERENCE, Row, find};
 use std::f64::consts::TAU;
 
@@ -64,7 +67,7 @@ fn close(what: &str, found: f64, exact: f64, most: f64) {
 /// Period, amplitude and nontrivial multiplier as printed by `data/van_der_pol.py`.
 const VAN_DER_POL: [(f64, [f64; 3]); 3] = [
     (0.05, [6.284_166_990_920_168, 2.000_026_029_991_155_6, 0.730_330_987_613_458_9]),
-    (1.0, [6.663_286_859_323_130, 2.008_619_860_874_843, 8.596_950_636_038_052e-4]),
+    (1.0, [6.663_286_859_323_13, 2.008_619_860_874_843, 8.596_950_636_038_052e-4]),
     (2.0, [7.629_874_479_674_842, 2.019_891_384_667_136_6, 1.273_849_304_439_408_3e-8]),
 ];
 
@@ -85,8 +88,8 @@ fn van_der_pols_cycle_has_its_published_figures() {
     }
 }
 
-/// T = 2π (1 + μ²/16 - 5 μ⁴/3072 + ...): C. M. Andersen and J. F. Geer, SIAM J. Appl. Math. 42 (1982)
-/// 678-693.
+/// T = 2π (1 + μ²/16 - 5 μ⁴/3072 + ...): C. M. Andersen and J. F. Geer, SIAM J. Appl. Math. 42
+/// (1982) 678-693.
 #[test]
 fn a_weakly_nonlinear_cycle_has_the_period_of_its_expansion() {
     for mu in [0.1, 0.2] {
@@ -179,8 +182,8 @@ fn a_branch_leads_from_one_cycle_to_another() {
     close("amplitude", last.amplitude[0], exact[1], 1e-8);
 }
 
-/// With D = ε (c - q² + q⁴) p the amplitude satisfies c - A²/4 + A⁴/8 = 0 as ε → 0: two cycles meet at
-/// c = 1/8, A = 1.
+/// With D = ε (c - q² + q⁴) p the amplitude satisfies c - A²/4 + A⁴/8 = 0 as ε → 0: two cycles meet
+/// at c = 1/8, A = 1.
 #[test]
 fn a_branch_goes_round_a_fold() {
     let system = "name = \"custom\"\npotential = \"q1^2/2\"\n\
@@ -273,4 +276,53 @@ fn the_table_has_its_columns() {
     let table = Artifact::wide_table("limit_cycle", &header, &rows).unwrap();
     assert_eq!(table.text.lines().count(), found.points.len() + 1);
     assert!(table.text.lines().nth(1).unwrap().starts_with("moddg,0."), "{}", table.text);
+}
+
+/// The study of a scene: its finding and its files.
+fn studied(text: &str) -> (Finding, Vec<Artifact>) {
+    let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
+    let (output, mut findings) = experiment::study(&scene, &Silent).unwrap();
+    (findings.remove(0), output.artifacts)
+}
+
+#[test]
+fn a_scene_declares_the_study() {
+    let scene = "[system]\nname = \"van-der-pol\"\nparameters = { mu = 1.0 }\n[initial]\nq = [2.0]\n\
+                 p = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
+                 methods = [\"moddg\"]\n";
+    let (found, files) = studied(scene);
+    assert_eq!(found.verdict, Verdict::Note);
+    let begin = "reference: period 6.663287, amplitude 2.008620, stable (largest multiplier \
+                 8.6e-4); moddg, h = 0.1000: period 6.6";
+    assert!(found.statement.starts_with(begin), "{}", found.statement);
+    let table = files.iter().find(|file| file.name == "data/limit_cycle.csv").unwrap();
+    assert_eq!(table.text.lines().count(), 3);
+    let along = format!("{scene}parameter = {{ name = \"mu\", from = 1.0, to = 1.2 }}\n");
+    let (found, files) = studied(&along);
+    assert!(found.statement.contains("bifurcations: none"), "{}", found.statement);
+    assert!(files.iter().any(|file| file.name == "figures/limit-cycle.svg"), "no chart");
+    let (found, _) = studied(&scene.replace("mu = 1.0", "mu = -1.0").replace("[2.0]", "[0.5]"));
+    assert_eq!(found.verdict, Verdict::Fails);
+    assert!(found.statement.contains("no cycle (at-rest)"), "{}", found.statement);
+}
+
+#[test]
+fn a_scene_that_is_not_valid_is_refused() {
+    let scene = |table: &str| {
+        format!(
+            "[system]\nname = \"van-der-pol\"\nparameters = {{ mu = 1.0 }}\n[initial]\nq = [2.0]\n\
+             p = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
+             methods = [\"moddg\"]\n{table}\n"
+        )
+    };
+    for (table, problem) in [
+        ("periods = 2", "the system has no drive"),
+        ("transient = 0.0", "positive"),
+        ("parameter = { name = \"mu\", from = 1.0, to = 1.0 }", "another value than `from`"),
+        ("parameter = { name = \"nu\", from = 1.0, to = 2.0 }", "nu"),
+        ("points = 3", "points"),
+    ] {
+        let error = Scene::read(&scene(table)).unwrap_err().to_string();
+        assert!(error.contains(problem), "{table}: {error}");
+    }
 }

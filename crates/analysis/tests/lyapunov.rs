@@ -1,8 +1,9 @@
-//! Lyapunov exponents: closed forms on linear systems, the sum against the divergence, and published
-//! values.
+//! Lyapunov exponents: closed forms on linear systems, the sum against the divergence, and
+//! published values.
 
 #![cfg(test)]
 
+use afterbay_analysis::experiment;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::Problem;
@@ -121,8 +122,8 @@ fn an_oscillation_has_one_exponent_twice() {
     }
 }
 
-/// On a linear oscillator the matrix of modDG has the determinant (1 + s - d)/(1 + s + d) with
-/// s = k h²/4 and d = b h/2, so that its sum of exponents is -(2/h) artanh(d/(1 + s)) = -b + b k h²/4
+/// On a linear oscillator the matrix of modDG has the determinant (1 + s - d)/(1 + s + d) with s =
+/// k h²/4 and d = b h/2, so that its sum of exponents is -(2/h) artanh(d/(1 + s)) = -b + b k h²/4
 /// - b³ h²/12 + O(h⁴).
 #[test]
 fn the_sum_of_moddg_is_off_by_its_own_second_order() {
@@ -239,5 +240,32 @@ fn holmess_attractor_has_one_largest_exponent() {
         let (exact, doubt) = measured[0];
         assert!((found - exact).abs() < 3.0 * error.hypot(doubt), "{found} ± {error}, {exact}");
         assert!(*error < 0.004);
+    }
+}
+
+#[test]
+fn a_scene_declares_the_study() {
+    let text = |rows: u64| {
+        format!(
+            "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = 3.0 }}\n\
+             [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.lyapunov]\n\
+             methods = [\"moddg\"]\nrows = {rows}\n"
+        )
+    };
+    let scene = Scene::read(&text(4)).unwrap_or_else(|error| panic!("{error}"));
+    let (output, findings) = experiment::study(&scene, &Silent).unwrap();
+    for part in [
+        "reference: largest exponent -0.3820 ± ",
+        "(no chaos), sum -3.00000 where the divergence is -3.00000; moddg, h = 0.1000: largest",
+        // -b + b k h²/4 - b³ h²/12 = -3.015
+        ", not that of the reference (no chaos), sum -3.01516 where the divergence is -3.00000.",
+    ] {
+        assert!(findings[0].statement.contains(part), "{}", findings[0].statement);
+    }
+    let table = output.artifacts.iter().find(|table| table.name == "data/lyapunov.csv").unwrap();
+    assert_eq!(table.text.lines().count(), 9);
+    for rows in [0, 500, 20_000] {
+        let error = Scene::read(&text(rows)).unwrap_err().to_string();
+        assert!(error.contains("from 1 to 10000, with a step between two rows"), "{error}");
     }
 }

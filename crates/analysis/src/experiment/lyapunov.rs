@@ -2,7 +2,7 @@
 
 use super::poincare::of_reference;
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed};
+use crate::claim::{Readings, Said, fixed, sci};
 use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene};
@@ -42,11 +42,11 @@ pub(super) fn sheet(
         spectrum.ending.record("lyapunov", model.name(), spectrum.row.name, spectrum.h)
     }));
     sheet.text(format!(
-        "The mean rates at which small displacements of (q, p) grow under the steps of a method, over \
-         t = {} after {} that are not measured. Each has the standard error that its {} intervals \
-         show. The sum of the exponents is that at which volumes grow, and the divergence of the \
-         equations is its value as h → 0. A largest exponent above 0 by {DIFFERENT} standard errors \
-         counts as chaos.{}",
+        "The mean rates at which small displacements of (q, p) grow under the steps of a method, \
+         over t = {} after {} that are not measured. Each has the standard error that its {} \
+         intervals show. The sum of the exponents is that at which volumes grow, and the \
+         divergence of the equations is its value as h → 0. A largest exponent above 0 by \
+         {DIFFERENT} standard errors counts as chaos.{}",
         study.time,
         study.transient,
         study.rows,
@@ -131,7 +131,7 @@ fn what_is_seen(r: &Readings) -> Said {
         format!(
             "{label}: largest exponent {} ± {}{beside} ({kind}), sum {} where the divergence is {}",
             fixed(largest, 4),
-            fixed(error, 4),
+            sci(error),
             fixed(r.number(label, "sum"), 5),
             fixed(r.number(label, "divergence"), 5),
         )

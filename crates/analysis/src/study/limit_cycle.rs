@@ -38,6 +38,8 @@ use shooting::{Condition, SINGULAR, Shooting, Solved};
 
 /// The least number of steps in a cycle. Two steps have no direction.
 const FEWEST_STEPS: f64 = 3.0;
+/// The most steps in a cycle, whose states are stored.
+const MOST_STEPS: f64 = 1e6;
 /// The extent of a cycle, relative to its size, below which it is a state at rest.
 const AT_REST: f64 = 1e-6;
 /// The distance below which a cycle repeats earlier, relative to its size.
@@ -224,12 +226,17 @@ impl LimitCycle {
 
 /// n for a cycle with steps of nearly h.
 fn steps(model: &Model, h: f64, multiple: Option<u64>, period: f64) -> Result<u64, InputError> {
-    match multiple {
+    let steps = match multiple {
         Some(multiple) => {
-            Ok(multiple * Section::Stroboscopic { interval: None }.grid(model, h)?.steps)
+            let each = Section::Stroboscopic { interval: None }.grid(model, h)?.steps;
+            multiple as f64 * each as f64
         }
-        None => Ok((period / h).round().max(FEWEST_STEPS) as u64),
+        None => (period / h).round().max(FEWEST_STEPS),
+    };
+    if steps > MOST_STEPS {
+        return Err(InputError::Budget { steps, limit: MOST_STEPS });
     }
+    Ok(steps as u64)
 }
 
 /// The sizes of the unknowns: the largest |q| and |p| on the path, and those of the others.

@@ -1,5 +1,5 @@
-//! Lyapunov exponents: the mean rates at which small displacements of (q, p) grow under the steps of
-//! a method.
+//! Lyapunov exponents: the mean rates at which small displacements of (q, p) grow under the steps
+//! of a method.
 //!
 //! ```text
 //! J_k Q_k = Q_{k+1} R_k        λ_i = (1/t) Σ_k ln |R_k,ii|        t = Σ_k h
@@ -220,8 +220,9 @@ impl<'a> Walk<'a> {
         Ok(Self { run, tangent, divergence, frame, dof, h, state, done: 0, all, progress })
     }
 
-    /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of the
-    /// method in `f64`, as every other study has it; only the derivatives are taken in 106 bits.
+    /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of
+    /// the method in `f64`, as every other study has it; only the derivatives are taken in 106
+    /// bits.
     ///
     /// # Errors
     /// How the run ended before all steps were done.
@@ -265,5 +266,21 @@ impl<'a> Walk<'a> {
         q[self.dof..].fill(*t);
         p[self.dof..].fill(0.0);
         w.fill(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_standard_error_is_that_of_the_mean_of_intervals() {
+        let interval =
+            |log: f64| Growth { steps: 10, logs: vec![log], log_det: log, divergence: Some(-20.0) };
+        // Rates 1, 2 and 6 over t = 1 each: mean 3, s² = 7.
+        let row = of_intervals(&[interval(1.0), interval(2.0), interval(6.0)], "rk4", 0.1);
+        assert!((row.t - 3.0).abs() < 1e-15 && (row.sum.unwrap() - 3.0).abs() < 1e-14);
+        assert!((row.standard_errors[0].unwrap() - (7.0_f64 / 3.0).sqrt()).abs() < 1e-14);
+        assert!((row.mean_divergence.unwrap() + 2.0).abs() < 1e-14);
     }
 }

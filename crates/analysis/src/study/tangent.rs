@@ -8,9 +8,9 @@
 //! the step in all of these runs.
 //!
 //! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of z_j, so that the
-//! difference has a truncation error of about 2⁻⁵² and a rounding error of about 2⁻¹⁰⁶ 2⁵²: both are
-//! roundings of `f64`. The derivative is that of the method itself, of its nonlinear solver and its
-//! quadratures too, and needs no second derivative of H. It costs 2N + 1 steps.
+//! difference has a truncation error of about 2⁻⁵² and a rounding error of about 2⁻¹⁰⁶ 2⁵²: both
+//! are roundings of `f64`. The derivative is that of the method itself, of its nonlinear solver and
+//! its quadratures too, and needs no second derivative of H. It costs 2N + 1 steps.
 //!
 //! Each step begins in a fresh workspace. A method with relaxation, whose steps depend on those
 //! before through the lag of its time, is thus taken without its lag, which is of the order of its

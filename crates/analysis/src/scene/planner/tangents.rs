@@ -9,6 +9,8 @@ use crate::study::lyapunov::{self, Lyapunov};
 
 /// The default number of rows of each method.
 const ROWS: u64 = 50;
+/// The most rows of each method.
+const MOST_ROWS: u64 = 10_000;
 /// The cost of a step in 106 bits, in steps.
 const QUAD: f64 = 10.0;
 
@@ -29,8 +31,8 @@ impl Planner<'_> {
         let time = self.duration(path, "time", table.time)?;
         let (rows, problem) = (table.rows.unwrap_or(ROWS), self.problem.clone());
         let longest = steps.iter().copied().fold(0.0, f64::max);
-        if rows == 0 || time / (rows as f64) < longest {
-            let range = "at least 1, with a step between two rows";
+        if !(1..=MOST_ROWS).contains(&rows) || time / (rows as f64) < longest {
+            let range = "from 1 to 10000, with a step between two rows";
             let problem = SceneProblem::Range { name: "rows", value: rows as f64, range };
             return self.refuse(&format!("{path}.rows"), problem);
         }

@@ -6,11 +6,12 @@
 //!
 //! x0 is the cycle before and t the direction of the branch there, so that folds are no obstacle:
 //! the equations stay regular where dλ/ds = 0. The unknowns are measured by their sizes, λ by the
-//! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977), 359-384.
+//! length of its range. Source: H. B. Keller, in Applications of Bifurcation Theory (1977),
+//! 359-384.
 //!
 //! Where a test function changes its sign ([`Event`]), the bifurcation is located in s
-//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along the eigenvector
-//! of the multiplier -1, and may be followed instead.
+//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along
+//! the eigenvector of the multiplier -1, and may be followed instead.
 
 use super::cycle::Cycle;
 use super::event::{self, EVENTS, Tests};
@@ -46,9 +47,9 @@ pub struct Branch {
     pub from: f64,
     /// The value at which it ends. It also ends where it comes back to the first value.
     pub to: f64,
-    /// The number of period doublings to be found, if it is not 0. The branch goes over to the cycles
-    /// of twice the period at each of them, and ends at the last. Otherwise it goes on with cycles
-    /// that are no longer stable.
+    /// The number of period doublings to be found, if it is not 0. The branch goes over to the
+    /// cycles of twice the period at each of them, and ends at the last. Otherwise it goes on with
+    /// cycles that are no longer stable.
     pub doublings: usize,
 }
 
@@ -159,7 +160,10 @@ impl Walk<'_> {
     /// Goes along the branch to its end, or to the first period doubling if `doubles`.
     fn advance(&mut self, points: &mut Vec<Point>, doubles: bool) -> Result<Goes, CycleFailure> {
         let mut ds = FIRST.min(self.longest) * if self.fresh { 0.2 } else { 1.0 };
-        while points.len() < MOST_POINTS {
+        loop {
+            if points.len() >= MOST_POINTS {
+                return Err(CycleFailure::TooManyCycles { limit: MOST_POINTS });
+            }
             self.set_steps()?;
             let (next, corrections) = match self.step(ds) {
                 Ok((next, _)) if dot(&next.along, &self.at.along) < STRAIGHT && ds > SHORTEST => {
@@ -205,7 +209,6 @@ impl Walk<'_> {
                 ds /= 1.5;
             }
         }
-        Ok(Goes::Ends)
     }
 
     /// n for steps of nearly h at the present place.

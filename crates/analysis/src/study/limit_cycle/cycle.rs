@@ -52,8 +52,8 @@ impl Cycle {
         })
     }
 
-    /// The multipliers but the one that every cycle without a drive has, whose displacement is along
-    /// the cycle: the nearest to 1.
+    /// The multipliers but the one that every cycle without a drive has, whose displacement is
+    /// along the cycle: the nearest to 1.
     pub fn nontrivial(&self) -> Vec<Complex> {
         let mut all = self.multipliers.clone();
         if self.multiple.is_none() {

@@ -76,6 +76,12 @@ pub enum CycleFailure {
         /// The least singular value of the equations over the largest.
         ratio: f64,
     },
+    /// The branch does not end.
+    #[error("the branch does not end within {limit} cycles: end it at a nearer value")]
+    TooManyCycles {
+        /// The most cycles of a branch.
+        limit: usize,
+    },
     /// A decomposition of a matrix does not converge.
     #[error("the multipliers cannot be computed: the matrix of the cycle is not finite")]
     NoMultipliers,
@@ -101,6 +107,7 @@ impl CycleFailure {
             Self::NoReturn { .. } | Self::NoPeriod { .. } => "no-return",
             Self::NotConverged { .. } | Self::PeriodLost { .. } => "not-converged",
             Self::NotIsolated { .. } => "not-isolated",
+            Self::TooManyCycles { .. } => "too-many-cycles",
             Self::NoMultipliers => "no-multipliers",
         };
         Ok(Ending { outcome, failure: Some(self.to_string()) })

@@ -17,8 +17,8 @@ use std::ops::ControlFlow;
 
 /// The periods of a drive within which states must repeat twice.
 const PERIODS: u64 = 64;
-/// The largest distance of a return, relative to the extent of the motion. Newton's method converges
-/// from it.
+/// The largest distance of a return, relative to the extent of the motion. Newton's method
+/// converges from it.
 const CLOSE: f64 = 0.02;
 /// The extent of a motion at rest, relative to the distance it came.
 const AT_REST: f64 = 1e-8;

@@ -6,9 +6,9 @@
 //!
 //! The unknowns are z = (q, p), the period T unless a drive gives it, and a parameter λ along a
 //! branch. Conditions that are linear in the unknowns make up for those in excess of the equations.
-//! The n steps are taken in 106 bits, so that the equations are evaluated to the rounding of z. Their
-//! derivatives by z are products of the Jacobians of steps ([`Tangent`]); those by T and λ are
-//! differences of whole cycles, and only direct the corrections.
+//! The n steps are taken in 106 bits, so that the equations are evaluated to the rounding of z.
+//! Their derivatives by z are products of the Jacobians of steps ([`Tangent`]); those by T and λ
+//! are differences of whole cycles, and only direct the corrections.
 
 use super::CycleFailure;
 use crate::Model;
@@ -32,8 +32,8 @@ const MOST_CORRECTIONS: usize = 30;
 pub(super) const SINGULAR: f64 = 1e-11;
 /// The largest factor by which T may differ from the first guess.
 const PERIOD_FACTOR: f64 = 1.5;
-/// The displacement for the derivative by a parameter, relative to its scale: the square root of the
-/// rounding of `f64`, in which parameters are given.
+/// The displacement for the derivative by a parameter, relative to its scale: the square root of
+/// the rounding of `f64`, in which parameters are given.
 const BY_PARAMETER: f64 = 1.5e-8;
 /// Steps between two looks at whether the user wants to stop.
 const STEPS_BETWEEN_LOOKS: u64 = 64;
