@@ -136,7 +136,7 @@ fn long_texts_are_read_or_refused_soon() {
         let all: Vec<_> = (1..100_000_u32).map(|i| format!("{i}e-9")).collect();
         all.join(separator)
     };
-    let [named, custom, _] = bad::GOOD;
+    let [named, custom, ..] = bad::GOOD;
     for (what, long) in [
         ("steps", named.replacen("[0.1, 0.05]", &format!("[{}]", numbers(",")), 1)),
         ("q", named.replacen("[2.3]", &format!("[{}]", numbers(",")), 1)),

@@ -74,7 +74,7 @@ fn a_mark_before_a_text_does_not_count_in_its_places() {
 
 #[test]
 fn what_is_quoted_or_remarked_is_no_nesting() {
-    let [good, custom, _] = bad::GOOD;
+    let [good, custom, ..] = bad::GOOD;
     Scene::read(&format!("# {}\n# {}\n{good}", ".".repeat(200), "[".repeat(200))).unwrap();
     let long = format!(
         "potential = \"\"\"\n{}q1^2/2 + q2^2/2\"\"\"\nmass",
@@ -129,7 +129,7 @@ fn a_scene_says_what_it_leaves_out() {
 #[test]
 fn rules_make_what_lists_make() {
     let with = |dissipation: &str, mass: &str, c: &str, q: &str| {
-        let [_, good, _] = bad::GOOD;
+        let [_, good, ..] = bad::GOOD;
         Scene::read(
             &good
                 .replace("[\"c*p1\", \"c*p2\"]", dissipation)

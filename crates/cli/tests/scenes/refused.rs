@@ -67,7 +67,7 @@ fn a_file_that_is_no_scene_ends_with_3() {
 
 #[test]
 fn a_scene_with_nothing_to_do_ends_with_3() {
-    let [_, good, _] = bad::GOOD;
+    let [_, good, ..] = bad::GOOD;
     let (_folder, path) = written("scene.toml", good.as_bytes());
     let (code, _, stderr) = done(afterbay(&["study"]).arg(&path));
     assert!(code == Some(3) && stderr.contains("the scene has no [study.*]"), "{stderr}");

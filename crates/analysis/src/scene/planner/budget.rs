@@ -4,11 +4,11 @@ use super::{Planned, Planner};
 use crate::scene::problem::SceneProblem;
 
 /// The most steps of a run, and of all runs of a study.
-const MOST_STEPS: f64 = 1e11;
+pub(super) const MOST_STEPS: f64 = 1e11;
 /// The most bytes of a table.
-const MOST_OUTPUT: f64 = 1e9;
+pub(super) const MOST_OUTPUT: f64 = 1e9;
 /// Bytes of a number in a table, including its separator.
-const BYTES: f64 = 20.0;
+pub(super) const BYTES: f64 = 20.0;
 /// The most states kept where a scene does not give `every`, at all points of a sweep together.
 const KEPT: u64 = 10_000;
 /// The most cells of a map.

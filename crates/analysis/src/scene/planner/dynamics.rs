@@ -1,6 +1,6 @@
 //! Plans of the studies of driven and self-excited systems.
 
-use super::budget::MOST_CELLS;
+use super::budget::{BYTES, MOST_CELLS, MOST_OUTPUT, MOST_STEPS};
 use super::{Planned, Planner};
 use crate::Model;
 use crate::observable::Observable;
@@ -71,7 +71,7 @@ impl Planner<'_> {
         let model = &self.problem.model;
         self.effort(path, &plan, &plan.study.section, runs * (transient + points) as f64, model)?;
         let rows = plan.settings().count() as f64 * runs * points as f64;
-        self.table_fits(&format!("{path}.points"), rows as u64, poincare::columns(model).len())?;
+        self.rows_fit(path, rows, poincare::columns(model).len())?;
         Ok(Some(plan))
     }
 
@@ -108,8 +108,7 @@ impl Planner<'_> {
         }
         let values = plan.study.values.len() as f64;
         let rows = plan.settings().count() as f64 * ways * values * points as f64;
-        let columns = bifurcation::columns(&self.problem.model).len();
-        self.table_fits(&format!("{path}.points"), rows as u64, columns)?;
+        self.rows_fit(path, rows, bifurcation::columns(&self.problem.model).len())?;
         Ok(Some(plan))
     }
 
@@ -335,7 +334,16 @@ impl Planner<'_> {
     ) -> Planned<()> {
         let between = |h: f64| section.interval(model).map_or(STEPS_BETWEEN, |all| all / h);
         let steps: f64 = plan.settings().map(|(_, h)| between(h)).sum();
-        self.steps_fit(path, returns * steps)
+        let change = "take larger steps, fewer values or points, or shorter transients";
+        let size = returns * steps * self.points as f64;
+        self.budget(path, "the number of steps", (size, MOST_STEPS), change)
+    }
+
+    /// Refuses a table of too many bytes.
+    fn rows_fit(&self, path: &str, rows: f64, columns: usize) -> Planned<()> {
+        let size = rows * columns as f64 * BYTES * self.points as f64;
+        let change = "take fewer points";
+        self.budget(&format!("{path}.points"), "the output in bytes", (size, MOST_OUTPUT), change)
     }
 }
 

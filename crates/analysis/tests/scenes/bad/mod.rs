@@ -1,5 +1,6 @@
 //! Scenes with one mistake, and the message for each.
 
+mod attractors;
 mod custom;
 mod drive;
 mod figures;
@@ -24,7 +25,7 @@ pub(crate) struct Bad {
 type Change = (&'static str, &'static str, &'static str, &'static str, &'static str);
 
 /// The valid scenes from which the others are made.
-pub(crate) const GOOD: [&str; 3] = [named::GOOD, custom::GOOD, drive::GOOD];
+pub(crate) const GOOD: [&str; 4] = [named::GOOD, custom::GOOD, drive::GOOD, attractors::GOOD];
 
 fn changed<'a>(good: &'a str, changes: &'a [Change]) -> impl Iterator<Item = Bad> + 'a {
     changes.iter().map(move |&(from, to, at, says, help)| {
@@ -40,10 +41,12 @@ pub(crate) fn all() -> Vec<Bad> {
     let custom = changed(custom::GOOD, custom::CHANGES);
     let figures = changed(named::GOOD, figures::CHANGES);
     let drive = changed(drive::GOOD, drive::CHANGES);
+    let attractors = changed(attractors::GOOD, attractors::CHANGES);
     form.chain(named)
         .chain(figures)
         .chain(custom)
         .chain(drive)
+        .chain(attractors)
         .chain(custom::places())
         .chain(nested::texts())
         .collect()
