@@ -92,7 +92,7 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     ("p1 = { from = -1", "p3 = { from = -1", "p3", "there is no coordinate or momentum p3", ""),
     ("longest = 50", "longest = 0", "longest = 0", "longest = 0 must be at least 1", ""),
-    ("time = 40.0", "time = 0.0", "time = 0.0", "time = 0.0 must be positive", ""),
+    ("time = 40.0", "time = 0.0", "time = 0.0", "time = 0 must be positive", ""),
     ("rows = 8", "rows = 900", "rows = 900", "with a step between two rows", ""),
     ("periods = 2", "periods = 0", "periods = 0", "periods = 0 must be at least 1", ""),
     ("to = 0.4 }", "to = 0.2 }", "to = 0.2", "another value than `from`", ""),
