@@ -326,3 +326,22 @@ fn a_scene_that_is_not_valid_is_refused() {
         assert!(error.contains(problem), "{table}: {error}");
     }
 }
+
+/// Oscillators in step move as one of them does, and each has its multipliers among those of the
+/// ring.
+#[test]
+fn a_ring_in_step_has_the_cycle_of_one_oscillator() {
+    let text = "[system]\nname = \"van-der-pol-ring\"\nparameters = { n = 3, mu = 1.0, coupling = \
+                0.3 }\n[initial]\nq = [2.0, 2.0, 2.0]\np = [0.0, 0.0, 0.0]\n[time]\nend = 1.0\n\
+                step = 0.1\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let found = only(&study(problem, 30.0).run(&REFERENCE, 0.05, &Silent).unwrap());
+    let [period, amplitude, multiplier] = VAN_DER_POL[1].1;
+    close("period", found.period, period, 1e-11);
+    assert_eq!((found.amplitude.len(), found.multipliers.len()), (3, 6));
+    found.amplitude.iter().for_each(|found| close("amplitude", *found, amplitude, 1e-11));
+    for exact in [1.0, multiplier] {
+        let off = found.multipliers.iter().map(|[re, im]| (re - exact).hypot(*im));
+        assert!(off.fold(f64::INFINITY, f64::min) < 1e-10, "{exact}: {:?}", found.multipliers);
+    }
+}

@@ -269,3 +269,33 @@ fn a_scene_declares_the_study() {
         assert!(error.contains("from 1 to 10000, with a step between two rows"), "{error}");
     }
 }
+
+/// Several degrees of freedom, and H that is not separable: the sum of the reference is the mean
+/// divergence, and modDG's generalisations have that of their own determinants.
+#[test]
+fn the_sum_is_the_divergence_with_several_degrees_of_freedom() {
+    for (system, start, most) in [
+        ("name = \"fput-chain\"\nparameters = { n = 3.0, beta = 1.0, c = 0.2 }", 3, 1e-11),
+        (
+            "name = \"damped-double-pendulum\"\nparameters = { m1 = 1.0, m2 = 1.0, l1 = 1.0, l2 = \
+             1.0, g = 9.81, c1 = 0.1, c2 = 0.1 }",
+            2,
+            1e-3,
+        ),
+    ] {
+        let system = system.replace("3.0", "3");
+        let [q, p] = [1.0, 0.5].map(|x| vec![x; start]);
+        let text = format!(
+            "[system]\n{system}\n[initial]\nq = {q:?}\np = {p:?}\n[time]\nend = 1.0\nstep = 0.1\n"
+        );
+        let problem = Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem;
+        let study = Lyapunov { problem, transient: 1.0, time: 10.0, rows: 5 };
+        let (exponents, sum, log_det, divergence) =
+            last(&study.run(&REFERENCE, 0.01, &Silent).unwrap());
+        assert_eq!(exponents.len(), 2 * start);
+        assert!((sum - log_det).abs() < 1e-11, "{sum:?} {log_det:?}");
+        assert!((sum - divergence).abs() < most && divergence < -0.1, "{sum:?} {divergence:?}");
+        let (_, sum, log_det, _) = last(&study.run(row("gonzalez"), 0.05, &Silent).unwrap());
+        assert!((sum - log_det).abs() < 1e-11, "{sum:?} {log_det:?}");
+    }
+}

@@ -34,6 +34,15 @@ parameter = { name = "omega", from = 0.8, to = 1.4, count = 5 }
 methods = ["moddg"]
 grid = { q1 = { from = -1, to = 1, count = 4 }, p1 = { from = -1, to = 2, count = 3 } }
 longest = 50
+[study.lyapunov]
+methods = ["moddg"]
+steps = [0.05]
+time = 40.0
+rows = 8
+[study.limit-cycle]
+methods = ["moddg"]
+periods = 2
+parameter = { name = "f", from = 0.2, to = 0.4 }
 "#;
 
 pub(super) const CHANGES: &[Change] = &[
@@ -83,6 +92,11 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     ("p1 = { from = -1", "p3 = { from = -1", "p3", "there is no coordinate or momentum p3", ""),
     ("longest = 50", "longest = 0", "longest = 0", "longest = 0 must be at least 1", ""),
+    ("time = 40.0", "time = 0.0", "time = 0.0", "time = 0 must be positive", ""),
+    ("rows = 8", "rows = 900", "rows = 900", "with a step between two rows", ""),
+    ("periods = 2", "periods = 0", "periods = 0", "periods = 0 must be at least 1", ""),
+    ("to = 0.4 }", "to = 0.2 }", "to = 0.2", "another value than `from`", ""),
+    ("to = 0.4 }", "to = 0.4, count = 3 }", "count", "there is no key count", ""),
     (
         "count = 4 }",
         "count = 400000 }",
