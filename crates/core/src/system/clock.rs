@@ -72,6 +72,11 @@ impl<S: ?Sized> Clocked<S> {
         &self.system
     }
 
+    /// The same clock on another form of the system, which must have as many degrees of freedom.
+    pub fn map<R>(&self, f: impl FnOnce(&S) -> R) -> Clocked<R> {
+        self.with(Arc::new(f(&self.system)))
+    }
+
     /// Another view of the same system.
     fn with<R: ?Sized>(&self, system: Arc<R>) -> Clocked<R> {
         Clocked { system, clock: self.clock }
@@ -166,7 +171,7 @@ impl<T: Scalar, S: SecondDerivatives<T> + ?Sized> Curvature<T> for Clocked<S> {
     }
 }
 
-impl<T: Scalar> Abilities<T> for Clocked<dyn Abilities<T>> {
+impl<T: Scalar, S: Abilities<T> + ?Sized> Abilities<T> for Clocked<S> {
     fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
         let system = self.system.clone().separable()?;
         Some(Arc::new(self.with(system)))
