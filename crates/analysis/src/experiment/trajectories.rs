@@ -78,12 +78,14 @@ pub(super) fn sheet(
             if is_driven {
                 cells.push(format!("{:.6}", row.s.iter().sum::<f64>()));
             }
+            cells.extend(row.pumped.iter().map(|pumped| format!("{pumped:.6}")));
             cells.push(scientific(Some(drift(run))));
         }
         cells
     };
     let mut header = vec!["method", "outcome", "steps", "t", "H", "Σ w"];
     header.extend(is_driven.then_some("Σ s"));
+    header.extend(problem.model.has_clock().then_some("s_t"));
     header.push("max |K - K₀| of the states kept");
     sheet.table(&header, found.iter().map(last).collect());
     let kept = match plan.every {

@@ -6,18 +6,23 @@ use super::state_ref::StateRef;
 use crate::numbers::Scalar;
 
 /// The motors behind the degrees of freedom of a system: its clock, and those of a drive.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Motors<'a> {
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Motors {
     /// Whether H or D depends on the time ([`crate::Clocked`]). The clock is the first motor.
     pub has_clock: bool,
     /// The driven degrees of freedom ([`crate::Drive::driven`]), in the order of their motors.
-    pub driven: &'a [usize],
+    pub driven: Vec<usize>,
 }
 
-impl Motors<'_> {
+impl Motors {
     /// The number of motors.
-    pub fn count(self) -> usize {
+    pub fn count(&self) -> usize {
         usize::from(self.has_clock) + self.driven.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count() == 0
     }
 }
 
@@ -30,6 +35,13 @@ pub struct Accounts<T> {
     pub s: Vec<T>,
     /// The energy s_t pumped by the change of H in time, if there is a clock.
     pub pumped: Option<T>,
+}
+
+impl<T: Scalar> Accounts<T> {
+    /// All energies: w, s and s_t.
+    pub fn all(self) -> Vec<T> {
+        self.w.into_iter().chain(self.s).chain(self.pumped).collect()
+    }
 }
 
 /// The state of a system with motors from that of the system alone: the motors stand at the time of
@@ -48,7 +60,7 @@ pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec
 }
 
 /// The energies exchanged up to a state with these motors.
-pub fn accounts<T: Scalar>(state: StateRef<'_, T>, motors: Motors<'_>) -> Accounts<T> {
+pub fn accounts<T: Scalar>(state: StateRef<'_, T>, motors: &Motors) -> Accounts<T> {
     let dof = state.w.len() - motors.count();
     let pumped = motors.has_clock.then(|| -state.p[dof]);
     let first_driven = dof + usize::from(motors.has_clock);

@@ -226,7 +226,8 @@ fn check_frictionless<F: Formulas + Copy + 'static>(formulas: F, which: &'static
             // A relaxed step ends late by its lag, and the motor is at the time of its end.
             let most = if row.name.starts_with("relaxed") { 1e-8 } else { 1e-13 };
             assert!(late < most, "{} at step {step}: a motor is off by {late:e}", row.name);
-            let found = accounts(state, Motors { driven: which, ..Motors::default() });
+            let motors = Motors { driven: which.to_vec(), ..Motors::default() };
+            let found = accounts(state, &motors);
             let (w, s) = (found.w, found.s);
             let lost = w.iter().map(|w| w.abs()).fold(0.0, f64::max);
             let size = s.iter().map(|s| s.abs()).fold(1.0, f64::max);
