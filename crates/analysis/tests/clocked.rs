@@ -39,7 +39,10 @@ fn tables_have_the_energy_pumped_behind_the_energy_supplied() {
         let columns = trajectory::columns(&problem.model);
         let own = if is_driven { "w1,s1,st,H,K" } else { "w1,st,H,K" };
         assert_eq!(columns.join(","), format!("method,step,t,q1,p1,{own}"));
-        assert_eq!(events::columns(&problem.model).join(","), format!("method,event,t,q1,p1,{own}"));
+        assert_eq!(
+            events::columns(&problem.model).join(","),
+            format!("method,event,t,q1,p1,{own}")
+        );
         let found = trajectory::run(problem, &rows(&["moddg", "increment-4"]), 0.02, 1, &Silent);
         for run in found.unwrap() {
             for row in &run.rows {
@@ -152,7 +155,8 @@ fn some_studies_refuse_the_time_by_name() {
 /// In the linear equation with a = 1 a state and its double return to states in the same ratio.
 #[test]
 fn a_stroboscopic_section_has_the_period_of_v() {
-    let text = "[study.poincare]\nmethods = [\"moddg\"]\nsteps = [0.05]\ntransient = 0\npoints = 3\n";
+    let text =
+        "[study.poincare]\nmethods = [\"moddg\"]\nsteps = [0.05]\ntransient = 0\npoints = 3\n";
     let scene = Scene::read(&format!("{MATHIEU}{text}")).unwrap();
     let plan = scene.studies.poincare.as_ref().unwrap();
     let interval = plan.study.section.interval(&scene.problem.model).unwrap();

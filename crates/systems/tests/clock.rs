@@ -129,7 +129,9 @@ fn values_that_are_not_finite_are_found_at_the_time() {
 /// The rule that refuses t, and its place.
 fn refused(found: Result<impl std::fmt::Debug, CustomError>) -> (Place, &'static str) {
     match found {
-        Err(CustomError::Expression { place, problem: Problem::NoPlace { name, rule }, .. }) => {
+        Err(CustomError::Expression {
+            place, problem: Problem::NoPlace { name, rule }, ..
+        }) => {
             assert_eq!(name, "t");
             (place, rule)
         }
