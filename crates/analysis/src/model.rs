@@ -1,8 +1,8 @@
 //! A system by name, with its parameters.
 
 use afterbay_core::{
-    Abilities, Corrected, Drive, Driven, InputError, Interval, Passive, Scalar, Series, System,
-    f64x8,
+    Abilities, Corrected, Drive, Driven, InputError, Interval, Motors, Passive, Scalar, Series,
+    System, f64x8,
 };
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
@@ -19,7 +19,8 @@ pub enum Model {
     Listed(&'static SystemRow, Vec<f64>),
     /// A system given by expressions.
     Custom(Described),
-    /// A system with a drive. Its motors ([`Driven`]) are the last degrees of freedom.
+    /// A system with a drive. Its motors ([`Driven`]) are the last degrees of freedom, behind the
+    /// clock of a custom system that has one.
     Driven(Box<Model>, CustomDrive<f64>),
 }
 
@@ -81,12 +82,12 @@ impl Model {
         }
     }
 
-    /// The number of degrees of freedom, motors included.
+    /// The number of degrees of freedom, the clock and motors included.
     pub fn dof(&self) -> usize {
-        self.degrees() + self.driven().len()
+        self.degrees() + self.motors().count()
     }
 
-    /// The number of degrees of freedom without motors.
+    /// The number of degrees of freedom without clock and motors.
     pub fn degrees(&self) -> usize {
         match self {
             Self::Listed(row, values) => row.dof.unwrap_or(first(values).0),
@@ -101,6 +102,20 @@ impl Model {
             Self::Listed(..) | Self::Custom(_) => &[],
             Self::Driven(_, drive) => Drive::<f64>::driven(drive),
         }
+    }
+
+    /// Whether V or D depends on the time.
+    pub fn has_clock(&self) -> bool {
+        match self {
+            Self::Listed(..) => false,
+            Self::Custom(custom) => custom.has_clock(),
+            Self::Driven(model, _) => model.has_clock(),
+        }
+    }
+
+    /// The clock and the motors, which are the last degrees of freedom.
+    pub fn motors(&self) -> Motors {
+        Motors { has_clock: self.has_clock(), driven: self.driven().to_vec() }
     }
 
     /// The letters of the variables: q, p and w, and s where there is a drive.
@@ -123,19 +138,21 @@ impl Model {
     /// coordinates. See [`afterbay_systems::Custom::periods`].
     pub fn periods(&self) -> Vec<Option<f64>> {
         match self {
-            Self::Listed(row, _) => vec![row.period; self.dof()],
+            Self::Listed(row, _) => vec![row.period; self.degrees()],
             Self::Custom(custom) => custom.periods(),
-            Self::Driven(model, _) => {
-                let motors = self.driven().iter().map(|_| None);
-                model.periods().into_iter().chain(motors).collect()
-            }
+            Self::Driven(model, _) => model.periods(),
         }
     }
 
-    /// A period of the forces in t ([`CustomDrive::period`]), where there is a drive.
+    /// A period in t of everything that depends on it: of the forces ([`CustomDrive::period`]) where
+    /// there is a drive, and of V and D ([`Described::period_in_time`]) where they depend on t.
     pub fn drive_period(&self) -> Option<f64> {
         match self {
-            Self::Listed(..) | Self::Custom(_) => None,
+            Self::Listed(..) => None,
+            Self::Custom(custom) => custom.period_in_time(),
+            Self::Driven(model, drive) if model.has_clock() => {
+                common_period(model.drive_period()?, drive.period()?)
+            }
             Self::Driven(_, drive) => drive.period(),
         }
     }
@@ -222,7 +239,7 @@ impl Model {
     /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
     pub fn bind(&self, row: &Row) -> Result<Run<f64>, InputError> {
         let system = self.system()?;
-        if matches!(self, Self::Driven(..)) {
+        if !self.motors().is_empty() {
             return registry::bind(row, system);
         }
         afterbay_inlined::bind(row, &system).unwrap_or_else(|| registry::bind(row, system))
@@ -255,7 +272,7 @@ impl Model {
             Self::Custom(custom) => T::custom_corrected(custom),
             Self::Driven(..) => None,
         };
-        let why = "H is not separable, or the system has a drive";
+        let why = "H is not separable or depends on the time, or the system has a drive";
         let exact = exact.ok_or(InputError::Unsupported { method: row.name, why })?;
         registry::compensated(row, self.system()?, exact)
     }
@@ -341,6 +358,15 @@ impl Model {
 
 /// A system in Taylor series of a scalar, and in series of intervals.
 type Expanded<T> = (Arc<dyn System<Series<T, TERMS>>>, Arc<dyn System<Ranges>>);
+
+/// The longer of two periods, if it is a multiple of the other.
+fn common_period(a: f64, b: f64) -> Option<f64> {
+    /// The largest deviation of the ratio from a whole number. It covers periods given with ten
+    /// digits.
+    const WHOLE_RATIO_TOLERANCE: f64 = 1e-9;
+    let (long, ratio) = (a.max(b), a.max(b) / a.min(b));
+    ((ratio - ratio.round()).abs() <= WHOLE_RATIO_TOLERANCE * ratio).then_some(long)
+}
 
 /// The number of degrees of freedom, which is the first parameter, and the other parameters.
 fn first(values: &[f64]) -> (usize, &[f64]) {

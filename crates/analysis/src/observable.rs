@@ -2,6 +2,7 @@
 
 use crate::Model;
 use crate::scene::{UnitsTable, Variable};
+use crate::study::PUMPED;
 use crate::study::trajectory::TrajectoryRow;
 
 /// A quantity of a state, named like the columns of `trajectory.csv`.
@@ -15,6 +16,8 @@ pub enum Observable {
     Reservoirs,
     /// Σ s
     Supplied,
+    /// s_t, the energy pumped by V(q, t)
+    Pumped,
     /// H
     Energy,
     /// K
@@ -44,6 +47,7 @@ impl Observable {
             "t" => Some(Self::Time),
             "W" => Some(Self::Reservoirs),
             "S" if is_driven => Some(Self::Supplied),
+            PUMPED if model.has_clock() => Some(Self::Pumped),
             "H" => Some(Self::Energy),
             "K" => Some(Self::Total),
             "K - K0" => Some(Self::Drift),
@@ -59,7 +63,8 @@ impl Observable {
         };
         let variables = model.variables().iter().map(|name| range(name));
         let supplied = (!model.driven().is_empty()).then_some("S");
-        let others = ["W"].into_iter().chain(supplied).chain(["H", "K", "K - K0"]);
+        let pumped = model.has_clock().then_some(PUMPED);
+        let others = ["W"].into_iter().chain(supplied).chain(pumped).chain(["H", "K", "K - K0"]);
         let others = others.map(str::to_owned);
         std::iter::once("t".to_owned()).chain(variables).chain(others).collect()
     }
@@ -71,6 +76,7 @@ impl Observable {
             Self::Of(variable, j) => *entries(variable, row).get(j)?,
             Self::Reservoirs => row.w.iter().sum(),
             Self::Supplied => row.s.iter().sum(),
+            Self::Pumped => *row.pumped.first()?,
             Self::Energy => row.energy,
             Self::Total => row.total,
             Self::Drift => row.total - first.total,
@@ -84,6 +90,7 @@ impl Observable {
             Self::Of(variable, j) => format!("{}{}", letter(variable), j + 1),
             Self::Reservoirs => "Σ w".into(),
             Self::Supplied => "Σ s".into(),
+            Self::Pumped => "s_t".into(),
             Self::Energy => "H".into(),
             Self::Total => "K".into(),
             Self::Drift => "K − K₀".into(),

@@ -1,16 +1,15 @@
 //! A solution at equally spaced times, with a doubt.
 
 use crate::measured::{Doubt, Measured};
-use afterbay_core::{Scalar, State, StateRef, Vector, accounts};
+use afterbay_core::{Motors, Scalar, State, StateRef, Vector, accounts};
 use std::borrow::Cow;
 
 /// The states of a reference at equally spaced times, with a bound of the error of each.
 #[derive(Clone, Debug)]
 pub struct Solution<T> {
-    /// The number of degrees of freedom, motors included.
+    /// The number of degrees of freedom, the clock and motors included.
     dof: usize,
-    /// The driven degrees of freedom.
-    driven: Vec<usize>,
+    motors: Motors,
     /// q, p, w and t of each state.
     numbers: Vec<T>,
     doubts: Vec<Doubt>,
@@ -21,12 +20,12 @@ impl<T: Scalar> Solution<T> {
     pub fn with_room(dof: usize, count: usize) -> Self {
         let (numbers, doubts) =
             (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
-        Self { dof, driven: Vec::new(), numbers, doubts }
+        Self { dof, motors: Motors::default(), numbers, doubts }
     }
 
-    /// The solution of a system with a drive on these degrees of freedom.
-    pub(crate) fn with_drive(self, driven: &[usize]) -> Self {
-        Self { driven: driven.to_vec(), ..self }
+    /// The solution of a system with these motors.
+    pub(crate) fn with_motors(self, motors: Motors) -> Self {
+        Self { motors, ..self }
     }
 
     /// Appends a state with zero doubt.
@@ -72,20 +71,20 @@ impl<T: Scalar> Solution<T> {
     }
 
     /// The errors of q, p and w of a state computed for time i, each the largest over the degrees
-    /// of freedom, with the doubt of the reference. That of w covers s, the energy supplied by a
-    /// drive.
+    /// of freedom, with the doubt of the reference. That of w covers the energies s, supplied
+    /// by a drive, and s_t, pumped by V(q, t).
     pub fn errors(&self, i: usize, found: StateRef<'_, T>) -> [Measured; 3] {
         let exact = self.at(i);
         let Doubt { qp, w } = self.doubts[i];
-        let n = self.dof - self.driven.len();
+        let n = self.dof - self.motors.count();
         let (mut qs, mut ps) = ([found.q, exact.q], [found.p, exact.p]);
         let mut ws = [found.w, exact.w].map(Cow::Borrowed);
-        if !self.driven.is_empty() {
+        if !self.motors.is_empty() {
             (qs, ps) = (qs.map(|q| &q[..n]), ps.map(|p| &p[..n]));
-            ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.driven).concat()));
+            ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.motors).all()));
         }
         // w is the sum of an account and the momentum of a motor.
-        let w = if self.driven.is_empty() { w } else { w + qp };
+        let w = if self.motors.is_empty() { w } else { w + qp };
         let parts = [(qs[0], qs[1], qp), (ps[0], ps[1], qp), (&*ws[0], &*ws[1], w)];
         parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
     }
@@ -102,7 +101,7 @@ impl<T: Scalar> Solution<T> {
             w: doubt.w + rounding(state.w),
         };
         let doubts = self.states().zip(&self.doubts).map(doubt).collect();
-        Solution { dof: self.dof, driven: self.driven.clone(), numbers, doubts }
+        Solution { dof: self.dof, motors: self.motors.clone(), numbers, doubts }
     }
 
     /// A copy with zero doubt at every state.

@@ -44,6 +44,9 @@ use serde::Serialize;
 /// the error of each is the largest of its N.
 pub const VARIABLES: [&str; 3] = ["q", "p", "w"];
 
+/// The name of the column of s_t, the energy pumped by V(q, t).
+pub(crate) const PUMPED: &str = "st";
+
 /// A system, its initial state and the end of time.
 #[derive(Clone, Debug, Serialize)]
 pub struct Problem {
@@ -59,7 +62,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// The initial state. The motors of a drive have supplied nothing.
+    /// The initial state. Nothing has been supplied or pumped.
     ///
     /// # Errors
     /// [`InputError::Length`] where q or p does not fit the system, and [`InputError::NotFinite`].
@@ -67,7 +70,7 @@ impl Problem {
         let lift = |part: &[f64]| part.iter().map(|&x| T::from_f64(x)).collect();
         let state = State::new(lift(&self.q), lift(&self.p))?;
         state.check(self.model.degrees())?;
-        Ok(with_motors(&state, self.model.driven().len()))
+        Ok(with_motors(&state, self.model.motors().count()))
     }
 
     /// The reference at the times `i h`, i = 0..=count, with its doubt at each. Up to
@@ -85,7 +88,7 @@ impl Problem {
         progress: &dyn Progress,
     ) -> Result<Solution<f64>, IntegrateError> {
         let found = reference::reference(self, h, count, progress)?;
-        Ok(found.with_drive(self.model.driven()))
+        Ok(found.with_motors(self.model.motors()))
     }
 }
 

@@ -45,8 +45,8 @@ fn a_resonance_has_its_closed_form() {
         let solution = solution.unwrap();
         let [before, after] = [solution.len() - 2, solution.len() - 1].map(|i| {
             let state = solution.at(i);
-            let [w, s] = accounts(state, &[0]);
-            (state.q[0].hypot(state.p[0] / omega), w[0], s[0])
+            let found = accounts(state, &scene.problem.model.motors());
+            (state.q[0].hypot(state.p[0] / omega), found.w[0], found.s[0])
         });
         let amplitude = F / (1.0 - omega * omega).hypot(omega * B);
         let lost = PI * B * omega * amplitude * amplitude;
@@ -120,7 +120,7 @@ fn parameters_of_the_drive_are_parameters() {
     let supplied = |model: Model| {
         let problem = afterbay_analysis::study::Problem { model, ..problem.clone() };
         let solution = problem.solution(problem.end, 1, &Silent).unwrap();
-        accounts(solution.at(1), &[0])[1][0]
+        accounts(solution.at(1), &problem.model.motors()).s[0]
     };
     assert_eq!(supplied(still), 0.0);
     assert!(supplied(problem.model.clone()).abs() > 0.1);

@@ -93,6 +93,7 @@ fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
         w: vec![0.0],
         s: Vec::new(),
         supplied: Vec::new(),
+        pumped: Vec::new(),
     };
     let rows = (0..3).map(row).collect();
     Books { method: "any", rows, drift, violations: Some(0), ending }

@@ -4,6 +4,7 @@ use crate::arguments::Format;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{scene, table};
+use afterbay_analysis::Model;
 use afterbay_analysis::scene::Scene;
 use afterbay_methods::registry::Row;
 use serde::Serialize;
@@ -26,11 +27,12 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         Format::Table => {
             let (model, dof) = (scene.problem.model.name(), scene.problem.model.degrees());
             let freedom = if dof == 1 { "degree" } else { "degrees" };
+            let timed = timed(&scene.problem.model);
             let period = scene.problem.model.drive_period();
             let drive = match period {
-                Some(period) => format!(", driven with period {period}"),
-                None if scene.problem.model.driven().is_empty() => String::new(),
-                None => ", driven without a known period".into(),
+                Some(period) => format!(", {timed} with period {period}"),
+                None if timed.is_empty() => String::new(),
+                None => format!(", {timed} without a known period"),
             };
             table::text(&format!(
                 "{} is valid: {model}, {dof} {freedom} of freedom{drive}.",
@@ -48,6 +50,16 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// How a system depends on the time; empty if it does not.
+fn timed(model: &Model) -> &'static str {
+    match (model.has_clock(), model.driven().is_empty()) {
+        (false, true) => "",
+        (false, false) => "driven",
+        (true, true) => "depending on t",
+        (true, false) => "driven and depending on t",
+    }
 }
 
 fn kept(every: u64) -> String {

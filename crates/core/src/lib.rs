@@ -44,8 +44,9 @@ pub use run::{
     integrate_within, sample_within, zero_within,
 };
 pub use system::{
-    Abilities, Correction, Coupling, Curvature, Dissipation, DissipationForm, Drive, Driven,
-    EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean, Members, Misprinted,
-    OrderRaising, Passive, PhasePlane, PlaneDissipation, SecondDerivatives, Separable, Slopes,
-    State, StateRef, Supply, System, Uniform, accounts, with_motors,
+    Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,
+    Drive, Driven, EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean,
+    Members, Misprinted, Motors, OrderRaising, Passive, PhasePlane, PlaneDissipation,
+    SecondDerivatives, Separable, Slopes, State, StateRef, Supply, System, Uniform, accounts,
+    with_motors,
 };

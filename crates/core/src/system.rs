@@ -12,12 +12,14 @@
 //! | [`ExactFlow`] | the exact solution |
 //! | [`OrderRaising`], [`Misprinted`] | the corrected steps δ of the paper |
 //!
-//! A [`Drive`] adds forces F(q, t) to any of them, by [`Driven`].
+//! A [`Drive`] adds forces F(q, t) to any of them, by [`Driven`]. V and D of a separable system may
+//! depend on the time, by [`Clocked`].
 //!
 //! [`Abilities`] is a system whose concrete type is erased; it tells which of these traits it has.
 //! [`Formulas`] make a separable system from one potential and one dissipation.
 
 mod abilities;
+mod clock;
 mod coupling;
 mod dissipation;
 mod drive;
@@ -27,6 +29,7 @@ mod hamiltonian;
 mod hessian;
 mod lattice;
 mod linear;
+mod motors;
 mod nonseparable;
 mod order_raising;
 mod separable;
@@ -35,15 +38,17 @@ mod state;
 mod state_ref;
 
 pub use abilities::{Abilities, Entry, Flow, Members, SecondDerivatives};
+pub use clock::Clocked;
 pub use coupling::Coupling;
 pub use dissipation::{Dissipation, DissipationForm, Passive};
-pub use drive::{Drive, Driven, accounts, with_motors};
+pub use drive::{Drive, Driven};
 pub use exact_flow::ExactFlow;
 pub use formulas::{Formulas, FromFormulas};
 pub use hamiltonian::System;
 pub use hessian::Curvature;
 pub use lattice::{EndMembers, Uniform};
 pub use linear::Linear;
+pub use motors::{Accounts, Motors, accounts, with_motors};
 pub use nonseparable::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
 pub use separable::{Separable, Supply};

@@ -142,10 +142,10 @@ where
                     (None, 0) => sweep(system, [h, overall], first_motor, state, there)?,
                     (None, _) => sweep(system, [h, overall], first_motor, state, back)?,
                     (Some(friction), 0) => {
-                        rubbed(system, [h, overall], state, friction, there, back)?
+                        rubbed(system, [h, overall], first_motor, state, friction, there, back)?
                     }
                     (Some(friction), _) => {
-                        rubbed(system, [h, overall], state, friction, back, there)?
+                        rubbed(system, [h, overall], first_motor, state, friction, back, there)?
                     }
                 };
             }
@@ -207,6 +207,7 @@ fn ordering(
 fn rubbed<V, S>(
     system: &S,
     [h, overall]: [V::Scalar; 2],
+    first_motor: usize,
     state: &mut State<V>,
     friction: &mut Friction<V>,
     there: impl Iterator<Item = usize> + Clone,
@@ -217,7 +218,6 @@ where
     S: Separable<V::Scalar> + ?Sized,
 {
     friction.pass(system, h.half(), state, there.clone())?;
-    let first_motor = state.dof();
     let effort = sweep(system, [h, overall], first_motor, state, there)?;
     friction.pass(system, h.half(), state, back)?;
     Ok(effort)
@@ -243,7 +243,7 @@ where
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
     for j in order {
         if j >= first_motor {
-            q[j] += h;
+            advance_motor(system, h, j, [q, p])?;
             continue;
         }
         let known = if first_motor < q.len() { system.supply(q, j) } else { None };
@@ -263,6 +263,28 @@ where
         evaluations += moved.evaluations;
     }
     Ok(Effort { evaluations, iterations: evaluations })
+}
+
+/// Moves a motor with velocity 1. The momentum of a clock changes by the divided difference of V
+/// along the time.
+fn advance_motor<T, S>(
+    system: &S,
+    h: T,
+    motor: usize,
+    [q, p]: [&mut [T]; 2],
+) -> Result<(), StepFailure>
+where
+    T: Scalar,
+    S: Separable<T> + ?Sized,
+{
+    let (from, to) = (q[motor], q[motor] + h);
+    if system.may_be_singular() && system.is_singular_along(q, motor, to) {
+        let [from, to] = [from, to].map(|x| x.to_f64());
+        return Err(StepFailure::AcrossSingularity { dof: motor, from, to });
+    }
+    p[motor] -= system.divided_difference(q, motor, to).value * (to - from);
+    q[motor] = to;
+    Ok(())
 }
 
 /// Books the work of the drive on degree of freedom j, which has moved along its edge: the force at

@@ -7,7 +7,8 @@
 //!
 //! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., in D also
 //! the velocities v1, v2, .., + - * / ^, parentheses, pi and the functions sin cos tan asin acos
-//! atan sinh cosh tanh exp log sqrt abs min max.
+//! atan sinh cosh tanh exp log sqrt abs min max. In V and D of a separable system t is the time;
+//! the system is then [`Described::Clocked`].
 //! `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product if the exponent is a whole number, with
 //! a square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. `q[i+1]`
 //! is an entry, `sum(i, 1, n-1, ..)` a sum over whole numbers, `wrap(i+1)` a periodic index; i in
@@ -82,11 +83,18 @@ pub struct Custom<T> {
 }
 
 impl Custom<f64> {
-    /// Compiles a description.
+    /// Compiles a description. [`Described::separable`] takes those that depend on the time, too.
     ///
     /// # Errors
-    /// [`CustomError`], with the expression and the place in it.
+    /// [`CustomError`], with the expression and the place in it, and [`CustomError::NeedsClock`] if V
+    /// or D depends on t.
     pub fn new(description: &Description) -> Result<Self, CustomError> {
+        let system = Self::compile(description)?;
+        if system.shape.has_clock { Err(CustomError::NeedsClock) } else { Ok(system) }
+    }
+
+    /// Compiles a description. If V or D depends on t, it is the last coordinate.
+    fn compile(description: &Description) -> Result<Self, CustomError> {
         let shape = Shape::new(description.read()?)?;
         let parameters = description.parameters.iter().map(|x| x.1).collect();
         Self::bind(Arc::new(shape), parameters).checked()

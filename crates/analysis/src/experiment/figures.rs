@@ -68,6 +68,9 @@ fn defaults(model: &Model, run: &RunPlan) -> Vec<FigurePlan> {
         plans.push(plan("reservoirs", "Reservoirs", &one, curves(time, first(Variable::W))));
     }
     let mut books = vec![Observable::Energy, Observable::Reservoirs, Observable::Total];
+    if model.has_clock() {
+        books.insert(2, Observable::Pumped);
+    }
     if is_driven {
         books.insert(2, Observable::Supplied);
     }

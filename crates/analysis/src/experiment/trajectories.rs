@@ -37,8 +37,9 @@ pub(super) fn sheet(
         |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
     sheet.runs.extend(found.iter().map(record));
     let form = problem.model.system::<f64>()?.dissipation_form();
-    let passive = !form.zero && form.passive != Passive::No;
-    say(&mut sheet, &found, passive);
+    // What is pumped by V(q, t) may raise H.
+    let only_falls = !form.zero && form.passive != Passive::No && !problem.model.has_clock();
+    say(&mut sheet, &found, only_falls);
     for run in &found {
         let Some(end) = run.rows.last() else { continue };
         let of_method = |what: &str, value| (run.method.to_owned(), what.to_owned(), value);
@@ -78,12 +79,14 @@ pub(super) fn sheet(
             if is_driven {
                 cells.push(format!("{:.6}", row.s.iter().sum::<f64>()));
             }
+            cells.extend(row.pumped.iter().map(|pumped| format!("{pumped:.6}")));
             cells.push(scientific(Some(drift(run))));
         }
         cells
     };
     let mut header = vec!["method", "outcome", "steps", "t", "H", "Σ w"];
     header.extend(is_driven.then_some("Σ s"));
+    header.extend(problem.model.has_clock().then_some("s_t"));
     header.push("max |K - K₀| of the states kept");
     sheet.table(&header, found.iter().map(last).collect());
     let kept = match plan.every {
@@ -112,10 +115,10 @@ fn rise(run: &Trajectory) -> Option<f64> {
     (rise > ROUNDING * size).then_some(rise)
 }
 
-fn say(sheet: &mut Sheet, found: &[Trajectory], passive: bool) {
+fn say(sheet: &mut Sheet, found: &[Trajectory], only_falls: bool) {
     let readings = found.iter().fold(Readings::default(), |r, run| {
         let r = r.and(run.method, "run", run.ending.outcome).and(run.method, "drift", drift(run));
-        match rise(run).filter(|_| passive) {
+        match rise(run).filter(|_| only_falls) {
             Some(rise) => r.and(run.method, "rise", rise),
             None => r,
         }

@@ -65,13 +65,13 @@ fn size(problem: &Problem) -> Result<f64, IntegrateError> {
     system.gradient(&start.q, &start.p, &mut hq, &mut hp);
     let kinetic: f64 = start.p.iter().zip(&hp).map(|(p, v)| 0.5 * (p * v).abs()).sum();
     let at_start = system.energy(&start.q, &start.p).abs() + kinetic;
-    if problem.model.driven().is_empty() {
+    let motors = problem.model.motors();
+    if motors.is_empty() {
         return Ok(at_start);
     }
-    // A driven system may start at rest. Its energies at the end count too.
+    // A driven system may start at rest, and V(q, t) may grow. Its energies at the end count too.
     let end = problem.solution(problem.end, 1, &Silent)?;
-    let [w, s] = accounts(end.at(1), problem.model.driven());
-    Ok(w.iter().chain(&s).fold(at_start, |size, x| size + x.abs()))
+    Ok(accounts(end.at(1), &motors).all().iter().fold(at_start, |size, x| size + x.abs()))
 }
 
 /// States the cheapest run within the wanted error, and the cheapest of those that keep K, as

@@ -65,7 +65,7 @@ pub struct SystemTable {
     /// "sqrt(k/m)". A parameter given as an expression follows those that it mentions.
     #[serde(default)]
     pub parameters: BTreeMap<String, Expression>,
-    /// Custom: V(q), an expression in q1, q2, .. and the parameters. H = Σ p_j²/(2 m_j) + V(q).
+    /// Custom: V(q, t), an expression in q1, q2, .., t and the parameters. H = Σ p_j²/(2 m_j) + V.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<Expression>,
     /// Custom, instead of `potential` and `mass`: H(q, p), an expression in q1, q2, .., p1, p2, ..

@@ -105,7 +105,7 @@ impl Planner<'_> {
     pub(super) fn studies(&self) -> Planned<Studies> {
         let tables = &self.document.study;
         let mut studies = Studies::default();
-        self.refuse_driven()?;
+        self.refuse_timed()?;
         if let Some(table) = &tables.local_order {
             let path = "study.local-order";
             let methods = self.fixed_methods(path, table.methods.as_ref())?;
@@ -201,8 +201,8 @@ impl Planner<'_> {
         Ok(studies)
     }
 
-    /// Refuses the studies that do not take a drive.
-    fn refuse_driven(&self) -> Planned<()> {
+    /// Refuses the studies that take neither a drive nor a system that depends on the time.
+    fn refuse_timed(&self) -> Planned<()> {
         let tables = &self.document.study;
         let given = [
             ("local-order", tables.local_order.is_some()),
@@ -210,8 +210,14 @@ impl Planner<'_> {
             ("long-run", tables.long_run.is_some()),
         ];
         match given.into_iter().find(|x| x.1) {
-            Some((key, _)) if !self.problem.model.driven().is_empty() => {
-                let why = "this study does not take a [drive]; global-order, energy and work-precision do, and so do the studies of attractors";
+            Some((key, _)) if !self.problem.model.motors().is_empty() => {
+                let why = if self.problem.model.has_clock() {
+                    "this study does not take a system that depends on t; global-order, energy and \
+                     work-precision do, and so do the studies of attractors"
+                } else {
+                    "this study does not take a [drive]; global-order, energy and work-precision \
+                     do, and so do the studies of attractors"
+                };
                 self.refuse(&format!("study.{key}"), SceneProblem::Misplaced { key, why })
             }
             _ => Ok(()),

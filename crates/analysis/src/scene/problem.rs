@@ -265,11 +265,11 @@ pub enum SceneProblem {
     /// A grid of basins that does not have two axes.
     #[error("a map of basins has two axes")]
     TwoAxes,
-    /// A stroboscopic section of a drive without a period.
-    #[error("the drive shows no period")]
+    /// A stroboscopic section of a drive, or of V(q, t), without a period.
+    #[error("the dependence on t shows no period")]
     NoPeriod,
-    /// An interval after which the drive does not repeat.
-    #[error("the interval {interval:?} is no multiple of the period of the drive, {period:?}")]
+    /// An interval after which the drive, or V(q, t), does not repeat.
+    #[error("the interval {interval:?} is no multiple of the period in t, {period:?}")]
     OffPeriod {
         /// The interval.
         interval: f64,

@@ -9,8 +9,8 @@ use crate::{Model, ModelError};
 use afterbay_core::{InputError, Quantity, State};
 use afterbay_expression::MOST_DEGREES;
 use afterbay_systems::{
-    Custom, CustomError, CustomGeneral, Described, Description, DissipationText,
-    GeneralDescription, Place, SYSTEMS,
+    CustomError, CustomGeneral, Described, Description, DissipationText, GeneralDescription, Place,
+    SYSTEMS,
 };
 
 /// The name of a system given by expressions.
@@ -209,7 +209,7 @@ fn described(table: &SystemTable, count: Option<usize>) -> Result<Described, Cus
         definitions,
         dof,
     };
-    Custom::new(&description).map(Described::Separable)
+    Described::separable(&description)
 }
 
 /// Adds the place in the scene to a problem of a custom system. `energy` is the path of V or H.
@@ -234,9 +234,10 @@ pub(super) fn located(source: &Source<'_>, error: CustomError, energy: &str) -> 
         CustomError::NoPeriod { .. } | CustomError::PeriodRange { .. } => {
             source.span("drive.period")
         }
-        CustomError::Empty | CustomError::TooLarge { .. } | CustomError::Input(_) => {
-            source.span(energy)
-        }
+        CustomError::Empty
+        | CustomError::NeedsClock
+        | CustomError::TooLarge { .. }
+        | CustomError::Input(_) => source.span(energy),
     };
     SceneError { problem: SceneProblem::Custom(error), span }
 }
@@ -275,7 +276,7 @@ pub(super) fn finite_at(
     let n = model.degrees();
     let (q, p) = (&start.q[..n], &start.p[..n]);
     if let Model::Custom(custom) = model {
-        return custom.check_at(q, p).map_err(|error| match error {
+        return custom.check_at(q, p, start.t).map_err(|error| match error {
             CustomError::Input(error) => at("initial", error),
             _ => located(source, error, "system"),
         });

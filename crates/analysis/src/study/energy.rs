@@ -2,10 +2,10 @@
 
 use super::outcome::Ending;
 use super::passivity::Passivity;
-use super::{Problem, numbered};
+use super::{PUMPED, Problem, numbered};
 use crate::progress::{Piece, Progress};
 use crate::{Measured, Model, Solution};
-use afterbay_core::{Grid, IntegrateError, StateRef, System, accounts};
+use afterbay_core::{Accounts, Grid, IntegrateError, StateRef, System, accounts};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -40,6 +40,8 @@ pub struct EnergyRow {
     pub s: Vec<f64>,
     /// Σ s, where there is a drive.
     pub supplied: Vec<f64>,
+    /// The energy s_t pumped by V(q, t); empty where V and D do not depend on t.
+    pub pumped: Vec<f64>,
 }
 
 impl EnergyRow {
@@ -56,13 +58,14 @@ impl EnergyRow {
 }
 
 /// The names of the columns: `method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1..wN`, and
-/// `s1..sN,supplied` where there is a drive.
+/// `s1..sN,supplied` where there is a drive, and `st` where V or D depends on t.
 pub fn columns(model: &Model) -> Vec<String> {
     let names =
         ["method", "h", "t", "H", "K_minus_K0", "R", "d_R", "w_error", "doubt_w", "doubt_d_R"];
     let accounts = model.variables()[2..].iter().flat_map(|name| numbered(name, model.degrees()));
+    let pumped = model.has_clock().then(|| PUMPED.to_owned());
     let supplied = (!model.driven().is_empty()).then(|| "supplied".to_owned());
-    names.into_iter().map(String::from).chain(accounts).chain(supplied).collect()
+    names.into_iter().map(String::from).chain(accounts).chain(supplied).chain(pumped).collect()
 }
 
 /// The energy balance of one run.
@@ -115,7 +118,7 @@ fn follow(
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
     let total = state.total(&*system);
-    let (n, driven) = (problem.model.degrees(), problem.model.driven());
+    let (n, motors) = (problem.model.degrees(), problem.model.motors());
     let exact_energy = |step: usize| exact_energy(&*system, solution, step, n);
     let finite = |x: f64| x.is_finite().then_some(x);
 
@@ -130,7 +133,7 @@ fn follow(
         let energy = energy_of(&*system, state, n);
         let off = state.total(&*system) - total;
         drift = drift.max(off.abs());
-        let [w, s] = accounts(state, driven);
+        let Accounts { w, s, pumped } = accounts(state, &motors);
         passivity.see(state);
         if step % every == 0 {
             let i = step as usize;
@@ -151,10 +154,11 @@ fn follow(
                 drift: off,
                 ratio,
                 ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
-                w_error: largest_difference(&w, &accounts(solution.at(i), driven)[0]),
+                w_error: largest_difference(&w, &accounts(solution.at(i), &motors).w),
                 doubt_w: solution.doubt_at(i).w,
                 doubt_ratio,
-                supplied: if driven.is_empty() { Vec::new() } else { vec![s.iter().sum()] },
+                supplied: if s.is_empty() { Vec::new() } else { vec![s.iter().sum()] },
+                pumped: pumped.into_iter().collect(),
                 w,
                 s,
             });
@@ -167,7 +171,7 @@ fn follow(
     Ok(Books { method: row.name, rows, drift, violations, ending })
 }
 
-/// H, without what the motors of n degrees of freedom have supplied.
+/// H, without the momenta of the motors behind n degrees of freedom.
 fn energy_of(system: &dyn System<f64>, state: StateRef<'_, f64>, n: usize) -> f64 {
     state.energy(system) - state.p[n..].iter().sum::<f64>()
 }

@@ -3,7 +3,7 @@
 
 use super::outcome::{Ending, INTERRUPTED};
 use super::trajectory::{Trajectory, TrajectoryRow};
-use super::{Problem, numbered};
+use super::{PUMPED, Problem, numbered};
 use crate::Model;
 use crate::observable::Observable;
 use crate::progress::{Piece, Progress};
@@ -68,18 +68,21 @@ pub struct EventRow {
     pub w: Vec<f64>,
     /// The energy supplied by a drive; empty without one.
     pub s: Vec<f64>,
-    /// H(q, p)
+    /// The energy s_t pumped by V(q, t); empty where V and D do not depend on t.
+    pub pumped: Vec<f64>,
+    /// H
     pub energy: f64,
-    /// K = H + Σ w - Σ s
+    /// K = H + Σ w - Σ s - s_t
     pub total: f64,
 }
 
 /// The names of the columns: `method,event,t,q1..qN,p1..pN,w1..wN,H,K`, with s1..sN behind w where
-/// there is a drive.
+/// there is a drive, and st behind them where V or D depends on t.
 pub fn columns(model: &Model) -> Vec<String> {
     let parts = model.variables().iter().flat_map(|name| numbered(name, model.degrees()));
     let first = ["method", "event", "t"].map(String::from).into_iter();
-    first.chain(parts).chain(["H".into(), "K".into()]).collect()
+    let pumped = model.has_clock().then(|| PUMPED.to_owned());
+    first.chain(parts).chain(pumped).chain(["H".into(), "K".into()]).collect()
 }
 
 /// The steps of a run: of size h, and of a method with a tolerance the runs between them.
@@ -131,6 +134,7 @@ pub fn run(
             p: at.p,
             w: at.w,
             s: at.s,
+            pumped: at.pumped,
             energy: at.energy,
             total: at.total,
         });

@@ -1,14 +1,14 @@
 //! Steps that violate passivity.
 
 use crate::Model;
-use afterbay_core::{InputError, Passive, StateRef, accounts};
+use afterbay_core::{Accounts, InputError, Motors, Passive, StateRef, accounts};
 
 /// Counts the steps that violate passivity, see [`Passive::violated`]. The work of a drive is in an
 /// account of its own and does not count.
 #[derive(Clone, Debug)]
 pub(super) struct Passivity {
     owed: Passive,
-    driven: Vec<usize>,
+    motors: Motors,
     before: Vec<f64>,
     violations: u64,
 }
@@ -21,22 +21,23 @@ impl Passivity {
     pub(super) fn new(model: &Model, state: StateRef<'_, f64>) -> Result<Self, InputError> {
         let mut passivity = Self {
             owed: model.passive()?,
-            driven: model.driven().to_vec(),
+            motors: model.motors(),
             before: Vec::new(),
             violations: 0,
         };
-        passivity.before = accounts(state, &passivity.driven)[0].clone();
+        passivity.before = accounts(state, &passivity.motors).w;
         Ok(passivity)
     }
 
     /// Records the state after a step.
     pub(super) fn see(&mut self, state: StateRef<'_, f64>) {
-        if self.driven.is_empty() {
-            self.violations += u64::from(self.owed.violated(&self.before, state.w));
-            self.before.copy_from_slice(state.w);
+        if self.motors.driven.is_empty() {
+            let w = &state.w[..self.before.len()];
+            self.violations += u64::from(self.owed.violated(&self.before, w));
+            self.before.copy_from_slice(w);
             return;
         }
-        let [w, s] = accounts(state, &self.driven);
+        let Accounts { w, s, .. } = accounts(state, &self.motors);
         // w_j is the difference of two accounts, and has the rounding of the larger. Both ends are
         // shifted by its size, which leaves their difference.
         let sizes: Vec<f64> = w
@@ -65,7 +66,7 @@ mod tests {
     fn steps_are_counted_and_not_degrees_of_freedom() {
         let count = |owed| {
             let (before, violations) = (vec![0.0; 2], 0);
-            let mut passivity = Passivity { owed, driven: Vec::new(), before, violations };
+            let mut passivity = Passivity { owed, motors: Motors::default(), before, violations };
             // Both rise; one falls and the sum rises; both fall; one falls and the sum with it.
             [[1.0, 1.0], [0.5, 2.0], [0.25, 1.0], [2.0, -2.0]]
                 .iter()
@@ -80,8 +81,9 @@ mod tests {
     #[test]
     fn the_work_of_a_drive_is_no_violation_and_hides_none() {
         let count = |steps: [[f64; 3]; 3]| {
-            let (owed, driven, before) = (Passive::Each, vec![0], vec![0.0]);
-            let mut passivity = Passivity { owed, driven, before, violations: 0 };
+            let motors = Motors { driven: vec![0], ..Motors::default() };
+            let (owed, before) = (Passive::Each, vec![0.0]);
+            let mut passivity = Passivity { owed, motors, before, violations: 0 };
             // w_1 - s_1, and s_1 as momentum and account of the motor.
             for [w, s, q] in steps {
                 let state = StateRef { q: &[0.0, q], p: &[0.0, s], w: &[w - s, -s], t: q };

@@ -15,7 +15,7 @@ use super::zero::{at_zero, copy};
 use crate::Model;
 use crate::progress::Progress;
 use crate::scene::Spacing;
-use afterbay_core::{Grid, IntegrateError, State, StateRef, System, accounts};
+use afterbay_core::{Accounts, Grid, IntegrateError, State, StateRef, System, accounts};
 use afterbay_methods::registry::{Row, Run};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -56,7 +56,8 @@ pub struct ResonanceRow {
     pub branch: Way,
     /// max |q_j| over the measured periods, one entry for each degree of freedom.
     pub amplitude: Vec<Option<f64>>,
-    /// The energy that the drive supplies in a period, the mean of the measured periods.
+    /// The energy that the drive supplies in a period, the mean of the measured periods. It includes
+    /// the energy that V(q, t) pumps.
     pub supplied: Option<f64>,
     /// The energy dissipated in a period.
     pub dissipated: Option<f64>,
@@ -162,7 +163,7 @@ impl Resonance {
         grid: Grid<f64>,
         state: &mut State<Vec<f64>>,
     ) -> Result<Steady, IntegrateError> {
-        let (dof, driven) = (model.degrees(), model.driven());
+        let dof = model.degrees();
         for _ in 0..self.transient {
             run.run(grid, state, grid.steps, &mut |_, _| ControlFlow::Continue(()))?;
             rewind(&mut state.q, &mut state.t, dof);
@@ -183,13 +184,14 @@ impl Resonance {
             })?;
             rewind(&mut state.q, &mut state.t, dof);
         }
-        let [w, s] = accounts(state.state_ref(), driven);
+        let Accounts { w, s, pumped } = accounts(state.state_ref(), &model.motors());
+        let gained: Vec<f64> = s.into_iter().chain(pumped).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
         let end = point(&model.periods(), dof, state.state_ref());
         let off = start.iter().flatten().zip(end.iter().flatten()).map(|(a, b)| (a - b).abs());
         let size = start.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
         let returned = off.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE);
-        Ok(Steady { amplitude, supplied: mean(&s), dissipated: mean(&w), returned })
+        Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned })
     }
 }
 

@@ -2,10 +2,12 @@
 
 use super::events::Steps;
 use super::outcome::Ending;
-use super::{Problem, numbered};
+use super::{PUMPED, Problem, numbered};
 use crate::Model;
 use crate::progress::{Piece, Progress};
-use afterbay_core::{Abilities, Grid, IntegrateError, RunError, StateRef, Tolerance, accounts};
+use afterbay_core::{
+    Abilities, Accounts, Grid, IntegrateError, RunError, StateRef, Tolerance, accounts,
+};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -28,9 +30,11 @@ pub struct TrajectoryRow {
     pub w: Vec<f64>,
     /// The energy supplied by a drive; empty without one.
     pub s: Vec<f64>,
-    /// H(q, p)
+    /// The energy s_t pumped by V(q, t); empty where V and D do not depend on t.
+    pub pumped: Vec<f64>,
+    /// H
     pub energy: f64,
-    /// K = H + Σ w - Σ s
+    /// K = H + Σ w - Σ s - s_t
     pub total: f64,
 }
 
@@ -44,7 +48,7 @@ impl TrajectoryRow {
         model: &Model,
     ) -> Self {
         let n = model.degrees();
-        let [w, s] = accounts(state, model.driven());
+        let Accounts { w, s, pumped } = accounts(state, &model.motors());
         let supplied: f64 = state.p[n..].iter().sum();
         Self {
             method,
@@ -54,6 +58,7 @@ impl TrajectoryRow {
             p: state.p[..n].to_vec(),
             w,
             s,
+            pumped: pumped.into_iter().collect(),
             energy: state.energy(system) - supplied,
             total: state.total(system),
         }
@@ -61,11 +66,17 @@ impl TrajectoryRow {
 }
 
 /// The names of the columns: `method,step,t,q1..qN,p1..pN,w1..wN,H,K`, with s1..sN behind w where
-/// there is a drive.
+/// there is a drive, and st behind them where V or D depends on t.
 pub fn columns(model: &Model) -> Vec<String> {
     let names = |list: &[&str]| list.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let pumped = model.has_clock().then(|| PUMPED.to_owned());
     let parts = model.variables().iter().flat_map(|name| numbered(name, model.degrees()));
-    names(&["method", "step", "t"]).into_iter().chain(parts).chain(names(&["H", "K"])).collect()
+    names(&["method", "step", "t"])
+        .into_iter()
+        .chain(parts)
+        .chain(pumped)
+        .chain(names(&["H", "K"]))
+        .collect()
 }
 
 /// One run.

@@ -23,8 +23,6 @@ use super::dissipation::{Dissipation, DissipationForm, Passive};
 use super::hamiltonian::System;
 use super::hessian::Curvature;
 use super::separable::{Separable, Supply};
-use super::state::State;
-use super::state_ref::StateRef;
 use crate::error::InputError;
 use crate::numbers::{Line, Scalar};
 use crate::quantity::Block;
@@ -54,11 +52,11 @@ pub trait Drive<T: Scalar>: Send + Sync {
 }
 
 /// A system with N degrees of freedom and a drive: N + M degrees of freedom, the last M of which
-/// are the motors.
+/// are the motors. The system may have a clock ([`crate::Clocked`]), which is then one of its N.
 pub struct Driven<S: ?Sized, D: ?Sized> {
     system: Arc<S>,
     drive: Arc<D>,
-    /// The number of degrees of freedom that are not motors.
+    /// The number of degrees of freedom of the system alone.
     dof: usize,
     /// The motor of each degree of freedom, if it is driven.
     motors: Vec<Option<usize>>,
@@ -91,36 +89,6 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
     fn motor(&self, j: usize) -> Option<(usize, usize)> {
         self.motors.get(j).copied().flatten().map(|k| (self.dof + k, k))
     }
-}
-
-/// The state of a driven system from that of the system alone: the motors stand at the time of the
-/// state and have supplied nothing.
-pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec<T>> {
-    let with = |part: &[T], value: T| {
-        part.iter().copied().chain(std::iter::repeat_n(value, motors)).collect()
-    };
-    let zero = T::zero();
-    State {
-        q: with(&state.q, state.t),
-        p: with(&state.p, zero),
-        w: with(&state.w, zero),
-        t: state.t,
-    }
-}
-
-/// The energies w_j dissipated by each degree of freedom and s_j supplied to it, from a state with
-/// motors for the `driven` ones. s is empty if there are none.
-pub fn accounts<T: Scalar>(state: StateRef<'_, T>, driven: &[usize]) -> [Vec<T>; 2] {
-    if driven.is_empty() {
-        return [state.w.to_vec(), Vec::new()];
-    }
-    let dof = state.w.len() - driven.len();
-    let (mut w, mut s) = (state.w[..dof].to_vec(), vec![T::zero(); dof]);
-    for (k, &j) in driven.iter().enumerate() {
-        w[j] += state.p[dof + k];
-        s[j] = T::zero() - state.w[dof + k];
-    }
-    [w, s]
 }
 
 impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Driven<S, D> {
@@ -158,7 +126,7 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
     }
 
     fn motors(&self) -> usize {
-        self.drive.driven().len()
+        self.system.motors() + self.drive.driven().len()
     }
 
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {

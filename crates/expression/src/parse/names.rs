@@ -27,8 +27,9 @@ pub struct Names<'a> {
     pub momenta: Result<(), &'static str>,
     /// Whether velocities are allowed; if not, the rule that a message quotes.
     pub velocities: Result<(), &'static str>,
-    /// Whether `t` is the time, which is [`Input::End`]. Else it is an unknown name.
-    pub time: bool,
+    /// Whether the time `t` is allowed, which is [`Input::End`]; if not, the rule that a message
+    /// quotes.
+    pub time: Result<(), &'static str>,
 }
 
 impl<'a> Names<'a> {
@@ -43,7 +44,7 @@ impl<'a> Names<'a> {
             coordinates: Ok(()),
             momenta: Ok(()),
             velocities: Ok(()),
-            time: false,
+            time: Err("it is the time"),
         }
     }
 }
@@ -74,9 +75,12 @@ pub fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(in_name)
 }
 
-/// Whether the name is a constant, a function, a coordinate or a momentum.
+/// Whether the name is a constant, the time, a function, a coordinate or a momentum.
 pub fn is_reserved(name: &str) -> bool {
-    name == "pi" || function::names().any(|known| known == name) || index(name).is_some()
+    name == "pi"
+        || name == "t"
+        || function::names().any(|known| known == name)
+        || index(name).is_some()
 }
 
 pub(super) fn in_name(c: char) -> bool {
@@ -133,7 +137,10 @@ impl Reader<'_, '_> {
         match (name, self.names.index) {
             ("i", Some(index)) => Ok(self.graph.number(index as f64)),
             ("n", _) => self.count().map(|n| self.graph.number(n as f64)),
-            ("t", _) if self.names.time => Ok(self.graph.input(Input::End)),
+            ("t", _) => match self.names.time {
+                Ok(()) => Ok(self.graph.input(Input::End)),
+                Err(rule) => Err(Problem::NoPlace { name: name.to_owned(), rule }),
+            },
             _ => match digits(name, &['v']) {
                 Some(digits) => self.state(name, digits),
                 None => Err(self.unknown(name)),

@@ -67,7 +67,7 @@ pub enum Problem {
         /// N
         dof: usize,
     },
-    /// A coordinate, momentum or velocity where [`Names`](super::Names) does not allow it.
+    /// A coordinate, a momentum, a velocity or the time where [`Names`](super::Names) does not allow it.
     #[error("{name} has no place here: {rule}")]
     NoPlace {
         /// As it was written.
@@ -132,11 +132,7 @@ impl Problem {
                 Some("functions with jumps are not known; tanh(x/eps) is a smooth sign".into())
             }
             Self::Unknown { name, nearest: None, known } => match name.as_str() {
-                "t" | "time" => Some(
-                    "time is not available: H and D may not depend on it; a force that does is a \
-                     [drive], and where `hamiltonian` has the term + p2, q2 is the time"
-                        .into(),
-                ),
+                "time" => Some("the time is called t".into()),
                 "i" | "n" => None,
                 _ => Some(format!(
                     "known here are {known}; `parameters` defines other names, and `afterbay list \

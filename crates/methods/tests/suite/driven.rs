@@ -3,8 +3,8 @@
 use crate::slope::slope;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Abilities, Drive, Driven, Formulas, FromFormulas, Grid, Quad, Scalar, Series, State, StateRef,
-    Tolerance, accounts, with_motors,
+    Abilities, Drive, Driven, Formulas, FromFormulas, Grid, Motors, Quad, Scalar, Series, State,
+    StateRef, Tolerance, accounts, with_motors,
 };
 use afterbay_methods::registry::{FIXED, METHODS, Needs, Row, Setting, bind};
 use std::ops::ControlFlow;
@@ -226,7 +226,9 @@ fn check_frictionless<F: Formulas + Copy + 'static>(formulas: F, which: &'static
             // A relaxed step ends late by its lag, and the motor is at the time of its end.
             let most = if row.name.starts_with("relaxed") { 1e-5 } else { 1e-13 };
             assert!(late < most, "{} at step {step}: a motor is off by {late:e}", row.name);
-            let [w, s] = accounts(state, which);
+            let motors = Motors { driven: which.to_vec(), ..Motors::default() };
+            let found = accounts(state, &motors);
+            let (w, s) = (found.w, found.s);
             let lost = w.iter().map(|w| w.abs()).fold(0.0, f64::max);
             let size = s.iter().map(|s| s.abs()).fold(1.0, f64::max);
             assert!(lost < 1e-13 * size, "{} at step {step}: w = {lost:e}", row.name);

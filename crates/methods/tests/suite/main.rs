@@ -9,6 +9,7 @@ mod bind;
 mod books;
 mod cancelling_terms;
 mod chain_memory;
+mod clocked;
 mod collocation;
 mod collocation_estimate;
 mod collocation_memory;

@@ -95,6 +95,7 @@ pub trait Number: Scalar {
 fn lifted<T: Scalar>(system: &Described, lift: Lift<'_, T>) -> Arc<dyn Abilities<T>> {
     match system {
         Described::Separable(system) => Arc::new(system.lift(lift)),
+        Described::Clocked(system) => Arc::new(system.map(|system| system.lift(lift))),
         Described::General(system) => Arc::new(system.lift(lift)),
     }
 }
@@ -171,7 +172,7 @@ fn exact<T: Lanewise>(system: &Described) -> Option<Arc<dyn Separable<Corrected<
         Described::Separable(system) => {
             Some(Arc::new(system.map(|x| Corrected::exact(T::from_f64(x)))))
         }
-        Described::General(_) => None,
+        Described::Clocked(_) | Described::General(_) => None,
     }
 }
 
@@ -225,6 +226,7 @@ fn expanded<T: Scalar>(system: &Described) -> Field<T> {
     let constant = |x| Series::constant(T::from_f64(x));
     match system {
         Described::Separable(system) => Arc::new(system.map(constant)),
+        Described::Clocked(system) => Arc::new(system.map(|system| system.map(constant))),
         Described::General(system) => Arc::new(system.map(constant)),
     }
 }
@@ -274,6 +276,7 @@ pub fn custom_ranges(system: &Described) -> Arc<dyn System<Ranges>> {
     let constant = |x| Series::constant(Interval::from_f64(x));
     match system {
         Described::Separable(system) => Arc::new(system.map(constant)),
+        Described::Clocked(system) => Arc::new(system.map(|system| system.map(constant))),
         Described::General(system) => Arc::new(system.map(constant)),
     }
 }

@@ -37,7 +37,8 @@ pub(super) fn closed_are_finite<T: Scalar>(
     first_not_finite(places, |node| values.get(node).copied())
 }
 
-/// Checks that all operations, and H, its gradient and D, are finite at (q, p).
+/// Checks that all operations, and H, its gradient and D, are finite at (q, p). Where an operation
+/// mentions the time, that is the last coordinate.
 pub(super) fn finite_at<T: Scalar, S: System<T>>(
     system: &S,
     graph: &Graph,
@@ -59,7 +60,8 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
         Input::Coordinate(j) => q[j as usize],
         Input::Momentum(j) => p[j as usize],
         Input::Velocity(j) => hp[j as usize],
-        Input::End | Input::OwnCoordinate | Input::OwnMomentum => T::zero(),
+        Input::End => q[n - 1],
+        Input::OwnCoordinate | Input::OwnMomentum => T::zero(),
     });
     first_not_finite(places, |node| values.get(node).copied())?;
     system.dissipation(q, p, &hp, &mut d);

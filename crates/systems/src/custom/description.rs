@@ -13,10 +13,10 @@ use afterbay_expression::{
 };
 use std::ops::Range;
 
-/// A separable system as texts of expressions.
+/// A separable system as texts of expressions. V and D may depend on the time t.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
-    /// V(q)
+    /// V(q, t)
     pub potential: String,
     /// D
     pub dissipation: DissipationText,
@@ -71,6 +71,10 @@ impl DissipationText {
     }
 }
 
+/// The rule for t where H is given as a whole.
+const NO_TIME: &str = "H(q, p) does not depend on t: give `potential` and `mass` in its place, or add \
+                       the term + p2 to H, which makes q2 the time";
+
 /// A parsed description.
 pub(super) struct Reading {
     pub(super) graph: Graph,
@@ -82,6 +86,34 @@ pub(super) struct Reading {
     pub(super) dissipations: Vec<Node>,
     /// The expression and the bytes of each operation, operands first.
     pub(super) places: Vec<(Place, Node, Range<usize>)>,
+    /// Whether the last coordinate is the time.
+    pub(super) has_clock: bool,
+}
+
+impl Reading {
+    /// Makes the time a coordinate behind the others, where V or D depends on it. It has mass 1, and
+    /// D is 0 there. In `places` the time stays the end of an edge.
+    fn with_clock(mut self) -> Self {
+        let timed = |graph: &Graph, x: Node| graph.depends(x, Kinds::END);
+        let graph = &mut self.graph;
+        if ![&[self.potential], &self.forces[..]].concat().iter().any(|&x| timed(graph, x)) {
+            return self;
+        }
+        let clock = Input::Coordinate(self.masses.len() as u32);
+        let texts = self.forces.iter_mut().chain(&mut self.dissipations);
+        for node in std::iter::once(&mut self.potential).chain(texts) {
+            *node = graph.substitute(*node, Kinds::END, |graph, input| match input {
+                Input::End => graph.input(clock),
+                input => graph.input(input),
+            });
+        }
+        self.masses.push(graph.number(1.0));
+        if !self.forces.is_empty() {
+            self.forces.push(graph.number(0.0));
+            self.dissipations.push(graph.number(0.0));
+        }
+        Self { has_clock: true, ..self }
+    }
 }
 
 /// A parsed description of a system with any H(q, p).
@@ -100,7 +132,7 @@ impl Description {
     pub(super) fn read(&self) -> Result<Reading, CustomError> {
         let declared = Some(self.masses.len()).filter(|&n| n > 0).or(self.dissipation.dof());
         let mut reader = Reader::new(&self.parameters, &self.definitions, declared.or(self.dof))?;
-        let no_momenta = Err("a potential is made of coordinates and parameters");
+        let no_momenta = Err("a potential is made of coordinates, t and parameters");
         let rules = Rules { momenta: no_momenta, velocities: no_momenta, ..Rules::ALL };
         let (potential, dof) =
             reader.energy(Place::Potential, &self.potential, rules, [declared, self.dof])?;
@@ -109,13 +141,12 @@ impl Description {
         } else {
             counted("list of masses", dof, self.masses.len())?;
             let rule = Err("a mass is made of numbers and parameters");
-            let rules = Rules { coordinates: rule, momenta: rule, velocities: rule, ..Rules::ALL };
-            let rules = Rules { dof: Some(dof), ..rules };
+            let rules = Rules { dof: Some(dof), ..Rules::only_parameters(rule) };
             let read =
                 |(j, text): (usize, &String)| Ok(reader.read(Place::Mass(j), text, rules)?.0);
             self.masses.iter().enumerate().map(read).collect::<Result<_, CustomError>>()?
         };
-        let written = reader.dissipation(&self.dissipation, dof)?;
+        let written = reader.dissipation(&self.dissipation, dof, Ok(()))?;
         let forces: Vec<Node> = written
             .iter()
             .map(|&force| {
@@ -144,7 +175,18 @@ impl Description {
             DissipationText::None | DissipationText::Matrix(_) => written,
         };
         let Reader { graph, names: parameters, places, .. } = reader.finish()?;
-        Ok(Reading { graph, parameters, potential, masses, forces, dissipations, places })
+        let has_clock = false;
+        let reading = Reading {
+            graph,
+            parameters,
+            potential,
+            masses,
+            forces,
+            dissipations,
+            places,
+            has_clock,
+        };
+        Ok(reading.with_clock())
     }
 }
 
@@ -153,10 +195,11 @@ impl GeneralDescription {
         let declared = self.dissipation.dof();
         let mut reader = Reader::new(&self.parameters, &self.definitions, declared.or(self.dof))?;
         let rule = Err("H is made of coordinates, momenta and parameters");
-        let rules = Rules { velocities: rule, ..Rules::ALL };
+        let no_time = Err(NO_TIME);
+        let rules = Rules { velocities: rule, time: no_time, ..Rules::ALL };
         let (hamiltonian, dof) =
             reader.energy(Place::Hamiltonian, &self.hamiltonian, rules, [declared, self.dof])?;
-        let dissipations = reader.dissipation(&self.dissipation, dof)?;
+        let dissipations = reader.dissipation(&self.dissipation, dof, no_time)?;
         let Reader { graph, names: parameters, places, .. } = reader.finish()?;
         Ok(GeneralReading { graph, parameters, hamiltonian, dof, dissipations, places })
     }
@@ -203,12 +246,17 @@ struct Rules {
     coordinates: Result<(), &'static str>,
     momenta: Result<(), &'static str>,
     velocities: Result<(), &'static str>,
-    time: bool,
+    time: Result<(), &'static str>,
 }
 
 impl Rules {
     const ALL: Self =
-        Self { dof: None, coordinates: Ok(()), momenta: Ok(()), velocities: Ok(()), time: false };
+        Self { dof: None, coordinates: Ok(()), momenta: Ok(()), velocities: Ok(()), time: Ok(()) };
+
+    /// Numbers and parameters, by this rule.
+    fn only_parameters(rule: Result<(), &'static str>) -> Self {
+        Self { dof: None, coordinates: rule, momenta: rule, velocities: rule, time: rule }
+    }
 }
 
 struct Reader {
@@ -266,13 +314,14 @@ impl Reader {
         if dof == 0 { Err(CustomError::Empty) } else { Ok((node, dof)) }
     }
 
-    /// D_j as written: functions of (q, p, v).
+    /// D_j as written: functions of (q, p, v), and of t if `time` allows it.
     fn dissipation(
         &mut self,
         text: &DissipationText,
         dof: usize,
+        time: Result<(), &'static str>,
     ) -> Result<Vec<Node>, CustomError> {
-        let all = Rules { dof: Some(dof), ..Rules::ALL };
+        let all = Rules { dof: Some(dof), time, ..Rules::ALL };
         match text {
             DissipationText::None => Ok(Vec::new()),
             DissipationText::Forces(texts) => {
@@ -313,7 +362,7 @@ impl Reader {
     /// Parses the definitions, each after those that it mentions.
     fn define(&mut self, texts: &[(String, String)]) -> Result<(), CustomError> {
         let rule = Err("a parameter is made of numbers and other parameters");
-        let rules = Rules { coordinates: rule, momenta: rule, velocities: rule, ..Rules::ALL };
+        let rules = Rules::only_parameters(rule);
         let mut waiting: Vec<usize> = (0..texts.len()).collect();
         while !waiting.is_empty() {
             let before = waiting.len();

@@ -158,6 +158,9 @@ pub enum CustomError {
         /// The number.
         period: f64,
     },
+    /// V or D depends on t, which [`super::Custom`] alone does not take.
+    #[error("V or D depends on t: make the system with Described::separable")]
+    NeedsClock,
     /// A size beyond its limit.
     #[error(
         "{count} {what} are more than {limit}: take fewer degrees of freedom, or couple fewer of \

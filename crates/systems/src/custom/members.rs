@@ -145,6 +145,7 @@ impl Laws<'_> {
             forces,
             dissipations,
             places: Vec::new(),
+            has_clock: false,
         };
         Shape::new(reading).map(Arc::new)
     }

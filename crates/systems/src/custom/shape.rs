@@ -53,6 +53,8 @@ pub(super) enum DissipationKernel {
 #[derive(Debug)]
 pub(super) struct Shape {
     pub(super) dof: usize,
+    /// Whether the last coordinate is the time.
+    pub(super) has_clock: bool,
     pub(super) graph: Graph,
     pub(super) parameters: Vec<String>,
     pub(super) places: Vec<(Place, Node, Range<usize>)>,
@@ -83,9 +85,17 @@ pub(super) struct Shape {
 
 impl Shape {
     pub(super) fn new(mut reading: Reading) -> Result<Self, CustomError> {
-        let members = Members::new(&mut reading)?;
-        let Reading { graph, parameters, potential, masses, forces, dissipations, places } =
-            reading;
+        let members = if reading.has_clock { None } else { Members::new(&mut reading)? };
+        let Reading {
+            graph,
+            parameters,
+            potential,
+            masses,
+            forces,
+            dissipations,
+            places,
+            has_clock,
+        } = reading;
         let dof = masses.len();
         let mut builder = Builder::new(graph);
         let coordinate = |j: usize| Input::Coordinate(j as u32);
@@ -164,6 +174,7 @@ impl Shape {
         let closed = graph.all(&roots);
         Ok(Self {
             dof,
+            has_clock,
             graph,
             parameters,
             places,

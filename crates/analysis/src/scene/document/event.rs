@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EventTable {
-    /// A quantity: t, q1, .., p1, .., w1, .., H, W or K, and s1, .., S where there is a drive.
+    /// A quantity: t, q1, .., p1, .., w1, .., H, W or K, and s1, .., S where there is a drive,
+    /// st where V or D depends on t.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of: Option<String>,
     /// The value that the quantity crosses [default: 0].

@@ -11,7 +11,7 @@ pub struct FigureTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// The quantity of the horizontal axis: t, q1, p1, w1, .., W (the sum of all w), s1, .. and S of a
-    /// drive, H, K or "K - K0" [default: t].
+    /// drive, st of V(q, t), H, K or "K - K0" [default: t].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<String>,
     /// The quantity of the vertical axis, or a list of them.

@@ -10,7 +10,7 @@ use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
 use crate::study::work_precision::ended;
-use afterbay_core::{Abilities, Effort, IntegrateError, State, StateRef, accounts};
+use afterbay_core::{Abilities, Effort, IntegrateError, Motors, State, StateRef, accounts};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -112,13 +112,13 @@ struct Watch<'a> {
     z: Vec<f64>,
 }
 
-/// The errors of (q, p) and of w, with the energies supplied by a drive.
-fn off(found: StateRef<'_, f64>, z: &[f64], driven: &[usize]) -> [f64; 2] {
+/// The errors of (q, p) and of w, with the energies supplied by a drive and pumped by V(q, t).
+fn off(found: StateRef<'_, f64>, z: &[f64], motors: &Motors) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
-    let n = q.len() - driven.len();
+    let n = q.len() - motors.count();
     let exact = StateRef { q, p, w, t: found.t };
-    let [found_w, exact_w] = [found, exact].map(|state| accounts(state, driven).concat());
+    let [found_w, exact_w] = [found, exact].map(|state| accounts(state, motors).all());
     let pairs = [(&found.q[..n], &q[..n]), (&found.p[..n], &p[..n]), (&found_w, &exact_w)];
     let [q, p, w] = pairs.map(|(found, exact)| distance(found, exact));
     [if p <= q { q } else { p }, w]
@@ -137,7 +137,7 @@ impl Watch<'_> {
             let [known, between] = dense.at(state.t, &mut self.z);
             // Beside a kink the reference is known only at its own times.
             if between.most() <= BETWEEN * wanted.error {
-                let errors = off(state, &self.z, problem.model.driven());
+                let errors = off(state, &self.z, &problem.model.motors());
                 let doubt = Doubt { qp: known.qp + between.qp, w: known.w + between.w };
                 self.take(state.t, errors, doubt);
             }
@@ -208,7 +208,7 @@ impl<'a> Bench<'a> {
         let at_end = effort.map(|_| {
             let exact = self.dense.end();
             let exact = [exact.q, exact.p, exact.w].concat();
-            let errors = off(state.state_ref(), &exact, self.problem.model.driven());
+            let errors = off(state.state_ref(), &exact, &self.problem.model.motors());
             watch.take(self.problem.end, errors, self.dense.doubt_at_end());
             errors
         });

@@ -27,7 +27,7 @@ pub(super) const CHANGES: &[Change] = &[
     (V, "q1^2/2 + x", "x", "x is not known", "known here are q1, q2, c, pi"),
     (V, "q1^2/2 + theta", "theta", "theta is not known", "known here are q1, q2"),
     (V, "q1^2/2 + v1", "v1", "v1 has no place here: a potential is made of coordinates", ""),
-    (V, "q1^2/2 + cos(t)", "t", "t is not known", "time is not available"),
+    (V, "q1^2/2 + cos(time)", "time", "time is not known", "the time is called t"),
     (V, "q1**2/2", "*", "* where", "powers are written ^, as in q1^2"),
     (V, "c(1 - q1)", "(", "missing between c and (", "write c*(..)"),
     (V, "0.5 q1", "q1", "missing between 0.5 and q1", "write 0.5*q1"),

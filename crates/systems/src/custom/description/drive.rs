@@ -35,13 +35,12 @@ impl DriveDescription {
         let mut reader = Reader::new(&self.parameters, &self.definitions, Some(dof))?;
         counted("list of forces", dof, self.forces.len())?;
         let rule = Err("a force of the drive is made of coordinates, t and parameters");
-        let rules =
-            Rules { dof: Some(dof), momenta: rule, velocities: rule, time: true, ..Rules::ALL };
+        let rules = Rules { dof: Some(dof), momenta: rule, velocities: rule, ..Rules::ALL };
         let read = |(j, text): (usize, &String)| Ok(reader.read(Place::Force(j), text, rules)?.0);
         let forces =
             self.forces.iter().enumerate().map(read).collect::<Result<_, CustomError>>()?;
         let rule = Err("a period is made of numbers and parameters");
-        let rules = Rules { coordinates: rule, momenta: rule, velocities: rule, ..Rules::ALL };
+        let rules = Rules::only_parameters(rule);
         let period = self.period.as_ref().map(|text| reader.read(Place::Period, text, rules));
         let period = period.transpose()?.map(|found| found.0);
         let Reader { graph, names: parameters, used, definitions, defined, places, .. } = reader;

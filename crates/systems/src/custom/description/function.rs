@@ -19,7 +19,7 @@ impl FunctionDescription {
     pub(crate) fn read(&self, dof: usize) -> Result<(Graph, Node), CustomError> {
         let mut reader = Reader::new(&self.parameters, &self.definitions, Some(dof))?;
         let rule = Err("an event is a function of coordinates, momenta, t and parameters");
-        let rules = Rules { dof: Some(dof), velocities: rule, time: true, ..Rules::ALL };
+        let rules = Rules { dof: Some(dof), velocities: rule, ..Rules::ALL };
         let node = reader.read(Place::Function, &self.text, rules)?.0;
         Ok((reader.graph, node))
     }

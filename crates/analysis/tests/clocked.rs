@@ -1,0 +1,172 @@
+//! Scenes of systems that depend on the time: tables, periods, studies and sections.
+
+#![cfg(test)]
+
+use afterbay_analysis::Model;
+use afterbay_analysis::progress::Silent;
+use afterbay_analysis::record::Artifact;
+use afterbay_analysis::scene::Scene;
+use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};
+use afterbay_core::accounts;
+use afterbay_methods::registry::{METHODS, Row, find};
+use std::f64::consts::{PI, TAU};
+
+const MATHIEU: &str = include_str!("../../../scenes/mathieu.toml");
+
+/// Mathieu's equation with friction, under a force too if `drive` is not empty.
+fn mathieu(drive: &str, end: f64) -> Scene {
+    Scene::read(&format!(
+        "[system]\nname = \"custom\"\npotential = \"(a - 2*b*cos(2*t))*q1^2/2\"\n\
+         dissipation = [\"c*p1\"]\nparameters = {{ a = 1.0, b = 0.3, c = 0.1 }}\n{drive}\
+         [initial]\nq = [1.0]\np = [0.5]\n[time]\nend = {end:?}\nstep = 0.02\n"
+    ))
+    .unwrap()
+}
+
+const FORCE: &str = "[drive]\nforce = \"0.3*cos(t)\"\n";
+
+fn rows(names: &[&str]) -> Vec<&'static Row> {
+    names.iter().map(|name| find(name).unwrap()).collect()
+}
+
+#[test]
+fn tables_have_the_energy_pumped_behind_the_energy_supplied() {
+    for drive in ["", FORCE] {
+        let scene = mathieu(drive, 4.0);
+        let (problem, is_driven) = (&scene.problem, !drive.is_empty());
+        assert_eq!((problem.model.degrees(), problem.model.has_clock()), (1, true));
+        assert_eq!(problem.model.dof(), 2 + usize::from(is_driven));
+        let columns = trajectory::columns(&problem.model);
+        let own = if is_driven { "w1,s1,st,H,K" } else { "w1,st,H,K" };
+        assert_eq!(columns.join(","), format!("method,step,t,q1,p1,{own}"));
+        assert_eq!(
+            events::columns(&problem.model).join(","),
+            format!("method,event,t,q1,p1,{own}")
+        );
+        let found = trajectory::run(problem, &rows(&["moddg", "increment-4"]), 0.02, 1, &Silent);
+        for run in found.unwrap() {
+            for row in &run.rows {
+                let stiffness = 1.0 - 0.6 * (2.0 * row.t).cos();
+                let h = 0.5 * (row.p[0] * row.p[0] + stiffness * row.q[0] * row.q[0]);
+                assert!((row.energy - h).abs() < 1e-13, "{}: H", run.method);
+                let s: f64 = row.s.iter().sum();
+                let k = h + row.w[0] - s - row.pumped[0];
+                assert!((k - row.total).abs() < 1e-13, "{}: {k:e}", run.method);
+                assert!((row.total - run.rows[0].total).abs() < 1e-13, "{}: K", run.method);
+            }
+            let most = run.rows.iter().map(|row| row.pumped[0].abs()).fold(0.0, f64::max);
+            assert!(most > 0.1, "{}: {most}", run.method);
+            let table = Artifact::wide_table("trajectory", &columns, &run.rows).unwrap();
+            let width = |line: &str| line.split(',').count();
+            let mut widths = table.text.lines().map(width);
+            assert!(widths.all(|width| width == columns.len()), "{}", run.method);
+        }
+        let books = energy::run(problem, &rows(&["moddg"]), 0.02, 8, &Silent).unwrap();
+        let columns = energy::columns(&problem.model);
+        let last = if is_driven { ",w1,s1,supplied,st" } else { ",w1,st" };
+        assert!(columns.join(",").ends_with(last), "{columns:?}");
+        drop(Artifact::wide_table("energy", &columns, &books[0].rows).unwrap());
+        assert_eq!(books[0].violations, Some(0));
+        assert!(books[0].drift < 1e-13, "{:e}", books[0].drift);
+    }
+}
+
+/// s_t of the reference, against the trapezoidal rule for ∂V/∂t along it.
+#[test]
+fn the_energy_pumped_is_the_integral_of_the_change_of_v() {
+    const COUNT: usize = 4000;
+    let problem = mathieu("", 4.0).problem;
+    let h = problem.end / COUNT as f64;
+    let solution = problem.solution(h, COUNT, &Silent).unwrap();
+    let power = |i: usize| {
+        let state = solution.at(i);
+        0.6 * (2.0 * state.t).sin() * state.q[0] * state.q[0]
+    };
+    let integral: f64 = (0..COUNT).map(|i| 0.5 * h * (power(i) + power(i + 1))).sum();
+    let pumped = accounts(solution.at(COUNT), &problem.model.motors()).pumped.unwrap();
+    // The error of the rule is about h² / 12 times the change of the slope of the power.
+    assert!((pumped - integral).abs() < h * h, "{pumped}, not {integral}");
+    assert!(pumped.abs() > 0.1);
+}
+
+#[test]
+fn the_period_is_that_of_v_and_the_forces_together() {
+    let period = |drive: &str| mathieu(drive, 4.0).problem.model.drive_period();
+    let force = |text: &str| format!("[drive]\nforce = \"{text}\"\n");
+    let close = |found: Option<f64>, exact: f64| (found.unwrap() - exact).abs() < 1e-14 * exact;
+    assert!(close(period(""), PI));
+    assert!(close(period(&force("cos(t)")), TAU));
+    assert!(close(period(&force("cos(8*t)")), PI));
+    assert_eq!(period(&force("cos(3*t)")), None);
+    assert_eq!(period(&force("exp(-t)")), None);
+    let given = format!("{}period = \"2*pi\"\n", force("cos(t)^3"));
+    assert!(close(period(&given), TAU));
+}
+
+/// Every method that applies, by studies that take systems that depend on the time.
+#[test]
+fn every_method_is_studied() {
+    let mut scene = Scene::read(MATHIEU).unwrap();
+    scene.problem.end = 1.0;
+    let applies = |row: &&'static Row| scene.problem.model.bind(row).is_ok();
+    let (adaptive, fixed): (Vec<_>, Vec<_>) =
+        METHODS.iter().filter(applies).partition(|row| row.is_adaptive());
+    assert_eq!((fixed.len(), adaptive.len()), (21, 2));
+    let table =
+        work_precision::run(&scene.problem, (&fixed, &[0.02, 0.01]), (&adaptive, &[1e-6]), &Silent)
+            .unwrap();
+    for row in &table {
+        assert_eq!(row.outcome, "completed", "{}", row.method);
+        let keeps = find(row.method).unwrap().keeps_k;
+        assert!(!keeps || row.k_drift < 1e-12, "{}: K is off by {:e}", row.method, row.k_drift);
+        let [qp, w] = [row.error_qp, row.error_w].map(Option::unwrap);
+        assert!(qp < 1e-3 && w < 1e-3, "{}: {qp:e} {w:e}", row.method);
+    }
+    let steps = [0.1, 0.05, 0.025];
+    drop(global_order::run(&scene.problem, &rows(&["moddg"]), &steps, &Silent).unwrap());
+}
+
+/// Methods without a form for these systems say why.
+#[test]
+fn methods_that_do_not_apply_refuse() {
+    let model = mathieu("", 1.0).problem.model;
+    for row in METHODS {
+        if let Err(error) = model.bind(row) {
+            assert!(error.to_string().contains(row.name), "{}: {error}", row.name);
+        }
+    }
+    for name in ["linear-exact", "moddg-fixed-point"] {
+        assert!(model.bind(find(name).unwrap()).is_err(), "{name}");
+    }
+    assert!(model.bind_compensated::<f64>(find("increment-2").unwrap()).is_err());
+}
+
+#[test]
+fn some_studies_refuse_the_time_by_name() {
+    let table = "[study.local-order]\nsteps = [0.04, 0.02]\nbase_step = 0.02\n";
+    let error = Scene::read(&format!("{MATHIEU}{table}")).unwrap_err().to_string();
+    assert!(error.contains("local-order"), "{error}");
+    let resonance =
+        "[study.resonance]\nparameter = { name = \"a\", from = 1, to = 2, count = 2 }\n";
+    let error = Scene::read(&format!("{MATHIEU}{resonance}")).unwrap_err().to_string();
+    assert!(error.contains("the system has no drive"), "{error}");
+}
+
+/// In the linear equation with a = 1 a state and its double return to states in the same ratio.
+#[test]
+fn a_stroboscopic_section_has_the_period_of_v() {
+    let text =
+        "[study.poincare]\nmethods = [\"moddg\"]\nsteps = [0.05]\ntransient = 0\npoints = 3\n";
+    let scene = Scene::read(&format!("{MATHIEU}{text}")).unwrap();
+    let plan = scene.studies.poincare.as_ref().unwrap();
+    let interval = plan.study.section.interval(&scene.problem.model).unwrap();
+    assert!((interval - PI).abs() < 1e-14);
+}
+
+#[test]
+fn parameters_may_change_the_time() {
+    let model = mathieu("", 1.0).problem.model;
+    assert_eq!(model.parameters(), ["a", "b", "c"]);
+    let still: Model = model.with("b", 0.0).unwrap();
+    assert!(still.has_clock() && still.dof() == 2);
+}
