@@ -279,7 +279,7 @@ where
 {
     let (from, to) = (q[motor], q[motor] + h);
     if system.may_be_singular() && system.is_singular_along(q, motor, to) {
-        let [from, to] = [from, to].map(|x| x.to_f64());
+        let [from, to] = [from, to].map(T::to_f64);
         return Err(StepFailure::AcrossSingularity { dof: motor, from, to });
     }
     p[motor] -= system.divided_difference(q, motor, to).value * (to - from);

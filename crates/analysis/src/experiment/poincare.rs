@@ -51,7 +51,7 @@ pub(super) fn sheet(
         study.transient,
         of_reference(plan.reference),
     ));
-    let attractors: Vec<_> = found.iter().map(|portrait| attractors(portrait)).collect();
+    let attractors: Vec<_> = found.iter().map(attractors).collect();
     let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
     let mut readings = Readings::default();
     for (portrait, own) in found.iter().zip(&attractors) {

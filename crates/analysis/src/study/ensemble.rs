@@ -121,7 +121,7 @@ impl<W: Watch> Job<W> {
     fn fail(&mut self, error: &RunError) {
         let t = self.since + error.t;
         let done = (t / self.grid.h).round() as u64;
-        let error = RunError { step: done + 1, t, failure: error.failure.clone() };
+        let error = RunError { step: done + 1, t, failure: error.failure };
         let failure = Some(error.to_string());
         self.ending = Some(Ending { outcome: step_word(&error.failure), failure });
     }

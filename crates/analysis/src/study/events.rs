@@ -156,7 +156,7 @@ pub fn run(
     let mut observe = |n: u64, state: StateRef<'_, f64>| {
         done = n;
         piece.reach(n, grid.steps);
-        if n % every == 0 || n == grid.steps {
+        if n.is_multiple_of(every) || n == grid.steps {
             rows.push(record(n, state));
         }
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
