@@ -253,7 +253,8 @@ fn orders_for_mathieus_equation() {
 
 #[test]
 fn orders_of_two_degrees_of_freedom() {
-    assert_eq!(check(Pair, &clock_and(&[]), |_| true), 20);
+    // relaxed-dop853 shows 8.4 at these steps, for the same reason.
+    assert_eq!(check(Pair, &clock_and(&[]), |row| row.name != "relaxed-dop853"), 19);
 }
 
 #[test]
