@@ -106,6 +106,28 @@ pub(super) fn sheet(
     let [a, b, c, d] =
         charts.map(|(name, caption, chart)| sheet.figure(name, chart.draw(), caption, DATA));
     sheet.show_pair(a, b);
+    let given = |row: &EnergyRow| row.s.iter().chain(&row.pumped).sum::<f64>();
+    if let Some(first) = found.first().filter(|_| !problem.model.motors().is_empty()) {
+        let supplied =
+            over_time("Supplied energy", Axis::linear(energy("Σ s")), curves(&|row| given(row)));
+        let of_first = |label: &str, value: &dyn Fn(&EnergyRow) -> f64| {
+            line(label, first.rows.iter().map(|row| (row.t, value(row))).collect())
+        };
+        let lost = |row: &EnergyRow| row.w.iter().sum::<f64>();
+        let parts = vec![
+            of_first("stored, H", &|row| row.energy),
+            of_first("dissipated, Σ w", &lost),
+            of_first("supplied, Σ s", &given),
+            of_first("H + Σ w − Σ s", &|row| row.energy + lost(row) - given(row)),
+        ];
+        let title = format!("Balance of {}", first.method);
+        let balance = over_time(&title, Axis::linear(energy("energy")), parts);
+        let caption = "The energy that the drive, or H itself in time, has supplied.";
+        let left = sheet.figure("books-supplied", supplied.draw(), caption, DATA);
+        let caption = "Energy stored, dissipated and supplied, and the sum that stays constant.";
+        let right = sheet.figure("books-balance", balance.draw(), caption, DATA);
+        sheet.show_pair(left, right);
+    }
     sheet.show_pair(c, d);
     Ok(sheet)
 }
