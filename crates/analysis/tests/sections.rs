@@ -320,3 +320,18 @@ fn coexisting_cycles_have_their_basins_and_their_numbers() {
     assert_eq!((rows[1].q[0], rows[1].p[0]), (study.axes[0].values[1], study.axes[1].values[0]));
     assert!(rows.iter().all(|row| (1..=2).contains(&row.attractor) && row.periods < 400));
 }
+
+#[test]
+fn a_system_without_friction_has_no_attractors_and_ends() {
+    let system = "name = \"duffing\"\nparameters = { alpha = 1.0, beta = 1.0, c = 0.0 }";
+    let study = Basins {
+        problem: problem(system, "", [0.0, 0.0]),
+        section: Section::Stroboscopic { interval: Some(1.0) },
+        axes: [axis(Variable::Q, 12), axis(Variable::P, 12)],
+        longest: 150,
+    };
+    let found = study.run(find("moddg").unwrap(), 0.1, &Silent).unwrap();
+    assert_eq!(found.cells.len(), 144);
+    let unsettled = found.cells.iter().filter(|cell| cell.ending.outcome == "unsettled").count();
+    assert!(unsettled > 0, "every orbit is one of its own");
+}

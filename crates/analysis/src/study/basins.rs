@@ -22,8 +22,11 @@ use known::{Found, Nearby};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
-/// The most attractors that are told apart.
-const MOST_ATTRACTORS: usize = 50;
+/// The most attractors that are told apart. Where there are more, as in a system without friction, the
+/// other runs are unsettled.
+const MOST_ATTRACTORS: usize = 24;
+/// The most new attractors that are looked for between two comparisons of all runs.
+const NEW_AT_ONCE: usize = 8;
 /// The runs that look for attractors before all others, in each direction of the grid.
 const SAMPLES: usize = 6;
 
@@ -126,7 +129,15 @@ impl Basins {
         }
         loop {
             let open: Vec<usize> = (0..size).filter(|&i| cells[i].is_none()).collect();
-            let Some(&first) = open.first() else { break };
+            if open.is_empty() {
+                break;
+            }
+            if map.attractors.len() >= MOST_ATTRACTORS {
+                let ending = Ending { outcome: UNSETTLED, failure: None };
+                let cell = Cell { attractor: None, periods: self.longest, ending };
+                open.into_iter().for_each(|i| cells[i] = Some(cell.clone()));
+                break;
+            }
             let watch = |&i: &usize| {
                 Ok((self.member(i)?, Nearby::new(self, &map.attractors, self.longest)))
             };
@@ -138,10 +149,11 @@ impl Basins {
                     cells[i] = Some(Cell { attractor, periods, ending });
                 }
             }
-            // Each pass decides the first of the open cells.
-            let next = (first..size).find(|&i| cells[i].is_none());
-            if let Some(next) = next {
-                self.discover(&ensemble, next, &mut map.attractors, &mut cells)?;
+            // The runs that reach none of the attractors show new ones.
+            let left: Vec<usize> = open.into_iter().filter(|&i| cells[i].is_none()).collect();
+            let stride = left.len().div_ceil(NEW_AT_ONCE).max(1);
+            for &i in left.iter().step_by(stride) {
+                self.discover(&ensemble, i, &mut map.attractors, &mut cells)?;
             }
         }
         map.cells = cells.into_iter().flatten().collect();

@@ -16,6 +16,7 @@ use afterbay_core::{Grid, InputError, RunError, State, StateRef};
 use afterbay_methods::registry::{Row, Run};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// The runs of a group, which one thread takes.
 const GROUP: usize = 16;
@@ -56,7 +57,7 @@ pub(super) struct Ensemble<'a> {
 /// A run under way.
 struct Job<W> {
     member: Member,
-    run: Run<f64>,
+    run: Arc<Run<f64>>,
     /// The steps between two returns.
     grid: Grid<f64>,
     /// The number of degrees of freedom that are not motors.
@@ -78,8 +79,14 @@ impl Ensemble<'_> {
         &self,
         members: Vec<(Member, W)>,
     ) -> Result<Vec<(W, Ending)>, InputError> {
+        // Runs that differ in their starts only share one binding.
+        let mut shared: Option<Arc<Run<f64>>> = None;
         let job = |(member, watch): (Member, W)| {
-            let run = member.model.bind(self.row)?;
+            let run = match shared.as_ref().filter(|_| self.parameter.is_empty()) {
+                Some(run) => Arc::clone(run),
+                None => Arc::new(member.model.bind(self.row)?),
+            };
+            shared = Some(Arc::clone(&run));
             let grid = self.section.grid(&member.model, self.h)?;
             let (state, dof) = (member.start.clone(), member.model.degrees());
             let (since, returns, ending) = (state.t, 0, None);
