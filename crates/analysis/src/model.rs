@@ -144,8 +144,8 @@ impl Model {
         }
     }
 
-    /// A period in t of everything that depends on it: of the forces ([`CustomDrive::period`]) where
-    /// there is a drive, and of V and D ([`Described::period_in_time`]) where they depend on t.
+    /// A period in t of everything that depends on it: of the forces ([`CustomDrive::period`])
+    /// of a drive, and of V and D ([`Described::period_in_time`]) where they depend on t.
     pub fn drive_period(&self) -> Option<f64> {
         match self {
             Self::Listed(..) => None,

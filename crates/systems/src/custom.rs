@@ -86,8 +86,8 @@ impl Custom<f64> {
     /// Compiles a description. [`Described::separable`] takes those that depend on the time, too.
     ///
     /// # Errors
-    /// [`CustomError`], with the expression and the place in it, and [`CustomError::NeedsClock`] if V
-    /// or D depends on t.
+    /// [`CustomError`], with the expression and the place in it, and [`CustomError::NeedsClock`] if
+    /// V or D depends on t.
     pub fn new(description: &Description) -> Result<Self, CustomError> {
         let system = Self::compile(description)?;
         if system.shape.has_clock { Err(CustomError::NeedsClock) } else { Ok(system) }

@@ -56,8 +56,8 @@ pub struct ResonanceRow {
     pub branch: Way,
     /// max |q_j| over the measured periods, one entry for each degree of freedom.
     pub amplitude: Vec<Option<f64>>,
-    /// The energy that the drive supplies in a period, the mean of the measured periods. It includes
-    /// the energy that V(q, t) pumps.
+    /// The energy that the drive supplies in a period, the mean of the measured periods. It
+    /// includes the energy that V(q, t) pumps.
     pub supplied: Option<f64>,
     /// The energy dissipated in a period.
     pub dissipated: Option<f64>,

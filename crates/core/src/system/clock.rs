@@ -15,8 +15,8 @@
 //! q_c = t        p_c = -s_t
 //! ```
 //!
-//! So H̃ + Σ w = H + Σ w - s_t. The divided difference of V along q_c gives the change of p_c, and K
-//! is kept to rounding.
+//! So H̃ + Σ w = H + Σ w - s_t. The divided difference of V along q_c gives the change of p_c, and
+//! K is kept to rounding.
 
 use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm};

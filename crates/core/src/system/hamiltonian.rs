@@ -7,8 +7,8 @@ use crate::numbers::Scalar;
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
 /// `q' = ∂H/∂p, p' = -∂H/∂q - D(q,p)`.
 ///
-/// The interface has no t. Forces that depend on time are added by a [`crate::Drive`]; where V and D
-/// depend on it, the time is a coordinate ([`crate::Clocked`]).
+/// The interface has no t. Forces that depend on time are added by a [`crate::Drive`]; where V and
+/// D depend on it, the time is a coordinate ([`crate::Clocked`]).
 ///
 /// All slices have length N, the number of degrees of freedom.
 pub trait System<T: Scalar>: Send + Sync {
@@ -40,9 +40,9 @@ pub trait System<T: Scalar>: Send + Sync {
         false
     }
 
-    /// The number of motors of a driven system ([`crate::Driven`]), and the clock of one that depends
-    /// on the time ([`crate::Clocked`]). They are the last degrees of freedom, and their velocity is
-    /// 1, whatever their momentum.
+    /// The number of motors of a driven system ([`crate::Driven`]), and the clock of one that
+    /// depends on the time ([`crate::Clocked`]). They are the last degrees of freedom, and their
+    /// velocity is 1, whatever their momentum.
     #[inline(always)]
     fn motors(&self) -> usize {
         0

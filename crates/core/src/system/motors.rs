@@ -1,5 +1,5 @@
-//! States with motors, the degrees of freedom that [`crate::Clocked`] and [`crate::Driven`] add, and
-//! the energies that are read from them.
+//! States with motors, the degrees of freedom that [`crate::Clocked`] and [`crate::Driven`] add,
+//! and the energies that are read from them.
 
 use super::state::State;
 use super::state_ref::StateRef;

@@ -212,7 +212,7 @@ fn counts(row: &Row) -> &'static [u64] {
     }
 }
 
-/// Checks the methods with a fixed step that `takes` admits and that apply, and returns how many do.
+/// Checks the methods with a fixed step that `takes` admits and that apply. Returns their number.
 fn check<F: Formulas + Copy + 'static>(
     formulas: F,
     motors: &Motors,
@@ -240,8 +240,8 @@ fn is_relaxed(row: &Row) -> bool {
     row.name.starts_with("relaxed")
 }
 
-/// The lag of a relaxed step is of order 5. In Mathieu's equation it is so large that the order 4 of
-/// relaxed-rk4 shows from a thousand steps on only: 3.85 for p from 512 to 768 steps.
+/// The lag of a step of relaxed-rk4 is of order 5. In Mathieu's equation it is so large that the
+/// order 4 shows only with more than a thousand steps.
 fn is_not_relaxed(row: &Row) -> bool {
     !is_relaxed(row)
 }

@@ -81,8 +81,8 @@ impl Described {
         }
     }
 
-    /// The period of V and D in the time, if their form shows one: the time occurs only in sines and
-    /// cosines of one frequency and its multiples.
+    /// The period of V and D in the time, if their form shows one: the time occurs only in sines
+    /// and cosines of one frequency and its multiples.
     pub fn period_in_time(&self) -> Option<f64> {
         match self {
             Self::Clocked(system) => system.unclocked().periods().last().copied().flatten(),

@@ -72,8 +72,8 @@ impl DissipationText {
 }
 
 /// The rule for t where H is given as a whole.
-const NO_TIME: &str = "H(q, p) does not depend on t: give `potential` and `mass` in its place, or add \
-                       the term + p2 to H, which makes q2 the time";
+const NO_TIME: &str = "H(q, p) does not depend on t: give `potential` and `mass` in its place, or \
+                       add the term + p2 to H, which makes q2 the time";
 
 /// A parsed description.
 pub(super) struct Reading {
@@ -91,8 +91,8 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// Makes the time a coordinate behind the others, where V or D depends on it. It has mass 1, and
-    /// D is 0 there. In `places` the time stays the end of an edge.
+    /// Makes the time a coordinate behind the others, where V or D depends on it. It has mass 1,
+    /// and D is 0 there. In `places` the time stays the end of an edge.
     fn with_clock(mut self) -> Self {
         let timed = |graph: &Graph, x: Node| graph.depends(x, Kinds::END);
         let graph = &mut self.graph;

@@ -63,8 +63,8 @@ impl SceneProblem {
                 Some("write q = { count = 8, value = .. } in [initial], or a list".into())
             }
             Self::NoPeriod => Some(
-                "t shows a period where it occurs only in sines and cosines of one frequency and its \
-                 multiples; that of forces may be given, as period = \"2*pi/omega\" in [drive]. Or \
+                "t shows a period where it occurs only in sines and cosines of one frequency and \
+                 its multiples; that of forces may be given, as period = \"2*pi/omega\" in [drive]. Or \
                  take a section such as section = { of = \"q1\", direction = \"rising\" }"
                     .into(),
             ),
