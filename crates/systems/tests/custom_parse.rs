@@ -152,7 +152,7 @@ fn what_is_wrong_is_said_and_where() {
             5..7,
             Problem::NoPlace {
                 name: "p1".to_owned(),
-                rule: "a potential is made of coordinates and parameters",
+                rule: "a potential is made of coordinates, t and parameters",
             },
         ),
     ] {
