@@ -8,8 +8,10 @@ use afterbay_core::{Line, Scalar, divided};
 pub enum Function {
     /// |x|
     Abs,
-    /// The sign of x, -1, 0 or 1: the derivative of |x|. A text cannot name it.
+    /// The sign of x, -1, 0 or 1: the derivative of |x|.
     Sign,
+    /// x - ⌊x⌋, of which ⌊x⌋ and remainders are made. A text cannot name it.
+    Fraction,
     /// √x
     Sqrt,
     /// eˣ
@@ -37,8 +39,17 @@ pub enum Function {
 }
 
 /// The functions of two numbers that a text may call, with what they are.
-pub const FUNCTIONS_OF_TWO: [(&str, &str); 2] =
-    [("min", "the smaller of two numbers"), ("max", "the larger of two numbers")];
+pub const FUNCTIONS_OF_TWO: [(&str, &str); 3] = [
+    ("min", "the smaller of two numbers"),
+    ("max", "the larger of two numbers"),
+    ("mod", "the remainder x - y floor(x/y), of the time in a drive"),
+];
+
+/// The functions of one number that jump, with what they are.
+pub const FUNCTIONS_WITH_JUMPS: [(&str, &str); 2] = [
+    ("sign", "the sign, -1, 0 or 1, of a function of the time in a drive"),
+    ("floor", "the largest whole number not above one, of the time in a drive"),
+];
 
 /// The functions of one number that a text may call, with what they are.
 pub const FUNCTIONS: [(&str, &str); 14] = [
@@ -88,6 +99,25 @@ impl Graph {
         Some(self.of(function, x))
     }
 
+    /// The function with jumps of that name at x; none if there is no such function.
+    pub(crate) fn call_with_jumps(&mut self, name: &str, x: Node) -> Option<Node> {
+        match name {
+            "sign" => Some(self.of(Function::Sign, x)),
+            "floor" => {
+                let fraction = self.of(Function::Fraction, x);
+                Some(self.difference(x, fraction))
+            }
+            _ => None,
+        }
+    }
+
+    /// The remainder of a by b, between 0 and b.
+    pub fn remainder(&mut self, a: Node, b: Node) -> Node {
+        let quotient = self.quotient(a, b);
+        let fraction = self.of(Function::Fraction, quotient);
+        self.product(b, fraction)
+    }
+
     /// max(a, b) = a + (d + |d|)/2 with d = b - a, to a rounding of the larger of |a| and |b|. It is
     /// exact if one of the two is 0.
     pub fn max(&mut self, a: Node, b: Node) -> Node {
@@ -113,6 +143,7 @@ impl Graph {
         match function {
             Function::Abs => self.of(Function::Sign, x),
             Function::Sign => self.number(0.0),
+            Function::Fraction => one,
             Function::Sqrt => {
                 let half = self.number(0.5);
                 self.quotient(half, value)
@@ -162,6 +193,7 @@ impl Function {
         match self {
             Self::Abs => x.abs(),
             Self::Sign => T::select(x.lt(zero), -one, T::select(zero.lt(x), one, x * zero)),
+            Self::Fraction => x - x.floor(),
             Self::Sqrt => x.sqrt(),
             Self::Exp => x.exp(),
             Self::Log => x.ln(),
@@ -214,9 +246,8 @@ impl Function {
             Self::Sinh => divided::sinh(a, b),
             Self::Cosh => divided::cosh(a, b),
             Self::Tanh => divided::tanh(a, b),
-            // A text cannot name these two, so that no potential contains them: a plain quotient
-            // will do.
-            Self::Sign | Self::Sech => {
+            // No potential contains these: a plain quotient will do.
+            Self::Sign | Self::Fraction | Self::Sech => {
                 let still = (b - a).abs().le(T::zero());
                 let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);
                 Line { value: rise, slope: T::zero() }

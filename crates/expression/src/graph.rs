@@ -89,6 +89,11 @@ impl Kinds {
     /// All of them.
     pub const ALL: Self = Self(15);
 
+    /// These kinds except others.
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     fn meets(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }

@@ -70,7 +70,7 @@ mod singular;
 mod slope;
 mod structure;
 
-pub use function::{FUNCTIONS, FUNCTIONS_OF_TWO, Function};
+pub use function::{FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS, Function};
 pub use graph::{Graph, Input, Kinds, Node, Term};
 pub use monomial::Monomial;
 pub use parse::{

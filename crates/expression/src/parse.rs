@@ -6,7 +6,7 @@
 //! factor  = ("-" | "+") factor | power
 //! power   = atom ("^" factor)?                  -q1^2 is -(q1²), 2^3^2 is 512, 2^-3 is allowed
 //! atom    = number | name | function "(" sum ")" | "(" sum ")" | entry | series | extreme
-//! extreme = ("min" | "max") "(" sum "," sum ")"
+//! extreme = ("min" | "max" | "mod") "(" sum "," sum ")"
 //! entry   = ("q" | "p" | "v") "[" index "]"     q[i+1], counted from 1
 //! series  = "sum" "(" name "," index "," index "," sum ")"
 //! ```
@@ -22,8 +22,8 @@ mod index;
 mod names;
 mod problem;
 
-use crate::function;
-use crate::graph::{Graph, Node};
+use crate::function::{self, FUNCTIONS_WITH_JUMPS};
+use crate::graph::{Graph, Kinds, Node};
 pub use names::{Definition, Names, is_name, is_reserved};
 use names::{in_name, only};
 pub use problem::{ParseError, Problem};
@@ -274,7 +274,12 @@ impl Reader<'_, '_> {
             _ if self.names.is_defined(name) => {}
             "sum" => return self.series(start),
             "min" | "max" => return self.extreme(name, start),
-            _ => {}
+            "mod" => return self.remainder(start),
+            _ => {
+                if let Some(&(name, _)) = FUNCTIONS_WITH_JUMPS.iter().find(|x| x.0 == name) {
+                    return self.jumping(name, start);
+                }
+            }
         }
         if !function::names().any(|known| known == name) {
             return self.variable(name).map_err(|problem| ParseError { span, problem });
@@ -293,12 +298,57 @@ impl Reader<'_, '_> {
     /// `"(" sum "," sum ")"`, after `min` or `max`.
     fn extreme(&mut self, name: &str, start: usize) -> Result<Node, ParseError> {
         self.expect(&['('], "a parenthesis, as in max(0, q1 - 1)")?;
+        let [a, b] = self.two()?;
+        let node = if name == "max" { self.graph.max(a, b) } else { self.graph.min(a, b) };
+        Ok(self.operation(start, node))
+    }
+
+    /// `"(" sum "," sum ")"`, after `mod`.
+    fn remainder(&mut self, start: usize) -> Result<Node, ParseError> {
+        self.expect(&['('], "a parenthesis, as in mod(t, 2)")?;
+        let [a, b] = self.two()?;
+        for x in [a, b] {
+            self.may_jump("mod", x, start)?;
+        }
+        let node = self.graph.remainder(a, b);
+        Ok(self.operation(start, node))
+    }
+
+    /// `"(" sum ")"`, after `sign` or `floor`.
+    fn jumping(&mut self, name: &'static str, start: usize) -> Result<Node, ParseError> {
+        self.expect(&['('], "the parenthesis of a function")?;
+        let x = self.sum()?;
+        self.close()?;
+        self.may_jump(name, x, start)?;
+        match self.graph.call_with_jumps(name, x) {
+            Some(node) => Ok(self.operation(start, node)),
+            None => Err(self.unexpected("a function")),
+        }
+    }
+
+    /// Refuses a function with jumps of anything but parameters and, where it is allowed, the time.
+    fn may_jump(&self, name: &'static str, x: Node, start: usize) -> Result<(), ParseError> {
+        let state = Kinds::ALL.without(Kinds::END);
+        let rule = if self.graph.depends(x, state) {
+            Err("it jumps, and its argument may depend on t and parameters only")
+        } else if self.graph.depends(x, Kinds::END) {
+            self.names.jumps
+        } else {
+            Ok(())
+        };
+        rule.map_err(|rule| ParseError {
+            span: start..self.text.previous_token_end(),
+            problem: Problem::Jumps { name, rule },
+        })
+    }
+
+    /// `sum "," sum ")"`
+    fn two(&mut self) -> Result<[Node; 2], ParseError> {
         let a = self.sum()?;
         self.expect(&[','], "an operator or a comma")?;
         let b = self.sum()?;
         self.close()?;
-        let node = if name == "max" { self.graph.max(a, b) } else { self.graph.min(a, b) };
-        Ok(self.operation(start, node))
+        Ok([a, b])
     }
 
     fn close(&mut self) -> Result<(), ParseError> {

@@ -68,7 +68,7 @@ impl Graph {
             Term::Constant(bits) => (f64::from_bits(bits) >= 0.0, f64::from_bits(bits) > 0.0),
             Term::Pi | Term::Of(Function::Exp | Function::Cosh | Function::Sech, _) => (true, true),
             Term::Of(Function::Sqrt, a) => (true, positive.contains(&a)),
-            Term::Of(Function::Abs | Function::Acos, _) => (true, false),
+            Term::Of(Function::Abs | Function::Acos | Function::Fraction, _) => (true, false),
             Term::Sum(a, b) => {
                 let one = positive.contains(&a) || positive.contains(&b);
                 (both(least, a, b), both(least, a, b) && one)

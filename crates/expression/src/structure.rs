@@ -101,21 +101,40 @@ impl Graph {
         matches!(self.term(node), Term::Sum(..) | Term::Difference(..))
     }
 
-    /// The nodes at whose zeros `of` may not be analytic: x of |x|, √x and ln x.
-    pub fn kinks(&self, of: &[Node]) -> Vec<Node> {
-        let mut kinks: Vec<Node> = self
-            .cone(of, Kinds::ALL)
-            .into_iter()
-            .filter_map(|node| match self.term(node) {
+    /// The functions at whose zeros `of` may not be analytic: x of |x|, √x and ln x, and x - ⌊x⌋
+    /// and x - ⌊x⌋ - 1 of ⌊x⌋.
+    pub fn kinks(&mut self, of: &[Node]) -> Vec<Node> {
+        let one = self.number(1.0);
+        let mut kinks = Vec::new();
+        for node in self.cone(of, Kinds::ALL) {
+            match self.term(node) {
                 Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => {
-                    Some(x)
+                    kinks.push(x);
                 }
-                _ => None,
-            })
-            .collect();
+                Term::Of(Function::Fraction, _) => {
+                    kinks.extend([node, self.difference(node, one)]);
+                }
+                _ => {}
+            }
+        }
         kinks.sort_unstable();
         kinks.dedup();
         kinks
+    }
+
+    /// The functions at whose zeros `of` may be singular: divisors, and x of ln x.
+    pub fn poles(&self, of: &[Node]) -> Vec<Node> {
+        let mut poles: Vec<Node> = self
+            .cone(of, Kinds::ALL)
+            .into_iter()
+            .filter_map(|node| match self.term(node) {
+                Term::Quotient(_, x) | Term::Of(Function::Log, x) => Some(x),
+                _ => None,
+            })
+            .collect();
+        poles.sort_unstable();
+        poles.dedup();
+        poles
     }
 
     /// The sign of a node, by its form. It may be relative to the sign of the input `beside`;
@@ -206,7 +225,8 @@ impl Sign {
             | Function::Exp
             | Function::Cosh
             | Function::Sech
-            | Function::Acos => Self::NotNegative,
+            | Function::Acos
+            | Function::Fraction => Self::NotNegative,
             // Odd and increasing functions.
             Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => {
                 self

@@ -1,6 +1,6 @@
 //! The names in an expression: what they may be, and what each stands for.
 
-use super::problem::has_jumps;
+use super::problem::jumps_elsewhere;
 use super::{MOST_DEGREES, Problem, Reader};
 use crate::function::{self, FUNCTIONS};
 use crate::graph::{Input, Node};
@@ -30,6 +30,9 @@ pub struct Names<'a> {
     /// Whether the time `t` is allowed, which is [`Input::End`]; if not, the rule that a message
     /// quotes.
     pub time: Result<(), &'static str>,
+    /// Whether functions with jumps may be called with arguments that depend on the time; if not,
+    /// the rule that a message quotes.
+    pub jumps: Result<(), &'static str>,
 }
 
 impl<'a> Names<'a> {
@@ -45,6 +48,7 @@ impl<'a> Names<'a> {
             momenta: Ok(()),
             velocities: Ok(()),
             time: Err("it is the time"),
+            jumps: Err("it jumps, and only a force of a drive may jump, and only in time"),
         }
     }
 }
@@ -200,7 +204,7 @@ impl Reader<'_, '_> {
         let distances = known.map(|known| (strsim::osa_distance(&short, known), known));
         let nearest = distances.min_by_key(|x| x.0).filter(|&(distance, known)| {
             let similar = distance <= (known.len().max(short.len()) / 3).max(1);
-            similar && distance < short.len() && !has_jumps(name)
+            similar && distance < short.len() && !jumps_elsewhere(name)
         });
         let nearest = nearest.map(|x| x.1.into());
         Problem::Unknown { name: short, nearest, known: self.known().into() }

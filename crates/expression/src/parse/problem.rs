@@ -75,6 +75,14 @@ pub enum Problem {
         /// The rule.
         rule: &'static str,
     },
+    /// A function with jumps where none is allowed, or of something that is not the time.
+    #[error("{name} has no place here: {rule}")]
+    Jumps {
+        /// The name of the function.
+        name: &'static str,
+        /// The rule.
+        rule: &'static str,
+    },
     /// An entry q\[j\], p\[j\] or v\[j\] outside 1..=N.
     #[error("{name}[{index}] does not exist: entries are counted from 1{}", last(*dof))]
     NoEntry {
@@ -128,9 +136,12 @@ impl Problem {
                 };
                 Some(advice.into())
             }
-            Self::Unknown { name, .. } if has_jumps(name) => {
-                Some("functions with jumps are not known; tanh(x/eps) is a smooth sign".into())
-            }
+            Self::Unknown { name, .. } if jumps_elsewhere(name) => Some(
+                "the functions with jumps are sign, floor and mod, for forces of a drive; \
+                 tanh(x/eps) is a smooth sign"
+                    .into(),
+            ),
+            Self::Jumps { .. } => Some("tanh(x/eps) is a smooth sign".into()),
             Self::Unknown { name, nearest: None, known } => match name.as_str() {
                 "time" => Some("the time is called t".into()),
                 "i" | "n" => None,
@@ -148,9 +159,9 @@ impl Problem {
     }
 }
 
-/// Whether it is the common name of a function with jumps, which expressions do not have.
-pub(super) fn has_jumps(name: &str) -> bool {
-    matches!(name, "sign" | "sgn" | "step" | "floor" | "ceil" | "mod")
+/// Whether it is the name of a function with jumps in other languages.
+pub(super) fn jumps_elsewhere(name: &str) -> bool {
+    matches!(name, "sgn" | "step" | "heaviside" | "ceil" | "round" | "frac" | "square")
 }
 
 fn last(dof: Option<usize>) -> String {
