@@ -8,11 +8,11 @@
 //! for H quadratic and D linear ([`Curvature::is_linear`]), constant forces included. K is exact
 //! because the flow is. The first line is linear and the second quadratic in (z0, 1). With up to 12
 //! degrees of freedom both are tabulated as matrices, computed once for each h by doubling a short
-//! step (`table.rs`): a step is one matrix-vector product for z and one quadratic form for each
-//! reservoir, whether h is 1e-3 or 100. With more degrees of freedom the quadratic forms would be
-//! too large. The flow is then the Taylor series of the system over spans that are short compared
-//! with 1/|A|, with Gauss nodes for w: O(N) for each product if only neighbours are coupled, up to
-//! h |A| of about 1000.
+//! step (`equations.rs`, `table.rs`): a step is one matrix-vector product for z and one quadratic
+//! form for each reservoir, whether h is 1e-3 or 100. With more degrees of freedom the quadratic
+//! forms would be too large. The flow is then the Taylor series of the system over spans that are
+//! short compared with 1/|A|, with Gauss nodes for w: O(N) for each product if only neighbours are
+//! coupled, up to h |A| of about 1000.
 //!
 //! The only error is rounding. With up to 12 degrees of freedom long steps are computed in 31
 //! digits, and the errors of q, p, w and K in one step are roundings of their terms, for any step
@@ -21,17 +21,30 @@
 //! same in every step, so over a time t it may accumulate to t |A| roundings. Passive where the
 //! system is: where Δw_j ≥ 0 is required, a negative Δw_j caused by rounding is set to 0.
 //!
-//! A system that is not linear is refused.
+//! A linear system may be driven by forces that are sums of sines and cosines of t
+//! ([`afterbay_core::Harmonics`]), with up to 12 degrees of freedom and 12 frequencies. The sines
+//! and cosines join z, the flow stays that of a constant matrix, and the energy supplied to each
+//! degree of freedom is one more quadratic form (`driven.rs`). Its errors are roundings of their
+//! terms, at resonance too.
+//!
+//! Other drives are refused, and so are systems that are not linear and those whose V or D depends
+//! on t.
 
 mod doubling;
+mod driven;
+mod equations;
 mod table;
 
 use crate::commit::commit;
 use crate::linear_flow::LinearFlow;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
-    Curvature, Effort, InputError, Mask, Method, Passive, Scalar, State, StepFailure, Vector,
+    Curvature, DissipationForm, Effort, InputError, Mask, Method, Passive, Scalar, State,
+    StepFailure, Vector,
 };
+use driven::DrivenLinearExact;
+use equations::{Equations, Forces};
+use std::sync::Arc;
 use table::Table;
 
 /// The exact flow of a linear system.
@@ -40,6 +53,9 @@ pub struct LinearExact;
 
 /// The largest number of degrees of freedom for which steps are tabulated.
 const TABULATED: usize = 12;
+
+const NOT_LINEAR: &str = "the system is not linear";
+const HAS_CLOCK: &str = "V or D depends on the time";
 
 /// The representation of the flow.
 #[derive(Clone, Debug)]
@@ -66,6 +82,12 @@ pub struct Workspace<V: Vector> {
 
 impl Binding for LinearExact {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        if target.system.driven().is_some() {
+            return target.fixed::<V, _, _>(DrivenLinearExact, Arc::clone(target.system));
+        }
+        if target.system.motors() > 0 {
+            return Err(target.refused(HAS_CLOCK));
+        }
         target.fixed::<V, _, _>(*self, target.curvature()?)
     }
 }
@@ -79,15 +101,12 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         if !system.is_linear() {
-            return Err(InputError::Unsupported {
-                method: "linear-exact",
-                why: "the system is not linear",
-            });
+            return Err(InputError::Unsupported { method: "linear-exact", why: NOT_LINEAR });
         }
         let n = system.dof();
         let (zeros, pair) = (|| V::zeros(n), || [V::zeros(n), V::zeros(n)]);
         let flow = if n <= TABULATED {
-            Flow::Table(Box::new(Table::new(system)))
+            Flow::Table(Box::new(Table::new(Equations::new(system, &Forces::none()))))
         } else {
             Flow::Series(Box::new(LinearFlow::new(n)))
         };
@@ -178,12 +197,17 @@ where
             }
         };
         for (w, &w0) in w.iter_mut().zip(w0) {
-            let negative = damping.passive == Passive::Each && w.lt(V::Scalar::zero()).all();
-            *w = if negative || damping.zero { w0 } else { w0 + *w };
+            *w = w0 + gain(&damping, *w);
         }
         commit(state, [q, p, w], !damping.zero)?;
         Ok(effort)
     }
+}
+
+/// Δw without the sign that rounding errors give it where Δw ≥ 0 is required.
+fn gain<T: Scalar>(damping: &DissipationForm, w: T) -> T {
+    let negative = damping.passive == Passive::Each && w.lt(T::zero()).all();
+    if negative || damping.zero { T::zero() } else { w }
 }
 
 /// (∂H/∂p, -∂H/∂q - D) at (q, p).

@@ -1,5 +1,6 @@
 //! The abilities of a system, queried at run time.
 
+use super::drive::{Drive, Driven};
 use super::exact_flow::ExactFlow;
 use super::hamiltonian::System;
 use super::hessian::Curvature;
@@ -80,6 +81,11 @@ pub trait Abilities<T: Scalar>: System<T> + Any {
 
     /// The exact flow.
     fn exact_flow(self: Arc<Self>) -> Option<Arc<dyn Flow<T>>> {
+        None
+    }
+
+    /// A system and its drive.
+    fn driven(&self) -> Option<&Driven<dyn Abilities<T>, dyn Drive<T>>> {
         None
     }
 

@@ -3,13 +3,13 @@
 use crate::linear_flow::{nodes, terms};
 use afterbay_core::Scalar;
 
-/// A, the rows of D and ∂H/∂p, and the matrices of the step h, row by row.
+/// A, the rows of both factors of each energy, and the matrices of the step h, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Doubling<T> {
     size: usize,
     a: Vec<T>,
-    d: Vec<T>,
-    v: Vec<T>,
+    left: Vec<T>,
+    right: Vec<T>,
     /// X of a short step, and e^{hA}
     pub(super) change: Vec<T>,
     pub(super) flow: Vec<T>,
@@ -35,17 +35,17 @@ fn multiply<T: Scalar>(a: &[T], b: &[T], to: &mut [T], size: usize) {
 }
 
 impl<T: Scalar> Doubling<T> {
-    /// Creates the matrices for A and the `n` rows of D and ∂H/∂p.
-    pub(super) fn new(size: usize, n: usize, [a, d, v]: [Vec<T>; 3]) -> Self {
+    /// Creates the matrices for A and the factors of `count` energies.
+    pub(super) fn new(size: usize, count: usize, [a, left, right]: [Vec<T>; 3]) -> Self {
         let square = || vec![T::zero(); size * size];
         Self {
             size,
             a,
-            d,
-            v,
+            left,
+            right,
             change: square(),
             flow: square(),
-            forms: (0..n).map(|_| square()).collect(),
+            forms: (0..count).map(|_| square()).collect(),
             nodes: nodes(),
             powers: (0..terms::<T>()).map(|_| square()).collect(),
             scratch: [square(), square()],
@@ -62,7 +62,7 @@ impl<T: Scalar> Doubling<T> {
 
     /// Computes X and Q_j of a short step by Taylor series and Gauss quadrature.
     fn begin(&mut self, h: T) {
-        let Self { size, a, d, v, change, flow, forms, nodes, powers, scratch } = self;
+        let Self { size, a, left, right, change, flow, forms, nodes, powers, scratch } = self;
         let size = *size;
         powers[0].iter_mut().zip(&*a).for_each(|(power, &a)| *power = h * a);
         for k in 1..powers.len() {
@@ -81,15 +81,15 @@ impl<T: Scalar> Doubling<T> {
         for &[node, weight] in nodes.iter() {
             sum(node, flow);
             (0..size).for_each(|i| flow[i * size + i] += T::one());
-            let [rubbed, moved] = &mut *scratch;
-            multiply(d, flow, rubbed, size);
-            multiply(v, flow, moved, size);
-            for (form, (d, v)) in
-                forms.iter_mut().zip(rubbed.chunks_exact(size).zip(moved.chunks_exact(size)))
+            let [l, r] = &mut *scratch;
+            multiply(left, flow, l, size);
+            multiply(right, flow, r, size);
+            for (form, (l, r)) in
+                forms.iter_mut().zip(l.chunks_exact(size).zip(r.chunks_exact(size)))
             {
-                for (form, (&d_i, &v_i)) in form.chunks_exact_mut(size).zip(d.iter().zip(v)) {
-                    for (form, (&d_k, &v_k)) in form.iter_mut().zip(d.iter().zip(v)) {
-                        let both = d_i.mul_add(v_k, v_i * d_k).half();
+                for (form, (&l_i, &r_i)) in form.chunks_exact_mut(size).zip(l.iter().zip(r)) {
+                    for (form, (&l_k, &r_k)) in form.iter_mut().zip(l.iter().zip(r)) {
+                        let both = l_i.mul_add(r_k, r_i * l_k).half();
                         *form = (weight * h).mul_add(both, *form);
                     }
                 }
