@@ -41,6 +41,12 @@ pub enum ModelError {
         /// The value given.
         value: f64,
     },
+    /// A number of degrees of freedom that the forces of a drive do not have.
+    #[error("{name} changes the number of degrees of freedom, for which the drive has its forces")]
+    Drive {
+        /// The name of the parameter.
+        name: String,
+    },
     /// A custom system that is not valid with this value.
     #[error(transparent)]
     Custom(#[from] CustomError),
@@ -224,6 +230,9 @@ impl Model {
     ) -> Result<Self, ModelError> {
         let of_system = self.parameters().contains(&name);
         let model = if of_system { self.with(name, value)? } else { self.clone() };
+        if model.degrees() != self.degrees() {
+            return Err(ModelError::Drive { name: name.into() });
+        }
         let of_drive = drive.parameters().any(|x| x.0 == name);
         let drive = if of_drive || !of_system {
             drive.with(name, value, self.degrees())?

@@ -60,6 +60,84 @@ fn a_resonance_has_its_closed_form() {
     }
 }
 
+/// q, p and s of q'' + B q' + q = F sign(cos t) from (0.3, -0.2) at a time of at most 40, from the
+/// flow of each half period.
+fn under_a_square_wave(end: f64) -> [f64; 3] {
+    let (a, nu) = (B / 2.0, (1.0 - B * B / 4.0).sqrt());
+    let ([mut q, mut p, mut s], mut t, mut side) = ([0.3, -0.2, 0.0], 0.0, 1.0);
+    for k in 0..13 {
+        let jump = (f64::from(k) + 0.5) * PI;
+        let h = jump.min(end) - t;
+        let (sin, cos) = (nu * h).sin_cos();
+        let (x, decay) = (q - side * F, (-a * h).exp());
+        let next = side * F + decay * (x * cos + (p + a * x) / nu * sin);
+        p = decay * (p * cos - (a * p + x) / nu * sin);
+        s += side * F * (next - q);
+        (q, t, side) = (next, t + h, -side);
+        if t >= end {
+            break;
+        }
+    }
+    [q, p, s]
+}
+
+#[test]
+fn a_force_that_jumps_is_followed_to_rounding() {
+    let end = 20.3;
+    let mut scene = resonance(1.0, 1.0);
+    scene.problem = Scene::read(&format!(
+        "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = {B} }}\n\
+         [drive]\nforce = \"{F}*sign(cos(t))\"\n[initial]\nq = [0.3]\np = [-0.2]\n\
+         [time]\nend = {end:?}\nstep = 0.01\n"
+    ))
+    .unwrap()
+    .problem;
+    let problem = &scene.problem;
+    let exact = under_a_square_wave(end);
+    let reference = problem.solution(end, 1, &Silent).unwrap();
+    let state = reference.at(1);
+    let found = [state.q[0], state.p[0], accounts(state, &problem.model.motors()).s[0]];
+    for (found, exact) in found.iter().zip(exact) {
+        assert!((found - exact).abs() < 2e-14, "the reference: {found}, not {exact}");
+    }
+    let adaptive = rows(&["adaptive-dop853", "adaptive-collocation"]);
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        for row in
+            work_precision::run(problem, (&[], &[]), (&adaptive, &[tolerance]), &Silent).unwrap()
+        {
+            let (qp, w) = (row.error_qp.unwrap(), row.error_w.unwrap());
+            assert!(qp < 10.0 * tolerance, "{} at {tolerance:e}: {qp:e}", row.method);
+            assert!(w < 10.0 * tolerance, "{} at {tolerance:e}: w {w:e}", row.method);
+            assert!(row.k_drift < 1e-13, "{}: K is off by {:e}", row.method, row.k_drift);
+        }
+    }
+}
+
+/// The reference of the studies of attractors steps from jump to jump, wherever its steps end.
+#[test]
+fn the_reference_of_a_section_steps_from_jump_to_jump() {
+    for steps in [64, 71] {
+        let h = 2.0 * PI / f64::from(steps);
+        let scene = Scene::read(&format!(
+            "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = {B} }}\n\
+             [drive]\nforce = \"{F}*sign(cos(t))\"\n[initial]\nq = [0.3]\np = [-0.2]\n\
+             [time]\nend = {h:?}\nstep = {h:?}\n\
+             [study.poincare]\nmethods = [\"rk4\"]\ntransient = 0\npoints = 5\n"
+        ))
+        .unwrap();
+        let plan = scene.studies.poincare.as_ref().unwrap();
+        for (row, h) in plan.settings() {
+            let points = plan.study.run(row, h, &Silent).unwrap();
+            for (k, point) in points.rows.iter().enumerate() {
+                let [q, p, _] = under_a_square_wave(2.0 * PI * (k as f64 + 1.0));
+                let off = (point.q[0] - q).hypot(point.p[0] - p);
+                let is_reference = row.name == "reference";
+                assert_eq!(off < 1e-11, is_reference, "{} {k}: off by {off:e}", row.name);
+            }
+        }
+    }
+}
+
 #[test]
 fn tables_have_the_energy_supplied_behind_the_reservoir() {
     let scene = resonance(1.3, 2.0);
@@ -85,6 +163,28 @@ fn tables_have_the_energy_supplied_behind_the_reservoir() {
     let table = table.unwrap();
     assert!(table.text.lines().next().unwrap().ends_with("doubt_d_R,w1,s1,supplied"));
     assert_eq!(books[0].violations, Some(0));
+}
+
+/// On a linear system under a sine, `linear-exact` steps over whole periods without an error.
+#[test]
+fn a_linear_driven_scene_has_an_exact_method() {
+    let scene = resonance(1.3, 4.0);
+    let (problem, period) = (&scene.problem, scene.problem.end / 4.0);
+    let found = trajectory::run(problem, &rows(&["linear-exact"]), period, 1, &Silent).unwrap();
+    let exact = problem.solution(period, 4, &Silent).unwrap();
+    for (i, row) in found[0].rows.iter().enumerate() {
+        let state = exact.at(i);
+        let sums = accounts(state, &problem.model.motors());
+        for (what, found, exact) in [
+            ("q", row.q[0], state.q[0]),
+            ("p", row.p[0], state.p[0]),
+            ("w", row.w[0], sums.w[0]),
+            ("s", row.s[0], sums.s[0]),
+            ("K", row.total, found[0].rows[0].total),
+        ] {
+            assert!((found - exact).abs() < 1e-14, "{what} at {i}: {found:e}, not {exact:e}");
+        }
+    }
 }
 
 /// Every method that applies, by the three studies that know a drive.

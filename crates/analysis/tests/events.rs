@@ -171,6 +171,7 @@ fn the_tables_of_a_run_hold_its_events_and_its_samples() {
 fn mistakes_in_events_are_named() {
     for (from, to, message) in [
         ("of = \"q1\"", "of = \"q7\"", "there is no quantity q7"),
+        ("of = \"q1\"", "of = \"q1 - 0.5\"", "an expression stands in `when`"),
         ("of = \"q1\"", "of = \"p1\"", "action does not belong here"),
         ("of = \"q1\"", "of = \"q1\"\nwhen = \"q1\"", "when does not belong here"),
         ("of = \"q1\"", "when = \"q1 + z\"", "z"),

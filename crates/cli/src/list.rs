@@ -4,7 +4,7 @@ use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table::{self, Column};
 use afterbay_methods::registry::{EXACT, METHODS, Row};
-use afterbay_systems::{FUNCTIONS, FUNCTIONS_OF_TWO, SYSTEMS, SystemRow};
+use afterbay_systems::{FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS, SYSTEMS, SystemRow};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -109,7 +109,8 @@ fn words() -> impl Iterator<Item = Word> {
         ("q[wrap(i+1)]", "a periodic index: n+1 is 1, and 0 is n"),
     ];
     let others = OTHERS.map(|(write, meaning)| Word { write: write.into(), meaning });
-    let of_one = FUNCTIONS.map(|(name, meaning)| Word { write: format!("{name}(x)"), meaning });
+    let of_one = FUNCTIONS.into_iter().chain(FUNCTIONS_WITH_JUMPS);
+    let of_one = of_one.map(|(name, meaning)| Word { write: format!("{name}(x)"), meaning });
     let of_two =
         FUNCTIONS_OF_TWO.map(|(name, meaning)| Word { write: format!("{name}(x, y)"), meaning });
     others.into_iter().chain(of_one).chain(of_two)

@@ -45,8 +45,8 @@ pub use run::{
 };
 pub use system::{
     Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,
-    Drive, Driven, EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Linear, Mean,
-    Members, Misprinted, Motors, OrderRaising, Passive, PhasePlane, PlaneDissipation,
+    Drive, Driven, EndMembers, Entry, ExactFlow, Flow, Formulas, FromFormulas, Harmonic, Harmonics,
+    Linear, Mean, Members, Misprinted, Motors, OrderRaising, Passive, PhasePlane, PlaneDissipation,
     SecondDerivatives, Separable, Slopes, State, StateRef, Supply, System, Uniform, accounts,
     with_motors,
 };

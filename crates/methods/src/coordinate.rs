@@ -13,7 +13,7 @@ use afterbay_core::solver::{Equation, Root, Sample, Solver};
 use afterbay_core::{Dissipation, Mask, Scalar, Separable, StepFailure};
 
 /// A coordinate before its step.
-pub(crate) struct Coordinate<T> {
+pub(crate) struct Coordinate<T, F = ()> {
     pub(crate) dof: usize,
     pub(crate) q: T,
     pub(crate) p: T,
@@ -24,8 +24,27 @@ pub(crate) struct Coordinate<T> {
     pub(crate) reach: T,
     /// Whether the system is dissipative.
     pub(crate) dissipative: bool,
-    /// The force of a drive, if it does not depend on q.
-    pub(crate) drive: Option<T>,
+    /// The force of a drive, if it does not depend on q; `()` where there is no drive.
+    pub(crate) drive: F,
+}
+
+/// A force that is known before the step, if there is one.
+pub(crate) trait Known<T>: Copy {
+    fn force(self) -> Option<T>;
+}
+
+impl<T> Known<T> for () {
+    #[inline(always)]
+    fn force(self) -> Option<T> {
+        None
+    }
+}
+
+impl<T: Scalar> Known<T> for Option<T> {
+    #[inline(always)]
+    fn force(self) -> Option<T> {
+        self
+    }
 }
 
 /// The coordinate after its step.
@@ -64,12 +83,12 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
 
 /// The function F of the equation v = p0 - F(v). The step sizes are scaled by `share`, from 1 (the
 /// full step) to 0.
-pub(crate) struct Pull<'a, 'b, T, S: ?Sized> {
-    pub(crate) coordinate: &'a Coordinate<T>,
+pub(crate) struct Pull<'a, 'b, T, S: ?Sized, F = ()> {
+    pub(crate) coordinate: &'a Coordinate<T, F>,
     pub(crate) along: &'a mut Along<'b, T, S>,
 }
 
-impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
+impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Pull<'_, '_, T, S, F> {
     #[inline(always)]
     fn at(&mut self, share: T, v: T) -> Sample<T> {
         let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, drive, .. } =
@@ -88,7 +107,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
                 value_rounding,
             };
         }
-        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v, drive);
+        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v, drive.force());
         let by_q = pull.half().mul_add(drag.by_q, by_q);
         Sample {
             value: pull.mul_add(edge.value, pull * drag.value),
@@ -102,9 +121,9 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Pull<'_, '_, T, S> {
 
 /// The same equation, restricted to one side of all singularities: beyond them its slope makes
 /// every solver refuse the step.
-struct Guarded<'a, 'b, T, S: ?Sized>(Pull<'a, 'b, T, S>);
+struct Guarded<'a, 'b, T, S: ?Sized, F>(Pull<'a, 'b, T, S, F>);
 
-impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> {
+impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Guarded<'_, '_, T, S, F> {
     fn at(&mut self, share: T, v: T) -> Sample<T> {
         let Coordinate { q: q0, steps: [rate, ..], .. } = *self.0.coordinate;
         let Along { system, j, ref q, .. } = *self.0.along;
@@ -121,7 +140,15 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Equation<T> for Guarded<'_, '_, T, S> 
     }
 }
 
-impl<T: Scalar> Coordinate<T> {
+impl<T> Coordinate<T> {
+    /// The same step under a drive, whose force may be known.
+    pub(crate) fn under(self, drive: Option<T>) -> Coordinate<T, Option<T>> {
+        let Self { dof, q, p, steps, reach, dissipative, drive: () } = self;
+        Coordinate { dof, q, p, steps, reach, dissipative, drive }
+    }
+}
+
+impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
     /// Moves the coordinate along its edge.
     #[inline(always)]
     pub(crate) fn advance<S: Separable<T> + ?Sized>(
@@ -162,7 +189,7 @@ impl<T: Scalar> Coordinate<T> {
     /// The mean momentum of free flight, from which the equation starts.
     #[inline(always)]
     fn start(&self) -> T {
-        match self.drive {
+        match self.drive.force() {
             Some(force) => self.steps[1].half().mul_add(force, self.p),
             None => self.p,
         }
@@ -223,8 +250,8 @@ impl<T: Scalar> Coordinate<T> {
         let v = root.x;
         let q = rate.mul_add(v, q0);
         let dw = if dissipative {
-            let drag = along.dissipation_of(rate.half().mul_add(v, q0), v, drive).value;
-            drain * drive.map_or(drag, |force| drag - force) * v
+            let drag = along.dissipation_of(rate.half().mul_add(v, q0), v, drive.force()).value;
+            drain * drive.force().map_or(drag, |force| drag - force) * v
         } else {
             T::zero()
         };

@@ -241,28 +241,48 @@ where
     let dissipative = !damping.zero && !damping.coupled;
     let mut evaluations = 0;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+    let has_motors = first_motor < q.len();
     for j in order {
-        if j >= first_motor {
-            advance_motor(system, h, j, [q, p])?;
+        if has_motors {
+            evaluations += advance_driven(system, [h, overall], first_motor, j, [q, p, w])?;
             continue;
         }
-        let known = if first_motor < q.len() { system.supply(q, j) } else { None };
-        let known = known.filter(|supply| supply.is_uniform);
-        let drive = known.map(|supply| supply.force);
-        let coordinate = coordinate(system, [h, overall], [j, j], [q, p], dissipative);
-        let moved =
-            Coordinate { drive, ..coordinate }.advance(&Newton, Along { system, j, q, p })?;
-        let from = std::mem::replace(&mut q[j], moved.q);
-        p[j] = moved.p;
+        let moved = advance(system, &Newton, [h, overall], [j, j], [q, p], dissipative)?;
+        (q[j], p[j]) = (moved.q, moved.p);
         if dissipative {
             w[j] += moved.dw;
-        }
-        if first_motor < q.len() {
-            supply(system, j, known, [from, moved.q], [q, p, w]);
         }
         evaluations += moved.evaluations;
     }
     Ok(Effort { evaluations, iterations: evaluations })
+}
+
+/// Updates one coordinate or motor of a driven system. Returns the number of evaluations.
+#[inline(never)]
+fn advance_driven<T, S>(
+    system: &S,
+    [h, overall]: [T; 2],
+    first_motor: usize,
+    j: usize,
+    [q, p, w]: [&mut [T]; 3],
+) -> Result<u64, StepFailure>
+where
+    T: Scalar,
+    S: Separable<T> + ?Sized,
+{
+    if j >= first_motor {
+        advance_motor(system, h, j, [q, p])?;
+        return Ok(0);
+    }
+    let known = system.supply(q, j).filter(|supply| supply.is_uniform);
+    let drive = known.map(|supply| supply.force);
+    let coordinate = coordinate(system, [h, overall], [j, j], [q, p], true);
+    let moved = coordinate.under(drive).advance(&Newton, Along { system, j, q, p })?;
+    let from = std::mem::replace(&mut q[j], moved.q);
+    p[j] = moved.p;
+    w[j] += moved.dw;
+    supply(system, j, known, [from, moved.q], [q, p, w]);
+    Ok(moved.evaluations)
 }
 
 /// Moves a motor with velocity 1. The momentum of a clock changes by the divided difference of V
@@ -383,5 +403,5 @@ where
 {
     let rate = if system.unit_mass() { h } else { h / system.mass(j) };
     let reach = beside(&system.coupling(), overall, q, j);
-    Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative, drive: None }
+    Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative, drive: () }
 }

@@ -110,7 +110,8 @@ pub enum Needs {
     Any,
     /// A system that provides its second derivatives.
     Curvature,
-    /// A system whose second derivatives are constant: H quadratic and D linear.
+    /// A system whose second derivatives are constant: H quadratic and D linear. Forces that are
+    /// sums of sines and cosines of the time may drive it.
     Linear,
     /// H = Σ p²/(2m) + V(q), and D_j independent of the other momenta.
     Separable,

@@ -31,6 +31,7 @@
 //! from [`afterbay_core::taylor::trajectory`], from kink to kink.
 
 mod abilities;
+mod breaks;
 mod checks;
 mod described;
 mod description;
@@ -39,6 +40,7 @@ mod failure;
 mod fields;
 mod function;
 mod general;
+mod harmonics;
 mod members;
 mod passive;
 mod period;
@@ -48,7 +50,7 @@ mod ridges;
 mod shape;
 mod structure;
 
-pub use afterbay_expression::{FUNCTIONS, FUNCTIONS_OF_TWO, Problem};
+pub use afterbay_expression::{FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS, Problem};
 pub use described::Described;
 pub use description::{
     Description, DissipationText, DriveDescription, FunctionDescription, GeneralDescription,
@@ -60,7 +62,7 @@ pub use general::CustomGeneral;
 pub use structure::Structure;
 
 use afterbay_core::{DissipationForm, Scalar, validate};
-use afterbay_expression::Node;
+use afterbay_expression::{Node, Point};
 use shape::{DissipationKernel, Shape};
 use std::sync::Arc;
 
@@ -80,6 +82,11 @@ pub struct Custom<T> {
     /// [γ_j, γ_j m_j] if D_j = γ_j p_j with constant γ_j; else empty.
     rates: Vec<[T; 2]>,
     dissipation_form: DissipationForm,
+}
+
+/// The point (q, t): t is read as the end of an edge.
+fn time_point<T: Scalar>(q: &[T], t: T) -> Point<'_, T> {
+    Point { end: t, ..Point::new(q, &[], &[]) }
 }
 
 impl Custom<f64> {

@@ -67,10 +67,18 @@ pub(super) fn sheet(
         readings.add(&label, "failed runs", failed.count());
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
         if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
-            let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| matches!((own, exact), (Some(own), Some(exact)) if exact.is_like(own));
-            let first = own.iter().zip(exact).position(|pair| !same(pair));
+            let known = exact.iter().flatten().count();
+            let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| {
+                own.as_ref().zip(exact.as_ref()).is_some_and(|(own, exact)| exact.is_like(own))
+            };
+            let other =
+                |pair: (&Option<Attractor>, &Option<Attractor>)| pair.1.is_some() && !same(pair);
+            let first = own.iter().zip(exact).position(other);
             let alike = own.iter().zip(exact).filter(|&pair| same(pair)).count();
-            readings.add(&label, "as the reference", alike);
+            if known > 0 {
+                readings.add(&label, "compared", known);
+                readings.add(&label, "as the reference", alike);
+            }
             let first = first.and_then(|i| diagram.columns.get(i)).map(|column| column.value);
             readings.add(&label, "first other value", first);
         }
@@ -150,16 +158,17 @@ fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> S
 
 fn what_is_seen(r: &Readings) -> Said {
     let one = |label: &str| {
-        let (values, failed) = (r.number(label, "values"), r.number(label, "failed runs"));
+        let failed = r.number(label, "failed runs");
         let alike = r.number(label, "as the reference");
         let beside = if alike.is_nan() {
             format!("period {}", r.word(label, "changes"))
-        } else if alike == values {
-            format!("the attractor of the reference at all {values} values")
+        } else if alike == r.number(label, "compared") {
+            format!("the attractor of the reference at all {alike} values")
         } else {
             let first = r.number(label, "first other value");
             format!(
-                "the attractor of the reference at {alike} of {values} values, another first at {first:.4}"
+                "the attractor of the reference at {alike} of {} values, another first at {first:.4}",
+                r.number(label, "compared")
             )
         };
         let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };

@@ -120,7 +120,12 @@ fn what_is_seen(r: &Readings) -> Said {
             return format!("{label}: {run}");
         }
         let (largest, error) = (r.number(label, "largest"), r.number(label, "standard error"));
-        let kind = if largest > DIFFERENT * error { "chaos" } else { "no chaos" };
+        let kind = match largest / error {
+            share if share > DIFFERENT => "chaos",
+            share if share < -DIFFERENT => "no chaos",
+            share if share.is_nan() => "undecided",
+            _ => "0 within the error",
+        };
         let apart = (largest - exact.0).abs() / error.hypot(exact.1);
         let beside = match label {
             EXACT => "",

@@ -61,15 +61,24 @@ pub(super) fn sheet(
         readings.add(&label, "run", outcome);
         readings.add(&label, "attractors", kinds(own));
         if let Some(exact) = exact.filter(|_| portrait.row.name != EXACT) {
-            let reference = &attractors[exact];
+            // Only starts whose reference has an attractor are compared.
             let pairs =
-                || own.iter().zip(reference).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
-            let other = pairs().filter(|(a, b)| !b.is_like(a)).count();
-            let lost = own.iter().filter(|own| own.is_none()).count();
-            readings.add(&label, "other attractors", other + lost);
-            readings.add(&label, "starts", own.len());
-            let off = pairs().map(|(a, b)| b.distance(a)).fold(0.0, f64::max);
-            readings.add(&label, "distance", off);
+                || own.iter().zip(&attractors[exact]).filter_map(|(a, b)| Some((a, b.as_ref()?)));
+            let starts = pairs().count();
+            if starts > 0 {
+                let like = |(a, b): (&Option<Attractor>, &Attractor)| {
+                    a.as_ref().is_some_and(|a| b.is_like(a))
+                };
+                readings.add(
+                    &label,
+                    "other attractors",
+                    starts - pairs().filter(|&x| like(x)).count(),
+                );
+                readings.add(&label, "starts", starts);
+                let both = pairs().filter_map(|(a, b)| Some((a.as_ref()?, b)));
+                let off = both.map(|(a, b)| b.distance(a)).reduce(f64::max);
+                readings.add(&label, "distance", off);
+            }
         }
     }
     let table = found.iter().map(|portrait| {

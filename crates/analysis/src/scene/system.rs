@@ -71,7 +71,9 @@ pub(super) fn model(
     let values = numbers.iter().map(|(name, value)| (name.as_str(), *value));
     let model = Model::named(row, values).map_err(|error| {
         let path = match &error {
-            ModelError::NoParameter { name } | ModelError::Whole { name, .. } => name.as_str(),
+            ModelError::NoParameter { name }
+            | ModelError::Whole { name, .. }
+            | ModelError::Drive { name } => name.as_str(),
             ModelError::Custom(_) => "",
         };
         at(&format!("system.parameters.{path}"), error.clone().into())

@@ -228,7 +228,7 @@ fn beside<T: Lanewise>(
     let states = starts.iter().map(Problem::start::<f64>).collect::<Result<Vec<_>, _>>()?;
     let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<T> {
         let lane = |k: usize| of(&states[k.min(states.len() - 1)]);
-        (0..states[0].dof()).map(|j| T::of_lanes(|k| lane(k)[j])).collect()
+        (0..states[0].dof()).map(|j| T::from_lanes(|k| lane(k)[j])).collect()
     };
     let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
     let initial: Vec<Quad> =

@@ -136,12 +136,13 @@ pub enum StepFailure {
         /// The change of K, in rounding errors of its terms.
         roundings: f64,
     },
-    /// H is singular between the ends of the step: on the edge along which a coordinate moves, or
-    /// on the straight line from q to where the step leads. A mean of ∂H/∂q exists across a pole,
-    /// and would keep K.
+    /// H or the force of a drive is singular between the ends of the step: on the edge along which a
+    /// coordinate moves, or on the straight line from q to where the step leads. A mean of ∂H/∂q
+    /// exists across a pole, and would keep K.
     #[error(
-        "H is singular between the ends of the step, in which q{} goes from {from:?} to {to:?}: no \
-         step crosses a singularity, take a smaller one, or end before the motion itself meets it",
+        "H or a force is singular between the ends of the step, in which q{} goes from {from:?} to \
+         {to:?}: no step crosses a singularity, take a smaller one, or end before the motion itself \
+         meets it",
         dof + 1
     )]
     AcrossSingularity {

@@ -152,17 +152,9 @@ impl<T: Scalar> MulAssign for Corrected<T> {
 }
 
 /// Scalars that consist of one or several `f64` in lanes.
-pub trait Lanewise: Scalar {
-    /// The scalar with these lanes.
-    fn of_lanes(lane: impl FnMut(usize) -> f64) -> Self;
-}
+pub trait Lanewise: Scalar {}
 
-impl Lanewise for f64 {
-    #[inline(always)]
-    fn of_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
-        lane(0)
-    }
-}
+impl Lanewise for f64 {}
 
 impl<T: Lanewise> Corrected<T> {
     /// A function of each lane, computed in [`Quad`].
@@ -173,7 +165,7 @@ impl<T: Lanewise> Corrected<T> {
             // Infinities of `Quad` may have no low part that is a number.
             [value, if value.is_finite() { lost } else { 0.0 }]
         };
-        Self { value: T::of_lanes(|k| of(k)[0]), lost: T::of_lanes(|k| of(k)[1]) }
+        Self { value: T::from_lanes(|k| of(k)[0]), lost: T::from_lanes(|k| of(k)[1]) }
     }
 }
 
@@ -190,6 +182,10 @@ impl<T: Lanewise> Scalar for Corrected<T> {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self.nearest().to_f64()
+    }
+    #[inline(always)]
+    fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self {
+        Self::exact(T::from_lanes(lane))
     }
     #[inline(always)]
     fn lane(self, index: usize) -> f64 {
@@ -229,6 +225,9 @@ impl<T: Lanewise> Scalar for Corrected<T> {
     }
     fn atan(self) -> Self {
         self.by_quad(Scalar::atan)
+    }
+    fn floor(self) -> Self {
+        self.by_quad(Scalar::floor)
     }
 
     #[inline(always)]

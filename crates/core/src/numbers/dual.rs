@@ -39,6 +39,9 @@ impl Scalar for Dual64 {
     fn atan(self) -> Self {
         DualNum::atan(&self)
     }
+    fn floor(self) -> Self {
+        Dual64::from(self.re.floor())
+    }
 
     fn lt(self, other: Self) -> bool {
         self.re < other.re

@@ -335,6 +335,9 @@ impl Scalar for Interval {
     fn atan(self) -> Self {
         self.increasing(f64::atan, [-FRAC_PI_2.next_up(), FRAC_PI_2.next_up()])
     }
+    fn floor(self) -> Self {
+        Self { low: self.low.floor(), high: self.high.floor() }
+    }
     fn lt(self, other: Self) -> Certainty {
         Certainty { certain: self.high < other.low, possible: self.low < other.high }
     }

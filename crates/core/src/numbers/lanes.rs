@@ -49,6 +49,10 @@ macro_rules! side_by_side {
                 self.to_array()[0]
             }
             #[inline(always)]
+            fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self {
+                Self::new(std::array::from_fn(lane))
+            }
+            #[inline(always)]
             fn lane(self, index: usize) -> f64 {
                 self.to_array()[index % $count]
             }
@@ -85,6 +89,10 @@ macro_rules! side_by_side {
                 Self::new(self.to_array().map(f64::atan))
             }
             #[inline(always)]
+            fn floor(self) -> Self {
+                <$lanes>::floor(self)
+            }
+            #[inline(always)]
             fn lt(self, other: Self) -> Self {
                 self.simd_lt(other)
             }
@@ -102,12 +110,7 @@ macro_rules! side_by_side {
             }
         }
 
-        impl Lanewise for $lanes {
-            #[inline(always)]
-            fn of_lanes(lane: impl FnMut(usize) -> f64) -> Self {
-                Self::new(std::array::from_fn(lane))
-            }
-        }
+        impl Lanewise for $lanes {}
     )*};
 }
 

@@ -165,6 +165,12 @@ impl Scalar for Quad {
         let (sin, cos) = y.sin_cos();
         y.add_accurate((self * cos).sub_accurate(sin) / (cos + self * sin))
     }
+    /// If the high part is a whole number, the low part decides.
+    fn floor(self) -> Self {
+        let floor = self.0.floor();
+        let low = if floor == self.0 { self.1.floor() } else { 0.0 };
+        Quad::from_f64(floor) + Quad::from_f64(low)
+    }
     /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of
     /// 1 for
     /// |self| up to 1e4, to 4 up to 1e15. Beyond, k is not exact and nothing is promised.

@@ -75,6 +75,12 @@ pub trait Scalar:
     /// The nearest `f64` (of the real part, of the first lane), for messages and tables.
     fn to_f64(self) -> f64;
 
+    /// The number whose lanes are `lane(0)`, `lane(1)`, ..
+    #[inline(always)]
+    fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
+        Self::from_f64(lane(0))
+    }
+
     /// The nearest `f64` (of the real part) of one lane, counted from 0.
     #[inline(always)]
     fn lane(self, _index: usize) -> f64 {
@@ -97,6 +103,8 @@ pub trait Scalar:
     fn sin_cos(self) -> (Self, Self);
     /// The angle between -π/2 and π/2 whose tangent is self.
     fn atan(self) -> Self;
+    /// The largest whole number ≤ self; of a number with derivatives, that of its value.
+    fn floor(self) -> Self;
 
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;
@@ -172,6 +180,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn atan(self) -> Self {
         f64::atan(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f64::floor(self)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> bool {

@@ -195,6 +195,9 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
         let slope = (self * self + Self::one()).recip();
         self.compose(self.0[0].atan(), |_| slope)
     }
+    fn floor(self) -> Self {
+        Self::constant(self.0[0].floor())
+    }
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.0[0].sin_cos();
         // (sin u)' = cos u u' and (cos u)' = -sin u u' grow together, one coefficient at a time.

@@ -196,6 +196,10 @@ impl<T: Scalar> Scalar for Slope<T> {
         self.end.to_f64()
     }
     #[inline(always)]
+    fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self {
+        Self::constant(T::from_lanes(lane))
+    }
+    #[inline(always)]
     fn lane(self, index: usize) -> f64 {
         self.end.lane(index)
     }
@@ -241,6 +245,14 @@ impl<T: Scalar> Scalar for Slope<T> {
     fn atan(self) -> Self {
         let divided = divided::atan(self.start, self.end).value;
         self.under(self.start.atan(), self.end.atan(), divided)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        let (start, end) = (self.start.floor(), self.end.floor());
+        let rise = end - start;
+        let same = rise.abs().le(T::zero());
+        let width = T::select(same, T::one(), self.end - self.start);
+        self.under(start, end, rise / width)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Ends<T> {

@@ -9,6 +9,10 @@ use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 
+/// The longest step across a break that is not subject to error control, as a share of the time or
+/// of the step before; 256 roundings. Its error is as small, and an estimate of it is rounding.
+const SHORTEST_CONTROLLED: f64 = 5.7e-14;
+
 /// A method that estimates its own error.
 pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
     /// Scratch space and the last attempted step.
@@ -248,9 +252,9 @@ where
 
     /// Takes one step within the tolerance.
     fn step(&mut self, state: &mut State<V>) -> Result<(), RunError> {
-        let left = self.end - state.t;
         let mut cuts = 0;
         loop {
+            let (left, at_break) = self.smooth_part(state);
             // The last step is not much shorter than those before.
             let rest = left.to_f64();
             let last = rest <= self.controller.h * LAST_STRETCH;
@@ -262,6 +266,9 @@ where
             if state.t + h == state.t {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
+            let wanted = self.controller;
+            let size = state.t.to_f64().abs().max(wanted.h);
+            let crosses = at_break && h.to_f64() <= SHORTEST_CONTROLLED * size;
             let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
             match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
                 Err(failure) => {
@@ -274,11 +281,15 @@ where
                 }
                 Ok(attempt) => {
                     self.statistics.effort += attempt.effort;
-                    let taken = attempt.error <= 1.0;
+                    let taken = attempt.error <= 1.0 || crosses;
                     self.controller.update(attempt, h.to_f64(), taken, cuts > 0, M::LEAST_GROWTH);
                     if taken {
+                        if at_break && last {
+                            // The break made the step short, not its error.
+                            self.controller = wanted;
+                        }
                         self.method.accept(state, &mut self.workspace);
-                        state.t = if last { self.end } else { state.t + h };
+                        state.t = if last && !at_break { self.end } else { state.t + h };
                         let h = h.to_f64();
                         let Statistics { accepted, least, largest, .. } = &mut self.statistics;
                         (*accepted, *least, *largest) =
@@ -290,6 +301,17 @@ where
                 }
             }
         }
+    }
+
+    /// The time from here to the end or to the next break, and whether it is a break.
+    #[inline(always)]
+    fn smooth_part(&self, state: &State<V>) -> (V::Scalar, bool) {
+        let left = self.end - state.t;
+        // Only breaks within the next two steps matter.
+        let near = V::Scalar::from_f64(2.0 * LAST_STRETCH * self.controller.h);
+        let ahead = V::Scalar::select(left.lt(near), left, near);
+        let smooth = self.system.step_between_breaks(state.q.as_slice(), ahead);
+        if smooth.lt(ahead).any() { (smooth, true) } else { (left, false) }
     }
 
     /// Fails a step that is accurate enough and has a singularity of H between its ends.

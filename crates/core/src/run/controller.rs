@@ -34,6 +34,7 @@ pub(super) const MOST_CUTS: u32 = 60;
 pub(super) const LAST_STRETCH: f64 = 1.01;
 
 /// The size of the next step, and what is remembered of the step before.
+#[derive(Clone, Copy)]
 pub(super) struct Controller {
     /// The length of the next step.
     pub(super) h: f64,

@@ -21,6 +21,7 @@
 use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm, Passive};
 use super::hamiltonian::System;
+use super::harmonics::Harmonics;
 use super::hessian::Curvature;
 use super::separable::{Separable, Supply};
 use crate::error::InputError;
@@ -46,9 +47,32 @@ pub trait Drive<T: Scalar>: Send + Sync {
         true
     }
 
+    /// F_j for entry k of [`Drive::driven`] as a sum of sines and cosines, if it is known to be one
+    /// and depends on no coordinate.
+    fn harmonics(&self, _k: usize) -> Option<Harmonics<T>> {
+        None
+    }
+
     /// Passes to `put` the value of every function at whose zeros F may not be analytic
     /// ([`System::kinks`]).
     fn kinks(&self, _q: &[T], _t: T, _put: &mut dyn FnMut(T)) {}
+
+    /// Whether F may be singular at some time.
+    fn may_be_singular(&self) -> bool {
+        false
+    }
+
+    /// Whether F is singular at some time between two ([`System::is_singular_between`]).
+    fn is_singular_between(&self, _from: T, _to: T) -> bool {
+        false
+    }
+
+    /// The length of the next step from t, at most h > 0, that contains no break: an instant at
+    /// which F jumps in t or has a kink. The step ends just before the next break; one that starts
+    /// there is some roundings long and ends just behind it.
+    fn step_between_breaks(&self, _t: T, h: T) -> T {
+        h
+    }
 }
 
 /// A system with N degrees of freedom and a drive: N + M degrees of freedom, the last M of which
@@ -67,13 +91,17 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
     ///
     /// # Errors
     /// [`InputError::Length`] if the drive acts on a degree of freedom that the system does not
-    /// have, or twice on one.
+    /// have, or twice on one; [`InputError::Unsupported`] if the system has a drive already.
     pub fn new<T: Scalar>(system: Arc<S>, drive: Arc<D>) -> Result<Self, InputError>
     where
         S: System<T>,
         D: Drive<T>,
     {
         let dof = system.dof();
+        if (0..dof).any(|motor| system.driven_by(motor).is_some()) {
+            let why = "the system has a drive already: add the forces of both";
+            return Err(InputError::Unsupported { method: "a drive", why });
+        }
         let mut motors = vec![None; dof];
         for (k, &j) in drive.driven().iter().enumerate() {
             let Some(motor) = motors.get_mut(j).filter(|motor| motor.is_none()) else {
@@ -83,6 +111,16 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
             *motor = Some(k);
         }
         Ok(Self { system, drive, dof, motors })
+    }
+
+    /// The system alone.
+    pub fn undriven(&self) -> &Arc<S> {
+        &self.system
+    }
+
+    /// The forces on it.
+    pub fn drive(&self) -> &Arc<D> {
+        &self.drive
     }
 
     /// The motor of degree of freedom j and the number of its force.
@@ -129,6 +167,10 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
         self.system.motors() + self.drive.driven().len()
     }
 
+    fn driven_by(&self, motor: usize) -> Option<usize> {
+        self.drive.driven().get(motor.checked_sub(self.dof)?).copied()
+    }
+
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
         let (q, times) = q.split_at(self.dof);
         self.system.kinks(q, &p[..self.dof], put);
@@ -137,12 +179,22 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
         }
     }
 
+    fn step_between_breaks(&self, q: &[T], h: T) -> T {
+        match q.get(self.dof) {
+            Some(&t) => self.drive.step_between_breaks(t, h),
+            None => h,
+        }
+    }
+
     fn may_be_singular(&self) -> bool {
-        self.system.may_be_singular()
+        self.system.may_be_singular() || self.drive.may_be_singular()
     }
 
     fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
-        self.system.is_singular_between(&from[..self.dof], &to[..self.dof])
+        let ((from, start), (to, end)) = (from.split_at(self.dof), to.split_at(self.dof));
+        let times = start.first().zip(end.first());
+        self.system.is_singular_between(from, to)
+            || times.is_some_and(|(&start, &end)| self.drive.is_singular_between(start, end))
     }
 }
 
@@ -168,7 +220,11 @@ impl<T: Scalar, S: Separable<T> + ?Sized, D: Drive<T> + ?Sized> Separable<T> for
     }
 
     fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
-        j < self.dof && self.system.is_singular_along(&q[..self.dof], j, to)
+        if j < self.dof {
+            self.system.is_singular_along(&q[..self.dof], j, to)
+        } else {
+            self.drive.is_singular_between(q[j], to)
+        }
     }
 
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T> {
@@ -267,6 +323,10 @@ impl<T: Scalar> Sum<T> {
 }
 
 impl<T: Scalar> Abilities<T> for Driven<dyn Abilities<T>, dyn Drive<T>> {
+    fn driven(&self) -> Option<&Self> {
+        Some(self)
+    }
+
     fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
         let system = self.system.clone().separable()?;
         Some(Arc::new(self.with(system)))

@@ -34,6 +34,12 @@ pub trait System<T: Scalar>: Send + Sync {
         DissipationForm::GENERAL
     }
 
+    /// The degree of freedom that a motor drives; none for a clock.
+    #[inline(always)]
+    fn driven_by(&self, _motor: usize) -> Option<usize> {
+        None
+    }
+
     /// Whether H = Σ p_j²/2 + V(q), so that velocities equal momenta and need not be computed.
     #[inline(always)]
     fn unit_mass(&self) -> bool {
@@ -60,6 +66,13 @@ pub trait System<T: Scalar>: Send + Sync {
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 
+    /// The length of the next step from q, at most h > 0, without an instant at which D jumps in
+    /// time or has a kink ([`crate::Drive::step_between_breaks`]).
+    #[inline(always)]
+    fn step_between_breaks(&self, _q: &[T], h: T) -> T {
+        h
+    }
+
     /// Whether H may be singular where (q, p) is finite. Only then are steps examined by
     /// [`System::is_singular_between`].
     #[inline(always)]
@@ -67,7 +80,8 @@ pub trait System<T: Scalar>: Send + Sync {
         false
     }
 
-    /// Whether H is singular somewhere on the straight line between two points of the coordinates.
+    /// Whether H or the force of a drive is singular somewhere on the straight line between two
+    /// points of the coordinates.
     ///
     /// A method that keeps K can step across a pole and keep K there. The time loops refuse a step
     /// whose ends have a singularity between them ([`crate::StepFailure::AcrossSingularity`]).

@@ -33,6 +33,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).motors()
     }
     #[inline]
+    fn driven_by(&self, motor: usize) -> Option<usize> {
+        (**self).driven_by(motor)
+    }
+    #[inline]
     fn unit_mass(&self) -> bool {
         (**self).unit_mass()
     }
@@ -43,6 +47,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
     #[inline]
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
         (**self).kinks(q, p, put);
+    }
+    #[inline]
+    fn step_between_breaks(&self, q: &[T], h: T) -> T {
+        (**self).step_between_breaks(q, h)
     }
     #[inline]
     fn may_be_singular(&self) -> bool {

@@ -13,6 +13,7 @@ pub struct Workspace<V: Vector> {
     /// The number of degrees of freedom before the motors of a drive, which λ leaves alone: their
     /// velocity is 1.
     free: usize,
+    has_motors: bool,
     /// Whether λ is part of the equation. Without it the equation is that of the midpoint rule.
     pub(super) has_lambda: bool,
     /// Δz
@@ -90,6 +91,7 @@ impl<V: Vector> Workspace<V> {
             jacobian: Jacobian::new(name, system, solver)?,
             dissipative: !system.dissipation_form().zero,
             free: n - system.motors(),
+            has_motors: system.motors() > 0,
             has_lambda,
             dq: zeros(),
             dp: zeros(),
@@ -152,13 +154,10 @@ impl<V: Vector> Workspace<V> {
         if !self.has_lambda {
             return Lambda::zero();
         }
-        let sides = [(&self.dq, &self.hq), (&self.dp, &self.hp)];
-        let [(dq, hq), (dp, hp)] = sides.map(|(d, h)| (d.as_slice(), h.as_slice()));
-        let free = self.free;
-        let [along_q, square_q] = products(&dq[..free], &hq[..free]);
-        let [along_p, square_p] = products(&dp[..free], &hp[..free]);
-        let of_motors = dot(&dq[free..], &hq[free..]) + dot(&dp[free..], &hp[free..]);
-        let (along, square) = (along_q + along_p + of_motors, square_q + square_p);
+        let [along_q, square_q] = products(self.dq.as_slice(), self.hq.as_slice());
+        let [along_p, square_p] = products(self.dp.as_slice(), self.hp.as_slice());
+        let along = along_q + along_p;
+        let square = if self.has_motors { self.square_of_free() } else { square_q + square_p };
         // If |Δz|² underflows, there is no divisor.
         if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
             return Lambda::zero();
@@ -167,6 +166,13 @@ impl<V: Vector> Workspace<V> {
         let inverse = 1.0 / square.to_f64();
         let rough = ((start.abs() + end.abs()).to_f64() + self.grain) * inverse;
         Lambda { value: (end - start - along) / square, rough, inverse }
+    }
+
+    /// |Δz|² without the motors.
+    #[cold]
+    fn square_of_free(&self) -> V::Scalar {
+        let [dq, dp] = [&self.dq, &self.dp].map(|d| &d.as_slice()[..self.free]);
+        dot(dq, dq) + dot(dp, dp)
     }
 
     /// Evaluates and factorises the Jacobian at z̄. The error is the degree of freedom of a
@@ -208,17 +214,27 @@ impl<V: Vector> Workspace<V> {
             [(&mut *slope_q, &self.hq, &*hq, &self.dq), (&mut *slope_p, &self.hp, &*hp, &self.dp)];
         for (slope, mean, end, increment) in sides {
             let given = mean.as_slice().iter().zip(end.as_slice()).zip(increment.as_slice());
-            for (j, (slope, ((&mean, &end), &increment))) in slope.iter_mut().zip(given).enumerate()
-            {
-                let twice = if j < self.free { 2.0 * value * increment.to_f64() } else { 0.0 };
+            for (slope, ((&mean, &end), &increment)) in slope.iter_mut().zip(given) {
+                let twice = 2.0 * value * increment.to_f64();
                 *slope = ((end - mean).to_f64() - *slope - twice) * lambda.inverse;
+            }
+            if self.has_motors {
+                // Their increments are not part of |Δz|².
+                let motors = self.free..slope.len();
+                for (slope, &increment) in
+                    slope[motors.clone()].iter_mut().zip(&increment.as_slice()[motors])
+                {
+                    *slope += 2.0 * value * increment.to_f64() * lambda.inverse;
+                }
             }
         }
         std::mem::swap(dq, dp);
         dq.iter_mut().for_each(|x| *x *= -h);
         dp.iter_mut().for_each(|x| *x *= h);
-        dq[self.free..].fill(0.0);
-        dp[self.free..].fill(0.0);
+        if self.has_motors {
+            dq[self.free..].fill(0.0);
+            dp[self.free..].fill(0.0);
+        }
         if self.dissipative {
             self.drag_along(system, h);
         }
@@ -234,9 +250,11 @@ impl<V: Vector> Workspace<V> {
         let [near, far] = &mut self.ends;
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_mut_slice());
         system.dissipation(q, p, self.hp.as_slice(), near.as_mut_slice());
-        v.copy_from_slice(self.hp.as_slice());
-        for (v, &dp) in v.iter_mut().zip(&self.dp.as_slice()[..self.free]) {
-            *v += dp;
+        for ((v, &hp), &dp) in v.iter_mut().zip(self.hp.as_slice()).zip(self.dp.as_slice()) {
+            *v = hp + dp;
+        }
+        if self.has_motors {
+            v[self.free..].copy_from_slice(&self.hp.as_slice()[self.free..]);
         }
         system.dissipation(q, p, v, far.as_mut_slice());
         for ((x, &near), &far) in self.turned[1].iter_mut().zip(near.as_slice()).zip(far.as_slice())
@@ -263,10 +281,12 @@ impl<V: Vector> Workspace<V> {
         let n = self.missing[0].len();
         let (v, dp, hp) =
             (&mut self.v.as_mut_slice()[..n], &self.dp.as_slice()[..n], &self.hp.as_slice()[..n]);
-        for j in 0..self.free {
+        for j in 0..n {
             v[j] = lambda.mul_add(dp[j], hp[j]);
         }
-        v[self.free..].copy_from_slice(&hp[self.free..]);
+        if self.has_motors {
+            v[self.free..].copy_from_slice(&hp[self.free..]);
+        }
         if self.dissipative {
             self.dissipate(system);
         }
@@ -275,13 +295,14 @@ impl<V: Vector> Workspace<V> {
         let (hq, v) = (&self.hq.as_slice()[..n], &self.v.as_slice()[..n]);
         // D stays 0 for systems without dissipation.
         let d = &self.d.as_slice()[..n];
-        for j in 0..self.free {
+        for j in 0..n {
             a[j] = h.mul_add(v[j], -dq[j]).to_f64();
             b[j] = (-h).mul_add(lambda.mul_add(dq[j], hq[j]) + d[j], -dp[j]).to_f64();
         }
-        for j in self.free..n {
-            a[j] = h.mul_add(v[j], -dq[j]).to_f64();
-            b[j] = (-h).mul_add(hq[j] + d[j], -dp[j]).to_f64();
+        if self.has_motors {
+            for j in self.free..n {
+                b[j] = (-h).mul_add(hq[j] + d[j], -dp[j]).to_f64();
+            }
         }
     }
 

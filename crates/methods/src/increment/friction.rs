@@ -60,6 +60,9 @@ impl<V: Vector> Friction<V> {
         if !damping.coupled {
             return Ok(None);
         }
+        if (0..n).any(|motor| system.driven_by(motor).is_some()) {
+            return refuse("D couples the momenta of a driven system: take gonzalez");
+        }
         if !damping.linear {
             return refuse(
                 "D depends on the momenta of others and is not linear in them: take gonzalez",

@@ -13,6 +13,9 @@
 //!
 //! The last satisfies R v = D and x·R x = ρ |x|², which is not negative if D·v is not. Secants by
 //! columns satisfy neither.
+//!
+//! The row of a motor has one entry: R_mj = -F_j, because D_m = -F_j v_j. So p of the motor and w_j
+//! change by the same energy.
 
 use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
 
@@ -44,6 +47,8 @@ pub(super) struct Slopes<V: Vector> {
     /// ρ, g and u
     rate: V::Scalar,
     turn: [V; 2],
+    /// The motors, each with the degree of freedom j that it drives, and R_mj = -F_j
+    motors: Vec<(usize, usize, V::Scalar)>,
 }
 
 impl<V: Vector> Slopes<V> {
@@ -57,6 +62,9 @@ impl<V: Vector> Slopes<V> {
             Block::Hqq | Block::Hqp | Block::Hpp => counts[0] += 1,
         });
         let reach = if system.coupling() == Coupling::Chain { 1 } else { n.saturating_sub(1) };
+        let motors = (n - system.motors()..n)
+            .filter_map(|m| Some((m, system.driven_by(m)?, V::Scalar::zero())))
+            .collect();
         let entries = if damping.coupled { n * (2 * reach + 1).min(n) } else { 0 };
         Self {
             entries: Vec::with_capacity(counts[0]),
@@ -69,6 +77,7 @@ impl<V: Vector> Slopes<V> {
             reach,
             rate: V::Scalar::zero(),
             turn: [V::zeros(n), V::zeros(n)],
+            motors,
         }
     }
 
@@ -98,9 +107,17 @@ impl<V: Vector> Slopes<V> {
     ) {
         probe.fill(V::Scalar::zero());
         system.dissipation(q, p, probe, rest);
+        if !self.motors.is_empty() {
+            probe.fill(V::Scalar::one());
+            system.dissipation(q, p, probe, found);
+            self.motors.iter_mut().for_each(|(m, _, r)| *r = found[*m]);
+            probe.fill(V::Scalar::zero());
+        }
+        let first_motor = v.len() - system.motors();
         let ask = |probe: &[V::Scalar], found: &mut [V::Scalar]| {
             system.dissipation(q, p, probe, found);
             found.iter_mut().zip(&*rest).for_each(|(found, &rest)| *found -= rest);
+            found[first_motor..].fill(V::Scalar::zero());
         };
         if !self.damping.coupled {
             self.kind = Kind::Diagonal;
@@ -257,6 +274,7 @@ impl<V: Vector> Slopes<V> {
                 }
             }
         }
+        self.motors.iter().for_each(|&(m, j, r)| to[m] = r.mul_add(v[j], to[m]));
     }
 
     /// Adds E x to `to`.

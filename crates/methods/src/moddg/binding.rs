@@ -25,7 +25,11 @@ impl Binding for ModDg {
 
 impl Binding for ModDg<Plain, FixedPoint> {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
-        target.fixed::<V, _, _>(*self, target.separable()?)
+        let system = target.separable()?;
+        if system.motors() > 0 {
+            return Err(target.refused("it takes no drive and no V or D that depends on t"));
+        }
+        target.fixed::<V, _, _>(*self, system)
     }
 }
 

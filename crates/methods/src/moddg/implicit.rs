@@ -48,7 +48,7 @@ where
             steps: [delta_q / mass, delta_p, delta_w / mass],
             reach: Scalar::abs(q),
             dissipative,
-            drive: None,
+            drive: (),
         };
         let moved =
             coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;

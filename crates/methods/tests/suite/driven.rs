@@ -231,9 +231,7 @@ fn check_frictionless<F: Formulas + Copy + 'static>(formulas: F, which: &'static
             let (w, s) = (found.w, found.s);
             let lost = w.iter().map(|w| w.abs()).fold(0.0, f64::max);
             let size = s.iter().map(|s| s.abs()).fold(1.0, f64::max);
-            // The filter of locally-exact acts on the momentum of a motor, but not on w.
-            let is_apart = row.name == "locally-exact";
-            assert!(is_apart || lost < 1e-13 * size, "{} at step {step}: w = {lost:e}", row.name);
+            assert!(lost < 1e-13 * size, "{} at step {step}: w = {lost:e}", row.name);
             let off = (state.total(&*system) - total).abs();
             assert!(!row.keeps_k || off < 1e-12, "{}: K is off by {off:e}", row.name);
             ControlFlow::Continue(())

@@ -1,11 +1,12 @@
 //! Forces of a drive, F_j(q, t), described by expressions.
 
+use super::breaks::Breaks;
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
 use super::programs::{Builder, Part};
-use super::{checks, period};
-use afterbay_core::{Drive, Scalar};
-use afterbay_expression::{Graph, Input, Kinds, Node, Point};
+use super::{checks, harmonics, period, time_point};
+use afterbay_core::{Drive, Harmonics, Scalar};
+use afterbay_expression::{Graph, Input, Kinds, Node};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -30,6 +31,8 @@ struct Shape {
     /// The period, where it is given.
     period: Option<Node>,
     kinks: Vec<Part>,
+    breaks: Breaks,
+    poles: Breaks,
     closed: Vec<Node>,
     frames: Vec<Node>,
 }
@@ -74,8 +77,11 @@ impl CustomDrive<f64> {
             forces.push((part, builder.many(&numbered)?, inputs));
             driven.push(j);
         }
-        let kinks: Vec<_> = (0..).zip(builder.graph.kinks(&nodes)).collect();
-        let kinks = builder.many(&kinks)?;
+        let kinks = builder.graph.kinks(&nodes);
+        let breaks = Breaks::new(&mut builder, &kinks)?;
+        let poles = builder.graph.poles(&nodes);
+        let poles = Breaks::new(&mut builder, &poles)?;
+        let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let Builder { graph, frames, .. } = builder;
         let places = reading.places;
         let closed: Vec<Node> = places
@@ -95,6 +101,8 @@ impl CustomDrive<f64> {
             roots,
             period,
             kinks,
+            breaks,
+            poles,
             closed,
             frames,
         };
@@ -200,11 +208,6 @@ impl<T: Scalar> CustomDrive<T> {
     }
 }
 
-/// The point at which forces are evaluated: t is read as the end of an edge.
-fn point<T: Scalar>(q: &[T], t: T) -> Point<'_, T> {
-    Point { end: t, ..Point::new(q, &[], &[]) }
-}
-
 impl<T: Scalar> Drive<T> for CustomDrive<T> {
     fn driven(&self) -> &[usize] {
         &self.shape.driven
@@ -212,14 +215,14 @@ impl<T: Scalar> Drive<T> for CustomDrive<T> {
 
     fn force(&self, k: usize, q: &[T], t: T) -> T {
         let (part, ..) = &self.shape.forces[k];
-        let [force] = part.program.results(self.frame(part), &point(q, t));
+        let [force] = part.program.results(self.frame(part), &time_point(q, t));
         force
     }
 
     fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T)) {
         let (_, slopes, inputs) = &self.shape.forces[k];
         for part in slopes {
-            part.program.run(self.frame(part), &point(q, t), |index, slope| {
+            part.program.run(self.frame(part), &time_point(q, t), |index, slope| {
                 put(
                     match inputs[index as usize] {
                         Input::Coordinate(j) => Some(j as usize),
@@ -236,9 +239,25 @@ impl<T: Scalar> Drive<T> for CustomDrive<T> {
         inputs.contains(&Input::Coordinate(own as u32))
     }
 
+    fn harmonics(&self, k: usize) -> Option<Harmonics<T>> {
+        harmonics::harmonics(&self.shape.graph, self.shape.roots[k], &self.parameters)
+    }
+
     fn kinks(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
         for part in &self.shape.kinks {
-            part.program.run(self.frame(part), &point(q, t), |_, x| put(x));
+            part.program.run(self.frame(part), &time_point(q, t), |_, x| put(x));
         }
+    }
+
+    fn may_be_singular(&self) -> bool {
+        !self.shape.poles.is_empty()
+    }
+
+    fn is_singular_between(&self, from: T, to: T) -> bool {
+        self.shape.poles.is_between(&self.frames, [from, to])
+    }
+
+    fn step_between_breaks(&self, t: T, h: T) -> T {
+        self.shape.breaks.step(&self.frames, t, h)
     }
 }

@@ -1,5 +1,5 @@
 //! The periods of coordinates and of the time: functions are periodic in an input that occurs only
-//! in sines and cosines of one frequency and its multiples.
+//! in sines, cosines and fractional parts of one frequency and its multiples.
 
 use super::Custom;
 use afterbay_expression::{Function, Graph, Input, Kinds, Node, Term};
@@ -132,6 +132,9 @@ fn period(
             Term::Of(function, a) => match (function, at(a)) {
                 (Function::Sin | Function::Cos, Dependence::Affine(rate)) => {
                     Dependence::Periodic(rate.abs())
+                }
+                (Function::Fraction, Dependence::Affine(rate)) => {
+                    Dependence::Periodic(std::f64::consts::TAU * rate.abs())
                 }
                 (_, Dependence::Affine(_)) => Dependence::Other,
                 (_, course) => course,

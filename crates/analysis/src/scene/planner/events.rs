@@ -45,6 +45,10 @@ impl Planner<'_> {
         let model = &self.problem.model;
         match Observable::parse(of, model) {
             Some(quantity) => Ok(Function::Quantity(quantity, value)),
+            None if of.contains(['(', '*', '/', '^', '+', '-']) => {
+                let (key, why) = ("of", "it names one quantity: an expression stands in `when`");
+                self.refuse(&format!("{path}.of"), SceneProblem::Misplaced { key, why })
+            }
             None => {
                 let known = Observable::names(model);
                 let (what, name) = ("quantity", of.to_owned());

@@ -35,6 +35,13 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     (
         r#"force = ["f*cos(omega*t)"]"#,
+        r#"force = ["f*sign(q1)*cos(omega*t)"]"#,
+        "sign(q1)",
+        "its argument may depend on t and parameters only",
+        "",
+    ),
+    (
+        r#"force = ["f*cos(omega*t)"]"#,
         "force = []",
         "force = []",
         "the list is empty: give one force at least",

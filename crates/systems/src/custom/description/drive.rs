@@ -1,7 +1,7 @@
 //! The description of a drive and how it is parsed.
 
 use super::super::failure::{CustomError, Place};
-use super::{Reader, Rules, counted};
+use super::reader::{Reader, Rules, counted};
 use afterbay_expression::{Graph, Node};
 use std::ops::Range;
 
@@ -35,7 +35,8 @@ impl DriveDescription {
         let mut reader = Reader::new(&self.parameters, &self.definitions, Some(dof))?;
         counted("list of forces", dof, self.forces.len())?;
         let rule = Err("a force of the drive is made of coordinates, t and parameters");
-        let rules = Rules { dof: Some(dof), momenta: rule, velocities: rule, ..Rules::ALL };
+        let rules =
+            Rules { dof: Some(dof), momenta: rule, velocities: rule, jumps: true, ..Rules::ALL };
         let read = |(j, text): (usize, &String)| Ok(reader.read(Place::Force(j), text, rules)?.0);
         let forces =
             self.forces.iter().enumerate().map(read).collect::<Result<_, CustomError>>()?;

@@ -1,7 +1,7 @@
 //! The description of a function of (q, p, t) and how it is parsed.
 
 use super::super::failure::{CustomError, Place};
-use super::{Reader, Rules};
+use super::reader::{Reader, Rules};
 use afterbay_expression::{Graph, Node};
 
 /// A function of (q, p, t), as the text of an expression in q1, .., p1, .., t and parameters.
