@@ -244,7 +244,8 @@ where
     let has_motors = first_motor < q.len();
     for j in order {
         if has_motors {
-            evaluations += advance_driven(system, [h, overall], first_motor, j, [q, p, w])?;
+            let sweep = (first_motor, dissipative);
+            evaluations += advance_driven(system, [h, overall], sweep, j, [q, p, w])?;
             continue;
         }
         let moved = advance(system, &Newton, [h, overall], [j, j], [q, p], dissipative)?;
@@ -257,12 +258,13 @@ where
     Ok(Effort { evaluations, iterations: evaluations })
 }
 
-/// Updates one coordinate or motor of a driven system. Returns the number of evaluations.
+/// Updates one coordinate or motor of a driven system, with the friction on it if there is any in
+/// the sweep. Returns the number of evaluations.
 #[inline(never)]
 fn advance_driven<T, S>(
     system: &S,
     [h, overall]: [T; 2],
-    first_motor: usize,
+    (first_motor, dissipative): (usize, bool),
     j: usize,
     [q, p, w]: [&mut [T]; 3],
 ) -> Result<u64, StepFailure>
@@ -276,11 +278,13 @@ where
     }
     let known = system.supply(q, j).filter(|supply| supply.is_uniform);
     let drive = known.map(|supply| supply.force);
-    let coordinate = coordinate(system, [h, overall], [j, j], [q, p], true);
+    let coordinate = coordinate(system, [h, overall], [j, j], [q, p], dissipative);
     let moved = coordinate.under(drive).advance(&Newton, Along { system, j, q, p })?;
     let from = std::mem::replace(&mut q[j], moved.q);
     p[j] = moved.p;
-    w[j] += moved.dw;
+    if dissipative {
+        w[j] += moved.dw;
+    }
     supply(system, j, known, [from, moved.q], [q, p, w]);
     Ok(moved.evaluations)
 }
