@@ -3,9 +3,11 @@
 
 mod basins;
 mod bifurcation;
+mod declared;
 mod energy;
 mod figures;
 mod global_orders;
+mod ledger;
 mod limit_cycle;
 mod local_orders;
 mod long_run;
@@ -18,22 +20,47 @@ mod sweep;
 mod trajectories;
 mod work;
 
+pub use ledger::{Afresh, Ledger};
+
 use crate::Model;
 use crate::claim::Finding;
 use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report};
-use crate::scene::Scene;
+use crate::scene::{Scene, Studies};
 use crate::sheet::{ReportError, Sheet};
+use crate::study::cell::Cell;
 use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::Pick;
 use afterbay_core::{InputError, IntegrateError, Passive, State};
 use afterbay_methods::registry::Row;
 use afterbay_systems::Described;
+use declared::Boxed;
+use serde::{Deserialize, Serialize};
 
 /// All results of an experiment, and its findings.
 pub type Results = (Output, Vec<Finding>);
+
+/// What is done with a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// The trajectories of `[run]`.
+    Run,
+    /// The studies.
+    Study,
+}
+
+impl Task {
+    /// The name of its command.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Run => "run",
+            Self::Study => "study",
+        }
+    }
+}
 
 /// Computes the trajectories of a scene.
 ///
@@ -41,24 +68,8 @@ pub type Results = (Output, Vec<Finding>);
 /// [`ReportError`] if nothing can be run. The table of a run that fails ends with its last good
 /// state.
 pub fn run(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
-    let mut sheets = match &scene.sweep {
-        Some(sweep) => vec![sweep::sheet(scene, sweep, runs, true, progress)?],
-        None => runs(scene, progress)?,
-    };
-    sheets.push(about(scene)?);
-    finish("run", scene, sheets)
+    finish(Task::Run, scene, sheets(Task::Run, scene, &Afresh, progress)?.0)
 }
-
-/// Makes the sections of a scene.
-type Sheets = fn(&Scene, &dyn Progress) -> Result<Vec<Sheet>, ReportError>;
-
-fn runs(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportError> {
-    let plan = scene.run.iter();
-    plan.map(|plan| trajectories::sheet(scene, plan, progress)).collect()
-}
-
-/// A study of a scene: its name, and a function that makes its section of the report.
-type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 'a>);
 
 /// Runs the studies that a scene declares.
 ///
@@ -66,74 +77,107 @@ type Part<'a> = (&'static str, Box<dyn FnOnce() -> Result<Sheet, ReportError> + 
 /// [`ReportError`] if nothing can be run. A run that fails is recorded in its table, and a study
 /// without a reference in the report.
 pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportError> {
-    let mut sheets = match &scene.sweep {
-        // Each study is parallel in itself, and times are measured one run after another.
-        Some(sweep) => vec![sweep::sheet(scene, sweep, studies, false, progress)?],
-        None => studies(scene, progress)?,
-    };
-    sheets.push(about(scene)?);
-    finish("study", scene, sheets)
+    finish(Task::Study, scene, sheets(Task::Study, scene, &Afresh, progress)?.0)
 }
 
-fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportError> {
-    let studies = &scene.studies;
-    let mut parts: Vec<Part<'_>> = Vec::new();
-    if let Some(plan) = &studies.local_order {
-        parts.push(("local-order", Box::new(|| local_orders::sheet(scene, plan, progress))));
+/// The cells of a task: those of all studies, or the points of a sweep. Trajectories without a sweep
+/// have none. Nothing is run.
+///
+/// # Errors
+/// [`ReportError`] for a method that does not apply.
+pub fn plan(task: Task, scene: &Scene) -> Result<Vec<Cell>, ReportError> {
+    Ok(declared(task, scene)?.iter().flat_map(|study| study.cells()).collect())
+}
+
+/// Computes the cells that `ledger` takes and does not have. Returns the results if it then has all.
+///
+/// # Errors
+/// As for [`study`], and a ledger that cannot be written.
+pub fn perform(
+    task: Task,
+    scene: &Scene,
+    ledger: &dyn Ledger,
+    progress: &dyn Progress,
+) -> Result<Option<Results>, ReportError> {
+    let (sheets, whole) = sheets(task, scene, ledger, progress)?;
+    whole.then(|| finish(task, scene, sheets)).transpose()
+}
+
+/// The sections of the report, and whether all cells have results.
+fn sheets(
+    task: Task,
+    scene: &Scene,
+    ledger: &dyn Ledger,
+    progress: &dyn Progress,
+) -> Result<(Vec<Sheet>, bool), ReportError> {
+    let (mut sheets, mut whole) = (Vec::new(), true);
+    if let (Task::Run, None, Some(plan)) = (task, &scene.sweep, &scene.run) {
+        sheets.push(trajectories::sheet(scene, plan, progress)?);
     }
-    if let Some(plan) = &studies.global_order {
-        parts.push(("global-order", Box::new(|| global_orders::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.energy {
-        parts.push(("energy", Box::new(|| energy::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.work_precision {
-        parts.push(("work-precision", Box::new(|| work::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.long_run {
-        parts.push(("long-run", Box::new(|| long_run::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.stability {
-        parts.push(("stability", Box::new(|| stability::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.poincare {
-        parts.push(("poincare", Box::new(|| poincare::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.bifurcation {
-        parts.push(("bifurcation", Box::new(|| bifurcation::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.resonance {
-        parts.push(("resonance", Box::new(|| resonance::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.basins {
-        parts.push(("basins", Box::new(|| basins::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.lyapunov {
-        parts.push(("lyapunov", Box::new(|| lyapunov::sheet(scene, plan, progress))));
-    }
-    if let Some(plan) = &studies.limit_cycle {
-        parts.push(("limit-cycle", Box::new(|| limit_cycle::sheet(scene, plan, progress))));
-    }
-    let mut sheets = Vec::new();
-    for (name, part) in parts {
+    for study in declared(task, scene)? {
         if progress.stopped() {
             break;
         }
-        match part() {
-            Ok(sheet) => sheets.push(sheet),
+        let parts = declared::results(&*study, ledger, progress);
+        match parts.and_then(|parts| parts.map(|parts| study.sheet(&parts)).transpose()) {
+            Ok(Some(sheet)) => sheets.push(sheet),
+            Ok(None) => whole = false,
             // A study without a reference has nothing to compare with. Other studies may need none,
             // or a shorter one.
+            Err(ReportError::NoReference(why)) => {
+                sheets.push(without_reference(scene, study.name(), why));
+            }
             Err(ReportError::Study(error)) if is_of_reference(&error) => {
-                sheets.push(without_reference(scene, name, &error));
+                sheets.push(without_reference(scene, study.name(), error.to_string()));
             }
             // The results so far are kept, and the interrupted study is marked.
-            Err(ReportError::Study(IntegrateError::Interrupted)) => {
-                sheets.push(interrupted(scene, name));
+            Err(error) if error.is_interrupted() => {
+                sheets.push(interrupted(scene, study.name()));
             }
             Err(error) => return Err(error),
         }
     }
-    Ok(sheets)
+    sheets.push(about(scene)?);
+    Ok((sheets, whole))
+}
+
+/// The studies of a task, in the order of the report.
+fn declared(task: Task, scene: &Scene) -> Result<Vec<Boxed<'_>>, ReportError> {
+    if let Some(sweep) = &scene.sweep {
+        return Ok(vec![sweep::declared(task, scene, sweep)?]);
+    }
+    if task == Task::Run {
+        return Ok(Vec::new());
+    }
+    let Studies {
+        local_order,
+        global_order,
+        energy,
+        work_precision,
+        long_run,
+        stability,
+        poincare,
+        bifurcation,
+        resonance,
+        basins,
+        lyapunov,
+        limit_cycle,
+    } = &scene.studies;
+    let all: [Option<Result<Boxed<'_>, ReportError>>; 12] = [
+        local_order.as_ref().map(|plan| Ok(local_orders::declared(scene, plan))),
+        global_order.as_ref().map(|plan| Ok(global_orders::declared(scene, plan))),
+        energy.as_ref().map(|plan| Ok(energy::declared(scene, plan))),
+        work_precision.as_ref().map(|plan| work::declared(scene, plan)),
+        long_run.as_ref().map(|plan| long_run::declared(scene, plan)),
+        stability.as_ref().map(|plan| stability::declared(scene, plan)),
+        poincare.as_ref().map(|plan| Ok(poincare::declared(scene, plan))),
+        bifurcation.as_ref().map(|plan| Ok(bifurcation::declared(scene, plan))),
+        resonance.as_ref().map(|plan| Ok(resonance::declared(scene, plan))),
+        basins.as_ref().map(|plan| Ok(basins::declared(scene, plan))),
+        lyapunov.as_ref().map(|plan| Ok(lyapunov::declared(scene, plan))),
+        limit_cycle.as_ref().map(|plan| Ok(limit_cycle::declared(scene, plan))),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// The report on a search, with charts of the runs that were tried.
@@ -142,7 +186,7 @@ fn studies(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Sheet>, ReportE
 /// [`ReportError`] if a table cannot be made.
 pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
     let sheets = vec![pick::sheet(scene, found)?, about(scene)?];
-    finish("pick", scene, sheets)
+    finish_as("pick", scene, sheets)
 }
 
 fn is_of_reference(error: &IntegrateError) -> bool {
@@ -163,16 +207,16 @@ fn interrupted(scene: &Scene, study: &'static str) -> Sheet {
     sheet
 }
 
-fn without_reference(scene: &Scene, study: &'static str, error: &IntegrateError) -> Sheet {
+fn without_reference(scene: &Scene, study: &'static str, why: String) -> Sheet {
     let mut sheet = Sheet::new(&format!("{study}: not done"));
-    sheet.text(format!("There is no reference to compare to: {error}."));
+    sheet.text(format!("There is no reference to compare to: {why}."));
     sheet.runs.push(RunOutcome {
         study,
         system: scene.problem.model.name(),
         method: "reference",
         h: scene.step,
         outcome: "no-reference".into(),
-        failure: Some(error.to_string()),
+        failure: Some(why),
     });
     sheet
 }
@@ -255,7 +299,11 @@ fn names(methods: &[&Row]) -> Vec<&'static str> {
     methods.iter().map(|row| row.name).collect()
 }
 
-fn finish(
+fn finish(task: Task, scene: &Scene, sheets: Vec<Sheet>) -> Result<Results, ReportError> {
+    finish_as(task.name(), scene, sheets)
+}
+
+fn finish_as(
     command: &'static str,
     scene: &Scene,
     sheets: Vec<Sheet>,

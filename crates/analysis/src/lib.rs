@@ -10,6 +10,7 @@ pub mod claim;
 pub mod compare;
 pub mod experiment;
 mod findings;
+pub mod journal;
 pub mod measured;
 mod model;
 mod observable;
@@ -23,6 +24,7 @@ mod sheet;
 mod solution;
 pub mod statistics;
 pub mod study;
+pub mod words;
 
 pub use claim::Finding;
 pub use measured::{Doubt, Measured};

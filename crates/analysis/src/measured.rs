@@ -1,10 +1,10 @@
 //! Errors measured against a reference that has a doubt.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Bounds of the error of a reference state: the largest error of an entry of q and p, and of w.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Doubt {
     /// The bound for q and p.
     pub qp: f64,
@@ -25,7 +25,7 @@ impl Doubt {
 }
 
 /// The error of a run as measured against a reference, and the doubt of that reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The distance to the reference.
     pub error: f64,

@@ -2,8 +2,9 @@
 
 use crate::chart::Drawing;
 use crate::report::Report;
+use crate::words::{Word, word};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -87,14 +88,17 @@ pub struct Manifest {
 }
 
 /// How one run ended.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunOutcome {
     /// The study it belongs to.
-    pub study: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub study: Word,
     /// The system.
-    pub system: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub system: Word,
     /// The method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// The ending in one word.
@@ -107,17 +111,22 @@ pub struct RunOutcome {
 impl Manifest {
     /// The manifest of `scene`, run by `command` on this machine.
     pub fn new(command: &'static str, scene: serde_json::Value, runs: Vec<RunOutcome>) -> Self {
-        let hash = Sha256::digest(scene.to_string().as_bytes());
         Self {
             version: env!("CARGO_PKG_VERSION"),
             command,
-            hash: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            hash: hash_of(&scene),
             scene,
             cpu: processor(),
             threads: rayon::current_num_threads(),
             runs,
         }
     }
+}
+
+/// SHA-256 of a scene.
+pub(crate) fn hash_of(scene: &serde_json::Value) -> String {
+    let hash = Sha256::digest(scene.to_string().as_bytes());
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl Manifest {

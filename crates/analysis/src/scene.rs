@@ -26,6 +26,7 @@ pub use problem::{SceneError, SceneProblem};
 
 pub use sweep::{Point, Sweep};
 
+use crate::record::hash_of;
 use crate::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};
 use afterbay_methods::registry::Row;
@@ -123,6 +124,24 @@ impl Scene {
         Ok(Self { title, step, problem, run, figures, units, studies, sweep, document })
     }
 
+    /// SHA-256 of the document.
+    pub fn hash(&self) -> String {
+        hash_of(&self.json())
+    }
+
+    /// The document as TOML, with the contents of the files that it names. Reading it gives the same
+    /// scene.
+    ///
+    /// # Errors
+    /// Values that TOML does not have.
+    pub fn text(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(&without_nulls(self.json()))
+    }
+
+    fn json(&self) -> serde_json::Value {
+        serde_json::to_value(&self.document).unwrap_or_default()
+    }
+
     /// The methods of `[run]` and of all studies, each once, in the order of their first mention.
     pub fn methods(&self) -> Vec<&'static Row> {
         let run = self.run.iter().flat_map(|plan| plan.methods.iter().chain(&plan.adaptive));
@@ -133,6 +152,20 @@ impl Scene {
             }
         }
         found
+    }
+}
+
+/// A document without the values that are not given.
+fn without_nulls(value: serde_json::Value) -> serde_json::Value {
+    use serde_json::Value;
+    match value {
+        Value::Object(entries) => entries
+            .into_iter()
+            .filter(|entry| !entry.1.is_null())
+            .map(|(key, value)| (key, without_nulls(value)))
+            .collect(),
+        Value::Array(entries) => entries.into_iter().map(without_nulls).collect(),
+        value => value,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::chart::{Axis, Curve, Drawing, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, sci};
+use crate::journal::JournalError;
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
@@ -27,9 +28,15 @@ pub enum ReportError {
     /// A map could not be drawn.
     #[error(transparent)]
     Map(#[from] MapError),
+    /// A study has no reference to compare with.
+    #[error("there is no reference to compare to: {0}")]
+    NoReference(String),
     /// A table could not be made.
     #[error(transparent)]
     Storage(#[from] StorageError),
+    /// A finished cell could not be kept, or read.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
 }
 
 impl ReportError {

@@ -7,8 +7,10 @@
 pub mod attractor;
 pub mod basins;
 pub mod bifurcation;
+pub mod cell;
 pub mod cost;
 pub mod decay;
+pub mod dynamics;
 pub mod energy;
 mod ensemble;
 pub mod events;

@@ -1,10 +1,12 @@
 //! The command line.
 
 use crate::exit_code;
+use afterbay_analysis::journal::Shard;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Integrates mechanical systems with friction, accounts for the energy they lose, and measures the
 /// accuracy and the cost of each method.
@@ -77,6 +79,11 @@ Example:
     pub(super) const STUDY: &str = "\
 Example:
   afterbay study scenes/pendulum.toml --out out/p";
+    pub(super) const MERGE: &str = "\
+Example, with the two halves of a study on two machines that share a folder:
+  afterbay study scenes/pendulum.toml --out out/p --shard 1/2
+  afterbay study scenes/pendulum.toml --out out/p --shard 2/2
+  afterbay merge out/p";
     pub(super) const PICK: &str = "\
 Examples:
   afterbay pick scenes/pendulum.toml --error 1e-6
@@ -134,6 +141,17 @@ pub(crate) enum Command {
     /// figures/.
     #[command(after_help = example::STUDY)]
     Study(SceneArguments),
+    /// Join the cells that the commands of a sharded study have computed.
+    ///
+    /// Takes the folder of `study --shard` or `run --shard` and writes report.html, figures/,
+    /// data/ and run.json there: the tables of a command without shards, byte by byte, but for
+    /// times. Names the cells that are missing.
+    #[command(after_help = example::MERGE)]
+    Merge {
+        /// The folder of the results.
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+    },
     /// Find the cheapest method and step that meets an error bound all along the scene.
     ///
     /// Takes the system, the initial state and the end of time from the scene, and ignores its step
@@ -198,9 +216,46 @@ pub(crate) struct SceneArguments {
     /// scene].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Overwrite the results of another scene.
+    /// Overwrite the results of another scene, and forget the finished cells of this one.
     #[arg(long)]
     pub(crate) force: bool,
+    /// Compute only the cells that an earlier command with this folder did not finish.
+    #[arg(long, conflicts_with = "force")]
+    pub(crate) resume: bool,
+    /// Compute the K-th of N shares of the cells and keep them for `afterbay merge`.
+    ///
+    /// `auto` takes K and N from a job array of SLURM (SLURM_ARRAY_TASK_ID and its first, last and
+    /// count), `auto/N` takes K from HyperQueue (HQ_TASK_ID, from 1).
+    #[arg(long, value_name = "K/N")]
+    pub(crate) shard: Option<ShardArgument>,
+    /// Print the cells with their estimated costs, and compute nothing.
+    #[arg(long, conflicts_with_all = ["resume", "force", "shard"])]
+    pub(crate) plan: bool,
+}
+
+/// A share of the cells, or where to read it from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ShardArgument {
+    Given(Shard),
+    /// From SLURM.
+    Slurm,
+    /// From HyperQueue, with the number of all.
+    HyperQueue(usize),
+}
+
+impl FromStr for ShardArgument {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('/') {
+            None if text == "auto" => Ok(Self::Slurm),
+            Some(("auto", count)) => match count.parse() {
+                Ok(count) if count > 0 => Ok(Self::HyperQueue(count)),
+                _ => Err("auto/N needs a whole number N from 1, such as auto/8".into()),
+            },
+            _ => text.parse().map(Self::Given).map_err(|error: &str| error.to_owned()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -4,23 +4,17 @@ use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
-use crate::{exit_code, interrupt, scene, table};
-use afterbay_analysis::experiment::Results;
+use crate::{exit_code, interrupt, scene, shard, table};
+use afterbay_analysis::experiment::{Results, Task};
+use afterbay_analysis::journal::{Journal, Shard, Start};
 use afterbay_analysis::record::{self, Manifest, RunOutcome};
 use afterbay_analysis::report::Verdict;
 use afterbay_analysis::scene::{Scene, SceneError, SceneProblem};
 use afterbay_analysis::study::outcome::COMPLETED;
-use afterbay_analysis::{Finding, ReportError, experiment};
+use afterbay_analysis::{Finding, experiment};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// The command to run on a scene.
-#[derive(Clone, Copy)]
-pub(crate) enum What {
-    Run,
-    Study,
-}
 
 /// The summary printed as JSON.
 #[derive(Serialize)]
@@ -28,32 +22,72 @@ struct Summary<'a> {
     out: &'a Path,
     findings: &'a [Finding],
     runs: &'a [RunOutcome],
+    /// The cells that were taken from the journal.
+    reused: usize,
+    cells: usize,
 }
 
 pub(crate) fn run(
-    what: What,
+    task: Task,
     arguments: &SceneArguments,
     format: Format,
 ) -> Result<ExitCode, Failure> {
     let scene = scene::read(&arguments.scene)?;
-    wanted(what, &scene).map_err(|problem| {
+    wanted(task, &scene).map_err(|problem| {
         Failure::scene(&arguments.scene, "", SceneError { problem, span: 0..0 })
     })?;
+    let plan = experiment::plan(task, &scene)?;
+    if arguments.plan {
+        return shard::show(&scene, &plan, format);
+    }
+    let shard = arguments.shard.map(shard::of).transpose()?;
+    if plan.is_empty() && (shard.is_some() || arguments.resume) {
+        return Err(Failure::no_cells());
+    }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
     folder(&out, &scene, arguments.force)?;
     interrupt::listen();
     let bars = Bars::new();
-    let (output, findings): Results = match what {
-        What::Run => experiment::run(&scene, &bars),
-        What::Study => experiment::study(&scene, &bars),
+    if plan.is_empty() {
+        let results = experiment::run(&scene, &bars)?;
+        bars.finish();
+        return write(results, (&out, None), format);
     }
-    .map_err(|error: ReportError| Failure::from(error))?;
+    let start = match (arguments.resume, arguments.force) {
+        (true, _) => Start::Resume,
+        (_, true) => Start::Force,
+        _ => Start::Fresh,
+    };
+    let share = (&plan[..], shard.unwrap_or(Shard::WHOLE));
+    let journal = Journal::open(&out, (task, &scene), share, start)?;
+    shard::warn(&journal);
+    let results = experiment::perform(task, &scene, &journal, &bars)?;
     bars.finish();
-    output.write(&out).map_err(Failure::storage)?;
+    match (shard, results) {
+        (None, Some(results)) => write(results, (&out, Some((&journal, plan.len()))), format),
+        (shard, _) => shard::done(shard.unwrap_or(Shard::WHOLE), (&out, &journal), format),
+    }
+}
+
+/// Writes the results, and says what was found.
+pub(crate) fn write(
+    (output, findings): Results,
+    (out, cells): (&Path, Option<(&Journal, usize)>),
+    format: Format,
+) -> Result<ExitCode, Failure> {
+    output.write(out).map_err(Failure::storage)?;
     let runs = &output.manifest.runs;
+    let (reused, cells) = cells.map_or((0, 0), |(journal, cells)| (journal.reused, cells));
     match format {
-        Format::Json => table::json(&Summary { out: &out, findings: &findings, runs })?,
-        Format::Table => print(&findings, runs, &out)?,
+        Format::Json => {
+            table::json(&Summary { out, findings: &findings, runs, reused, cells })?;
+        }
+        Format::Table => {
+            print(&findings, runs, out)?;
+            if reused > 0 {
+                table::text(&format!("{reused} of {cells} cells were there already."))?;
+            }
+        }
     }
     let failed = runs.iter().any(|run| run.outcome != COMPLETED);
     Ok(exit_code::of_results(failed))
@@ -76,13 +110,13 @@ pub(crate) fn own_folder(out: &Path, manifest: &Manifest, force: bool) -> Result
 }
 
 /// Checks that the scene declares what the command needs.
-fn wanted(what: What, scene: &Scene) -> Result<(), SceneProblem> {
-    match what {
-        What::Run if scene.run.is_none() => Err(SceneProblem::Nothing { table: "[run]" }),
-        What::Study if scene.studies.is_empty() => {
+fn wanted(task: Task, scene: &Scene) -> Result<(), SceneProblem> {
+    match task {
+        Task::Run if scene.run.is_none() => Err(SceneProblem::Nothing { table: "[run]" }),
+        Task::Study if scene.studies.is_empty() => {
             Err(SceneProblem::Nothing { table: "[study.*]" })
         }
-        What::Run | What::Study => Ok(()),
+        Task::Run | Task::Study => Ok(()),
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
 use afterbay_analysis::ReportError;
 use afterbay_analysis::compare::CompareError;
+use afterbay_analysis::journal::JournalError;
 use afterbay_analysis::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use serde::Serialize;
@@ -55,6 +56,25 @@ pub(crate) enum Trouble {
     #[error("the threads could not be started")]
     #[diagnostic(help("ask for fewer with --threads N"))]
     Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error("the cells cannot be kept")]
+    #[diagnostic(help("{}", journal_help(.0)))]
+    Journal(#[source] Box<JournalError>),
+    #[error("the parts cannot be joined")]
+    #[diagnostic(help("{}", journal_help(.0)))]
+    Merge(#[source] Box<JournalError>),
+    #[error("{} of {all} cells are missing: {}", .missing, .first)]
+    #[diagnostic(help(
+        "run the shards that are missing, or those that stopped with --resume, and merge again"
+    ))]
+    Missing { missing: usize, all: usize, first: String },
+    #[error("there is no share to compute: {name} is {found}")]
+    #[diagnostic(help(
+        "start the command in a job array, or give the share as --shard K/N with 1 ≤ K ≤ N"
+    ))]
+    NoShard { name: &'static str, found: String },
+    #[error("trajectories without a [sweep] are not divided into cells")]
+    #[diagnostic(help("leave --shard and --resume away"))]
+    NoCells,
     #[error("interrupted before there was a result")]
     Interrupted,
     #[error("the study could not be run")]
@@ -145,6 +165,38 @@ impl Failure {
         Self::new(Trouble::Compare(Box::new(error)), SCENE)
     }
 
+    /// Cells that cannot be kept or read.
+    pub(crate) fn journal(error: JournalError) -> Self {
+        Self::new(Trouble::Journal(Box::new(error)), STORAGE)
+    }
+
+    /// Parts that cannot be joined.
+    pub(crate) fn merge(error: JournalError) -> Self {
+        let code = match error {
+            JournalError::File { .. } | JournalError::Busy { .. } => STORAGE,
+            _ => SCENE,
+        };
+        Self::new(Trouble::Merge(Box::new(error)), code)
+    }
+
+    /// Parts that are not complete.
+    pub(crate) fn missing(keys: &[&str], all: usize) -> Self {
+        const SHOWN: usize = 10;
+        let more = if keys.len() > SHOWN { ", …" } else { "" };
+        let first = format!("{}{more}", keys[..keys.len().min(SHOWN)].join(", "));
+        Self::new(Trouble::Missing { missing: keys.len(), all, first }, FAILED)
+    }
+
+    /// A share that the environment does not name.
+    pub(crate) fn no_shard(name: &'static str, found: &str) -> Self {
+        let found = if found.is_empty() { "not set".into() } else { found.into() };
+        Self::new(Trouble::NoShard { name, found }, USAGE)
+    }
+
+    pub(crate) fn no_cells() -> Self {
+        Self::new(Trouble::NoCells, USAGE)
+    }
+
     pub(crate) fn interrupted() -> Self {
         // The command's exit code is that of the signal.
         Self::new(Trouble::Interrupted, FAILED)
@@ -187,6 +239,34 @@ impl From<ReportError> for Failure {
             method @ ReportError::Method { .. } => Self::study(method),
             ReportError::Study(error) => Self::study(error),
             ReportError::Map(error) => Self::study(error),
+            ReportError::Journal(error) => Self::journal(error),
+            missing @ ReportError::NoReference(_) => Self::study(missing),
         }
+    }
+}
+
+impl From<JournalError> for Failure {
+    fn from(error: JournalError) -> Self {
+        Self::journal(error)
+    }
+}
+
+/// What to do about a journal.
+fn journal_help(error: &JournalError) -> &'static str {
+    match error {
+        JournalError::File { .. } | JournalError::Unwritten { .. } => {
+            "give a folder that can be written to with --out DIR"
+        }
+        JournalError::Busy { .. } => "wait until it ends, or give another folder with --out DIR",
+        JournalError::Unfinished { .. } => {
+            "go on with --resume, or compute all cells again with --force"
+        }
+        JournalError::Foreign { .. } | JournalError::NoHeader { .. } => {
+            "give another folder with --out DIR, or overwrite those results with --force"
+        }
+        JournalError::Both { .. } => "move the folder parts or the folder parts-of-run elsewhere",
+        JournalError::Nothing { .. } => "give the folder --out of `afterbay study --shard K/N`",
+        JournalError::Scene { .. } => "compute the study anew with --force",
+        JournalError::Unreadable { .. } => "compute the study anew with --force",
     }
 }

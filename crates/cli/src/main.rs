@@ -10,15 +10,17 @@ mod experiment;
 mod failure;
 mod interrupt;
 mod list;
+mod merge;
 mod paper;
 mod pick;
 mod recommended;
 mod scene;
+mod shard;
 mod table;
 
+use afterbay_analysis::experiment::Task;
 use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
-use experiment::What;
 use failure::Failure;
 use std::process::ExitCode;
 
@@ -32,8 +34,9 @@ fn main() -> ExitCode {
     let format = arguments.format;
     let result = threads(arguments.threads).and_then(|()| match arguments.command {
         Command::Paper { out, quick } => paper::run(&out, quick, format),
-        Command::Run(arguments) => experiment::run(What::Run, &arguments, format),
-        Command::Study(arguments) => experiment::run(What::Study, &arguments, format),
+        Command::Run(arguments) => experiment::run(Task::Run, &arguments, format),
+        Command::Study(arguments) => experiment::run(Task::Study, &arguments, format),
+        Command::Merge { folder } => merge::run(&folder, format),
         Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),
         Command::Cite { scene } => cite::run(&scene, format),

@@ -1,9 +1,9 @@
 //! Basins of attraction: a map for each method and step, beside that of the reference.
 
+use super::declared::{Boxed, section};
 use super::poincare::of_reference;
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::claim::{Readings, Said, fixed, list};
-use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::{Block, Verdict};
 use crate::scene::{DynamicsPlan, Scene};
@@ -19,23 +19,22 @@ const EXACT: &str = REFERENCE.name;
 /// The most attractors with a colour of their own.
 const MOST_COLOURS: usize = 8;
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Basins>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Basins>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["basins", "basins of attraction"], plan.clone(), made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &DynamicsPlan<Basins>,
-    progress: &dyn Progress,
+    mut found: Vec<BasinMap>,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Basins of attraction");
     let DynamicsPlan { study, .. } = plan;
-    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
+    let model = &scene.problem.model;
     let [width, height] = study.axes.each_ref().map(|axis| axis.values.len());
-    progress.begin("basins of attraction", settings.len() * width * height);
-    let mut found: Vec<BasinMap> = Vec::new();
-    for (row, h) in settings {
-        let mut map = study.run(row, h, progress)?;
-        if let Some(exact) = found.first().filter(|first| first.row.name == EXACT) {
-            map.renumber(exact);
-        }
-        found.push(map);
+    if let Some((exact, others)) = found.split_first_mut().filter(|(x, _)| x.row.name == EXACT) {
+        others.iter_mut().for_each(|map| map.renumber(exact));
     }
     let rows: Vec<_> = found.iter().flat_map(|map| study.rows(map)).collect();
     sheet.wide_data(DATA, &basins::columns(model), &rows)?;

@@ -1,9 +1,9 @@
 //! Bifurcation diagrams: the points of each method beside those of the reference.
 
+use super::declared::{Boxed, section};
 use super::poincare::of_reference;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
 use crate::sheet::{ReportError, Sheet, dotted};
@@ -19,20 +19,19 @@ const EXACT: &str = REFERENCE.name;
 /// The most changes of the period that a sentence names.
 const MOST_NAMED: usize = 6;
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Bifurcation>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Bifurcation>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["bifurcation", "bifurcation diagram"], plan.clone(), made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &DynamicsPlan<Bifurcation>,
-    progress: &dyn Progress,
+    found: Vec<Diagram>,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Bifurcation diagram");
     let DynamicsPlan { study, .. } = plan;
-    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
-    let ways = if study.follow { 2 } else { 1 };
-    progress.begin("bifurcation diagram", settings.len() * study.values.len() * ways);
-    let mut found = Vec::new();
-    for (row, h) in settings {
-        found.push(study.run(row, h, progress)?);
-    }
+    let model = &scene.problem.model;
     let rows: Vec<_> =
         found.iter().flat_map(|diagram| diagram.rows(&study.parameter, model.degrees())).collect();
     sheet.wide_data(DATA, &bifurcation::columns(model), &rows)?;

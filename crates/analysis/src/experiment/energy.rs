@@ -1,27 +1,28 @@
 //! The energy balance: the loss of H, the content of the reservoir, and the deviation of K.
 
+use super::declared::{Boxed, section};
 use crate::Measured;
 use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Readings, Said};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{EnergyPlan, Scene};
 use crate::sheet::{ReportError, Sheet, line, measured, of_errors, over_time, scientific};
-use crate::study::energy::{self, Books, EnergyRow};
+use crate::study::energy::{self, Books, Energy, EnergyRow};
 use crate::study::outcome::COMPLETED;
 
 /// The table from which the charts are made.
 const DATA: &str = "energy";
 
-pub(super) fn sheet(
-    scene: &Scene,
-    plan: &EnergyPlan,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a EnergyPlan) -> Boxed<'a> {
+    let (problem, methods, every) = (&scene.problem, &plan.methods[..], plan.every.max(1));
+    let study = Energy { problem, methods, h: plan.step, every };
+    let made = |_: &Energy<'_>, found: Vec<Books>| sheet(scene, plan, &found);
+    section(["energy", "energy balance"], study, made)
+}
+
+fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Energy balance");
     let problem = &scene.problem;
-    progress.begin("energy balance", plan.methods.len());
-    let found = energy::run(problem, &plan.methods, plan.step, plan.every, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|books| &books.rows).collect();
     sheet.wide_data(DATA, &energy::columns(&problem.model), &rows)?;
     let record = |books: &Books| {

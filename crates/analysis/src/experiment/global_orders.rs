@@ -1,34 +1,34 @@
 //! Global errors and their orders.
 
+use super::declared::{Boxed, section};
 use super::local_orders::orders_of_three;
 use super::names;
 use crate::Measured;
 use crate::chart::{Axis, LineChart, Style};
 use crate::claim::{Readings, Said};
-use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::Verdict;
 use crate::scene::{Scene, StepsPlan};
 use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors, table};
 use crate::study::VARIABLES;
-use crate::study::global_order::{self, GlobalRow};
+use crate::study::global_order::{GlobalOrder, GlobalRow};
 use afterbay_methods::registry::EXACT;
 
 /// The least error from which an order is taken, well above rounding.
 const ABOVE_ROUNDING: f64 = 1e-11;
 
-pub(super) fn sheet(
-    scene: &Scene,
-    plan: &StepsPlan,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Global errors and orders");
-    let (problem, all) = (&scene.problem, names(&plan.methods));
-    progress.begin("global errors", all.len() * plan.steps.len());
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a StepsPlan) -> Boxed<'a> {
     let mut steps = plan.steps.clone();
     steps.sort_by(|a, b| b.total_cmp(a));
-    let found = global_order::run(problem, &plan.methods, &steps, progress)?;
-    sheet.data("global_orders", &found)?;
+    let study = GlobalOrder { problem: &scene.problem, methods: &plan.methods, steps };
+    let made = |study: &GlobalOrder<'_>, found| sheet(scene, plan, &study.rows(found));
+    section(["global-order", "global errors"], study, made)
+}
+
+fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Global errors and orders");
+    let (problem, all) = (&scene.problem, names(&plan.methods));
+    sheet.data("global_orders", found)?;
     // Each run has three rows, one per variable.
     let runs = found.iter().filter(|row| row.variable == VARIABLES[0]);
     sheet.runs.extend(runs.map(|row| RunOutcome {

@@ -1,16 +1,15 @@
 //! Limit cycles of each method beside those of the reference, and their branches.
 
+use super::declared::{Boxed, section};
 use super::poincare::of_reference;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed, list, sci};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene, Variable};
 use crate::sheet::{ReportError, Sheet, decimal, line, scientific};
 use crate::study::limit_cycle::{self, Cycle, Cycles, Event, LimitCycle};
 use crate::study::outcome::COMPLETED;
 use afterbay_methods::registry::REFERENCE;
-use rayon::prelude::*;
 
 /// The table from which the chart is made.
 const DATA: &str = "limit_cycle";
@@ -19,24 +18,20 @@ const EXACT: &str = REFERENCE.name;
 /// The most bifurcations that a sentence names.
 const MOST_NAMED: usize = 6;
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<LimitCycle>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<LimitCycle>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["limit-cycle", "limit cycle"], plan.clone(), made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &DynamicsPlan<LimitCycle>,
-    progress: &dyn Progress,
+    found: Vec<Cycles>,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Limit cycle");
     let DynamicsPlan { study, .. } = plan;
-    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
+    let model = &scene.problem.model;
     let parameter = study.branch.as_ref().map(|branch| branch.parameter.as_str());
-    progress.begin("limit cycle", settings.len());
-    let found = settings
-        .par_iter()
-        .map(|&(row, h)| {
-            let found = study.run(row, h, progress);
-            progress.advance();
-            found
-        })
-        .collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<_> =
         found.iter().flat_map(|cycles| cycles.rows(parameter, model.degrees())).collect();
     sheet.wide_data(DATA, &limit_cycle::columns(model), &rows)?;

@@ -1,26 +1,30 @@
 //! Local errors and their orders.
 
+use super::declared::{Boxed, section};
 use super::global_orders::slopes;
 use super::names;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{LocalOrderPlan, Scene};
 use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
 use crate::study::VARIABLES;
-use crate::study::local_order::{LocalErrors, OrderRow, Statistic, rows};
+use crate::study::local_order::{LocalErrors, LocalOrders, OrderRow, Statistic, rows};
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a LocalOrderPlan) -> Boxed<'a> {
+    let study = plan.study.of::<f64>(&scene.problem, &plan.methods);
+    let made = |_: &LocalOrders<'_, f64>, errors: Vec<LocalErrors>| sheet(scene, plan, &errors);
+    section(["local-order", "local errors"], study, made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &LocalOrderPlan,
-    progress: &dyn Progress,
+    errors: &[LocalErrors],
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Local errors and orders");
     let study = &plan.study;
-    progress.begin("local errors", plan.methods.len() * study.steps.len());
-    let errors = study.run::<f64>(&scene.problem, &plan.methods, progress)?;
-    let orders = rows(&errors, |_, _, _| None);
+    let orders = rows(errors, |_, _, _| None);
     sheet.data("local_orders", &orders)?;
     sheet.text(format!(
         "One step of each size is taken from every point of the reference at a multiple of {}. The \

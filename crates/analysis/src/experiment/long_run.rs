@@ -1,26 +1,24 @@
 //! The accumulation of roundings in K over very many steps.
 
+use super::declared::{Boxed, section};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
 use crate::findings::long_run::{cells, chart_of, growth, readings};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{LongRunPlan, Scene};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
-use crate::study::long_run::{self, Setup};
+use crate::study::long_run::{LongRun, LongRuns, Setup};
 use crate::study::outcome::COMPLETED;
 
 /// The number of starts, the scene's and others with slightly larger amplitudes, since a single
 /// random walk determines its exponent poorly.
 const STARTS: i32 = 8;
 
-pub(super) fn sheet(
-    scene: &Scene,
-    plan: &LongRunPlan,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("K in a long run");
+pub(super) fn declared<'a>(
+    scene: &'a Scene,
+    plan: &'a LongRunPlan,
+) -> Result<Boxed<'a>, ReportError> {
     let LongRunPlan { methods, step: h, count, compensated } = plan;
     let starts: Vec<Problem> = (0..STARTS)
         .map(|k| {
@@ -40,8 +38,13 @@ pub(super) fn sheet(
             methods.iter().filter(|row| scene.problem.model.bind_compensated::<f64>(row).is_ok());
         setups.extend(able.map(|&row| Setup { row, h: *h, compensated: true }));
     }
-    progress.begin("K in a long run", setups.len() * starts.len());
-    let found = long_run::run(&starts, &setups, *count, progress)?;
+    let study = LongRuns::new(starts, setups, *count)?;
+    let made = |study: &LongRuns, parts: Vec<_>| sheet(scene, plan, &study.gather(&parts));
+    Ok(section(["long-run", "K in a long run"], study, made))
+}
+
+fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, ReportError> {
+    let (mut sheet, count) = (Sheet::new("K in a long run"), plan.count);
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.data("long_run", &rows)?;
     sheet.runs.extend(found.iter().map(|run| {
@@ -56,7 +59,7 @@ pub(super) fn sheet(
          that of any other method is its truncation error. The exponent is the slope of log rms \
          against log t over the last two decades, with its 95 % confidence interval."
     ));
-    sheet.find("K in a long run", readings(&found, *count), how_k_grows);
+    sheet.find("K in a long run", readings(found, count), how_k_grows);
     let header = [
         "method and step",
         "exponent of t",

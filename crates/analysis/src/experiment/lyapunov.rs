@@ -1,16 +1,15 @@
 //! Lyapunov exponents of each method beside those of the reference.
 
+use super::declared::{Boxed, section};
 use super::poincare::of_reference;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed, sci};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene};
 use crate::sheet::{ReportError, Sheet, decimal, line};
 use crate::study::lyapunov::{self, Lyapunov, Spectrum};
 use crate::study::outcome::COMPLETED;
 use afterbay_methods::registry::REFERENCE;
-use rayon::prelude::*;
 
 /// The table from which the chart is made.
 const DATA: &str = "lyapunov";
@@ -19,23 +18,19 @@ const EXACT: &str = REFERENCE.name;
 /// The standard errors beyond which two numbers differ.
 const DIFFERENT: f64 = 3.0;
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Lyapunov>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Lyapunov>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["lyapunov", "Lyapunov exponents"], plan.clone(), made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &DynamicsPlan<Lyapunov>,
-    progress: &dyn Progress,
+    found: Vec<Spectrum>,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Lyapunov exponents");
     let DynamicsPlan { study, .. } = plan;
-    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
-    progress.begin("Lyapunov exponents", settings.len());
-    let found = settings
-        .par_iter()
-        .map(|&(row, h)| {
-            let found = study.run(row, h, progress);
-            progress.advance();
-            found
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    let model = &scene.problem.model;
     let rows: Vec<_> = found.iter().flat_map(|spectrum| &spectrum.rows).collect();
     sheet.wide_data(DATA, &lyapunov::columns(model), &rows)?;
     sheet.runs.extend(found.iter().map(|spectrum| {

@@ -1,9 +1,9 @@
 //! Poincaré sections: the points of each method beside those of the reference.
 
+use super::declared::{Boxed, section};
 use crate::Model;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list};
-use crate::progress::Progress;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene, Variable};
 use crate::sheet::{ReportError, Sheet, dotted, scientific};
@@ -17,19 +17,19 @@ const DATA: &str = "poincare";
 /// The label of the reference.
 const EXACT: &str = REFERENCE.name;
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Poincare>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Poincare>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["poincare", "Poincaré section"], plan.clone(), made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &DynamicsPlan<Poincare>,
-    progress: &dyn Progress,
+    found: Vec<Portrait>,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Poincaré section");
     let DynamicsPlan { study, .. } = plan;
-    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
-    progress.begin("Poincaré section", settings.len() * study.starts.len());
-    let mut found = Vec::new();
-    for (row, h) in settings {
-        found.push(study.run(row, h, progress)?);
-    }
+    let model = &scene.problem.model;
     let rows: Vec<_> = found.iter().flat_map(|portrait| &portrait.rows).collect();
     sheet.wide_data(DATA, &poincare::columns(model), &rows)?;
     let records = found.iter().flat_map(|portrait| {

@@ -1,9 +1,9 @@
 //! Resonance curves: the amplitude and the energy per period of each method beside the reference.
 
+use super::declared::{Boxed, section};
 use super::poincare::of_reference;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed, sci};
-use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::Verdict;
 use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::bifurcation::Way;
 use crate::study::outcome::COMPLETED;
 use crate::study::resonance::{self, Resonance, ResonanceRow, UNSTEADY};
-use afterbay_methods::registry::REFERENCE;
+use afterbay_methods::registry::{REFERENCE, Row};
 
 /// The table from which the charts are made.
 const DATA: &str = "resonance";
@@ -24,21 +24,25 @@ struct Curve {
     rows: Vec<ResonanceRow>,
 }
 
-pub(super) fn sheet(
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Resonance>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Resonance>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["resonance", "resonance"], plan.clone(), made)
+}
+
+fn sheet(
     scene: &Scene,
     plan: &DynamicsPlan<Resonance>,
-    progress: &dyn Progress,
+    found: Vec<Vec<ResonanceRow>>,
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Resonance");
     let DynamicsPlan { study, .. } = plan;
-    let (model, settings) = (&scene.problem.model, plan.settings().collect::<Vec<_>>());
-    progress.begin("resonance", settings.len() * study.values.len() * 2);
-    let mut found = Vec::new();
-    for (row, h) in settings {
+    let model = &scene.problem.model;
+    let curve = |((row, h), rows): ((&Row, f64), Vec<ResonanceRow>)| {
         let label =
             if row.name == EXACT { EXACT.into() } else { format!("{}, h = {h:.4}", row.name) };
-        found.push(Curve { label, rows: study.run(row, h, progress)? });
-    }
+        Curve { label, rows }
+    };
+    let found: Vec<Curve> = plan.settings().zip(found).map(curve).collect();
     let rows: Vec<_> = found.iter().flat_map(|curve| &curve.rows).collect();
     sheet.wide_data(DATA, &resonance::columns(model), &rows)?;
     let failed = |row: &ResonanceRow| ![COMPLETED, UNSTEADY].contains(&row.outcome);

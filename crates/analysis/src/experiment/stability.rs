@@ -1,27 +1,25 @@
 //! Stability: a map of verdicts for each method, and an atlas of first failures.
 
+use super::declared::{Boxed, section};
 use super::names;
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::claim::{Readings, Said};
-use crate::progress::Progress;
 use crate::record::RunOutcome;
 use crate::report::{Block, Verdict as Holds};
 use crate::scene::{Scene, Spacing, StabilityPlan, UnitsTable};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::outcome::INTERRUPTED;
-use crate::study::stability::{AtlasRow, Map, StabilityRow, Verdict, atlas, rules};
+use crate::study::stability::{AtlasRow, Map, StabilityRow, Tiles, Verdict, atlas, rules};
 
 /// The table from which the maps are made.
 const DATA: &str = "stability";
 /// The least number of steps of a run. Shorter runs show nothing.
 const LEAST_STEPS: u64 = 50;
 
-pub(super) fn sheet(
-    scene: &Scene,
-    plan: &StabilityPlan,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Stability where methods fail");
+pub(super) fn declared<'a>(
+    scene: &'a Scene,
+    plan: &'a StabilityPlan,
+) -> Result<Boxed<'a>, ReportError> {
     let map = Map {
         problem: scene.problem.clone(),
         parameter: &plan.parameter,
@@ -30,6 +28,17 @@ pub(super) fn sheet(
         end: plan.end,
         least_steps: LEAST_STEPS,
     };
+    let study = Tiles::new(map, &plan.methods)?;
+    let made = |study: &Tiles<'_>, parts| sheet(scene, plan, &study.rows(parts));
+    Ok(section(["stability", "stability"], study, made))
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &StabilityPlan,
+    found: &[StabilityRow],
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Stability where methods fail");
     sheet.text(format!(
         "Each cell is a run over [0, {}] of at least {LEAST_STEPS} steps. Its motion is measured \
          by A = T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p. T_max and Q are the largest T and |q| of \
@@ -38,9 +47,7 @@ pub(super) fn sheet(
         plan.end,
         rules()
     ));
-    progress.begin("stability", map.pieces(plan.methods.len()));
-    let found = map.run(&plan.methods, progress)?;
-    sheet.data(DATA, &found)?;
+    sheet.data(DATA, found)?;
     let whole = plan.methods.len() * plan.steps.len() * plan.values.len();
     let model = scene.problem.model.name();
     if found.len() < whole {
@@ -58,7 +65,7 @@ pub(super) fn sheet(
         sheet.text(format!("Interrupted: {missing}, and the maps are left out."));
         return Ok(sheet);
     }
-    let rows = atlas(&found);
+    let rows = atlas(found);
     let readings = rows.iter().fold(Readings::default(), |r, row| {
         let first = row.verdict.map_or("", Verdict::describe);
         r.and(row.method, "first failure", first).and(row.method, "h", row.h)

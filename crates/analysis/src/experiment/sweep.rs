@@ -1,7 +1,9 @@
 //! Everything repeated at the points of a sweep: one table of each kind, with the values of a point
 //! before its rows, and charts of what changes from point to point.
 
-use super::Sheets;
+use super::Task;
+use super::declared::{Boxed, section};
+use super::ledger::Afresh;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Found, Readings, Said};
 use crate::progress::Progress;
@@ -9,9 +11,9 @@ use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Verdict};
 use crate::scene::{Point, Scene, Sweep};
 use crate::sheet::{ReportError, Sheet, marked};
+use crate::study::cell::{Cell, Study};
 use crate::study::outcome::COMPLETED;
-use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The table of all numbers that are charted.
@@ -22,7 +24,7 @@ const MOST_CHARTS: usize = 12;
 const WIDE: f64 = 50.0;
 
 /// A row of `sweep.csv`, behind the values of its point.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Row {
     topic: String,
     of: String,
@@ -31,43 +33,89 @@ struct Row {
 }
 
 /// The results at a point.
-struct Visit {
-    tables: Vec<Artifact>,
+#[derive(Serialize, Deserialize)]
+pub(super) struct Visit {
+    /// The names and the contents of tables.
+    tables: Vec<(String, String)>,
     rows: Vec<Row>,
     runs: Vec<RunOutcome>,
 }
 
-/// Makes the sheets of each point with `make` and joins them. Points are computed in parallel if
-/// `parallel` is set; studies that measure times run one after another.
-pub(super) fn sheet(
-    scene: &Scene,
-    sweep: &Sweep,
-    make: Sheets,
-    parallel: bool,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
-    progress.begin("points of the sweep", sweep.points.len());
-    let one = |point: &Point| -> Option<Result<Visit, ReportError>> {
-        if progress.stopped() {
-            return None;
+/// A task at each point of a sweep.
+struct Points<'a> {
+    task: Task,
+    scene: &'a Scene,
+    sweep: &'a Sweep,
+    /// The cost of a point.
+    cost: f64,
+    /// Whether times are measured. Points are then computed one after another.
+    timed: bool,
+}
+
+pub(super) fn declared<'a>(
+    task: Task,
+    scene: &'a Scene,
+    sweep: &'a Sweep,
+) -> Result<Boxed<'a>, ReportError> {
+    let (mut cost, mut timed) = (0.0, false);
+    if let Some(first) = sweep.points.first() {
+        for cell in super::plan(task, &scene.at(first))? {
+            cost += cell.cost;
+            timed |= cell.timed;
         }
-        let found = visit(&scene.at(point), make, &Inner(progress));
+    }
+    if let (Task::Run, Some(run)) = (task, &scene.run) {
+        let degrees = scene.problem.model.degrees() as f64;
+        cost += run.names().len() as f64 * degrees * scene.problem.end / scene.step;
+    }
+    let points = Points { task, scene, sweep, cost, timed };
+    let made = move |_: &Points<'_>, visits| sheet(sweep, visits);
+    Ok(section(["sweep", "points of the sweep"], points, made))
+}
+
+impl Study for Points<'_> {
+    type Shared = ();
+    /// None where the user stopped before.
+    type Part = Option<Visit>;
+    type Error = ReportError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let cell = |index| {
+            let key = format!("point={index}");
+            Cell { timed: self.timed, ..Cell::new(key, self.cost) }
+        };
+        (0..self.sweep.points.len()).map(cell).collect()
+    }
+
+    fn share(&self, _progress: &dyn Progress) -> Result<(), ReportError> {
+        Ok(())
+    }
+
+    fn compute(
+        &self,
+        (): &(),
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Option<Visit>, ReportError> {
+        if progress.stopped() {
+            return Ok(None);
+        }
+        let scene = self.scene.at(&self.sweep.points[index]);
+        let found = visit(self.task, &scene, &Inner(progress))?;
         progress.advance();
-        Some(found)
-    };
-    let visits: Vec<Option<Result<Visit, ReportError>>> = if parallel {
-        sweep.points.par_iter().map(one).collect()
-    } else {
-        sweep.points.iter().map(one).collect()
-    };
+        Ok(Some(found))
+    }
+}
+
+/// Joins the results of all points.
+fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Sweep");
-    let (mut tables, mut lines) = (BTreeMap::new(), Vec::new());
+    let (mut tables, mut lines) = (BTreeMap::<String, Joined>::new(), Vec::new());
     for (index, (point, visit)) in sweep.points.iter().zip(visits).enumerate() {
-        let Some(visit) = visit else { continue };
-        let Visit { tables: found, rows, runs } = visit?;
-        for table in found {
-            let joined: &mut Joined = tables.entry(table.name.clone()).or_default();
-            joined.add(index, &sweep.names, &point.values, &table)?;
+        let Some(Visit { tables: found, rows, runs }) = visit else { continue };
+        for (name, text) in found {
+            let joined: &mut Joined = tables.entry(name.clone()).or_default();
+            joined.add(index, &sweep.names, &point.values, (&name, &text))?;
         }
         lines.push((index, point, rows));
         sheet.runs.extend(runs);
@@ -105,10 +153,10 @@ impl Progress for Inner<'_> {
 }
 
 /// The results of a scene. A method that does not apply there is a run that did not complete.
-fn visit(scene: &Scene, make: Sheets, progress: &dyn Progress) -> Result<Visit, ReportError> {
+fn visit(task: Task, scene: &Scene, progress: &dyn Progress) -> Result<Visit, ReportError> {
     let mut visit = Visit { tables: Vec::new(), rows: Vec::new(), runs: Vec::new() };
-    let sheets = match make(scene, progress) {
-        Ok(sheets) => sheets,
+    let sheets = match super::sheets(task, scene, &Afresh, progress) {
+        Ok((sheets, _)) => sheets,
         Err(ReportError::Study(error)) => {
             visit.runs.push(RunOutcome {
                 study: "sweep",
@@ -123,7 +171,8 @@ fn visit(scene: &Scene, make: Sheets, progress: &dyn Progress) -> Result<Visit, 
         Err(error) => return Err(error),
     };
     for sheet in sheets {
-        visit.tables.extend(sheet.artifacts.into_iter().filter(|x| x.name.ends_with(".csv")));
+        let tables = sheet.artifacts.into_iter().filter(|x| x.name.ends_with(".csv"));
+        visit.tables.extend(tables.map(|table| (table.name, table.text)));
         for finding in &sheet.findings {
             for reading in &finding.readings.0 {
                 if let Found::Number(value) = reading.found {
@@ -156,13 +205,13 @@ impl Joined {
         index: usize,
         names: &[String],
         values: &[f64],
-        table: &Artifact,
+        (name, text): (&str, &str),
     ) -> Result<(), StorageError> {
-        let failed = |source| StorageError::Table { name: table.name.clone(), source };
+        let failed = |source| StorageError::Table { name: name.to_owned(), source };
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
-            .from_reader(table.text.as_bytes());
+            .from_reader(text.as_bytes());
         let front: Vec<String> = std::iter::once(index.to_string())
             .chain(values.iter().map(|x| format!("{x:?}")))
             .collect();

@@ -1,34 +1,36 @@
 //! Work against precision.
 
+use super::declared::{Boxed, section};
 use super::names;
 use crate::Measured;
 use crate::chart::{Axis, LineChart, Style};
 use crate::findings::work::{HEADER, cells, cheapest};
-use crate::progress::Progress;
 use crate::report::Block;
 use crate::scene::{Scene, WorkPrecisionPlan};
 use crate::sheet::{ReportError, Sheet, of_errors, table};
-use crate::study::work_precision::{self, WorkRow};
+use crate::study::work_precision::{WorkPrecision, WorkRow};
 
 /// The table from which the charts are made.
 const DATA: &str = "work_precision";
 
-pub(super) fn sheet(
-    scene: &Scene,
-    plan: &WorkPrecisionPlan,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
+pub(super) fn declared<'a>(
+    scene: &'a Scene,
+    plan: &'a WorkPrecisionPlan,
+) -> Result<Boxed<'a>, ReportError> {
+    let by_step = (&plan.methods[..], &plan.steps[..]);
+    let by_tolerance = (&plan.adaptive[..], &plan.tolerances[..]);
+    let study = WorkPrecision::new(&scene.problem, by_step, by_tolerance)?;
+    let made = |_: &WorkPrecision<'_>, parts| sheet(scene, plan, &WorkPrecision::rows(parts));
+    Ok(section(["work-precision", "cost of accuracy"], study, made))
+}
+
+fn sheet(scene: &Scene, plan: &WorkPrecisionPlan, found: &[WorkRow]) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Accuracy against cost");
     let (problem, mut all) = (&scene.problem, names(&plan.methods));
     if !plan.tolerances.is_empty() {
         all.extend(names(&plan.adaptive));
     }
-    let runs = plan.methods.len() * plan.steps.len() + plan.adaptive.len() * plan.tolerances.len();
-    progress.begin("cost of accuracy", 2 * runs);
-    let by_step = (&plan.methods[..], &plan.steps[..]);
-    let by_tolerance = (&plan.adaptive[..], &plan.tolerances[..]);
-    let found = work_precision::run(problem, by_step, by_tolerance, progress)?;
-    sheet.data(DATA, &found)?;
+    sheet.data(DATA, found)?;
     sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
     sheet.text(format!(
         "Errors at t = {} against the time of the whole run, the fastest of several runs measured \
@@ -37,7 +39,7 @@ pub(super) fn sheet(
         problem.end
     ));
     sheet.doubt("Accuracy", found.iter().flat_map(|row| [row.qp(), row.w()]).flatten());
-    cheapest(&mut sheet, "The scene", problem, &found)?;
+    cheapest(&mut sheet, "The scene", problem, found)?;
     let chart = |title: &str,
                  cost: &str,
                  x: fn(&WorkRow) -> Option<f64>,

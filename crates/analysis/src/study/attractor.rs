@@ -1,5 +1,7 @@
 //! The attractor that points of a section show: a cycle of some period, or a set without one.
 
+use serde::{Deserialize, Serialize};
+
 /// The largest distance of points that count as one, relative to the extent of all points.
 const SAME: f64 = 1e-4;
 /// The largest distance of two attractors that count as one, relative to their extent. A coarse
@@ -11,7 +13,7 @@ const REPEATS: usize = 2;
 const MOST_COMPARED: usize = 400;
 
 /// The kind of an attractor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// It repeats after this many returns.
     Period(usize),
@@ -20,7 +22,7 @@ pub enum Kind {
 }
 
 /// The points of an attractor, in order of time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Attractor {
     /// q and p of each point.
     points: Vec<Vec<f64>>,

@@ -7,19 +7,22 @@
 
 mod known;
 
+use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, Member, Watch};
 use super::outcome::Ending;
 use super::section::{Section, point};
+use super::stability::MapError;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::Progress;
 use crate::scene::Variable;
 use crate::statistics::fit;
+use crate::words::by_name;
 use afterbay_core::{InputError, StateRef};
 use afterbay_methods::registry::Row;
 pub use known::Known;
 use known::{Found, Nearby};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// The most attractors that are told apart. Where there are more, as in a system without friction, the
@@ -85,9 +88,10 @@ pub fn columns(model: &Model) -> Vec<String> {
 pub const UNSETTLED: &str = "unsettled";
 
 /// The map of a method and a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BasinMap {
     /// The method.
+    #[serde(with = "by_name")]
     pub row: &'static Row,
     /// The step.
     pub h: f64,
@@ -98,7 +102,7 @@ pub struct BasinMap {
 }
 
 /// The outcome of one initial state.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// The index of the attractor.
     pub attractor: Option<usize>,
@@ -236,6 +240,33 @@ impl Basins {
                 outcome: cell.ending.outcome,
             }
         })
+    }
+}
+
+impl Dynamics for Basins {
+    type Piece = BasinMap;
+    type Found = BasinMap;
+
+    /// One piece: each run is compared with the attractors found before.
+    fn pieces(&self) -> Vec<(String, f64, usize)> {
+        let runs: usize = self.axes.iter().map(|axis| axis.values.len()).product();
+        let interval = self.section.interval(&self.problem.model).unwrap_or(1.0);
+        vec![(String::new(), interval * self.longest as f64 * runs as f64, runs)]
+    }
+
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        _piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<BasinMap, MapError> {
+        Ok(self.run(row, h, progress)?)
+    }
+
+    fn join(&self, row: &'static Row, h: f64, pieces: Vec<BasinMap>) -> BasinMap {
+        let none = BasinMap { row, h, attractors: Vec::new(), cells: Vec::new() };
+        pieces.into_iter().next().unwrap_or(none)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
-use super::ensemble::{Ensemble, Member, Watch};
+use super::dynamics::Dynamics;
+use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
 use super::section::{Section, point};
 use super::{Problem, numbered};
@@ -10,7 +11,8 @@ use crate::scene::Spacing;
 use crate::study::stability::MapError;
 use afterbay_core::{State, StateRef};
 use afterbay_methods::registry::Row;
-use serde::Serialize;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// A bifurcation diagram of a problem.
@@ -36,7 +38,7 @@ pub struct Bifurcation {
 }
 
 /// The order in which the values of the parameter are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Way {
     /// Each from the initial state.
@@ -77,7 +79,7 @@ pub fn columns(model: &Model) -> Vec<String> {
 }
 
 /// The points of one value of the parameter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Column {
     /// The value.
     pub value: f64,
@@ -137,18 +139,10 @@ impl Bifurcation {
         h: f64,
         progress: &dyn Progress,
     ) -> Result<Diagram, MapError> {
-        let columns = if self.follow {
-            let (up, down) = rayon::join(
-                || self.followed(row, h, Way::Up, progress),
-                || self.followed(row, h, Way::Down, progress),
-            );
-            let mut columns = up?;
-            columns.extend(down?);
-            columns
-        } else {
-            self.afresh(row, h, progress)?
-        };
-        Ok(Diagram { row, h, columns })
+        let pieces: Vec<usize> = (0..self.pieces().len()).collect();
+        let each = |&piece: &usize| self.piece(row, h, piece, progress);
+        let pieces = pieces.par_iter().map(each).collect::<Result<_, _>>()?;
+        Ok(self.join(row, h, pieces))
     }
 
     fn model(&self, value: f64) -> Result<Model, MapError> {
@@ -159,6 +153,7 @@ impl Bifurcation {
         &self,
         row: &'static Row,
         h: f64,
+        values: &[f64],
         progress: &dyn Progress,
     ) -> Result<Vec<Column>, MapError> {
         let member = |&value: &f64| {
@@ -167,13 +162,13 @@ impl Bifurcation {
             let start = self.problem.start()?;
             Ok((Member { value, model, start }, self.trace(periods)))
         };
-        let members = self.values.iter().map(member).collect::<Result<Vec<_>, MapError>>()?;
+        let members = values.iter().map(member).collect::<Result<Vec<_>, MapError>>()?;
         let ended = self.ensemble(row, h, progress).follow(members)?;
         let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
             let h = self.section.grid(&self.model(value)?, h)?.h;
             Ok(Column { value, h, way: Way::Afresh, points: trace.points, ending })
         };
-        ended.into_iter().zip(&self.values).map(column).collect()
+        ended.into_iter().zip(values).map(column).collect()
     }
 
     /// One value after another. Where a run fails, the next begins at the initial state.
@@ -229,6 +224,47 @@ impl Bifurcation {
         let (dof, last) = (problem.model.degrees(), transient + points);
         let (transient, follow) = (*transient, *follow);
         Trace { transient, last, follow, periods, dof, points: Vec::new(), state: None }
+    }
+}
+
+impl Dynamics for Bifurcation {
+    type Piece = Vec<Column>;
+    type Found = Diagram;
+
+    /// Runs side by side, or the values one after another upwards and downwards.
+    fn pieces(&self) -> Vec<(String, f64, usize)> {
+        let interval = self.section.interval(&self.problem.model).unwrap_or(1.0);
+        let time = interval * (self.transient + self.points) as f64;
+        let of = |name: String, runs: usize| (name, time * runs as f64, runs);
+        if self.follow {
+            return ["/up", "/down"].map(|way| of(way.into(), self.values.len())).into();
+        }
+        let group = |first: usize| {
+            let end = self.values.len().min(first + GROUP);
+            of(format!("/values={}-{end}", first + 1), end - first)
+        };
+        (0..self.values.len()).step_by(GROUP).map(group).collect()
+    }
+
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Column>, MapError> {
+        match (self.follow, piece) {
+            (true, 0) => self.followed(row, h, Way::Up, progress),
+            (true, _) => self.followed(row, h, Way::Down, progress),
+            (false, _) => {
+                let values = self.values.chunks(GROUP).nth(piece).unwrap_or_default();
+                self.afresh(row, h, values, progress)
+            }
+        }
+    }
+
+    fn join(&self, row: &'static Row, h: f64, pieces: Vec<Vec<Column>>) -> Diagram {
+        Diagram { row, h, columns: pieces.into_iter().flatten().collect() }
     }
 }
 

@@ -1,21 +1,23 @@
 //! The energy balance: H, K - K0, the ratio R = H_{i+1}/H_i, and the error of the reservoir.
 
+use super::cell::{Cell, Study, compute_all};
 use super::outcome::Ending;
 use super::passivity::Passivity;
 use super::{PUMPED, Problem, numbered};
 use crate::progress::{Piece, Progress};
+use crate::words::{Word, word};
 use crate::{Measured, Model, Solution};
 use afterbay_core::{Accounts, Grid, IntegrateError, StateRef, System, accounts};
 use afterbay_methods::registry::Row;
-use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// A row of `energy.csv`, under the [`columns`].
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EnergyRow {
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// Time.
@@ -69,10 +71,11 @@ pub fn columns(model: &Model) -> Vec<String> {
 }
 
 /// The energy balance of one run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Books {
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// Every `every`-th state.
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
@@ -94,16 +97,47 @@ pub fn run(
     every: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Books>, IntegrateError> {
-    let solution =
-        problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)?;
-    methods
-        .par_iter()
-        .map(|row| {
-            let books = follow(problem, row, h, every.max(1), &solution, progress);
-            progress.advance();
-            books
-        })
-        .collect()
+    compute_all(&Energy { problem, methods, h, every: every.max(1) }, progress)
+}
+
+/// A study of the energy balance: a run of each method.
+pub struct Energy<'a> {
+    /// The system, the initial state and the end of time.
+    pub problem: &'a Problem,
+    /// The methods.
+    pub methods: &'a [&'static Row],
+    /// The step.
+    pub h: f64,
+    /// The steps between two states that are recorded, at least 1.
+    pub every: u64,
+}
+
+impl Study for Energy<'_> {
+    type Shared = Solution<f64>;
+    type Part = Books;
+    type Error = IntegrateError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let cost = self.problem.model.degrees() as f64 * self.problem.end / self.h;
+        self.methods.iter().map(|row| Cell::new(row.name.to_owned(), cost)).collect()
+    }
+
+    fn share(&self, progress: &dyn Progress) -> Result<Self::Shared, IntegrateError> {
+        let steps = Grid::<f64>::new(self.h, self.problem.end)?.steps as usize;
+        self.problem.solution(self.h, steps, progress)
+    }
+
+    fn compute(
+        &self,
+        solution: &Self::Shared,
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Books, IntegrateError> {
+        let Self { problem, methods, h, every } = *self;
+        let books = follow(problem, methods[index], h, every, solution, progress);
+        progress.advance();
+        books
+    }
 }
 
 fn follow(

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// The runs of a group, which one thread takes.
-const GROUP: usize = 16;
+pub(super) const GROUP: usize = 16;
 
 /// One run.
 pub(super) struct Member {

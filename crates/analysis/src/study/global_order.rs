@@ -1,5 +1,6 @@
 //! Global errors and empirical orders.
 
+use super::cell::{Cell, Study, compute_all};
 use super::outcome::Ending;
 use super::{Problem, VARIABLES};
 use crate::progress::{Piece, Progress};
@@ -7,7 +8,7 @@ use crate::{Measured, Solution};
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// A row of `global_orders.csv`.
@@ -53,56 +54,101 @@ pub fn run(
     if steps.is_empty() {
         return Ok(Vec::new());
     }
-    let finest = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    let shared = solution(problem, finest, progress)?;
-    let own = steps
-        .par_iter()
-        .map(|&h| {
-            doublings(finest, h).is_none().then(|| solution(problem, h, progress)).transpose()
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let tasks: Vec<_> = methods
-        .iter()
-        .flat_map(|&row| steps.iter().zip(&own).map(move |(&h, own)| (row, h, own)))
-        .collect();
-    let errors = tasks
-        .par_iter()
-        .map(|&(row, h, own)| {
-            let (exact, stride) = match own {
-                Some(own) => (own, 1),
-                None => (&shared, doublings(finest, h).unwrap_or(1)),
-            };
-            let error = largest_error(problem, row, h, (exact, stride), progress);
-            progress.advance();
-            error
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    let study = GlobalOrder { problem, methods, steps: steps.to_vec() };
+    Ok(study.rows(compute_all(&study, progress)?))
+}
 
-    let mut rows = Vec::new();
-    for (method, errors) in methods.iter().zip(errors.chunks(steps.len().max(1))) {
-        for (variable, name) in VARIABLES.into_iter().enumerate() {
-            let mut before: Option<(f64, Measured)> = None;
-            for (&h, Run { errors, doubts, ending }) in steps.iter().zip(errors) {
-                let error = errors.map(|errors| errors[variable]);
-                let Ending { outcome, failure } = ending.clone();
-                let resolved =
-                    before.zip(error).filter(|((_, a), b)| a.is_resolved() && b.is_resolved());
-                let order = resolved.map(|((h0, a), b)| (b.error / a.error).ln() / (h / h0).ln());
-                rows.push(GlobalRow {
-                    method: method.name,
-                    variable: name,
-                    h,
-                    error: error.map(|error| error.error),
-                    order: order.filter(|order| order.is_finite()),
-                    doubt: doubts[variable],
-                    outcome,
-                    failure,
-                });
-                before = error.map(|error| (h, error));
+/// A study of global errors: a run for each method and step.
+pub struct GlobalOrder<'a> {
+    /// The system, the initial state and the end of time.
+    pub problem: &'a Problem,
+    /// The methods.
+    pub methods: &'a [&'static Row],
+    /// The steps. There is at least one.
+    pub steps: Vec<f64>,
+}
+
+/// The references of a study: that of the finest step, and one for each step whose times are not
+/// among those.
+pub struct References {
+    finest: f64,
+    shared: Solution<f64>,
+    own: Vec<Option<Solution<f64>>>,
+}
+
+impl Study for GlobalOrder<'_> {
+    type Shared = References;
+    type Part = Errors;
+    type Error = IntegrateError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let work = self.problem.model.degrees() as f64 * self.problem.end;
+        let cell = |row: &&Row, h: &f64| Cell::new(format!("{}/h={h:?}", row.name), work / h);
+        self.methods.iter().flat_map(|row| self.steps.iter().map(move |h| cell(row, h))).collect()
+    }
+
+    fn share(&self, progress: &dyn Progress) -> Result<References, IntegrateError> {
+        let Self { problem, steps, .. } = self;
+        let finest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let shared = solution(problem, finest, progress)?;
+        let own = steps
+            .par_iter()
+            .map(|&h| {
+                doublings(finest, h).is_none().then(|| solution(problem, h, progress)).transpose()
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(References { finest, shared, own })
+    }
+
+    fn compute(
+        &self,
+        References { finest, shared, own }: &References,
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Errors, IntegrateError> {
+        let (row, at) = (self.methods[index / self.steps.len()], index % self.steps.len());
+        let h = self.steps[at];
+        let with = match &own[at] {
+            Some(own) => (own, 1),
+            None => (shared, doublings(*finest, h).unwrap_or(1)),
+        };
+        let errors = largest_error(self.problem, row, h, with, progress);
+        progress.advance();
+        errors
+    }
+}
+
+impl GlobalOrder<'_> {
+    /// The rows of the table, from the results of all cells.
+    pub fn rows(&self, errors: Vec<Errors>) -> Vec<GlobalRow> {
+        let Self { methods, steps, .. } = self;
+        let mut rows = Vec::new();
+        for (method, errors) in methods.iter().zip(errors.chunks(steps.len().max(1))) {
+            for (variable, name) in VARIABLES.into_iter().enumerate() {
+                let mut before: Option<(f64, Measured)> = None;
+                for (&h, Errors { errors, doubts, ending }) in steps.iter().zip(errors) {
+                    let error = errors.map(|errors| errors[variable]);
+                    let Ending { outcome, failure } = ending.clone();
+                    let resolved =
+                        before.zip(error).filter(|((_, a), b)| a.is_resolved() && b.is_resolved());
+                    let order =
+                        resolved.map(|((h0, a), b)| (b.error / a.error).ln() / (h / h0).ln());
+                    rows.push(GlobalRow {
+                        method: method.name,
+                        variable: name,
+                        h,
+                        error: error.map(|error| error.error),
+                        order: order.filter(|order| order.is_finite()),
+                        doubt: doubts[variable],
+                        outcome,
+                        failure,
+                    });
+                    before = error.map(|error| (h, error));
+                }
             }
         }
+        rows
     }
-    Ok(rows)
 }
 
 fn solution(
@@ -122,7 +168,8 @@ fn doublings(finest: f64, h: f64) -> Option<usize> {
 }
 
 /// The errors of one run.
-struct Run {
+#[derive(Serialize, Deserialize)]
+pub struct Errors {
     /// The largest errors of q, p and w; none if the run did not reach its end.
     errors: Option<[Measured; 3]>,
     /// The largest doubts of q, p and w.
@@ -138,7 +185,7 @@ fn largest_error(
     h: f64,
     (solution, stride): (&Solution<f64>, usize),
     progress: &dyn Progress,
-) -> Result<Run, IntegrateError> {
+) -> Result<Errors, IntegrateError> {
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
     let (grid, mut largest, mut done) =
@@ -154,5 +201,5 @@ fn largest_error(
     let ending = Ending::of(&result, grid.steps, done);
     let doubt = solution.doubt();
     let errors = ending.is_completed().then_some(largest);
-    Ok(Run { errors, doubts: [doubt.qp, doubt.qp, doubt.w], ending })
+    Ok(Errors { errors, doubts: [doubt.qp, doubt.qp, doubt.w], ending })
 }

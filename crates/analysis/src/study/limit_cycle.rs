@@ -24,16 +24,18 @@ pub use cycle::{Complex, Cycle};
 pub use event::Event;
 pub use failure::CycleFailure;
 
+use super::dynamics::Dynamics;
 use super::outcome::Ending;
 use super::section::Section;
 use super::stability::MapError;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::Progress;
+use crate::words::by_name;
 use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::Row;
 use guess::Guess;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use shooting::{Condition, SINGULAR, Shooting, Solved};
 
 /// The least number of steps in a cycle. Two steps have no direction.
@@ -60,7 +62,7 @@ pub struct LimitCycle {
 }
 
 /// A cycle, and the bifurcation that it is, if it is one.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// The cycle.
     pub cycle: Cycle,
@@ -104,9 +106,10 @@ pub fn columns(model: &Model) -> Vec<String> {
 }
 
 /// The cycles of a method and a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cycles {
     /// The method.
+    #[serde(with = "by_name")]
     pub row: &'static Row,
     /// The step, nearly: that of a cycle divides its period.
     pub h: f64,
@@ -147,6 +150,33 @@ impl Cycles {
     pub fn events(&self, event: Event) -> impl Iterator<Item = &Cycle> {
         let is_one = move |point: &&Point| point.event == Some(event);
         self.points.iter().filter(is_one).map(|point| &point.cycle)
+    }
+}
+
+impl Dynamics for LimitCycle {
+    type Piece = Cycles;
+    type Found = Cycles;
+
+    /// One piece: a branch is followed from cycle to cycle.
+    fn pieces(&self) -> Vec<(String, f64, usize)> {
+        vec![(String::new(), self.transient, 1)]
+    }
+
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        _piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<Cycles, MapError> {
+        let found = self.run(row, h, progress)?;
+        progress.advance();
+        Ok(found)
+    }
+
+    fn join(&self, row: &'static Row, h: f64, pieces: Vec<Cycles>) -> Cycles {
+        let none = Cycles { row, h, points: Vec::new(), ending: Ending::interrupted() };
+        pieces.into_iter().next().unwrap_or(none)
     }
 }
 

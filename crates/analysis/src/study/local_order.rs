@@ -9,16 +9,18 @@
 //! same state, plus the rounding of the two states compared, both divided by h. They are estimated
 //! at a sample of the grid and at the points with the largest T.
 
+use super::cell::{Cell, Study, compute_all};
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
 use crate::progress::{Progress, Silent};
 use crate::statistics::{Fit, fit, median};
+use crate::words::by_name;
 use afterbay_core::{Grid, InputError, IntegrateError, Quad, Scalar, State, StateRef};
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{Number, Row, Run};
 use afterbay_systems::catalog::Expandable;
-use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::marker::PhantomData;
 
 /// A scalar for local errors, in which methods run and solutions are expanded.
 pub trait Working: Number + Expandable {}
@@ -60,7 +62,7 @@ impl Statistic {
 }
 
 /// Statistics of |T| of one variable over the grid.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Summary {
     max: f64,
     median: f64,
@@ -100,9 +102,10 @@ impl Summary {
 }
 
 /// The local errors of one method at one step size.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LocalErrors {
     /// The method.
+    #[serde(with = "by_name")]
     pub method: &'static Row,
     /// The step.
     pub h: f64,
@@ -171,18 +174,16 @@ impl LocalOrder {
         methods: &[&'static Row],
         progress: &dyn Progress,
     ) -> Result<Vec<LocalErrors>, IntegrateError> {
-        let solution = self.solution::<T>(problem, progress)?;
-        let tasks: Vec<_> =
-            methods.iter().flat_map(|&row| self.steps.iter().map(move |&h| (row, h))).collect();
-        tasks
-            .into_par_iter()
-            .map(|(row, h)| {
-                let trace = self.trace_along(problem, &solution, row, h)?;
-                let errors = self.summarise(problem, &solution, row, h, &trace);
-                progress.advance();
-                errors
-            })
-            .collect()
+        compute_all(&self.of::<T>(problem, methods), progress)
+    }
+
+    /// The study of methods on a problem, computed in `T`.
+    pub fn of<'a, T: Working>(
+        &'a self,
+        problem: &'a Problem,
+        methods: &'a [&'static Row],
+    ) -> LocalOrders<'a, T> {
+        LocalOrders { order: self, problem, methods, scalar: PhantomData }
     }
 
     /// |T| at every grid point for one method and step, computed in `T`.
@@ -305,6 +306,46 @@ impl LocalOrder {
                 .for_each(|(seen, size)| seen.push((i, size / h.to_f64())));
         }
         Ok(seen.map(|seen| Summary::of(seen.into_iter())))
+    }
+}
+
+/// A study of local errors, computed in `T`: a walk along the base grid for each method and step.
+pub struct LocalOrders<'a, T> {
+    order: &'a LocalOrder,
+    problem: &'a Problem,
+    methods: &'a [&'static Row],
+    scalar: PhantomData<T>,
+}
+
+impl<T: Working> Study for LocalOrders<'_, T> {
+    type Shared = Solution<T>;
+    type Part = LocalErrors;
+    type Error = IntegrateError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let cost = self.problem.model.degrees() as f64 * self.problem.end / self.order.base_step;
+        let cell = |row: &&Row, h: &f64| Cell::new(format!("{}/h={h:?}", row.name), cost);
+        let steps = &self.order.steps;
+        self.methods.iter().flat_map(|row| steps.iter().map(move |h| cell(row, h))).collect()
+    }
+
+    fn share(&self, progress: &dyn Progress) -> Result<Solution<T>, IntegrateError> {
+        self.order.solution::<T>(self.problem, progress)
+    }
+
+    fn compute(
+        &self,
+        solution: &Solution<T>,
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<LocalErrors, IntegrateError> {
+        let Self { order, problem, .. } = *self;
+        let steps = &order.steps;
+        let (row, h) = (self.methods[index / steps.len()], steps[index % steps.len()]);
+        let trace = order.trace_along(problem, solution, row, h)?;
+        let errors = order.summarise(problem, solution, row, h, &trace);
+        progress.advance();
+        errors
     }
 }
 

@@ -6,6 +6,7 @@
 //! window and over the starts.
 
 use super::Problem;
+use super::cell::{Cell, Study, compute_all};
 use super::outcome::{COMPLETED, Ending};
 use crate::progress::{Piece, Progress};
 use crate::statistics::{Fit, fit};
@@ -13,9 +14,8 @@ use afterbay_core::{
     Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8,
 };
 use afterbay_methods::registry::{Row, Run};
-use rayon::prelude::*;
-use serde::Serialize;
-use std::ops::ControlFlow;
+use serde::{Deserialize, Serialize};
+use std::ops::{ControlFlow, Range};
 
 /// A row of `long_run.csv`: one window of time.
 #[derive(Clone, Debug, Serialize)]
@@ -93,8 +93,8 @@ fn ends(steps: u64) -> Vec<u64> {
 }
 
 /// Sums over the deviations in a window.
-#[derive(Clone, Copy, Debug, Default)]
-struct Window {
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Window {
     count: u64,
     sum: f64,
     squares: f64,
@@ -129,30 +129,90 @@ pub fn run(
     steps: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<LongRun>, IntegrateError> {
-    let mut tasks: Vec<(usize, &Setup, &[Problem])> = Vec::new();
-    for (i, setup) in setups.iter().enumerate() {
-        let able = starts.len() > 1 && lanes(&starts[0], setup)?.is_some();
-        let width = if able { WIDTH } else { 1 };
-        tasks.extend(starts.chunks(width).map(|starts| (i, setup, starts)));
-    }
-    // The longest tasks come first, so that no thread is left with one at the end.
-    tasks.sort_by_key(|(_, setup, starts)| (!setup.compensated, std::cmp::Reverse(starts.len())));
-    let ends = ends(steps);
-    let followed = tasks
-        .par_iter()
-        .with_max_len(1)
-        .map(|&(i, setup, starts)| Ok((i, follow(starts, setup, &ends, progress)?)))
-        .collect::<Result<Vec<_>, IntegrateError>>()?;
-    let of_setup = |i: usize| {
-        let of: Vec<_> =
-            followed.iter().filter(|part| part.0 == i).flat_map(|part| part.1.clone()).collect();
-        gathered(setups[i], &ends, &of)
-    };
-    Ok((0..setups.len()).map(of_setup).collect())
+    let study = LongRuns::new(starts.to_vec(), setups.to_vec(), steps)?;
+    Ok(study.gather(&compute_all(&study, progress)?))
 }
 
+/// A study of long runs: runs side by side of each setup.
+pub struct LongRuns {
+    starts: Vec<Problem>,
+    setups: Vec<Setup>,
+    ends: Vec<u64>,
+    /// The setup and the starts of each cell.
+    tasks: Vec<(usize, Range<usize>)>,
+}
+
+impl LongRuns {
+    /// Each setup from each start for `steps` steps, see [`run`].
+    ///
+    /// # Errors
+    /// A method that does not apply.
+    pub fn new(
+        starts: Vec<Problem>,
+        setups: Vec<Setup>,
+        steps: u64,
+    ) -> Result<Self, IntegrateError> {
+        let mut tasks = Vec::new();
+        for (i, setup) in setups.iter().enumerate() {
+            let able = starts.len() > 1 && lanes(&starts[0], setup)?.is_some();
+            let width = if able { WIDTH } else { 1 };
+            let firsts = (0..starts.len()).step_by(width);
+            tasks.extend(firsts.map(|first| (i, first..starts.len().min(first + width))));
+        }
+        Ok(Self { starts, setups, ends: ends(steps), tasks })
+    }
+
+    /// The result of each setup, from the results of all cells.
+    pub fn gather(&self, parts: &[Vec<Followed>]) -> Vec<LongRun> {
+        let of_setup = |(i, &setup): (usize, &Setup)| {
+            let of = self.tasks.iter().zip(parts).filter(|(task, _)| task.0 == i);
+            let all: Vec<Followed> = of.flat_map(|(_, followed)| followed.clone()).collect();
+            gathered(setup, &self.ends, &all)
+        };
+        self.setups.iter().enumerate().map(of_setup).collect()
+    }
+}
+
+impl Study for LongRuns {
+    type Shared = ();
+    type Part = Vec<Followed>;
+    type Error = IntegrateError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let steps = self.ends.last().copied().unwrap_or(0) as f64;
+        let degrees = self.starts.first().map_or(0, |start| start.model.degrees()) as f64;
+        let cell = |(i, starts): &(usize, Range<usize>)| {
+            let Setup { row, h, compensated } = self.setups[*i];
+            let how = if compensated { "/compensated" } else { "" };
+            let key =
+                format!("{}/h={h:?}{how}/starts={}-{}", row.name, starts.start + 1, starts.end);
+            let price = if compensated { COMPENSATED } else { 1.0 };
+            let cost = price * steps * degrees * starts.len() as f64;
+            Cell { pieces: starts.len(), ..Cell::new(key, cost) }
+        };
+        self.tasks.iter().map(cell).collect()
+    }
+
+    fn share(&self, _progress: &dyn Progress) -> Result<(), IntegrateError> {
+        Ok(())
+    }
+
+    fn compute(
+        &self,
+        (): &(),
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Followed>, IntegrateError> {
+        let (setup, starts) = &self.tasks[index];
+        follow(&self.starts[starts.clone()], &self.setups[*setup], &self.ends, progress)
+    }
+}
+
+/// The cost of compensated roundings, relative to a plain run.
+const COMPENSATED: f64 = 3.0;
+
 /// The windows completed by a run, and how it ended.
-type Followed = (Vec<Window>, Ending);
+pub type Followed = (Vec<Window>, Ending);
 
 /// The number of runs side by side.
 const WIDTH: usize = f64x8::LANES;

@@ -23,16 +23,19 @@
 
 mod growth;
 
+use super::dynamics::Dynamics;
 use super::outcome::Ending;
 use super::section::Section;
+use super::stability::MapError;
 use super::tangent::Tangent;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::{Piece, Progress};
+use crate::words::{Word, by_name, word};
 use afterbay_core::{Grid, InputError, IntegrateError, State};
 use afterbay_methods::registry::{Row, Run};
 use growth::{Divergence, Frame, Growth, Stop};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// Steps between two looks at whether the user wants to stop.
@@ -55,10 +58,11 @@ pub struct Lyapunov {
 
 /// A row of `lyapunov.csv`, under the [`columns`]. A run that fails has a last row with the time it
 /// reached.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LyapunovRow {
     /// Name of the method, or "reference".
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// The time over which the exponents are measured, that of the transient not included.
@@ -74,7 +78,8 @@ pub struct LyapunovRow {
     /// The mean of -Σ ∂D_j/∂p_j over the states; none for a system without second derivatives.
     pub mean_divergence: Option<f64>,
     /// How the run ended.
-    pub outcome: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub outcome: Word,
 }
 
 /// The names of the columns:
@@ -88,9 +93,10 @@ pub fn columns(model: &Model) -> Vec<String> {
 }
 
 /// The exponents of a method and a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Spectrum {
     /// The method.
+    #[serde(with = "by_name")]
     pub row: &'static Row,
     /// The step.
     pub h: f64,
@@ -105,6 +111,33 @@ impl Spectrum {
     pub fn exponents(&self) -> Option<Vec<f64>> {
         let last = self.rows.last().filter(|_| self.ending.is_completed())?;
         last.exponents.iter().copied().collect()
+    }
+}
+
+impl Dynamics for Lyapunov {
+    type Piece = Spectrum;
+    type Found = Spectrum;
+
+    /// One piece.
+    fn pieces(&self) -> Vec<(String, f64, usize)> {
+        vec![(String::new(), self.transient + self.time, 1)]
+    }
+
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        _piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<Spectrum, MapError> {
+        let found = self.run(row, h, progress)?;
+        progress.advance();
+        Ok(found)
+    }
+
+    fn join(&self, row: &'static Row, h: f64, pieces: Vec<Spectrum>) -> Spectrum {
+        let none = Spectrum { row, h, rows: Vec::new(), ending: Ending::interrupted() };
+        pieces.into_iter().next().unwrap_or(none)
     }
 }
 

@@ -1,8 +1,9 @@
 //! The ending of a run: one word for tables, and a sentence.
 
 use crate::record::RunOutcome;
+use crate::words::{Word, word as read_word};
 use afterbay_core::{IntegrateError, StepFailure};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The word of a run that reached its end.
 pub const COMPLETED: &str = "completed";
@@ -10,10 +11,11 @@ pub const COMPLETED: &str = "completed";
 pub const INTERRUPTED: &str = "interrupted";
 
 /// How a run ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {
     /// One word.
-    pub outcome: &'static str,
+    #[serde(deserialize_with = "read_word")]
+    pub outcome: Word,
     /// The failure in words.
     pub failure: Option<String>,
 }

@@ -1,14 +1,18 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
-use super::ensemble::{Ensemble, Member, Watch};
+use super::dynamics::Dynamics;
+use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
 use super::section::{Section, point};
+use super::stability::MapError;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::Progress;
+use crate::words::{Word, word};
 use afterbay_core::{InputError, StateRef};
 use afterbay_methods::registry::Row;
-use serde::Serialize;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// A Poincaré section of a problem.
@@ -27,10 +31,11 @@ pub struct Poincare {
 }
 
 /// A row of `poincare.csv`, under the [`columns`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoincareRow {
     /// Name of the method, or "reference".
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// Time.
@@ -73,12 +78,44 @@ impl Poincare {
         row: &'static Row,
         h: f64,
         progress: &dyn Progress,
-    ) -> Result<Portrait, InputError> {
+    ) -> Result<Portrait, MapError> {
+        let pieces: Vec<usize> = (0..self.pieces().len()).collect();
+        let each = |&piece: &usize| self.piece(row, h, piece, progress);
+        let pieces = pieces.par_iter().map(each).collect::<Result<_, _>>()?;
+        Ok(self.join(row, h, pieces))
+    }
+}
+
+impl Dynamics for Poincare {
+    type Piece = (f64, Vec<PoincareRow>, Vec<Ending>);
+    type Found = Portrait;
+
+    /// Runs side by side.
+    fn pieces(&self) -> Vec<(String, f64, usize)> {
+        let interval = self.section.interval(&self.problem.model).unwrap_or(1.0);
+        let time = interval * (self.transient + self.points) as f64;
+        let group = |first: usize| {
+            let end = self.starts.len().min(first + GROUP);
+            let runs = end - first;
+            (format!("/starts={}-{end}", first + 1), time * runs as f64, runs)
+        };
+        (0..self.starts.len()).step_by(GROUP).map(group).collect()
+    }
+
+    /// The step, and the points and endings of the runs.
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self::Piece, MapError> {
         let Self { problem, section, transient, points, .. } = self;
         let (model, h_near) = (&problem.model, h);
         let h = section.grid(model, h_near)?.h;
         let periods = model.periods();
-        let members = self.starts.iter().enumerate().map(|(start, [q, p])| {
+        let starts = self.starts.iter().enumerate().skip(piece * GROUP).take(GROUP);
+        let members = starts.map(|(start, [q, p])| {
             let problem = Problem { q: q.clone(), p: p.clone(), ..problem.clone() };
             let member = Member { value: 0.0, model: model.clone(), start: problem.start()? };
             let blank = PoincareRow {
@@ -97,7 +134,17 @@ impl Poincare {
         let ensemble = Ensemble { row, parameter: "", section, h: h_near, progress };
         let (traces, endings): (Vec<_>, Vec<_>) = ensemble.follow(members)?.into_iter().unzip();
         let rows = traces.into_iter().flat_map(|trace| trace.rows).collect();
-        Ok(Portrait { row, h, rows, endings })
+        Ok((h, rows, endings))
+    }
+
+    fn join(&self, row: &'static Row, h: f64, pieces: Vec<Self::Piece>) -> Portrait {
+        let h = pieces.first().map_or(h, |piece| piece.0);
+        let (mut rows, mut endings) = (Vec::new(), Vec::new());
+        for (_, more, ended) in pieces {
+            rows.extend(more);
+            endings.extend(ended);
+        }
+        Portrait { row, h, rows, endings }
     }
 }
 

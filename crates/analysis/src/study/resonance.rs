@@ -7,6 +7,7 @@
 
 use super::Problem;
 use super::bifurcation::Way;
+use super::dynamics::Dynamics;
 use super::numbered;
 use super::outcome::Ending;
 use super::section::{Section, point, rewind};
@@ -15,9 +16,10 @@ use super::zero::{at_zero, copy};
 use crate::Model;
 use crate::progress::Progress;
 use crate::scene::Spacing;
+use crate::words::{Word, word};
 use afterbay_core::{Accounts, Grid, IntegrateError, State, StateRef, System, accounts};
 use afterbay_methods::registry::{Row, Run};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// The word of a motion that does not repeat over the measured periods.
@@ -44,10 +46,11 @@ pub struct Resonance {
 }
 
 /// A row of `resonance.csv`, under the [`columns`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResonanceRow {
     /// Name of the method, or "reference".
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// The angular frequency 2π/P of the drive with period P.
@@ -64,7 +67,8 @@ pub struct ResonanceRow {
     /// The value of the parameter.
     pub value: f64,
     /// `completed`, `unsteady`, or the failure.
-    pub outcome: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub outcome: Word,
     /// The failure in words.
     #[serde(skip)]
     pub failure: Option<String>,
@@ -93,11 +97,9 @@ impl Resonance {
         h: f64,
         progress: &dyn Progress,
     ) -> Result<Vec<ResonanceRow>, MapError> {
-        let branch = |way| move || self.branch(row, h, way, progress);
-        let (up, down) = rayon::join(branch(Way::Up), branch(Way::Down));
-        let mut rows = up?;
-        rows.extend(down?);
-        Ok(rows)
+        let branch = |piece| move || self.piece(row, h, piece, progress);
+        let (up, down) = rayon::join(branch(0), branch(1));
+        Ok(self.join(row, h, vec![up?, down?]))
     }
 
     fn branch(
@@ -192,6 +194,37 @@ impl Resonance {
         let size = start.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
         let returned = off.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE);
         Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned })
+    }
+}
+
+impl Dynamics for Resonance {
+    /// The rows, and the failure of each: it is in no table.
+    type Piece = Vec<(ResonanceRow, Option<String>)>;
+    type Found = Vec<ResonanceRow>;
+
+    /// The frequencies one after another, upwards and downwards.
+    fn pieces(&self) -> Vec<(String, f64, usize)> {
+        let interval = Self::SECTION.interval(&self.problem.model).unwrap_or(1.0);
+        let runs = self.values.len();
+        let time = interval * (self.transient + self.periods) as f64 * runs as f64;
+        ["/up", "/down"].map(|way| (way.to_owned(), time, runs)).into()
+    }
+
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self::Piece, MapError> {
+        let way = if piece == 0 { Way::Up } else { Way::Down };
+        let apart = |row: ResonanceRow| (row.clone(), row.failure);
+        Ok(self.branch(row, h, way, progress)?.into_iter().map(apart).collect())
+    }
+
+    fn join(&self, _row: &'static Row, _h: f64, pieces: Vec<Self::Piece>) -> Vec<ResonanceRow> {
+        let with = |(row, failure)| ResonanceRow { failure, ..row };
+        pieces.into_iter().flatten().map(with).collect()
     }
 }
 

@@ -1,31 +1,34 @@
 //! Work against precision: errors against time and evaluations.
 
 use super::Problem;
+use super::cell::{Cell, Study, compute_all};
 use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
 use crate::progress::Progress;
 use crate::record::RunOutcome;
+use crate::words::{Word, word};
 use crate::{Measured, Solution};
 use afterbay_core::{
-    Abilities, Effort, Grid, IntegrateError, State, StateRef, Statistics, Tolerance,
+    Abilities, Effort, Grid, InputError, IntegrateError, State, StateRef, Statistics, Tolerance,
 };
 use afterbay_methods::registry::{Row, Setting};
-use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A row of `work_precision.csv`. It holds three separate measures of a run: the error of (q, p),
 /// the error of w, and the drift of K, which says nothing about the other two.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WorkRow {
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// How the run ended.
-    pub outcome: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub outcome: Word,
     /// max(|Δq|, |Δp|) over the degrees of freedom at the end; none if the run did not reach it.
     pub error_qp: Option<f64>,
     /// max |Δw| at the end.
@@ -80,41 +83,115 @@ impl WorkRow {
     }
 }
 
-/// Runs each method at each step, and methods that choose their steps at each tolerance. Errors are
-/// computed in parallel, and times are measured one after another.
+/// A study of work against precision: runs at steps, and runs at tolerances. Errors are computed in
+/// parallel, and times are measured one after another.
+pub struct WorkPrecision<'a> {
+    problem: &'a Problem,
+    runs: Vec<(&'static Row, Setting<f64>)>,
+}
+
+/// The result of a cell of the study.
+#[derive(Serialize, Deserialize)]
+pub enum Part {
+    /// The row of a run, without its time.
+    Errors(Box<WorkRow>),
+    /// The time of a run in seconds; none if it did not complete.
+    Seconds(Option<f64>),
+}
+
+impl<'a> WorkPrecision<'a> {
+    /// Each method at each step, and methods that choose their steps at each tolerance.
+    ///
+    /// # Errors
+    /// A step that does not divide the end of time.
+    pub fn new(
+        problem: &'a Problem,
+        (methods, steps): (&[&'static Row], &[f64]),
+        (adaptive, tolerances): (&[&'static Row], &[f64]),
+    ) -> Result<Self, InputError> {
+        let grids =
+            steps.iter().map(|&h| Grid::new(h, problem.end)).collect::<Result<Vec<_>, _>>()?;
+        let by_step = methods
+            .iter()
+            .flat_map(|&row| grids.iter().map(move |&grid| (row, Setting::Step(grid))));
+        let within = |&tolerance: &f64| Setting::Tolerance(Tolerance::all(tolerance), problem.end);
+        let by_tolerance =
+            adaptive.iter().flat_map(|&row| tolerances.iter().map(move |x| (row, within(x))));
+        Ok(Self { problem, runs: by_step.chain(by_tolerance).collect() })
+    }
+
+    /// The rows of the table, from the results of all cells.
+    pub fn rows(parts: Vec<Part>) -> Vec<WorkRow> {
+        let (mut rows, mut times) = (Vec::new(), Vec::new());
+        for part in parts {
+            match part {
+                Part::Errors(row) => rows.push(*row),
+                Part::Seconds(seconds) => times.push(seconds),
+            }
+        }
+        for (row, seconds) in rows.iter_mut().zip(times) {
+            row.seconds = seconds.filter(|_| row.outcome == COMPLETED);
+        }
+        rows
+    }
+}
+
+impl Study for WorkPrecision<'_> {
+    type Shared = Solution<f64>;
+    type Part = Part;
+    type Error = IntegrateError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let degrees = self.problem.model.degrees() as f64;
+        let cell = |&(row, setting): &(&Row, Setting<f64>), timed: bool| {
+            let (at, steps) = match setting {
+                Setting::Step(grid) => (format!("h={:?}", grid.h), grid.steps as f64),
+                Setting::Tolerance(tolerance, end) => {
+                    let tolerance = tolerance.relative;
+                    (format!("tolerance={tolerance:?}"), end * STEPS_IN_1 / tolerance.powf(0.125))
+                }
+            };
+            let key = format!("{}/{at}{}", row.name, if timed { "/seconds" } else { "" });
+            let repeats = if timed { f64::from(REPEATS) } else { 1.0 };
+            Cell { timed, ..Cell::new(key, steps * degrees * repeats) }
+        };
+        let errors = self.runs.iter().map(|run| cell(run, false));
+        errors.chain(self.runs.iter().map(|run| cell(run, true))).collect()
+    }
+
+    fn share(&self, progress: &dyn Progress) -> Result<Self::Shared, Self::Error> {
+        self.problem.solution(self.problem.end, 1, progress)
+    }
+
+    fn compute(
+        &self,
+        exact: &Self::Shared,
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Part, IntegrateError> {
+        let (row, setting) = self.runs[index % self.runs.len()];
+        let part = if index < self.runs.len() {
+            Part::Errors(Box::new(errors(self.problem, row, setting, exact, progress)?))
+        } else {
+            Part::Seconds(seconds(self.problem, row, setting, progress))
+        };
+        progress.advance();
+        Ok(part)
+    }
+}
+
+/// Runs each method at each step, and methods that choose their steps at each tolerance.
 ///
 /// # Errors
 /// Invalid input. The row of a run that fails contains its failure.
 pub fn run(
     problem: &Problem,
-    (methods, steps): (&[&'static Row], &[f64]),
-    (adaptive, tolerances): (&[&'static Row], &[f64]),
+    by_step: (&[&'static Row], &[f64]),
+    by_tolerance: (&[&'static Row], &[f64]),
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
-    let exact = problem.solution(problem.end, 1, progress)?;
-    let grids = steps.iter().map(|&h| Grid::new(h, problem.end)).collect::<Result<Vec<_>, _>>()?;
-    let by_step =
-        methods.iter().flat_map(|&row| grids.iter().map(move |&grid| (row, Setting::Step(grid))));
-    let within = |&tolerance: &f64| Setting::Tolerance(Tolerance::all(tolerance), problem.end);
-    let by_tolerance =
-        adaptive.iter().flat_map(|&row| tolerances.iter().map(move |x| (row, within(x))));
-    let tasks: Vec<(&'static Row, Setting<f64>)> = by_step.chain(by_tolerance).collect();
-    let mut rows = tasks
-        .par_iter()
-        .map(|&(row, setting)| {
-            let errors = errors(problem, row, setting, &exact, progress);
-            progress.advance();
-            errors
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    for (found, (row, setting)) in rows.iter_mut().zip(tasks) {
-        if found.outcome == COMPLETED && !progress.stopped() {
-            let time = time(problem, row, setting, progress)?;
-            found.seconds = (!progress.stopped()).then_some(time.as_secs_f64());
-        }
-        progress.advance();
-    }
-    Ok(rows)
+    let study = WorkPrecision::new(problem, by_step, by_tolerance)?;
+    Ok(WorkPrecision::rows(compute_all(&study, progress)?))
 }
 
 /// Observes a run.
@@ -213,6 +290,9 @@ pub(super) fn ended(
     }
 }
 
+/// A guess of the steps in a unit of time at a tolerance of 1.
+const STEPS_IN_1: f64 = 2.0;
+
 /// The least total time of repeated runs. The fastest run counts, since disturbances only slow a
 /// run.
 const LONG_ENOUGH: Duration = Duration::from_millis(3);
@@ -221,6 +301,17 @@ const REPEATS: u32 = 3;
 
 /// The number of checks whether to stop during a timed run.
 const PAUSES: u64 = 256;
+
+/// The time of a run; none if it fails or the user stops.
+fn seconds(
+    problem: &Problem,
+    row: &Row,
+    setting: Setting<f64>,
+    progress: &dyn Progress,
+) -> Option<f64> {
+    let time = time(problem, row, setting, progress).ok()?;
+    (!progress.stopped()).then_some(time.as_secs_f64())
+}
 
 /// The time of the fastest of several runs, or of those completed before the user asked to stop.
 pub(super) fn time(

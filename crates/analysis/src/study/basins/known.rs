@@ -3,6 +3,7 @@
 use super::Basins;
 use crate::study::attractor::{Attractor, Kind};
 use crate::study::section::nearest;
+use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
 
@@ -23,7 +24,7 @@ const LAST: usize = 100;
 const SHARE: f64 = 0.9;
 
 /// An attractor.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Known {
     /// Its points and its kind.
     pub attractor: Attractor,

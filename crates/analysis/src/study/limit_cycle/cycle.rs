@@ -7,13 +7,13 @@ use crate::study::zero::at_zero;
 use afterbay_core::{State, StateRef, with_motors};
 use afterbay_methods::registry::Row;
 use faer::Mat;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A complex number, as its real and imaginary parts.
 pub type Complex = [f64; 2];
 
 /// A cycle of a method.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cycle {
     /// The value of the parameter along a branch.
     pub value: Option<f64>,

@@ -12,7 +12,7 @@
 
 use super::Cycle;
 use super::cycle::Complex;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The imaginary part above which a multiplier is one of a complex pair.
 const COMPLEX: f64 = 1e-6;
@@ -20,7 +20,7 @@ const COMPLEX: f64 = 1e-6;
 const ON_CIRCLE: f64 = 1e-3;
 
 /// A bifurcation of a cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Event {
     /// The branch turns back in the parameter: a multiplier goes through +1.

@@ -117,18 +117,19 @@ impl Map<'_> {
     }
 
     fn places(&self) -> Result<Vec<Place>, MapError> {
-        let place = |&value: &f64| {
-            let model = self.problem.model.with(self.parameter, value)?;
-            let problem = Problem { model, ..self.problem.clone() };
-            problem.start::<f64>()?;
-            let system = problem.model.system::<f64>()?;
-            let image = Image::new(&problem.model.periods());
-            Ok(Place { value, problem, system, image })
-        };
-        self.values.iter().map(place).collect()
+        self.values.iter().map(|&value| self.place(value)).collect()
     }
 
-    fn looks(&self) -> Result<Vec<Looks>, InputError> {
+    pub(super) fn place(&self, value: f64) -> Result<Place, MapError> {
+        let model = self.problem.model.with(self.parameter, value)?;
+        let problem = Problem { model, ..self.problem.clone() };
+        problem.start::<f64>()?;
+        let system = problem.model.system::<f64>()?;
+        let image = Image::new(&problem.model.periods());
+        Ok(Place { value, problem, system, image })
+    }
+
+    pub(super) fn looks(&self) -> Result<Vec<Looks>, InputError> {
         self.steps.iter().map(|&h| Ok(Looks::new(self.steps_of(h)?))).collect()
     }
 
@@ -163,7 +164,7 @@ impl Map<'_> {
     }
 
     /// The references of up to eight values, for a batch of steps.
-    fn exact_of(
+    pub(super) fn exact_of(
         &self,
         group: &[Place],
         batch: &Batch,

@@ -11,16 +11,18 @@ use super::verdict::Verdict;
 use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::study::{Problem, outcome};
+use crate::words::{Word, word};
 use afterbay_core::{Abilities, InputError, Passive};
 use afterbay_methods::registry::{Row, Run};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A row of `stability.csv`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StabilityRow {
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
     /// The step.
     pub h: f64,
     /// Name of the parameter that is varied.
@@ -34,7 +36,8 @@ pub struct StabilityRow {
     /// Steps done.
     pub steps_done: u64,
     /// How the run ended.
-    pub outcome: &'static str,
+    #[serde(deserialize_with = "word")]
+    pub outcome: Word,
 }
 
 /// A value of the parameter.

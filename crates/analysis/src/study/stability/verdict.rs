@@ -4,10 +4,10 @@ use super::alone::Ending;
 use super::measure::{KEPT, MOST_LOOKS, MOST_STATIONS};
 use super::reference::{Reference, Standing};
 use afterbay_core::{Passive, StepFailure};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The behaviour of a run compared with the exact solution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Bounded. Every q_j, p_j and w_j is within [`SHARE`] of its own size at each of up to

@@ -1,0 +1,101 @@
+//! Studies as lists of cells: pieces of work that share nothing. A cell has a key that is the same in
+//! every command, so that cells can be computed on several machines, kept, and joined.
+
+use crate::progress::Progress;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A cell of a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// What it computes, such as `energy/moddg`.
+    pub key: String,
+    /// Its estimated cost: steps times degrees of freedom. Steps that follow from a tolerance are
+    /// guessed.
+    pub cost: f64,
+    /// Whether it measures a time. Nothing runs beside it then.
+    pub timed: bool,
+    /// The pieces that it reports to [`Progress`].
+    #[serde(skip)]
+    pub pieces: usize,
+}
+
+impl Cell {
+    /// A cell of one piece.
+    pub fn new(key: String, cost: f64) -> Self {
+        Self { key, cost, timed: false, pieces: 1 }
+    }
+}
+
+/// A study that consists of cells.
+pub trait Study: Sync {
+    /// What all cells need, such as a reference.
+    type Shared: Send + Sync;
+    /// The result of a cell. It is the same to the bit when it is written and read back.
+    type Part: Serialize + DeserializeOwned + Send;
+    /// What prevents the study.
+    type Error: Send;
+
+    /// The cells, in the order in which their results are joined.
+    fn cells(&self) -> Vec<Cell>;
+
+    /// Computes what all cells need.
+    ///
+    /// # Errors
+    /// Invalid input, and a reference that cannot be computed.
+    fn share(&self, progress: &dyn Progress) -> Result<Self::Shared, Self::Error>;
+
+    /// Computes the cell of an index.
+    ///
+    /// # Errors
+    /// Invalid input. A run that fails is a result.
+    fn compute(
+        &self,
+        shared: &Self::Shared,
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self::Part, Self::Error>;
+}
+
+/// Computes all cells of a study.
+///
+/// # Errors
+/// The first error of the study.
+pub fn compute_all<S: Study>(study: &S, progress: &dyn Progress) -> Result<Vec<S::Part>, S::Error> {
+    let cells = study.cells();
+    let shared = study.share(progress)?;
+    let indices: Vec<usize> = (0..cells.len()).collect();
+    map_cells(&cells, &indices, |index| study.compute(&shared, index, progress))
+}
+
+/// Maps cells in parallel, and those that are timed one after another behind the others. The results
+/// are in the order of the indices.
+pub(crate) fn map_cells<T: Send, E: Send>(
+    cells: &[Cell],
+    indices: &[usize],
+    compute: impl Fn(usize) -> Result<T, E> + Sync,
+) -> Result<Vec<T>, E> {
+    let place = |place: usize| &cells[indices[place]];
+    let (timed, mut free): (Vec<usize>, Vec<usize>) =
+        (0..indices.len()).partition(|&at| place(at).timed);
+    // The most expensive cells come first, so that no thread is left with one at the end.
+    free.sort_by(|&a, &b| place(b).cost.total_cmp(&place(a).cost));
+    let next = AtomicUsize::new(0);
+    let work = |_| {
+        let mut done = Vec::new();
+        while let Some(&at) = free.get(next.fetch_add(1, Ordering::Relaxed)) {
+            done.push((at, compute(indices[at])?));
+        }
+        Ok(done)
+    };
+    let workers = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
+    let of_workers = workers.map(work).collect::<Result<Vec<_>, E>>()?;
+    let mut done: Vec<(usize, T)> = of_workers.into_iter().flatten().collect();
+    for at in timed {
+        done.push((at, compute(indices[at])?));
+    }
+    done.sort_by_key(|done| done.0);
+    Ok(done.into_iter().map(|done| done.1).collect())
+}

@@ -1,0 +1,78 @@
+//! Studies of attractors as lists of cells.
+
+use super::cell::{Cell, Study};
+use super::stability::MapError;
+use crate::progress::Progress;
+use crate::scene::DynamicsPlan;
+use afterbay_methods::registry::Row;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// What a method shows with one step. It consists of pieces that share nothing, at least one.
+pub trait Dynamics: Sync {
+    /// The result of a piece.
+    type Piece: Serialize + DeserializeOwned + Send;
+    /// The result of a method and a step.
+    type Found;
+
+    /// The name of each piece, its cost in units of time over all runs, and the number of runs that it
+    /// reports to [`Progress`].
+    fn pieces(&self) -> Vec<(String, f64, usize)>;
+
+    /// Computes a piece with steps of nearly h.
+    ///
+    /// # Errors
+    /// Invalid input, such as a method that does not apply. A run that fails is a result.
+    fn piece(
+        &self,
+        row: &'static Row,
+        h: f64,
+        piece: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self::Piece, MapError>;
+
+    /// Joins all pieces of a method and a step.
+    fn join(&self, row: &'static Row, h: f64, pieces: Vec<Self::Piece>) -> Self::Found;
+}
+
+impl<S: Dynamics> DynamicsPlan<S> {
+    /// The result of each method with each step, from the results of all cells.
+    pub fn gather(&self, parts: Vec<S::Piece>) -> Vec<S::Found> {
+        let (mut parts, pieces) = (parts.into_iter(), self.study.pieces().len());
+        let join = |(row, h)| self.study.join(row, h, parts.by_ref().take(pieces).collect());
+        self.settings().map(join).collect()
+    }
+}
+
+impl<S: Dynamics> Study for DynamicsPlan<S> {
+    type Shared = ();
+    type Part = S::Piece;
+    type Error = MapError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let pieces = self.study.pieces();
+        let of_setting = |(row, h): (&'static Row, f64)| {
+            pieces.iter().map(move |(name, time, runs)| {
+                let key = format!("{}/h={h:?}{name}", row.name);
+                Cell { pieces: *runs, ..Cell::new(key, time / h) }
+            })
+        };
+        self.settings().flat_map(of_setting).collect()
+    }
+
+    fn share(&self, _progress: &dyn Progress) -> Result<(), MapError> {
+        Ok(())
+    }
+
+    fn compute(
+        &self,
+        (): &(),
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<S::Piece, MapError> {
+        let pieces = self.study.pieces().len();
+        let settings: Vec<_> = self.settings().collect();
+        let (row, h) = settings[index / pieces];
+        self.study.piece(row, h, index % pieces, progress)
+    }
+}

@@ -1,0 +1,30 @@
+//! `afterbay merge`
+
+use crate::arguments::Format;
+use crate::bars::Bars;
+use crate::failure::Failure;
+use crate::{experiment, interrupt, shard};
+use afterbay_analysis::experiment::{perform, plan};
+use afterbay_analysis::journal::Journal;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Joins the cells of a folder and writes the results.
+pub(crate) fn run(folder: &Path, format: Format) -> Result<ExitCode, Failure> {
+    let (journal, task, scene) = Journal::join(folder).map_err(Failure::merge)?;
+    shard::warn(&journal);
+    let plan = plan(task, &scene)?;
+    let missing: Vec<&str> = journal.missing(&plan).map(|cell| &*cell.key).collect();
+    if !missing.is_empty() {
+        return Err(Failure::missing(&missing, plan.len()));
+    }
+    experiment::folder(folder, &scene, false)?;
+    interrupt::listen();
+    let bars = Bars::new();
+    let results = perform(task, &scene, &journal, &bars)?;
+    bars.finish();
+    match results {
+        Some(results) => experiment::write(results, (folder, None), format),
+        None => Err(Failure::interrupted()),
+    }
+}

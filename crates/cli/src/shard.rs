@@ -1,0 +1,113 @@
+//! Shares of a study: which one this command computes, the plan of all cells, and what is said at the
+//! end of a share.
+
+use crate::arguments::{Format, ShardArgument};
+use crate::exit_code;
+use crate::failure::Failure;
+use crate::table::{self, Column};
+use afterbay_analysis::journal::{Journal, Shard};
+use afterbay_analysis::scene::Scene;
+use afterbay_analysis::study::cell::Cell;
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// The share that an argument asks for.
+pub(crate) fn of(argument: ShardArgument) -> Result<Shard, Failure> {
+    let shard = match argument {
+        ShardArgument::Given(shard) => return Ok(shard),
+        ShardArgument::Slurm => {
+            let number = |name: &'static str, or: Option<usize>| match std::env::var(name) {
+                Ok(text) => text.parse().map_err(|_| Failure::no_shard(name, &text)),
+                Err(_) => or.ok_or_else(|| Failure::no_shard(name, "")),
+            };
+            let id = number("SLURM_ARRAY_TASK_ID", None)?;
+            let count = number("SLURM_ARRAY_TASK_COUNT", None)?;
+            // Without them the tasks are those from 1, one by one.
+            let first = number("SLURM_ARRAY_TASK_MIN", Some(1))?;
+            let step = number("SLURM_ARRAY_TASK_STEP", Some(1))?.max(1);
+            let number = id.checked_sub(first).map_or(0, |after| after / step + 1);
+            (number, count, "SLURM_ARRAY_TASK_ID", id)
+        }
+        ShardArgument::HyperQueue(count) => {
+            let name = "HQ_TASK_ID";
+            let text = std::env::var(name).map_err(|_| Failure::no_shard(name, ""))?;
+            let number = text.parse().map_err(|_| Failure::no_shard(name, &text))?;
+            (number, count, name, number)
+        }
+    };
+    match shard {
+        (number, count, ..) if (1..=count).contains(&number) => Ok(Shard { number, count }),
+        (.., name, id) => Err(Failure::no_shard(name, &id.to_string())),
+    }
+}
+
+/// The plan printed as JSON.
+#[derive(Serialize)]
+struct Plan<'a> {
+    scene: String,
+    cost: f64,
+    cells: &'a [Cell],
+}
+
+/// Prints all cells and their costs.
+pub(crate) fn show(scene: &Scene, plan: &[Cell], format: Format) -> Result<ExitCode, Failure> {
+    let cost = plan.iter().map(|cell| cell.cost).sum();
+    match format {
+        Format::Json => table::json(&Plan { scene: scene.hash(), cost, cells: plan })?,
+        Format::Table => {
+            let row = |cell: &Cell| vec![cell.key.clone(), format!("{:.3e}", cell.cost)];
+            let columns = [Column::words("cell", 0, 24), Column::of("cost", 1)];
+            table::print(&columns, plan.iter().map(row))?;
+            table::text(&format!(
+                "{} cells of the scene {}. A cost is a number of steps times degrees of freedom; \
+                 all are {cost:.3e}.",
+                plan.len(),
+                &scene.hash()[..12],
+            ))?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Says on stderr what is unusual about the cells of a journal.
+pub(crate) fn warn(journal: &Journal) {
+    if journal.damaged > 0 {
+        let (lines, are) = if journal.damaged == 1 { ("line", "is") } else { ("lines", "are") };
+        eprintln!("{} {lines} of the journals {are} not whole and left out.", journal.damaged);
+    }
+    if journal.mixed {
+        eprintln!(
+            "Some cells come from processors with other features: last digits may differ from those \
+             of one machine."
+        );
+    }
+}
+
+/// A share that is done, printed as JSON.
+#[derive(Serialize)]
+struct Done<'a> {
+    out: &'a Path,
+    shard: String,
+    cells: usize,
+    reused: usize,
+}
+
+/// Says what a share has computed.
+pub(crate) fn done(
+    Shard { number, count }: Shard,
+    (out, journal): (&Path, &Journal),
+    format: Format,
+) -> Result<ExitCode, Failure> {
+    let (shard, reused) = (format!("{number}/{count}"), journal.reused);
+    match format {
+        Format::Json => table::json(&Done { out, shard, cells: journal.cells(), reused })?,
+        Format::Table => table::text(&format!(
+            "Share {shard}: {} cells, {reused} of them were there already. Join all shares with \
+             `afterbay merge {}`.",
+            journal.cells(),
+            out.display(),
+        ))?,
+    }
+    Ok(exit_code::of_results(false))
+}
