@@ -86,7 +86,57 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
 /// # Errors
 /// [`ReportError`] for a method that does not apply.
 pub fn plan(task: Task, scene: &Scene) -> Result<Vec<Cell>, ReportError> {
-    Ok(declared(task, scene)?.iter().flat_map(|study| study.cells()).collect())
+    Ok(Cells::new(task, scene)?.plan)
+}
+
+/// The cells of a task, to be computed one by one.
+pub struct Cells<'a> {
+    studies: Vec<Boxed<'a>>,
+    /// The cells of all studies, one study after another.
+    plan: Vec<Cell>,
+    /// The study of each cell, and its index there.
+    places: Vec<[usize; 2]>,
+}
+
+impl<'a> Cells<'a> {
+    /// The cells of a task.
+    ///
+    /// # Errors
+    /// As for [`plan`].
+    pub fn new(task: Task, scene: &'a Scene) -> Result<Self, ReportError> {
+        let studies = declared(task, scene)?;
+        let (mut plan, mut places) = (Vec::new(), Vec::new());
+        for (at, study) in studies.iter().enumerate() {
+            let cells = study.cells();
+            places.extend((0..cells.len()).map(|index| [at, index]));
+            plan.extend(cells);
+        }
+        Ok(Self { studies, plan, places })
+    }
+
+    /// The bytes of the largest reference, estimated.
+    pub fn reference_bytes(&self) -> f64 {
+        self.studies.iter().map(|study| study.shared_bytes()).fold(0.0, f64::max)
+    }
+
+    /// All cells.
+    pub fn plan(&self) -> &[Cell] {
+        &self.plan
+    }
+
+    /// The result of a cell, as a ledger keeps it. What the cells of a study have in common is computed
+    /// with the first of them.
+    ///
+    /// # Errors
+    /// As for [`perform`].
+    ///
+    /// # Panics
+    /// If the plan has no such cell.
+    pub fn compute(&self, cell: usize, progress: &dyn Progress) -> Result<Vec<u8>, ReportError> {
+        let [at, index] = self.places[cell];
+        self.studies[at].prepare(progress)?;
+        self.studies[at].compute(index, progress)
+    }
 }
 
 /// Computes the cells that `ledger` takes and does not have. Returns the results if it then has all.

@@ -20,6 +20,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 use thiserror::Error;
 
 /// The version of the format.
@@ -119,18 +120,21 @@ impl Header {
 #[derive(Serialize, Deserialize)]
 struct Line {
     key: String,
+    /// The time that the cell took, for those who plan the next study.
+    seconds: f64,
     checksum: String,
     result: String,
 }
 
 impl Line {
-    fn new(key: &str, result: &[u8]) -> Self {
-        Self { key: key.into(), checksum: checksum(key, result), result: BASE64.encode(result) }
+    fn new(key: &str, result: &[u8], time: Duration) -> Self {
+        let (checksum, result) = (checksum(key, result), BASE64.encode(result));
+        Self { key: key.into(), seconds: time.as_secs_f64(), checksum, result }
     }
 
     /// The key and the result, if the line is whole.
     fn read(text: &str) -> Option<(String, Vec<u8>)> {
-        let Self { key, checksum: claimed, result } = serde_json::from_str(text).ok()?;
+        let Self { key, checksum: claimed, result, .. } = serde_json::from_str(text).ok()?;
         let result = BASE64.decode(result).ok()?;
         (checksum(&key, &result) == claimed).then_some((key, result))
     }
@@ -311,10 +315,10 @@ impl Ledger for Journal {
         self.own.contains(key)
     }
 
-    fn keep(&self, key: &str, result: &[u8]) -> Result<(), JournalError> {
+    fn keep(&self, key: &str, result: &[u8], time: Duration) -> Result<(), JournalError> {
         let Some((path, file)) = &self.file else { return Ok(()) };
         let mut line =
-            serde_json::to_vec(&Line::new(key, result)).map_err(JournalError::unwritten)?;
+            serde_json::to_vec(&Line::new(key, result, time)).map_err(JournalError::unwritten)?;
         line.push(b'\n');
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         file.write_all(&line).map_err(JournalError::file(path))
@@ -380,7 +384,9 @@ fn forget(parts: &Path) -> Result<(), JournalError> {
 
 /// Stores the scene with all files it names, for a merge.
 fn keep_scene(parts: &Path, scene: &Scene) -> Result<(), JournalError> {
-    let name = scene.title.as_deref().unwrap_or("scene").replace(['/', '\\'], "-");
+    // A scene without a title is called by its file.
+    let file = scene.title.as_deref().filter(|_| scene.document.title.is_none());
+    let name = file.unwrap_or("scene").replace(['/', '\\'], "-");
     let path = parts.join(format!("{name}.toml"));
     if path.exists() {
         return Ok(());

@@ -5,7 +5,7 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{exit_code, interrupt, scene, shard, table};
-use afterbay_analysis::experiment::{Results, Task};
+use afterbay_analysis::experiment::{Cells, Results, Task};
 use afterbay_analysis::journal::{Journal, Shard, Start};
 use afterbay_analysis::record::{self, Manifest, RunOutcome};
 use afterbay_analysis::report::Verdict;
@@ -36,10 +36,11 @@ pub(crate) fn run(
     wanted(task, &scene).map_err(|problem| {
         Failure::scene(&arguments.scene, "", SceneError { problem, span: 0..0 })
     })?;
-    let plan = experiment::plan(task, &scene)?;
+    let cells = Cells::new(task, &scene)?;
     if arguments.plan {
-        return shard::show(&scene, &plan, format);
+        return shard::show(&scene, &cells, format);
     }
+    let plan = cells.plan();
     let shard = arguments.shard.map(shard::of).transpose()?;
     if plan.is_empty() && (shard.is_some() || arguments.resume) {
         return Err(Failure::no_cells());
@@ -58,7 +59,7 @@ pub(crate) fn run(
         (_, true) => Start::Force,
         _ => Start::Fresh,
     };
-    let share = (&plan[..], shard.unwrap_or(Shard::WHOLE));
+    let share = (plan, shard.unwrap_or(Shard::WHOLE));
     let journal = Journal::open(&out, (task, &scene), share, start)?;
     shard::warn(&journal);
     let results = experiment::perform(task, &scene, &journal, &bars)?;

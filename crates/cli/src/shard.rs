@@ -5,6 +5,7 @@ use crate::arguments::{Format, ShardArgument};
 use crate::exit_code;
 use crate::failure::Failure;
 use crate::table::{self, Column};
+use afterbay_analysis::experiment::Cells;
 use afterbay_analysis::journal::{Journal, Shard};
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::cell::Cell;
@@ -47,23 +48,28 @@ pub(crate) fn of(argument: ShardArgument) -> Result<Shard, Failure> {
 struct Plan<'a> {
     scene: String,
     cost: f64,
+    reference_bytes: f64,
     cells: &'a [Cell],
 }
 
 /// Prints all cells and their costs.
-pub(crate) fn show(scene: &Scene, plan: &[Cell], format: Format) -> Result<ExitCode, Failure> {
+pub(crate) fn show(scene: &Scene, cells: &Cells<'_>, format: Format) -> Result<ExitCode, Failure> {
+    let (plan, reference_bytes) = (cells.plan(), cells.reference_bytes());
     let cost = plan.iter().map(|cell| cell.cost).sum();
     match format {
-        Format::Json => table::json(&Plan { scene: scene.hash(), cost, cells: plan })?,
+        Format::Json => {
+            table::json(&Plan { scene: scene.hash(), cost, reference_bytes, cells: plan })?
+        }
         Format::Table => {
             let row = |cell: &Cell| vec![cell.key.clone(), format!("{:.3e}", cell.cost)];
             let columns = [Column::words("cell", 0, 24), Column::of("cost", 1)];
             table::print(&columns, plan.iter().map(row))?;
             table::text(&format!(
                 "{} cells of the scene {}. A cost is a number of steps times degrees of freedom; \
-                 all are {cost:.3e}.",
+                 all are {cost:.3e}. The largest reference takes about {:.1} MB.",
                 plan.len(),
                 &scene.hash()[..12],
+                1e-6 * reference_bytes,
             ))?;
         }
     }

@@ -9,6 +9,7 @@ use crate::sheet::{ReportError, Sheet};
 use crate::study::cell::{Cell, Study, map_cells};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
+use std::time::Instant;
 
 /// A study of a scene.
 pub(super) trait Declared: Sync {
@@ -21,7 +22,10 @@ pub(super) trait Declared: Sync {
     /// The cells. Their keys begin with the name.
     fn cells(&self) -> Vec<Cell>;
 
-    /// Computes what all cells need. Without it, each cell computes it for itself.
+    /// The bytes of what all cells need, estimated.
+    fn shared_bytes(&self) -> f64;
+
+    /// Computes what all cells need, once. Without it, each cell computes it for itself.
     fn prepare(&self, progress: &dyn Progress) -> Result<(), ReportError>;
 
     /// The result of a cell.
@@ -37,7 +41,8 @@ pub(super) struct Section<S: Study, F> {
     title: &'static str,
     study: S,
     sheet: F,
-    shared: OnceLock<S::Shared>,
+    /// What all cells need, or why there is no reference.
+    shared: OnceLock<Result<S::Shared, String>>,
 }
 
 /// A study of any kind.
@@ -81,19 +86,30 @@ where
         self.study.cells().into_iter().map(named).collect()
     }
 
+    fn shared_bytes(&self) -> f64 {
+        self.study.shared_bytes()
+    }
+
     fn prepare(&self, progress: &dyn Progress) -> Result<(), ReportError> {
         if self.shared.get().is_none() {
-            let _ = self.shared.set(self.study.share(progress)?);
+            let _ = self.shared.set(self.share(progress)?);
         }
         Ok(())
     }
 
     fn compute(&self, index: usize, progress: &dyn Progress) -> Result<Vec<u8>, ReportError> {
-        let part = match self.shared.get() {
-            Some(shared) => self.study.compute(shared, index, progress)?,
-            None => self.study.compute(&self.study.share(progress)?, index, progress)?,
+        let own;
+        let shared = match self.shared.get() {
+            Some(shared) => shared,
+            None => {
+                own = self.share(progress)?;
+                &own
+            }
         };
-        Ok(written(&Kept::Done(part))?)
+        Ok(written(&match shared {
+            Ok(shared) => Kept::Done(self.study.compute(shared, index, progress)?),
+            Err(why) => Kept::NoReference(why.clone()),
+        })?)
     }
 
     fn sheet(&self, parts: &[Vec<u8>]) -> Result<Sheet, ReportError> {
@@ -109,6 +125,21 @@ where
             }
         }
         (self.sheet)(&self.study, done)
+    }
+}
+
+impl<S, F> Section<S, F>
+where
+    S: Study,
+    ReportError: From<S::Error>,
+{
+    /// What all cells need, or why there is no reference.
+    fn share(&self, progress: &dyn Progress) -> Result<Result<S::Shared, String>, ReportError> {
+        match self.study.share(progress).map_err(ReportError::from) {
+            Ok(shared) => Ok(Ok(shared)),
+            Err(ReportError::Study(error)) if is_of_reference(&error) => Ok(Err(error.to_string())),
+            Err(error) => Err(error),
+        }
     }
 }
 
@@ -138,19 +169,13 @@ pub(super) fn results(
     if !wanted.is_empty() {
         let pieces = wanted.iter().map(|&index| cells[index].pieces).sum();
         progress.begin(study.title(), pieces);
-        let no_reference = match study.prepare(progress) {
-            Ok(()) => None,
-            Err(ReportError::Study(error)) if is_of_reference(&error) => Some(error.to_string()),
-            Err(error) => return Err(error),
-        };
+        study.prepare(progress)?;
         let compute = |index: usize| {
-            let part = match &no_reference {
-                Some(why) => written(&Kept::<()>::NoReference(why.clone()))?,
-                None => study.compute(index, progress)?,
-            };
+            let clock = Instant::now();
+            let part = study.compute(index, progress)?;
             // What an interrupted run gives is not the result of the cell.
             if !progress.stopped() {
-                ledger.keep(&cells[index].key, &part)?;
+                ledger.keep(&cells[index].key, &part, clock.elapsed())?;
             }
             Ok::<_, ReportError>(part)
         };

@@ -1,6 +1,7 @@
 //! Where the results of cells are kept, and which cells are computed here.
 
 use crate::journal::JournalError;
+use std::time::Duration;
 
 /// Keeps the results of cells by their keys.
 pub trait Ledger: Sync {
@@ -10,11 +11,11 @@ pub trait Ledger: Sync {
     /// Whether this command computes the cell.
     fn takes(&self, key: &str) -> bool;
 
-    /// Keeps the result of a finished cell.
+    /// Keeps the result of a finished cell and the time it took.
     ///
     /// # Errors
     /// [`JournalError`] if it cannot be written.
-    fn keep(&self, key: &str, result: &[u8]) -> Result<(), JournalError>;
+    fn keep(&self, key: &str, result: &[u8], time: Duration) -> Result<(), JournalError>;
 }
 
 /// Computes everything and keeps nothing.
@@ -29,7 +30,7 @@ impl Ledger for Afresh {
         true
     }
 
-    fn keep(&self, _key: &str, _result: &[u8]) -> Result<(), JournalError> {
+    fn keep(&self, _key: &str, _result: &[u8], _time: Duration) -> Result<(), JournalError> {
         Ok(())
     }
 }

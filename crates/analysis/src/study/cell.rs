@@ -41,6 +41,11 @@ pub trait Study: Sync {
     /// The cells, in the order in which their results are joined.
     fn cells(&self) -> Vec<Cell>;
 
+    /// The bytes of what all cells need, estimated.
+    fn shared_bytes(&self) -> f64 {
+        0.0
+    }
+
     /// Computes what all cells need.
     ///
     /// # Errors
@@ -57,6 +62,12 @@ pub trait Study: Sync {
         index: usize,
         progress: &dyn Progress,
     ) -> Result<Self::Part, Self::Error>;
+}
+
+/// The bytes of a reference at so many times: q, p and w of each degree of freedom, the time, and
+/// the doubts.
+pub(crate) fn reference_bytes(degrees: usize, times: f64) -> f64 {
+    8.0 * times * (3.0 * degrees as f64 + 3.0)
 }
 
 /// Computes all cells of a study.

@@ -1,6 +1,6 @@
 //! The energy balance: H, K - K0, the ratio R = H_{i+1}/H_i, and the error of the reservoir.
 
-use super::cell::{Cell, Study, compute_all};
+use super::cell::{Cell, Study, compute_all, reference_bytes};
 use super::outcome::Ending;
 use super::passivity::Passivity;
 use super::{PUMPED, Problem, numbered};
@@ -120,6 +120,10 @@ impl Study for Energy<'_> {
     fn cells(&self) -> Vec<Cell> {
         let cost = self.problem.model.degrees() as f64 * self.problem.end / self.h;
         self.methods.iter().map(|row| Cell::new(row.name.to_owned(), cost)).collect()
+    }
+
+    fn shared_bytes(&self) -> f64 {
+        reference_bytes(self.problem.model.degrees(), self.problem.end / self.h)
     }
 
     fn share(&self, progress: &dyn Progress) -> Result<Self::Shared, IntegrateError> {

@@ -1,6 +1,6 @@
 //! Global errors and empirical orders.
 
-use super::cell::{Cell, Study, compute_all};
+use super::cell::{Cell, Study, compute_all, reference_bytes};
 use super::outcome::Ending;
 use super::{Problem, VARIABLES};
 use crate::progress::{Piece, Progress};
@@ -85,6 +85,13 @@ impl Study for GlobalOrder<'_> {
         let work = self.problem.model.degrees() as f64 * self.problem.end;
         let cell = |row: &&Row, h: &f64| Cell::new(format!("{}/h={h:?}", row.name), work / h);
         self.methods.iter().flat_map(|row| self.steps.iter().map(move |h| cell(row, h))).collect()
+    }
+
+    fn shared_bytes(&self) -> f64 {
+        let finest = self.steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let apart = self.steps.iter().filter(|&&h| doublings(finest, h).is_none());
+        let times: f64 = apart.chain([&finest]).map(|h| self.problem.end / h).sum();
+        reference_bytes(self.problem.model.degrees(), times)
     }
 
     fn share(&self, progress: &dyn Progress) -> Result<References, IntegrateError> {

@@ -9,7 +9,7 @@
 //! same state, plus the rounding of the two states compared, both divided by h. They are estimated
 //! at a sample of the grid and at the points with the largest T.
 
-use super::cell::{Cell, Study, compute_all};
+use super::cell::{Cell, Study, compute_all, reference_bytes};
 use super::{Problem, VARIABLES, distance};
 use crate::Solution;
 use crate::progress::{Progress, Silent};
@@ -327,6 +327,11 @@ impl<T: Working> Study for LocalOrders<'_, T> {
         let cell = |row: &&Row, h: &f64| Cell::new(format!("{}/h={h:?}", row.name), cost);
         let steps = &self.order.steps;
         self.methods.iter().flat_map(|row| steps.iter().map(move |h| cell(row, h))).collect()
+    }
+
+    fn shared_bytes(&self) -> f64 {
+        let times = self.problem.end / self.order.base_step;
+        reference_bytes(self.problem.model.degrees(), times)
     }
 
     fn share(&self, progress: &dyn Progress) -> Result<Solution<T>, IntegrateError> {

@@ -10,6 +10,7 @@ mod mistakes;
 mod ready;
 mod recommended;
 mod refused;
+mod shards;
 mod threads;
 mod widths;
 
