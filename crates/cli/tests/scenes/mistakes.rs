@@ -156,9 +156,9 @@ fn a_method_that_does_not_apply_is_met_with_those_that_do() {
 #[test]
 fn a_command_that_does_not_exist_is_met_with_those_that_do() {
     for (name, words) in [
-        ("plot", &["'plot'", "run, study, pick"][..]),
+        ("plot", &["'plot'", "run, study, merge, pick"][..]),
         ("stuyd", &["'study'"]),
-        ("simulate", &["run, study, pick"]),
+        ("simulate", &["run, study, merge, pick"]),
     ] {
         let (code, stdout, stderr) = done(&mut afterbay(&[name]));
         assert_eq!((code, stdout.as_str()), (Some(2), ""), "{name}");
