@@ -12,7 +12,7 @@ use afterbay_analysis::progress::Progress;
 use afterbay_analysis::record::{StorageError, prepare};
 use afterbay_analysis::scene::{MOST_BYTES, Scene, text};
 use clap::Parser;
-use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
