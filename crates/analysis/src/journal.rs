@@ -525,3 +525,96 @@ impl JournalError {
         Self::Unwritten { why: why.to_string() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn read(bytes: &[u8]) -> Result<Content, JournalError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("1-of-1.jsonl");
+        std::fs::write(&path, bytes).expect("it is written");
+        Content::read(&path)
+    }
+
+    /// A journal of cells, and the ends of its lines.
+    fn journal(cells: &[(String, Vec<u8>)]) -> (Vec<u8>, Vec<usize>) {
+        let header = serde_json::to_string(&Header::new(Task::Study, "ab")).expect("a header");
+        let mut bytes = (header + "\n").into_bytes();
+        let mut ends = vec![bytes.len()];
+        for (key, result) in cells {
+            let line = Line::new(key, result, Duration::from_millis(1));
+            bytes.extend(serde_json::to_vec(&line).expect("a line"));
+            bytes.push(b'\n');
+            ends.push(bytes.len());
+        }
+        (bytes, ends)
+    }
+
+    fn cells() -> impl Strategy<Value = Vec<(String, Vec<u8>)>> {
+        let cell = (".*", prop::collection::vec(any::<u8>(), 0..40));
+        prop::collection::vec(cell, 0..6)
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            if let Ok(content) = read(&bytes) {
+                prop_assert!(content.cells.is_empty());
+            }
+        }
+
+        #[test]
+        fn a_torn_journal_has_the_cells_of_its_whole_lines(cells in cells(), share in 0.0..1.0) {
+            let (bytes, ends) = journal(&cells);
+            let cut = (share * bytes.len() as f64) as usize;
+            let whole = ends.iter().filter(|&&end| end <= cut).count();
+            let content = read(&bytes[..cut]).expect("a journal");
+            prop_assert_eq!(content.header.is_some(), whole > 0);
+            prop_assert_eq!(content.length, whole.checked_sub(1).map_or(0, |at| ends[at]) as u64);
+            prop_assert_eq!(&content.cells[..], &cells[..whole.saturating_sub(1)]);
+        }
+
+        #[test]
+        fn a_changed_byte_is_never_a_changed_result(
+            cells in cells(),
+            share in 0.0..1.0,
+            byte in any::<u8>(),
+        ) {
+            let (mut bytes, ends) = journal(&cells);
+            let at = ends[0] + (share * (bytes.len() - ends[0]) as f64) as usize;
+            if at < bytes.len() {
+                bytes[at] = byte;
+                let content = read(&bytes).expect("the header is whole");
+                prop_assert!(content.cells.iter().all(|cell| cells.contains(cell)));
+            }
+        }
+
+        #[test]
+        fn shards_have_each_cell_once(costs in prop::collection::vec(0.0..9.0, 0..40), count in 1_usize..9) {
+            let cell = |(index, &cost): (usize, &f64)| Cell::new(index.to_string(), cost);
+            let plan: Vec<Cell> = costs.iter().enumerate().map(cell).collect();
+            let mut found: Vec<&str> = (1..=count)
+                .flat_map(|number| Shard { number, count }.cells(&plan).collect::<Vec<_>>())
+                .map(|cell| &*cell.key)
+                .collect();
+            let mut all: Vec<&str> = plan.iter().map(|cell| &*cell.key).collect();
+            found.sort_unstable();
+            all.sort_unstable();
+            prop_assert_eq!(found, all);
+        }
+    }
+
+    #[test]
+    fn numbers_are_kept_to_the_bit() {
+        let numbers =
+            [0.1, -0.0, f64::NAN, f64::INFINITY, -f64::MIN_POSITIVE / 4.0, 1e-320, 0.1 + 0.2];
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&numbers.map(Some), &mut bytes).expect("it is written");
+        let read: [Option<f64>; 7] = ciborium::from_reader(&bytes[..]).expect("it is read");
+        for (number, read) in numbers.iter().zip(read) {
+            assert_eq!(read.map(f64::to_bits), Some(number.to_bits()));
+        }
+    }
+}

@@ -58,7 +58,7 @@ pub(crate) fn show(scene: &Scene, cells: &Cells<'_>, format: Format) -> Result<E
     let cost = plan.iter().map(|cell| cell.cost).sum();
     match format {
         Format::Json => {
-            table::json(&Plan { scene: scene.hash(), cost, reference_bytes, cells: plan })?
+            table::json(&Plan { scene: scene.hash(), cost, reference_bytes, cells: plan })?;
         }
         Format::Table => {
             let row = |cell: &Cell| vec![cell.key.clone(), format!("{:.3e}", cell.cost)];
