@@ -137,8 +137,9 @@ pub(crate) enum Command {
     /// A scene declares a study by a table: [study.local-order], [study.global-order],
     /// [study.energy], [study.work-precision], [study.stability], [study.long-run], and for driven
     /// and self-excited systems [study.poincare], [study.bifurcation], [study.resonance],
-    /// [study.basins]. Each study writes its table to data/ and its charts to report.html and
-    /// figures/.
+    /// [study.basins], [study.lyapunov], [study.limit-cycle]. Each study writes its table to data/
+    /// and its charts to report.html and figures/. Finished cells are kept in parts/: a study that
+    /// was stopped goes on with --resume.
     #[command(after_help = example::STUDY)]
     Study(SceneArguments),
     /// Join the cells that the commands of a sharded study have computed.
@@ -224,8 +225,8 @@ pub(crate) struct SceneArguments {
     pub(crate) resume: bool,
     /// Compute the K-th of N shares of the cells and keep them for `afterbay merge`.
     ///
-    /// `auto` takes K and N from a job array of SLURM (SLURM_ARRAY_TASK_ID and its first, last and
-    /// count), `auto/N` takes K from HyperQueue (HQ_TASK_ID, from 1).
+    /// `auto` takes K and N from a job array of SLURM (SLURM_ARRAY_TASK_ID, _COUNT, _MIN and _STEP),
+    /// `auto/N` takes K from HyperQueue (HQ_TASK_ID, from 1).
     #[arg(long, value_name = "K/N")]
     pub(crate) shard: Option<ShardArgument>,
     /// Print the cells with their estimated costs, and compute nothing.
