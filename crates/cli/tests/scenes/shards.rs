@@ -138,12 +138,13 @@ impl Place {
 
     /// All tables of a folder, without times.
     fn tables(&self, out: &str) -> BTreeMap<String, Vec<csv::StringRecord>> {
+        // A command that is killed while it writes a table leaves a file without its name.
         let read = |entry: std::io::Result<std::fs::DirEntry>| {
             let path = entry.expect("a file").path();
             let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            (name, table(&path))
+            name.ends_with(".csv").then(|| (name, table(&path)))
         };
-        std::fs::read_dir(self.path(out).join("data")).expect("tables").map(read).collect()
+        std::fs::read_dir(self.path(out).join("data")).expect("tables").filter_map(read).collect()
     }
 
     fn journal(&self, out: &str) -> PathBuf {
