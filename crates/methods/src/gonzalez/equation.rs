@@ -31,7 +31,8 @@ pub struct Workspace<V: Vector> {
     pub(crate) q: V,
     pub(crate) p: V,
     pub(crate) w: V,
-    /// H(z1)
+    /// H(z0), where λ is part of the equation, and H(z1)
+    pub(super) start: V::Scalar,
     pub(super) energy: V::Scalar,
     /// ∇H at z1
     pub(super) ends: [V; 2],
@@ -104,6 +105,7 @@ impl<V: Vector> Workspace<V> {
             q: zeros(),
             p: zeros(),
             w: zeros(),
+            start: V::Scalar::zero(),
             energy: V::Scalar::zero(),
             ends: [zeros(), zeros()],
             kept: [zeros(), zeros()],
@@ -146,8 +148,8 @@ impl<V: Vector> Workspace<V> {
         system.gradient(q, p, self.hq.as_mut_slice(), self.hp.as_mut_slice());
     }
 
-    /// Computes λ at Δz, where `start` = H(z0).
-    pub(super) fn lambda<S>(&self, system: &S, start: V::Scalar) -> Lambda<V::Scalar>
+    /// Computes λ at Δz.
+    pub(super) fn lambda<S>(&self, system: &S) -> Lambda<V::Scalar>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -164,8 +166,8 @@ impl<V: Vector> Workspace<V> {
         }
         let end = system.energy(self.q.as_slice(), self.p.as_slice());
         let inverse = 1.0 / square.to_f64();
-        let rough = ((start.abs() + end.abs()).to_f64() + self.grain) * inverse;
-        Lambda { value: (end - start - along) / square, rough, inverse }
+        let rough = ((self.start.abs() + end.abs()).to_f64() + self.grain) * inverse;
+        Lambda { value: (end - self.start - along) / square, rough, inverse }
     }
 
     /// |Δz|² without the motors.

@@ -59,6 +59,9 @@ impl<V: Vector> Workspace<V> {
         self.initial_guess();
         self.place(state);
         self.grain = 0.0;
+        if self.has_lambda {
+            self.start = state.energy(system);
+        }
         let mut stalled = match self.iterate(system, h, state) {
             Ok(spent) if settle(self) => return Ok(effort(spent)),
             Ok(spent) => self.unbalanced(spent),
@@ -109,13 +112,12 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         let epsilon = V::Scalar::EPSILON;
-        let start = if self.has_lambda { state.energy(system) } else { V::Scalar::zero() };
         let (mut stale, mut renewed, mut resolved) = (true, false, None);
         let (mut before, mut least, mut waited, mut quiet) = (f64::NAN, f64::INFINITY, 0, 0);
         for iterations in 1..=MOST_CORRECTIONS {
             let stalled = |failure| Err(Stalled { failure, iterations });
             self.evaluate(system);
-            let mut lambda = self.lambda(system, start);
+            let mut lambda = self.lambda(system);
             if lambda.inverse > 0.0 {
                 // Decided once per step, so that the equation does not change while it is solved.
                 let noise = h.to_f64().abs() * epsilon * lambda.rough;

@@ -71,8 +71,7 @@ impl<V: Vector> Workspace<V> {
                 *w = d[j].mul_add(dq[j], w0[j]);
             }
         }
-        let (start, end) =
-            (state.energy(system), system.energy(self.q.as_slice(), self.p.as_slice()));
+        let (start, end) = (self.start, system.energy(self.q.as_slice(), self.p.as_slice()));
         let off = (end - start + spent[0]).abs();
         self.energy = end;
         // H may be a small sum of large terms.
@@ -196,34 +195,37 @@ fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V
     largest(correction, start, increment)
 }
 
-/// The largest entries, in eight lanes. The correction is NaN if an entry is not finite.
+/// The largest entries; full chunks of eight in lanes. The correction is NaN if an entry is not
+/// finite.
 fn largest<T: Scalar>(correction: &[f64], start: &[T], increment: &[T]) -> Largest {
+    let (corrections, correction_rest) = correction.as_chunks::<8>();
+    let (starts, start_rest) = start.as_chunks::<8>();
+    let (increments, increment_rest) = increment.as_chunks::<8>();
     // `nan` is 0, or NaN where an entry is not finite.
-    let (mut corrections, mut z, mut increments, mut nan) =
-        ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
-    let (correction, correction_rest) = correction.as_chunks::<8>();
-    let (start, start_rest) = start.as_chunks::<8>();
-    let (increment, increment_rest) = increment.as_chunks::<8>();
-    for ((correction, start), increment) in correction.iter().zip(start).zip(increment) {
-        for k in 0..8 {
-            let width = increment[k].to_f64().abs();
-            corrections[k] = larger(corrections[k], correction[k].abs());
-            z[k] = larger(z[k], start[k].to_f64().abs() + width);
-            increments[k] = larger(increments[k], width);
-            nan[k] += correction[k] * 0.0;
+    let (mut correction, mut z, mut increment, mut nan) = (0.0, 0.0, 0.0, 0.0);
+    if !corrections.is_empty() {
+        let mut lanes = [[0.0; 8]; 4];
+        for ((corrections, starts), increments) in corrections.iter().zip(starts).zip(increments) {
+            for k in 0..8 {
+                let width = increments[k].to_f64().abs();
+                lanes[0][k] = larger(lanes[0][k], corrections[k].abs());
+                lanes[1][k] = larger(lanes[1][k], starts[k].to_f64().abs() + width);
+                lanes[2][k] = larger(lanes[2][k], width);
+                lanes[3][k] += corrections[k] * 0.0;
+            }
         }
+        let most = |lanes: [f64; 8]| lanes.into_iter().fold(0.0, larger);
+        (correction, z, increment) = (most(lanes[0]), most(lanes[1]), most(lanes[2]));
+        nan = lanes[3].iter().sum();
     }
-    let rest = correction_rest.iter().zip(start_rest).zip(increment_rest).zip(0..8);
-    for (((correction, start), increment), k) in rest {
-        let width = increment.to_f64().abs();
-        corrections[k] = larger(corrections[k], correction.abs());
-        z[k] = larger(z[k], start.to_f64().abs() + width);
-        increments[k] = larger(increments[k], width);
-        nan[k] += correction * 0.0;
+    for ((a, start), step) in correction_rest.iter().zip(start_rest).zip(increment_rest) {
+        let width = step.to_f64().abs();
+        correction = larger(correction, a.abs());
+        z = larger(z, start.to_f64().abs() + width);
+        increment = larger(increment, width);
+        nan += a * 0.0;
     }
-    let most = |lanes: [f64; 8]| lanes.into_iter().fold(0.0, larger);
-    let nan: f64 = nan.iter().sum();
-    Largest { correction: most(corrections) + nan, z: most(z), increment: most(increments) }
+    Largest { correction: correction + nan, z, increment }
 }
 
 /// The larger of two numbers; NaN is ignored.
