@@ -24,8 +24,8 @@ use std::hint::cold_path;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rk4;
 
-/// The point of the current stage, the derivatives there, and the weighted sums of the stage
-/// increments so far; the sum for p has the opposite sign.
+/// The point of the current stage, the derivatives and the forces of motors there, and the weighted
+/// sums of the stage increments so far; the sum for p has the opposite sign.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
     q: V,
@@ -33,14 +33,16 @@ pub struct Workspace<V> {
     hq: V,
     hp: V,
     d: V,
+    forces: V,
     dq: V,
     dp: V,
     dw: V,
 }
 
-/// For each stage, the offset of the next stage in units of h, and the weight of this stage in
-/// units of h/6.
-const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
+/// For each stage, its time and the offset of the next stage in units of h, and the weight of this
+/// stage in units of h/6.
+const STAGES: [(f64, f64, f64); 4] =
+    [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)];
 
 impl Binding for Rk4 {
     const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
@@ -65,6 +67,7 @@ where
             hq: zeros(),
             hp: zeros(),
             d: zeros(),
+            forces: zeros(),
             dq: zeros(),
             dp: zeros(),
             dw: zeros(),
@@ -107,9 +110,10 @@ where
 {
     let n = state.dof();
     let zero = V::Scalar::zero();
-    let Workspace { q, p, hq, hp, d, dq, dp, dw } = workspace;
+    let Workspace { q, p, hq, hp, d, forces, dq, dp, dw } = workspace;
     let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
     let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
+    let forces = forces.as_mut_slice();
     let (dq, dp, dw) = (dq.as_mut_slice(), dp.as_mut_slice(), dw.as_mut_slice());
     let (q0, p0, w0) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
 
@@ -117,12 +121,21 @@ where
         (q[j], p[j]) = (q0[j], p0[j]);
         (dq[j], dp[j], dw[j]) = (zero, zero, zero);
     }
-    for (ahead, weight) in STAGES {
+    let driven = system.motors() > 0;
+    let mut known = None;
+    for (time, ahead, weight) in STAGES {
         let ahead = h * V::Scalar::from_f64(ahead);
         let weight = h * (V::Scalar::from_f64(weight) / V::Scalar::from_f64(6.0));
         system.gradient(q, p, hq, hp);
         if DISSIPATIVE {
-            system.dissipation(q, p, hp, d);
+            if driven {
+                if known != Some(time) {
+                    known = system.motor_forces(q, forces).then_some(time);
+                }
+                system.dissipation_under(forces, q, p, hp, d);
+            } else {
+                system.dissipation(q, p, hp, d);
+            }
         }
         for j in 0..n {
             dq[j] = weight.mul_add(hp[j], dq[j]);

@@ -49,6 +49,7 @@ mod programs;
 mod ridges;
 mod shape;
 mod structure;
+mod wave;
 
 pub use afterbay_expression::{FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS, Problem};
 pub use described::Described;

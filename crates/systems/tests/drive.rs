@@ -273,6 +273,28 @@ fn sums_of_sines_and_cosines_are_found() {
     }
 }
 
+/// Waves have a form of their own, which the same force inside a larger one has not.
+#[test]
+fn waves_have_the_value_of_their_program() {
+    for wave in [
+        "cos(t)",
+        "-f*cos(omega*t)",
+        "sin(omega*t)*f/2",
+        "f*cos(omega*t + 0.4)",
+        "f*sin(0.4 - t*omega)",
+        "-(f + 1)*cos(t*omega^2 - 0.4)",
+        "f*sin(t + 0.4)",
+    ] {
+        let (alone, _) = drive(&[wave]).unwrap();
+        let (within, _) = drive(&[&format!("q1 + {wave}")]).unwrap();
+        let [alone, within] = [alone, within].map(|drive| drive.lift(|_, x| Quad::from_f64(x)));
+        for t in [-7.3, 0.0, 0.6, 1e3].map(Quad::from_f64) {
+            let [a, b] = [&alone, &within].map(|drive| drive.force(0, &[Quad::ZERO], t));
+            assert!((a - b).to_f64().abs() < 1e-27, "{wave} at {t:?}: {a:?} {b:?}");
+        }
+    }
+}
+
 #[test]
 fn other_forces_are_no_sums_of_sines_and_cosines() {
     for force in [

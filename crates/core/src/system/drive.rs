@@ -47,6 +47,11 @@ pub trait Drive<T: Scalar>: Send + Sync {
         true
     }
 
+    /// Whether F_j for entry k of [`Drive::driven`] depends on any coordinate.
+    fn depends_on_coordinates(&self, _k: usize) -> bool {
+        true
+    }
+
     /// F_j for entry k of [`Drive::driven`] as a sum of sines and cosines, if it is known to be one
     /// and depends on no coordinate.
     fn harmonics(&self, _k: usize) -> Option<Harmonics<T>> {
@@ -123,6 +128,22 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
         &self.drive
     }
 
+    /// Writes D of the system and of its motors under these forces.
+    #[inline(always)]
+    fn under<T: Scalar>(&self, force: impl Fn(usize) -> T, q: &[T], p: &[T], v: &[T], d: &mut [T])
+    where
+        S: System<T>,
+        D: Drive<T>,
+    {
+        let (d, of_motors) = d.split_at_mut(self.dof);
+        self.system.dissipation(&q[..self.dof], &p[..self.dof], &v[..self.dof], d);
+        for (k, &j) in self.drive.driven().iter().enumerate() {
+            let force = force(k);
+            d[j] -= force;
+            of_motors[k] = -force * v[j];
+        }
+    }
+
     /// The motor of degree of freedom j and the number of its force.
     fn motor(&self, j: usize) -> Option<(usize, usize)> {
         self.motors.get(j).copied().flatten().map(|k| (self.dof + k, k))
@@ -148,14 +169,20 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
     }
 
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        let (own, times) = q.split_at(self.dof);
+        self.under(|k| self.drive.force(k, own, times[k]), q, p, v, d);
+    }
+
+    fn motor_forces(&self, q: &[T], forces: &mut [T]) -> bool {
         let (q, times) = q.split_at(self.dof);
-        let (d, of_motors) = d.split_at_mut(self.dof);
-        self.system.dissipation(q, &p[..self.dof], &v[..self.dof], d);
-        for (k, &j) in self.drive.driven().iter().enumerate() {
-            let force = self.drive.force(k, q, times[k]);
-            d[j] -= force;
-            of_motors[k] = -force * v[j];
+        for (k, force) in forces[self.dof..].iter_mut().enumerate() {
+            *force = self.drive.force(k, q, times[k]);
         }
+        !(0..times.len()).any(|k| self.drive.depends_on_coordinates(k))
+    }
+
+    fn dissipation_under(&self, forces: &[T], q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        self.under(|k| forces[self.dof + k], q, p, v, d);
     }
 
     fn dissipation_form(&self) -> DissipationForm {

@@ -54,6 +54,19 @@ pub trait System<T: Scalar>: Send + Sync {
         0
     }
 
+    /// Writes the force of each motor at q to its entry of `forces`, and returns whether the forces
+    /// depend on the time alone. Stages at the same time then share them.
+    #[inline(always)]
+    fn motor_forces(&self, _q: &[T], _forces: &mut [T]) -> bool {
+        true
+    }
+
+    /// As [`System::dissipation`], with the `forces` that [`System::motor_forces`] wrote at q.
+    #[inline(always)]
+    fn dissipation_under(&self, _forces: &[T], q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        self.dissipation(q, p, v, d);
+    }
+
     /// The pattern of degrees of freedom that act on each other.
     #[inline(always)]
     fn coupling(&self) -> Coupling {

@@ -37,6 +37,14 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).driven_by(motor)
     }
     #[inline]
+    fn motor_forces(&self, q: &[T], forces: &mut [T]) -> bool {
+        (**self).motor_forces(q, forces)
+    }
+    #[inline]
+    fn dissipation_under(&self, forces: &[T], q: &[T], p: &[T], v: &[T], d: &mut [T]) {
+        (**self).dissipation_under(forces, q, p, v, d);
+    }
+    #[inline]
     fn unit_mass(&self) -> bool {
         (**self).unit_mass()
     }

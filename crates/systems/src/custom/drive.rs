@@ -4,6 +4,7 @@ use super::breaks::Breaks;
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
 use super::programs::{Builder, Part};
+use super::wave::Wave;
 use super::{checks, harmonics, period, time_point};
 use afterbay_core::{Drive, Harmonics, Scalar};
 use afterbay_expression::{Graph, Input, Kinds, Node};
@@ -26,8 +27,9 @@ struct Shape {
     driven: Vec<usize>,
     /// The programs of F_j, and of its slopes by the inputs, of each of them.
     forces: Vec<(Part, Vec<Part>, Vec<Input>)>,
-    /// F_j of the driven degrees of freedom.
+    /// F_j of the driven degrees of freedom, and those among them that are waves.
     roots: Vec<Node>,
+    waves: Vec<Option<Wave<Node>>>,
     /// The period, where it is given.
     period: Option<Node>,
     kinks: Vec<Part>,
@@ -44,6 +46,7 @@ pub struct CustomDrive<T> {
     shape: Arc<Shape>,
     parameters: Vec<T>,
     frames: Vec<T>,
+    waves: Vec<Option<Wave<T>>>,
 }
 
 impl CustomDrive<f64> {
@@ -82,6 +85,8 @@ impl CustomDrive<f64> {
         let poles = builder.graph.poles(&nodes);
         let poles = Breaks::new(&mut builder, &poles)?;
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
+        let waves: Vec<_> =
+            nodes.iter().map(|&force| Wave::new(&mut builder.graph, force)).collect();
         let Builder { graph, frames, .. } = builder;
         let places = reading.places;
         let closed: Vec<Node> = places
@@ -89,6 +94,7 @@ impl CustomDrive<f64> {
             .map(|x| x.1)
             .filter(|&x| graph.closed(x))
             .chain(frames.iter().copied())
+            .chain(waves.iter().flatten().flat_map(Wave::nodes))
             .collect();
         let closed = graph.all(&closed);
         let (parameters, period, roots) = (reading.parameters, reading.period, nodes);
@@ -99,6 +105,7 @@ impl CustomDrive<f64> {
             driven,
             forces,
             roots,
+            waves,
             period,
             kinks,
             breaks,
@@ -200,7 +207,9 @@ impl<T: Scalar> CustomDrive<T> {
         let closed = shape.graph.evaluate(&shape.closed, &parameters, |_| T::zero());
         let at = |node: &Node| closed.get(node).copied().unwrap_or(T::zero());
         let frames = shape.frames.iter().map(at).collect();
-        Self { shape, parameters, frames }
+        let waves =
+            shape.waves.iter().map(|wave| wave.as_ref().map(|wave| wave.with(at))).collect();
+        Self { shape, parameters, frames, waves }
     }
 
     fn frame(&self, part: &Part) -> &[T] {
@@ -214,6 +223,9 @@ impl<T: Scalar> Drive<T> for CustomDrive<T> {
     }
 
     fn force(&self, k: usize, q: &[T], t: T) -> T {
+        if let Some(wave) = &self.waves[k] {
+            return wave.at(t);
+        }
         let (part, ..) = &self.shape.forces[k];
         let [force] = part.program.results(self.frame(part), &time_point(q, t));
         force
@@ -237,6 +249,11 @@ impl<T: Scalar> Drive<T> for CustomDrive<T> {
     fn depends_on_own(&self, k: usize) -> bool {
         let (own, (_, _, inputs)) = (self.shape.driven[k], &self.shape.forces[k]);
         inputs.contains(&Input::Coordinate(own as u32))
+    }
+
+    fn depends_on_coordinates(&self, k: usize) -> bool {
+        let (_, _, inputs) = &self.shape.forces[k];
+        inputs.iter().any(|input| matches!(input, Input::Coordinate(_)))
     }
 
     fn harmonics(&self, k: usize) -> Option<Harmonics<T>> {
