@@ -106,11 +106,15 @@ impl Tree {
         std::array::from_fn(|k| {
             [
                 exact[k],
-                64.0 * 2f64.powi(-13) * spread[k] + 8.0 * f64::EPSILON * exact[k].abs() + 1e-290,
+                64.0 * 2f64.powi(-13) * spread[k] + 8.0 * f64::EPSILON * exact[k].abs() + LEAST,
             ]
         })
     }
 }
+
+/// Second derivatives contain cubes of quotients, which underflow below the cube root of the least
+/// number.
+const LEAST: f64 = 1e-102;
 
 fn shaken(x: HyperDual64, noise: &mut impl FnMut(f64) -> f64) -> HyperDual64 {
     HyperDual64::new(noise(x.re), noise(x.eps1), noise(x.eps2), noise(x.eps1eps2))
