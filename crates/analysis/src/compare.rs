@@ -13,6 +13,7 @@ pub use join::{Column, Joined, Measure};
 pub use scenes::Difference;
 
 use crate::claim::Finding;
+use crate::data::DataError;
 use crate::record::{Artifact, Manifest, Output, processor};
 use crate::report::{Block, Figure, Report};
 use crate::sheet::{ReportError, Sheet, scientific, table};
@@ -81,13 +82,13 @@ pub enum CompareError {
         /// Why.
         source: std::io::Error,
     },
-    /// A table that is not CSV.
+    /// A table that is not what its extension says.
     #[error("the table {} cannot be read", file.display())]
     Table {
         /// The file.
         file: PathBuf,
         /// Why.
-        source: csv::Error,
+        source: DataError,
     },
     /// Two results without a common table.
     #[error("the results have no table in common: A has {}, B has {}", tables[0], tables[1])]
@@ -180,7 +181,7 @@ fn sheet(joined: &Joined, tables: (&Table, &Table)) -> Result<Sheet, crate::reco
     let mut sheet = Sheet::new(&joined.name);
     for (side, table) in [("A", tables.0), ("B", tables.1)] {
         if table.rows.is_empty() {
-            sheet.text(format!("The table {}.csv is empty in {side}.", joined.name));
+            sheet.text(format!("The table {} is empty in {side}.", joined.name));
         }
     }
     for (side, names) in ["A", "B"].iter().zip(&joined.columns_in_one) {
@@ -196,7 +197,7 @@ fn sheet(joined: &Joined, tables: (&Table, &Table)) -> Result<Sheet, crate::reco
     let rows: Vec<_> =
         joined.pairs.iter().map(|pair| joined.cells(tables, *pair, &columns)).collect();
     sheet.wide_data(&joined.name, &joined.header(&columns), &rows)?;
-    let topic = format!("{}.csv", joined.name);
+    let topic = joined.name.clone();
     let mut charts = Vec::new();
     if joined.name.ends_with("trajectory") {
         let found = trajectories::distances(joined, tables);

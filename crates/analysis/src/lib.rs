@@ -8,6 +8,7 @@
 pub mod chart;
 pub mod claim;
 pub mod compare;
+pub mod data;
 pub mod experiment;
 mod findings;
 pub mod journal;

@@ -1,6 +1,7 @@
 //! Files of results: tables, figures, the report and the manifest of a run.
 
 use crate::chart::Drawing;
+use crate::data::{self, DataError, DataFormat};
 use crate::report::Report;
 use crate::words::{Word, word};
 use rayon::prelude::*;
@@ -186,12 +187,12 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
 }
 
 impl Output {
-    /// Writes all results below `folder`. Each file gets its name only when it is complete; the
-    /// report comes last.
+    /// Writes all results below `folder`, with tables in a format. Each file gets its name only when
+    /// it is complete; the report comes last.
     ///
     /// # Errors
     /// [`StorageError`] with the file that could not be written.
-    pub fn write(&self, folder: &Path) -> Result<(), StorageError> {
+    pub fn write(&self, folder: &Path, format: DataFormat) -> Result<(), StorageError> {
         let manifest = serde_json::to_string_pretty(&self.manifest)
             .map_err(|source| StorageError::Manifest { source })?;
         let put = |name: &str, contents: &[u8]| {
@@ -199,6 +200,9 @@ impl Output {
             write_whole(&path, contents).map_err(|source| StorageError::File { path, source })
         };
         self.artifacts.par_iter().try_for_each(|artifact| {
+            if let Some(table) = artifact.name.strip_suffix(".csv") {
+                return self.write_table(table, &artifact.text, format, &put);
+            }
             put(&artifact.name, artifact.text.as_bytes())?;
             let Some(picture) = &artifact.picture else { return Ok(()) };
             let name = Path::new(&artifact.name).with_extension("png");
@@ -207,7 +211,42 @@ impl Output {
             put(&name.to_string_lossy(), &png?)
         })?;
         put("run.json", manifest.as_bytes())?;
-        put("report.html", self.report.html().as_bytes())
+        let report = match format {
+            DataFormat::Csv => self.report.html(),
+            _ => self.report.clone().with_tables(format).html(),
+        };
+        put("report.html", report.as_bytes())?;
+        self.remove_others(folder, format)
+    }
+
+    /// Writes a table and its sidecar.
+    fn write_table(
+        &self,
+        name: &str,
+        text: &str,
+        format: DataFormat,
+        put: &impl Fn(&str, &[u8]) -> Result<(), StorageError>,
+    ) -> Result<(), StorageError> {
+        let file = format!("{name}.{}", format.extension());
+        let failed = |source| StorageError::Translation { name: file.clone(), source };
+        let written = data::translate(text, format, &self.manifest).map_err(failed)?;
+        let sidecar =
+            serde_json::to_vec_pretty(&written.sidecar).map_err(|why| failed(why.into()))?;
+        put(&file, &written.table)?;
+        put(&format!("{name}.json"), &sidecar)
+    }
+
+    /// Removes the tables of this name that an earlier command wrote in another format.
+    fn remove_others(&self, folder: &Path, format: DataFormat) -> Result<(), StorageError> {
+        let tables = self.artifacts.iter().filter_map(|x| x.name.strip_suffix(".csv"));
+        let others = DataFormat::ALL.into_iter().filter(|other| *other != format);
+        let old = tables.flat_map(|table| {
+            others.clone().map(move |other| folder.join(format!("{table}.{}", other.extension())))
+        });
+        for path in old.filter(|path| path.is_file()) {
+            std::fs::remove_file(&path).map_err(|source| StorageError::File { path, source })?;
+        }
+        Ok(())
     }
 }
 
@@ -249,6 +288,14 @@ pub enum StorageError {
         name: String,
         /// Why.
         source: csv::Error,
+    },
+    /// A table could not be translated to its format.
+    #[error("cannot write the table {name}: {source}")]
+    Translation {
+        /// The file.
+        name: String,
+        /// Why.
+        source: DataError,
     },
     /// The manifest could not be serialized as JSON.
     #[error("cannot write run.json: {source}")]

@@ -1,5 +1,6 @@
 //! A report as one self-contained HTML file: text, verdicts, tables and figures.
 
+use crate::data::DataFormat;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
@@ -78,6 +79,13 @@ pub struct Figure {
 }
 
 impl Report {
+    /// The report with links to tables in another format.
+    pub(crate) fn with_tables(mut self, format: DataFormat) -> Self {
+        let blocks = self.sections.iter_mut().flat_map(|section| &mut section.blocks);
+        blocks.for_each(|block| block.link(format));
+        self
+    }
+
     /// The report as one HTML file.
     pub fn html(&self) -> String {
         let mut figures = 0;
@@ -134,6 +142,15 @@ impl Block {
             Block::Figure(_) | Block::Pair(..) => 1,
             Block::Text(_) => 2,
             Block::Table(_) | Block::Fold(..) => 3,
+        }
+    }
+
+    fn link(&mut self, format: DataFormat) {
+        match self {
+            Block::Figure(figure) => figure.link(format),
+            Block::Pair(left, right) => [left, right].into_iter().for_each(|x| x.link(format)),
+            Block::Fold(_, blocks) => blocks.iter_mut().for_each(|block| block.link(format)),
+            Block::Text(_) | Block::Verdict(..) | Block::Table(_) => {}
         }
     }
 
@@ -233,6 +250,12 @@ impl Figure {
     /// The file of the chart as a PNG picture.
     fn picture(&self) -> String {
         format!("{}.png", self.file.trim_end_matches(".svg"))
+    }
+
+    fn link(&mut self, format: DataFormat) {
+        if let Some(name) = self.data.strip_suffix(".csv") {
+            self.data = format!("{name}.{}", format.extension());
+        }
     }
 
     fn html(&self, figures: &mut usize) -> Markup {

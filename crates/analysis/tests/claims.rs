@@ -3,6 +3,7 @@
 
 use afterbay_analysis::claim::{Found, Readings, Said};
 use afterbay_analysis::compare;
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::record::Output;
@@ -69,7 +70,7 @@ fn compared(of_scene: [Output; 2]) -> Vec<Finding> {
     let folder = tempfile::tempdir().expect("a folder");
     let both = of_scene.iter().zip([&run, &study]).enumerate().flat_map(|(i, (a, b))| {
         let [at, other] = ["a", "b"].map(|name| folder.path().join(format!("{i}{name}")));
-        a.write(&at).expect("it is written");
+        a.write(&at, DataFormat::Csv).expect("it is written");
         b.write(&other).expect("it is written");
         compare::compare(&at, &other).expect("results").findings
     });

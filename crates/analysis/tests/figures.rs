@@ -1,5 +1,6 @@
 //! Figures of trajectories: those a scene asks for, and those it does not.
 
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::experiment;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::{Artifact, Output};
@@ -136,7 +137,7 @@ fn a_study_begins_with_its_charts_and_shows_orders_at_the_steps() {
 #[test]
 fn every_figure_is_a_picture_too() {
     let (folder, output) = (tempfile::tempdir().expect("a folder"), output(OSCILLATOR));
-    output.write(folder.path()).expect("written");
+    output.write(folder.path(), DataFormat::Csv).expect("written");
     for figure in figures(&output) {
         let path = folder.path().join(&figure.name).with_extension("png");
         let png = std::fs::read(path).expect("a picture");

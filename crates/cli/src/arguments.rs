@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::exit_code;
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::journal::Shard;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
@@ -123,6 +124,8 @@ pub(crate) enum Command {
         /// Use coarser maps and fewer steps.
         #[arg(long)]
         quick: bool,
+        #[command(flatten)]
+        data: DataArgument,
     },
     /// Run the methods of a scene's `[run]` table and write the trajectories.
     ///
@@ -152,6 +155,8 @@ pub(crate) enum Command {
         /// The folder of the results.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
+        #[command(flatten)]
+        data: DataArgument,
     },
     /// Find the cheapest method and step that meets an error bound all along the scene.
     ///
@@ -208,6 +213,35 @@ pub(crate) enum Command {
     },
 }
 
+/// The format of tables.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct DataArgument {
+    /// The format of the tables in data/. Beside each, NAME.json names its columns, their types and
+    /// units, and its origin.
+    #[arg(id = "data", long = "data", value_name = "FORMAT", value_enum, default_value_t = Data::Csv)]
+    pub(crate) format: Data,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Data {
+    /// Comma-separated values.
+    Csv,
+    /// Two-dimensional arrays for NumPy; words are numbers that NAME.json explains.
+    Npy,
+    /// A JSON object for each row.
+    Jsonl,
+}
+
+impl From<DataArgument> for DataFormat {
+    fn from(DataArgument { format }: DataArgument) -> Self {
+        match format {
+            Data::Csv => Self::Csv,
+            Data::Npy => Self::Npy,
+            Data::Jsonl => Self::Jsonl,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
     /// The scene, a TOML file. `afterbay schema` describes it, and the folder scenes/ contains
@@ -232,6 +266,8 @@ pub(crate) struct SceneArguments {
     /// Print the cells with their estimated costs, and compute nothing.
     #[arg(long, conflicts_with_all = ["resume", "force", "shard"])]
     pub(crate) plan: bool,
+    #[command(flatten)]
+    pub(crate) data: DataArgument,
 }
 
 /// A share of the cells, or where to read it from.
@@ -286,6 +322,8 @@ pub(crate) struct PickArguments {
     /// Overwrite the results of another scene, and the file of --write.
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) data: DataArgument,
 }
 
 #[derive(Debug, Args)]
@@ -302,6 +340,8 @@ pub(crate) struct CompareArguments {
     /// Overwrite other results.
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) data: DataArgument,
 }
 
 /// A positive, finite number.

@@ -5,6 +5,7 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{exit_code, interrupt, scene, shard, table};
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::experiment::{Cells, Results, Task};
 use afterbay_analysis::journal::{Journal, Shard, Start};
 use afterbay_analysis::record::{self, Manifest, RunOutcome};
@@ -47,12 +48,13 @@ pub(crate) fn run(
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
     folder(&out, &scene, arguments.force)?;
+    let data = arguments.data.into();
     interrupt::listen();
     let bars = Bars::new();
     if plan.is_empty() {
         let results = experiment::run(&scene, &bars)?;
         bars.finish();
-        return write(results, (&out, None), format);
+        return write(results, (&out, data, None), format);
     }
     let start = match (arguments.resume, arguments.force) {
         (true, _) => Start::Resume,
@@ -65,7 +67,7 @@ pub(crate) fn run(
     let results = experiment::perform(task, &scene, &journal, &bars)?;
     bars.finish();
     match (shard, results) {
-        (None, Some(results)) => write(results, (&out, Some((&journal, plan.len()))), format),
+        (None, Some(results)) => write(results, (&out, data, Some((&journal, plan.len()))), format),
         (shard, _) => shard::done(shard.unwrap_or(Shard::WHOLE), (&out, &journal), format),
     }
 }
@@ -73,10 +75,10 @@ pub(crate) fn run(
 /// Writes the results, and says what was found.
 pub(crate) fn write(
     (output, findings): Results,
-    (out, cells): (&Path, Option<(&Journal, usize)>),
+    (out, data, cells): (&Path, DataFormat, Option<(&Journal, usize)>),
     format: Format,
 ) -> Result<ExitCode, Failure> {
-    output.write(out).map_err(Failure::storage)?;
+    output.write(out, data).map_err(Failure::storage)?;
     let runs = &output.manifest.runs;
     let (reused, cells) = cells.map_or((0, 0), |(journal, cells)| (journal.reused, cells));
     match format {

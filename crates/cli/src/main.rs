@@ -33,10 +33,10 @@ fn main() -> ExitCode {
     let arguments = Arguments::try_parse().unwrap_or_else(|error| arguments::refused(error).exit());
     let format = arguments.format;
     let result = threads(arguments.threads).and_then(|()| match arguments.command {
-        Command::Paper { out, quick } => paper::run(&out, quick, format),
+        Command::Paper { out, quick, data } => paper::run((&out, data.into()), quick, format),
         Command::Run(arguments) => experiment::run(Task::Run, &arguments, format),
         Command::Study(arguments) => experiment::run(Task::Study, &arguments, format),
-        Command::Merge { folder } => merge::run(&folder, format),
+        Command::Merge { folder, data } => merge::run((&folder, data.into()), format),
         Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),
         Command::Cite { scene } => cite::run(&scene, format),

@@ -4,13 +4,17 @@ use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{experiment, interrupt, shard};
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::experiment::{perform, plan};
 use afterbay_analysis::journal::Journal;
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Joins the cells of a folder and writes the results.
-pub(crate) fn run(folder: &Path, format: Format) -> Result<ExitCode, Failure> {
+pub(crate) fn run(
+    (folder, data): (&Path, DataFormat),
+    format: Format,
+) -> Result<ExitCode, Failure> {
     let (journal, task, scene) = Journal::join(folder).map_err(Failure::merge)?;
     shard::warn(&journal);
     let plan = plan(task, &scene)?;
@@ -24,7 +28,7 @@ pub(crate) fn run(folder: &Path, format: Format) -> Result<ExitCode, Failure> {
     let results = perform(task, &scene, &journal, &bars)?;
     bars.finish();
     match results {
-        Some(results) => experiment::write(results, (folder, None), format),
+        Some(results) => experiment::write(results, (folder, data, None), format),
         None => Err(Failure::interrupted()),
     }
 }

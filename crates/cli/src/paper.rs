@@ -5,13 +5,18 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{exit_code, interrupt, table};
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::record;
 use afterbay_analysis::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
 
-pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, Failure> {
+pub(crate) fn run(
+    (out, data): (&Path, DataFormat),
+    quick: bool,
+    format: Format,
+) -> Result<ExitCode, Failure> {
     // Fails now rather than after everything is computed.
     record::prepare(out).map_err(Failure::storage)?;
     interrupt::listen();
@@ -19,7 +24,7 @@ pub(crate) fn run(out: &Path, quick: bool, format: Format) -> Result<ExitCode, F
     let extent = if quick { Extent::Quick } else { Extent::Full };
     let (output, findings) = paper::run(extent, &bars)?;
     bars.finish();
-    output.write(out).map_err(Failure::storage)?;
+    output.write(out, data).map_err(Failure::storage)?;
     match format {
         Format::Json => table::json(&findings)?,
         Format::Table => {

@@ -6,6 +6,7 @@
 //! `--resume` computes what is missing.
 
 use afterbay_analysis::ReportError;
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::experiment::{Cells, Ledger, Task, perform};
 use afterbay_analysis::journal::{Journal, JournalError, Shard, Start};
 use afterbay_analysis::progress::Progress;
@@ -182,7 +183,7 @@ fn join(out: &Path, cells: &Cells<'_>, signal: &Signal) -> Result<(), Trouble> {
         return Err(Trouble::Missing { missing, all: cells.plan().len() });
     }
     if let Some((results, _)) = perform(task, &scene, &journal, signal)? {
-        results.write(out)?;
+        results.write(out, DataFormat::Csv)?;
         println!("Report: {}", out.join("report.html").display());
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use super::CompareError;
 use super::table::Table;
+use crate::data::DataFormat;
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -14,7 +15,7 @@ const COMMANDS: [&str; 4] = ["run", "study", "paper", "pick"];
 pub(super) struct Folder {
     pub(super) path: PathBuf,
     pub(super) origin: Origin,
-    /// The tables by their names below `data`, without `.csv`.
+    /// The tables by their names below `data`, without extensions.
     pub(super) tables: BTreeMap<String, Table>,
 }
 
@@ -98,8 +99,13 @@ fn read_tables(
         // Links to folders are not followed: they may lead back.
         if entry.file_type().map_err(failed)?.is_dir() {
             read_tables(&path, &format!("{prefix}{name}/"), tables)?;
-        } else if let Some(name) = name.strip_suffix(".csv") {
-            let table = Table::read(&path)
+            continue;
+        }
+        for format in DataFormat::ALL {
+            let Some(name) = name.strip_suffix(&format!(".{}", format.extension())) else {
+                continue;
+            };
+            let table = Table::read(&path, format)
                 .map_err(|source| CompareError::Table { file: path.clone(), source })?;
             tables.insert(format!("{prefix}{name}"), table);
         }

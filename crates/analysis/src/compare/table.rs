@@ -1,5 +1,6 @@
 //! A table as text, and the columns that tell its rows apart.
 
+use crate::data::{self, DataError, DataFormat};
 use std::path::Path;
 
 /// A table of a result.
@@ -10,12 +11,10 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Reads a table, the header first. An empty file is a table without columns.
-    pub(super) fn read(path: &Path) -> Result<Self, csv::Error> {
-        let mut reader = csv::Reader::from_path(path)?;
-        let header = texts(reader.headers()?);
-        let rows = reader.records().map(|record| record.map(|record| texts(&record)));
-        Ok(Self { header, rows: rows.collect::<Result<_, _>>()? })
+    /// Reads a table. An empty file is a table without columns.
+    pub(super) fn read(path: &Path, format: DataFormat) -> Result<Self, DataError> {
+        let (header, rows) = data::read(path, format)?;
+        Ok(Self { header, rows })
     }
 
     /// The place of a column.
@@ -77,10 +76,6 @@ impl Table {
         };
         columns.iter().map(part).collect()
     }
-}
-
-fn texts(record: &csv::StringRecord) -> Vec<String> {
-    record.iter().map(str::to_owned).collect()
 }
 
 #[cfg(test)]
