@@ -3,6 +3,7 @@
 use super::measure::Row;
 use super::{Scene, ratios};
 use afterbay_analysis::chart::{Axis, Curve, LineChart, Style};
+use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::record::{Artifact, Manifest, Output, RunOutcome, StorageError, processor};
 use afterbay_analysis::report::{Block, Figure, Report, Section, Table};
 use std::path::Path;
@@ -68,7 +69,7 @@ pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageErro
         .map(|(scene, _)| (scene.name.into(), serde_json::json!(&*scene.problem)))
         .collect();
     let manifest = Manifest::new("bench peers", problems.into(), runs.collect());
-    Output { report, artifacts, manifest }.write(folder)
+    Output { report, artifacts, manifest }.write(folder, DataFormat::Csv)
 }
 
 fn summary(all: &[(Scene, Vec<Row>)]) -> Section {

@@ -3,6 +3,7 @@
 
 #[path = "../../../analysis/tests/scenes/bad/mod.rs"]
 mod bad;
+mod formats;
 mod help;
 #[cfg(unix)]
 mod interrupt;
