@@ -71,7 +71,7 @@ fn compared(of_scene: [Output; 2]) -> Vec<Finding> {
     let both = of_scene.iter().zip([&run, &study]).enumerate().flat_map(|(i, (a, b))| {
         let [at, other] = ["a", "b"].map(|name| folder.path().join(format!("{i}{name}")));
         a.write(&at, DataFormat::Csv).expect("it is written");
-        b.write(&other).expect("it is written");
+        b.write(&other, DataFormat::Csv).expect("it is written");
         compare::compare(&at, &other).expect("results").findings
     });
     both.collect()
