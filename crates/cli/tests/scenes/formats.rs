@@ -20,9 +20,9 @@ step = 0.1
 q = "m"
 time = "s"
 [run]
-methods = ["moddg", "rk4"]
+methods = ["increment-2", "rk4"]
 [study.global-order]
-methods = ["moddg", "rk4"]
+methods = ["increment-2", "rk4"]
 steps = [0.2, 0.1]
 "#;
 
@@ -73,7 +73,7 @@ fn the_formats_have_the_same_numbers() {
     let described = sidecar(&of("npy").join("data/trajectory.json"));
     let columns = described["columns"].as_array().expect("columns");
     let (header, array) = numbers(&of("npy").join("data/trajectory.npy"));
-    let shape = format!("'shape': ({}, {})", rows.len(), columns.len());
+    let shape = format!("'shape': ({}, {}", rows.len(), columns.len());
     assert!(header.contains("'descr': '<f8'") && header.contains(&shape), "{header}");
     let words = columns[0]["words"].as_array().expect("the names of methods");
     for (row, numbers) in rows.iter().zip(array.chunks(columns.len())) {
