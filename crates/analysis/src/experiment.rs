@@ -20,7 +20,7 @@ mod sweep;
 mod trajectories;
 mod work;
 
-pub use ledger::{Afresh, Ledger};
+pub use ledger::{Afresh, Ledger, checkpoint, under_way};
 
 use crate::Model;
 use crate::claim::Finding;
@@ -80,8 +80,8 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
     finish(Task::Study, scene, sheets(Task::Study, scene, &Afresh, progress)?.0)
 }
 
-/// The cells of a task: those of all studies, or the points of a sweep. Trajectories without a sweep
-/// have none. Nothing is run.
+/// The cells of a task: the trajectories of all methods, the cells of all studies, or the points of a
+/// sweep. Nothing is run.
 ///
 /// # Errors
 /// [`ReportError`] for a method that does not apply.
@@ -125,17 +125,22 @@ impl<'a> Cells<'a> {
     }
 
     /// The result of a cell, as a ledger keeps it. What the cells of a study have in common is computed
-    /// with the first of them.
+    /// with the first of them. A long cell keeps its checkpoints in the ledger.
     ///
     /// # Errors
     /// As for [`perform`].
     ///
     /// # Panics
     /// If the plan has no such cell.
-    pub fn compute(&self, cell: usize, progress: &dyn Progress) -> Result<Vec<u8>, ReportError> {
+    pub fn compute(
+        &self,
+        cell: usize,
+        ledger: &dyn Ledger,
+        progress: &dyn Progress,
+    ) -> Result<Vec<u8>, ReportError> {
         let [at, index] = self.places[cell];
         self.studies[at].prepare(progress)?;
-        self.studies[at].compute(index, progress)
+        self.studies[at].compute(index, (&self.plan[cell].key, ledger), progress)
     }
 }
 
@@ -161,9 +166,6 @@ fn sheets(
     progress: &dyn Progress,
 ) -> Result<(Vec<Sheet>, bool), ReportError> {
     let (mut sheets, mut whole) = (Vec::new(), true);
-    if let (Task::Run, None, Some(plan)) = (task, &scene.sweep, &scene.run) {
-        sheets.push(trajectories::sheet(scene, plan, progress)?);
-    }
     for study in declared(task, scene)? {
         if progress.stopped() {
             break;
@@ -197,7 +199,8 @@ fn declared(task: Task, scene: &Scene) -> Result<Vec<Boxed<'_>>, ReportError> {
         return Ok(vec![sweep::declared(task, scene, sweep)?]);
     }
     if task == Task::Run {
-        return Ok(Vec::new());
+        let runs = scene.run.iter().map(|plan| trajectories::declared(scene, plan));
+        return Ok(runs.collect());
     }
     let Studies {
         local_order,

@@ -4,10 +4,11 @@
 //! Each command appends to its own file `parts/K-of-N.jsonl` below the folder of the results. The
 //! first line is the [`Header`]. Each further line is a finished cell, its result in CBOR and
 //! base64, with a checksum. A line is written at once, so that a command that is killed loses at
-//! most the cells under way: what follows the last whole line is dropped. Files are locked while a
-//! command uses them.
+//! most the cells under way: what follows the last whole line is dropped. Long cells have lines of
+//! their own now and then, from which they go on; the last counts. Files are locked while a command
+//! uses them.
 
-use crate::experiment::{Ledger, Task};
+use crate::experiment::{Ledger, Task, under_way};
 use crate::scene::Scene;
 use crate::study::cell::Cell;
 use base64::Engine;
@@ -239,7 +240,8 @@ impl Journal {
         }
         let done = own.iter().filter(|key| found.cells.contains_key(*key)).count();
         let mut begin = start == Start::Force;
-        if start == Start::Fresh && done > 0 {
+        let begun = found.cells.keys().any(|key| under_way(key).is_some_and(|of| own.contains(of)));
+        if start == Start::Fresh && (done > 0 || begun) {
             if done < own.len() {
                 let folder = folder.to_owned();
                 return Err(JournalError::Unfinished { folder, done, all: own.len() });
@@ -249,7 +251,7 @@ impl Journal {
             if whole {
                 forget(&parts)?;
             }
-            own.iter().for_each(|key| drop(found.cells.remove(key)));
+            found.cells.retain(|key, _| !own.contains(under_way(key).unwrap_or(key)));
         }
         let length = if begin { 0 } else { Content::read(&path)?.length };
         let placed = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
@@ -266,20 +268,18 @@ impl Journal {
     }
 
     /// Opens the journals of all shards of a folder, to join their cells. Also returns the command and
-    /// the scene.
+    /// the scene. A folder without studies is asked for runs.
     ///
     /// # Errors
     /// [`JournalError`] where there is nothing to join, a command still runs, or journals belong to
     /// different scenes or versions.
-    pub fn join(folder: &Path) -> Result<(Self, Task, Scene), JournalError> {
+    pub fn join(folder: &Path, task: Task) -> Result<(Self, Task, Scene), JournalError> {
         let nothing = || JournalError::Nothing { folder: folder.into() };
         let [study, run] = PARTS.map(|name| folder.join(name));
-        let parts = match (study.is_dir(), run.is_dir()) {
-            (true, true) => return Err(JournalError::Both { folder: folder.into() }),
-            (true, false) => study,
-            (false, true) => run,
-            (false, false) => return Err(nothing()),
-        };
+        let parts = if task == Task::Run || !study.is_dir() { run } else { study };
+        if !parts.is_dir() {
+            return Err(nothing());
+        }
         let lock = lock(&parts, false)?;
         let scene = kept_scene(&parts)?.ok_or_else(nothing)?;
         let first = files(&parts, "jsonl")?.into_iter().next().ok_or_else(nothing)?;
@@ -289,7 +289,7 @@ impl Journal {
         let mut found = Found::default();
         found.read(&parts, &Header { features: header.features.clone(), ..expected })?;
         let Found { cells: found, damaged, mixed } = found;
-        let reused = found.len();
+        let reused = found.keys().filter(|key| under_way(key).is_none()).count();
         let own = HashSet::new();
         let journal = Self { file: None, found, own, reused, damaged, mixed, _lock: lock };
         Ok((journal, header.task, scene))
@@ -450,7 +450,7 @@ pub enum JournalError {
         path: PathBuf,
     },
     /// Some cells are finished and others are not.
-    #[error("{} holds an unfinished study: {done} of {all} cells are done", folder.display())]
+    #[error("{} holds unfinished work: {done} of {all} cells are done", folder.display())]
     Unfinished {
         /// The folder of the results.
         folder: PathBuf,
@@ -478,12 +478,6 @@ pub enum JournalError {
         path: PathBuf,
         /// Why.
         why: String,
-    },
-    /// There are journals of a study and of runs.
-    #[error("{} has parts of a study and of a run", folder.display())]
-    Both {
-        /// The folder.
-        folder: PathBuf,
     },
     /// There are no journals.
     #[error("{} has no parts of a study", folder.display())]

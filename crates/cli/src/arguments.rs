@@ -132,7 +132,7 @@ pub(crate) enum Command {
     /// Writes report.html, which opens in any browser, figures/ (SVG and PNG),
     /// data/trajectory.csv and run.json to a folder. Tables [figure.NAME] of the scene choose
     /// quantities and methods for figures. The table of a run that fails ends with its last good
-    /// state.
+    /// state. Runs are kept in parts-of-run/: long ones that were stopped go on with --resume.
     #[command(after_help = example::RUN)]
     Run(SceneArguments),
     /// Run the studies that a scene declares: orders, energy balance, cost, stability, attractors.
@@ -155,6 +155,9 @@ pub(crate) enum Command {
         /// The folder of the results.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
+        /// Join the shares of `run` where there are shares of `study` too.
+        #[arg(long)]
+        run: bool,
         #[command(flatten)]
         data: DataArgument,
     },

@@ -43,19 +43,11 @@ pub(crate) fn run(
     }
     let plan = cells.plan();
     let shard = arguments.shard.map(shard::of).transpose()?;
-    if plan.is_empty() && (shard.is_some() || arguments.resume) {
-        return Err(Failure::no_cells());
-    }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
     folder(&out, &scene, arguments.force)?;
     let data = arguments.data.into();
     interrupt::listen();
     let bars = Bars::new();
-    if plan.is_empty() {
-        let results = experiment::run(&scene, &bars)?;
-        bars.finish();
-        return write(results, (&out, data, None), format);
-    }
     let start = match (arguments.resume, arguments.force) {
         (true, _) => Start::Resume,
         (_, true) => Start::Force,

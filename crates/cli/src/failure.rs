@@ -72,9 +72,6 @@ pub(crate) enum Trouble {
         "start the command in a job array, or give the share as --shard K/N with 1 ≤ K ≤ N"
     ))]
     NoShard { name: &'static str, found: String },
-    #[error("trajectories without a [sweep] are not divided into cells")]
-    #[diagnostic(help("leave --shard and --resume away"))]
-    NoCells,
     #[error("interrupted before there was a result")]
     Interrupted,
     #[error("the study could not be run")]
@@ -193,10 +190,6 @@ impl Failure {
         Self::new(Trouble::NoShard { name, found }, USAGE)
     }
 
-    pub(crate) fn no_cells() -> Self {
-        Self::new(Trouble::NoCells, USAGE)
-    }
-
     pub(crate) fn interrupted() -> Self {
         // The command's exit code is that of the signal.
         Self::new(Trouble::Interrupted, FAILED)
@@ -264,7 +257,6 @@ fn journal_help(error: &JournalError) -> &'static str {
         JournalError::Foreign { .. } | JournalError::NoHeader { .. } => {
             "give another folder with --out DIR, or overwrite those results with --force"
         }
-        JournalError::Both { .. } => "move the folder parts or the folder parts-of-run elsewhere",
         JournalError::Nothing { .. } => "give the folder --out of `afterbay study --shard K/N`",
         JournalError::Scene { .. } => "compute the study anew with --force",
         JournalError::Unreadable { .. } => "compute the study anew with --force",

@@ -36,7 +36,10 @@ fn main() -> ExitCode {
         Command::Paper { out, quick, data } => paper::run((&out, data.into()), quick, format),
         Command::Run(arguments) => experiment::run(Task::Run, &arguments, format),
         Command::Study(arguments) => experiment::run(Task::Study, &arguments, format),
-        Command::Merge { folder, data } => merge::run((&folder, data.into()), format),
+        Command::Merge { folder, run, data } => {
+            let task = if run { Task::Run } else { Task::Study };
+            merge::run((&folder, task), data.into(), format)
+        }
         Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),
         Command::Cite { scene } => cite::run(&scene, format),

@@ -5,17 +5,18 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{experiment, interrupt, shard};
 use afterbay_analysis::data::DataFormat;
-use afterbay_analysis::experiment::{perform, plan};
+use afterbay_analysis::experiment::{Task, perform, plan};
 use afterbay_analysis::journal::Journal;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Joins the cells of a folder and writes the results.
+/// Joins the cells of a folder and writes the results. A folder without studies has runs.
 pub(crate) fn run(
-    (folder, data): (&Path, DataFormat),
+    (folder, task): (&Path, Task),
+    data: DataFormat,
     format: Format,
 ) -> Result<ExitCode, Failure> {
-    let (journal, task, scene) = Journal::join(folder).map_err(Failure::merge)?;
+    let (journal, task, scene) = Journal::join(folder, task).map_err(Failure::merge)?;
     shard::warn(&journal);
     let plan = plan(task, &scene)?;
     let missing: Vec<&str> = journal.missing(&plan).map(|cell| &*cell.key).collect();

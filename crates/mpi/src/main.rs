@@ -136,7 +136,7 @@ fn rank<C: Communicator>(world: &C, arguments: &Arguments, signal: &Signal) -> R
         compute(world, &cells, &journal, signal)?;
     }
     world.barrier();
-    if first { join(out, &cells, signal) } else { Ok(()) }
+    if first { join((out, task), &cells, signal) } else { Ok(()) }
 }
 
 /// Gives each rank that asks the next cell, and the end of the work when there is none.
@@ -167,7 +167,7 @@ fn compute<C: Communicator>(
         }
         let index = cell as usize;
         let clock = Instant::now();
-        let result = cells.compute(index, signal)?;
+        let result = cells.compute(index, journal, signal)?;
         // What an interrupted run gives is not the result of the cell.
         if !signal.stopped() {
             journal.keep(&cells.plan()[index].key, &result, clock.elapsed())?;
@@ -176,8 +176,12 @@ fn compute<C: Communicator>(
 }
 
 /// Joins the journals of all ranks and writes the results.
-fn join(out: &Path, cells: &Cells<'_>, signal: &Signal) -> Result<(), Trouble> {
-    let (journal, task, scene) = Journal::join(out)?;
+fn join(
+    (out, task): (&Path, Task),
+    cells: &Cells<'_>,
+    signal: &Signal,
+) -> Result<(), Trouble> {
+    let (journal, task, scene) = Journal::join(out, task)?;
     let missing = journal.missing(cells.plan()).count();
     if missing > 0 {
         return Err(Trouble::Missing { missing, all: cells.plan().len() });

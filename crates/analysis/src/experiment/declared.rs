@@ -2,14 +2,18 @@
 //! section of the report.
 
 use super::is_of_reference;
-use super::ledger::Ledger;
+use super::ledger::{Ledger, checkpoint};
 use crate::journal::JournalError;
 use crate::progress::Progress;
 use crate::sheet::{ReportError, Sheet};
-use crate::study::cell::{Cell, Study, map_cells};
+use crate::study::cell::{Cell, Leg, Study, map_cells};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// The least time between two checkpoints of a cell: what a killed command may lose, beside a leg.
+const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(10);
 
 /// A study of a scene.
 pub(super) trait Declared: Sync {
@@ -28,8 +32,14 @@ pub(super) trait Declared: Sync {
     /// Computes what all cells need, once. Without it, each cell computes it for itself.
     fn prepare(&self, progress: &dyn Progress) -> Result<(), ReportError>;
 
-    /// The result of a cell.
-    fn compute(&self, index: usize, progress: &dyn Progress) -> Result<Vec<u8>, ReportError>;
+    /// The result of a cell with this key. A long cell goes on from the checkpoint that the ledger
+    /// has, and keeps its own there now and then.
+    fn compute(
+        &self,
+        index: usize,
+        cell: (&str, &dyn Ledger),
+        progress: &dyn Progress,
+    ) -> Result<Vec<u8>, ReportError>;
 
     /// The section of the report, from the results of all cells.
     fn sheet(&self, parts: &[Vec<u8>]) -> Result<Sheet, ReportError>;
@@ -97,7 +107,12 @@ where
         Ok(())
     }
 
-    fn compute(&self, index: usize, progress: &dyn Progress) -> Result<Vec<u8>, ReportError> {
+    fn compute(
+        &self,
+        index: usize,
+        (key, ledger): (&str, &dyn Ledger),
+        progress: &dyn Progress,
+    ) -> Result<Vec<u8>, ReportError> {
         let own;
         let shared = match self.shared.get() {
             Some(shared) => shared,
@@ -106,22 +121,38 @@ where
                 &own
             }
         };
-        Ok(written(&match shared {
-            Ok(shared) => Kept::Done(self.study.compute(shared, index, progress)?),
-            Err(why) => Kept::NoReference(why.clone()),
-        })?)
+        let shared = match shared {
+            Ok(shared) => shared,
+            Err(why) => return Ok(written(&Kept::<S::Part>::NoReference(why.clone()))?),
+        };
+        let key = checkpoint(key);
+        let mut so_far = match ledger.recall(&key) {
+            Some(kept) => Some(read(&key, &kept)?),
+            None => None,
+        };
+        let (begin, mut kept) = (Instant::now(), Instant::now());
+        loop {
+            let part = match self.study.advance(shared, index, so_far.take(), progress)? {
+                Leg::Last(part) => return Ok(written(&Kept::Done(part))?),
+                Leg::Further(part) => part,
+            };
+            if kept.elapsed() >= BETWEEN_CHECKPOINTS || progress.stopped() {
+                ledger.keep(&key, &written(&part)?, begin.elapsed())?;
+                kept = Instant::now();
+            }
+            if progress.stopped() {
+                return Ok(written(&Kept::Done(part))?);
+            }
+            so_far = Some(part);
+        }
     }
 
     fn sheet(&self, parts: &[Vec<u8>]) -> Result<Sheet, ReportError> {
         let mut done = Vec::with_capacity(parts.len());
         for (part, cell) in parts.iter().zip(self.cells()) {
-            match ciborium::from_reader(&part[..]) {
-                Ok(Kept::Done(part)) => done.push(part),
-                Ok(Kept::NoReference(why)) => return Err(ReportError::NoReference(why)),
-                Err(why) => {
-                    let why = why.to_string();
-                    return Err(JournalError::Unreadable { key: cell.key, why }.into());
-                }
+            match read(&cell.key, part)? {
+                Kept::Done(part) => done.push(part),
+                Kept::NoReference(why) => return Err(ReportError::NoReference(why)),
             }
         }
         (self.sheet)(&self.study, done)
@@ -144,11 +175,17 @@ where
 }
 
 /// The bytes of a result (CBOR, RFC 8949), which keep every number to the bit.
-fn written<P: Serialize>(part: &Kept<P>) -> Result<Vec<u8>, JournalError> {
+fn written<P: Serialize>(part: &P) -> Result<Vec<u8>, JournalError> {
     let mut bytes = Vec::new();
     ciborium::into_writer(part, &mut bytes)
         .map_err(|why| JournalError::Unwritten { why: why.to_string() })?;
     Ok(bytes)
+}
+
+/// Reads back what was [`written`] for a cell.
+fn read<P: DeserializeOwned>(key: &str, bytes: &[u8]) -> Result<P, JournalError> {
+    ciborium::from_reader(bytes)
+        .map_err(|why| JournalError::Unreadable { key: key.into(), why: why.to_string() })
 }
 
 /// The results of the cells of a study in their order: those that the ledger has, and those that
@@ -172,7 +209,7 @@ pub(super) fn results(
         study.prepare(progress)?;
         let compute = |index: usize| {
             let clock = Instant::now();
-            let part = study.compute(index, progress)?;
+            let part = study.compute(index, (&cells[index].key, ledger), progress)?;
             // What an interrupted run gives is not the result of the cell.
             if !progress.stopped() {
                 ledger.keep(&cells[index].key, &part, clock.elapsed())?;
@@ -183,4 +220,112 @@ pub(super) fn results(
         wanted.iter().zip(found).for_each(|(&index, part)| parts[index] = Some(part));
     }
     Ok(parts.into_iter().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use std::collections::HashMap;
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    /// A study of one cell that counts its five legs.
+    #[derive(Default)]
+    struct Count {
+        computed: AtomicU64,
+    }
+
+    impl Study for Count {
+        type Shared = ();
+        type Part = u64;
+        type Error = ReportError;
+
+        fn cells(&self) -> Vec<Cell> {
+            vec![Cell::new("cell".into(), 5.0)]
+        }
+
+        fn share(&self, _progress: &dyn Progress) -> Result<(), ReportError> {
+            Ok(())
+        }
+
+        fn compute(&self, (): &(), _: usize, _: &dyn Progress) -> Result<u64, ReportError> {
+            Ok(0)
+        }
+
+        fn advance(
+            &self,
+            (): &(),
+            _index: usize,
+            so_far: Option<u64>,
+            progress: &dyn Progress,
+        ) -> Result<Leg<u64>, ReportError> {
+            self.computed.fetch_add(1, Ordering::Relaxed);
+            progress.advance();
+            let legs = so_far.unwrap_or(0) + 1;
+            Ok(if legs == 5 { Leg::Last(legs) } else { Leg::Further(legs) })
+        }
+    }
+
+    #[derive(Default)]
+    struct Kept(Mutex<HashMap<String, Vec<u8>>>);
+
+    impl Ledger for Kept {
+        fn recall(&self, key: &str) -> Option<Vec<u8>> {
+            self.0.lock().expect("a map").get(key).cloned()
+        }
+
+        fn takes(&self, _key: &str) -> bool {
+            true
+        }
+
+        fn keep(&self, key: &str, result: &[u8], _time: Duration) -> Result<(), JournalError> {
+            self.0.lock().expect("a map").insert(key.into(), result.into());
+            Ok(())
+        }
+    }
+
+    /// Asks to stop after three legs.
+    #[derive(Default)]
+    struct Impatient(AtomicU64);
+
+    impl Progress for Impatient {
+        fn begin(&self, _stage: &str, _total: usize) {}
+
+        fn advance(&self) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+
+        fn stopped(&self) -> bool {
+            self.0.load(Ordering::Relaxed) >= 3
+        }
+    }
+
+    fn study(
+        study: Count,
+    ) -> Section<Count, impl Fn(&Count, Vec<u64>) -> Result<Sheet, ReportError>> {
+        let sheet = |_: &Count, _| Ok(Sheet::new("a study"));
+        Section { name: "study", title: "a study", study, sheet, shared: OnceLock::new() }
+    }
+
+    #[test]
+    fn a_stopped_cell_goes_on_after_its_last_leg() {
+        let (ledger, first, second) =
+            (Kept::default(), study(Count::default()), study(Count::default()));
+        results(&first, &ledger, &Impatient::default()).expect("no error");
+        assert_eq!(ledger.recall("study/cell"), None, "it is not finished");
+        let at: u64 =
+            read("", &ledger.recall("study/cell#").expect("a checkpoint")).expect("a number");
+        assert_eq!(at, 3);
+        let parts = results(&second, &ledger, &Silent).expect("no error").expect("all cells");
+        assert_eq!(second.study.computed.load(Ordering::Relaxed), 2);
+        assert_eq!(ledger.recall("study/cell").as_ref(), parts.first());
+        let again = study(Count::default());
+        results(&again, &ledger, &Silent).expect("no error");
+        assert_eq!(
+            again.study.computed.load(Ordering::Relaxed),
+            0,
+            "a finished cell is not computed"
+        );
+    }
 }

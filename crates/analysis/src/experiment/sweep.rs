@@ -64,10 +64,6 @@ pub(super) fn declared<'a>(
             timed |= cell.timed;
         }
     }
-    if let (Task::Run, Some(run)) = (task, &scene.run) {
-        let degrees = scene.problem.model.degrees() as f64;
-        cost += run.names().len() as f64 * degrees * scene.problem.end / scene.step;
-    }
     let points = Points { task, scene, sweep, cost, timed };
     let made = move |_: &Points<'_>, visits| sheet(sweep, visits);
     Ok(section(["sweep", "points of the sweep"], points, made))

@@ -1,15 +1,20 @@
 //! Trajectories by each method.
 
+use super::declared::{Boxed, section};
 use super::figures;
 use crate::claim::{Readings, Said};
 use crate::progress::Progress;
 use crate::report::{Block, Figure, Verdict};
 use crate::scene::{RunPlan, Scene};
 use crate::sheet::{ReportError, Sheet, scientific};
+use crate::study::Problem;
+use crate::study::cell::{Cell, Leg, Study};
 use crate::study::events::{self, EventPlan, EventRow, Steps};
 use crate::study::outcome::COMPLETED;
-use crate::study::trajectory::{self, Trajectory};
+use crate::study::trajectory::{self, Legs, Trajectory};
 use afterbay_core::Passive;
+use afterbay_methods::registry::Row;
+use serde::{Deserialize, Serialize};
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
 const MOST_ENTRIES: usize = 4;
@@ -18,15 +23,95 @@ const ROUNDING: f64 = 1e-8;
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
-pub(super) fn sheet(
-    scene: &Scene,
-    plan: &RunPlan,
-    progress: &dyn Progress,
-) -> Result<Sheet, ReportError> {
+/// The run of each method.
+struct Runs<'a> {
+    scene: &'a Scene,
+    plan: &'a RunPlan,
+}
+
+/// A run, or the first legs of one, and its events.
+#[derive(Serialize, Deserialize)]
+struct Found {
+    legs: Legs,
+    events: Vec<EventRow>,
+}
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a RunPlan) -> Boxed<'a> {
+    let made = |_: &Runs<'_>, found| sheet(scene, plan, found);
+    section(["run", "trajectories"], Runs { scene, plan }, made)
+}
+
+impl Runs<'_> {
+    fn row(&self, index: usize) -> &'static Row {
+        let RunPlan { methods, adaptive, .. } = self.plan;
+        methods.get(index).copied().unwrap_or_else(|| adaptive[index - methods.len()])
+    }
+
+    fn steps(&self) -> Steps {
+        let tolerance = self.plan.tolerance.unwrap_or(f64::NAN);
+        Steps { h: self.scene.step, every: self.plan.every, tolerance }
+    }
+}
+
+impl Study for Runs<'_> {
+    type Shared = ();
+    type Part = Found;
+    type Error = ReportError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let Problem { model, end, .. } = &self.scene.problem;
+        let cost = (end / self.scene.step).round() * model.degrees() as f64;
+        self.plan.names().into_iter().map(|name| Cell::new(name.into(), cost)).collect()
+    }
+
+    fn share(&self, _progress: &dyn Progress) -> Result<(), ReportError> {
+        Ok(())
+    }
+
+    fn compute(
+        &self,
+        (): &(),
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Found, ReportError> {
+        let mut so_far = None;
+        loop {
+            match self.advance(&(), index, so_far, progress)? {
+                Leg::Last(found) => return Ok(found),
+                Leg::Further(found) => so_far = Some(found),
+            }
+        }
+    }
+
+    fn advance(
+        &self,
+        (): &(),
+        index: usize,
+        so_far: Option<Found>,
+        progress: &dyn Progress,
+    ) -> Result<Leg<Found>, ReportError> {
+        let (problem, row, steps) = (&self.scene.problem, self.row(index), self.steps());
+        if !self.plan.events.is_empty() {
+            let (run, events) = events::run(problem, row, steps, &self.plan.events, progress)?;
+            return Ok(Leg::Last(Found { legs: Legs::whole(run), events }));
+        }
+        if let Some(spacing) = self.plan.sample {
+            let run = trajectory::dense(problem, row, steps, spacing, progress)?;
+            return Ok(Leg::Last(Found { legs: Legs::whole(run), events: Vec::new() }));
+        }
+        let begin = || Legs::new(problem, row).map(|legs| Found { legs, events: Vec::new() });
+        let mut found = so_far.map_or_else(begin, Ok)?;
+        found.legs.advance(problem, row, steps, progress)?;
+        Ok(if found.legs.has_ended() { Leg::Last(found) } else { Leg::Further(found) })
+    }
+}
+
+fn sheet(scene: &Scene, plan: &RunPlan, found: Vec<Found>) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Trajectories");
     let problem = &scene.problem;
-    progress.begin("trajectories", plan.methods.len() + plan.adaptive.len());
-    let (found, events) = runs(scene, plan, progress)?;
+    let (found, events): (Vec<_>, Vec<_>) =
+        found.into_iter().map(|run| (run.legs.trajectory, run.events)).unzip();
+    let events = events.concat();
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &trajectory::columns(&problem.model), &rows)?;
     if !plan.events.is_empty() {
@@ -146,37 +231,6 @@ fn where_they_went(r: &Readings) -> Said {
         );
     }
     (if done == all.len() { Verdict::Note } else { Verdict::Fails }, statement)
-}
-
-/// The runs of a plan, and their events.
-fn runs(
-    scene: &Scene,
-    plan: &RunPlan,
-    progress: &dyn Progress,
-) -> Result<(Vec<Trajectory>, Vec<EventRow>), ReportError> {
-    let (problem, h, every) = (&scene.problem, scene.step, plan.every);
-    let tolerance = plan.tolerance.unwrap_or(f64::NAN);
-    let steps = Steps { h, every, tolerance };
-    let all = plan.methods.iter().chain(&plan.adaptive);
-    if !plan.events.is_empty() {
-        let mut events = Vec::new();
-        let mut found = Vec::new();
-        for row in all {
-            let (trajectory, own) = events::run(problem, row, steps, &plan.events, progress)?;
-            found.push(trajectory);
-            events.extend(own);
-        }
-        return Ok((found, events));
-    }
-    if let Some(spacing) = plan.sample {
-        let found = all.map(|row| trajectory::dense(problem, row, steps, spacing, progress));
-        return Ok((found.collect::<Result<_, _>>()?, Vec::new()));
-    }
-    let mut found = trajectory::run(problem, &plan.methods, h, every, progress)?;
-    for row in &plan.adaptive {
-        found.push(trajectory::sampled(problem, row, tolerance, h, every, progress)?);
-    }
-    Ok((found, Vec::new()))
 }
 
 /// The most events of a method and a name that are listed one by one.

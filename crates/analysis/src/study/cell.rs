@@ -62,6 +62,29 @@ pub trait Study: Sync {
         index: usize,
         progress: &dyn Progress,
     ) -> Result<Self::Part, Self::Error>;
+
+    /// Computes the next leg of a long cell, from what the legs before gave. The result does not
+    /// depend on which command computed those. A cell without legs is done at once.
+    ///
+    /// # Errors
+    /// As for [`Study::compute`].
+    fn advance(
+        &self,
+        shared: &Self::Shared,
+        index: usize,
+        _so_far: Option<Self::Part>,
+        progress: &dyn Progress,
+    ) -> Result<Leg<Self::Part>, Self::Error> {
+        self.compute(shared, index, progress).map(Leg::Last)
+    }
+}
+
+/// What a cell gives after one leg more.
+pub enum Leg<P> {
+    /// Its result.
+    Last(P),
+    /// What the next leg goes on from.
+    Further(P),
 }
 
 /// The bytes of a reference at so many times: q, p and w of each degree of freedom, the time, and

@@ -8,13 +8,14 @@ use crate::Model;
 use crate::observable::Observable;
 use crate::progress::{Piece, Progress};
 use crate::scene::Variable;
+use crate::words::{Word, word as read_word};
 use afterbay_core::{
     Abilities, Direction, Event, EventState, Grid, IntegrateError, StateRef, System, Tolerance,
     integrate_with_events,
 };
 use afterbay_methods::registry::Row;
 use afterbay_systems::{CustomFunction, FunctionDescription};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// An event of a scene.
@@ -52,10 +53,11 @@ pub enum Action {
 }
 
 /// A row of `events.csv`, under the [`columns`]. The state is that before a bounce.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EventRow {
     /// Name of the method.
-    pub method: &'static str,
+    #[serde(deserialize_with = "read_word")]
+    pub method: Word,
     /// Name of the event.
     pub event: String,
     /// Time.

@@ -104,6 +104,13 @@ methods = ["moddg", "rk4"]
 methods = ["moddg", "rk4"]
 "#;
 
+/// A scene with runs of three methods, and without a sweep.
+fn runs() -> String {
+    let scene = SWEEP.replace("[sweep.vary]\nc = [0.0, 0.1, 0.2, 0.3, 0.4]\n", "");
+    let methods = "methods = [\"moddg\", \"rk4\", \"adaptive-dop853\"]\ntolerance = 1e-8";
+    scene.replacen("methods = [\"moddg\", \"rk4\"]", methods, 1)
+}
+
 /// A folder with a scene.
 struct Place(tempfile::TempDir);
 
@@ -165,8 +172,9 @@ fn table(path: &Path) -> Vec<csv::StringRecord> {
 
 #[test]
 fn shards_give_the_tables_of_one_command() {
+    let runs = runs();
     for (task, scene) in
-        [("study", AUTONOMOUS), ("study", DRIVEN), ("study", SWEEP), ("run", SWEEP)]
+        [("study", AUTONOMOUS), ("study", DRIVEN), ("study", SWEEP), ("run", SWEEP), ("run", &runs)]
     {
         let place = Place::new(scene);
         place.run(task, "alone", &[]);
@@ -368,12 +376,22 @@ fn a_job_array_names_the_share() {
     }
 }
 
+/// Studies and runs of one folder are joined one after the other.
 #[test]
-fn trajectories_without_a_sweep_have_no_cells() {
-    let scene = SWEEP.replace("[sweep.vary]\nc = [0.0, 0.1, 0.2, 0.3, 0.4]\n", "");
-    let place = Place::new(&scene);
-    let output = done(&mut place.command("run", "out", &["--shard", "1/2"]));
-    assert!(output.0 == Some(2) && output.2.contains("[sweep]"), "{}", output.2);
+fn a_merge_joins_studies_and_runs_of_one_folder() {
+    let place = Place::new(&runs());
+    for task in ["study", "run"] {
+        place.run(task, "alone", &[]);
+        place.run(task, "shared", &["--shard", "2/2"]);
+        place.run(task, "shared", &["--shard", "1/2"]);
+    }
+    assert!(!place.path("shared/data").exists());
+    let merge = |more: &[&str]| done(afterbay(&["merge"]).arg(place.path("shared")).args(more));
+    for more in [&[][..], &["--run"]] {
+        let (code, _, stderr) = merge(more);
+        assert_eq!(code, Some(0), "{stderr}");
+    }
+    assert_eq!(place.tables("shared"), place.tables("alone"));
 }
 
 /// A disk that is full in the middle of a journal.
