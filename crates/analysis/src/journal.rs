@@ -13,6 +13,7 @@ use crate::scene::Scene;
 use crate::study::cell::Cell;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD as BASE64;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::{HashMap, HashSet};
@@ -168,13 +169,11 @@ impl Content {
         };
         let header = serde_json::from_str(first)
             .map_err(|why| JournalError::NoHeader { path: path.into(), why: why.to_string() })?;
-        let (mut cells, mut damaged) = (Vec::new(), usize::from(length < bytes.len()));
-        for line in lines {
-            match Line::read(line) {
-                Some(cell) => cells.push(cell),
-                None => damaged += 1,
-            }
-        }
+        let lines: Vec<&str> = lines.collect();
+        let read: Vec<_> = lines.par_iter().map(|line| Line::read(line)).collect();
+        let torn = usize::from(length < bytes.len());
+        let damaged = torn + read.iter().filter(|line| line.is_none()).count();
+        let cells = read.into_iter().flatten().collect();
         Ok(Self { header: Some(header), cells, length: length as u64, damaged })
     }
 }

@@ -33,6 +33,7 @@ use afterbay_methods::registry::Row;
 use planner::Planner;
 use source::Source;
 use std::path::Path;
+use std::sync::Arc;
 
 /// The number of states shown of a run without a step.
 const STATES_SHOWN: f64 = 1000.0;
@@ -60,7 +61,7 @@ pub struct Scene {
     /// Studies.
     pub studies: Studies,
     /// The points at which everything is repeated.
-    pub sweep: Option<Sweep>,
+    pub sweep: Option<Arc<Sweep>>,
 }
 
 /// The JSON schema of scenes.
@@ -115,7 +116,7 @@ impl Scene {
         let (source, steps) = (&source, grid.steps);
         let mut planner =
             Planner { source, document: &document, problem: &problem, steps, points: 1 };
-        let sweep = planner.sweep()?;
+        let sweep = planner.sweep()?.map(Arc::new);
         planner.points = sweep.as_ref().map_or(1, |sweep| sweep.points.len());
         let (run, studies) = (planner.run()?, planner.studies()?);
         let figures = planner.figures(run.as_ref())?;

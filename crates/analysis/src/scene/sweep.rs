@@ -7,10 +7,11 @@ use super::{Scene, check_start, problem_of};
 use crate::study::Problem;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, Uniform};
 
 /// The most points of a sweep.
-const MOST_POINTS: f64 = 10_000.0;
+const MOST_POINTS: f64 = 100_000.0;
 
 /// A sweep.
 #[derive(Clone, Debug)]
@@ -99,8 +100,7 @@ impl Planner<'_> {
             (listed * samples as f64, MOST_POINTS),
             "give fewer values or samples",
         )?;
-        let mut points = Vec::new();
-        for index in 0..listed as u64 * samples {
+        let point = |index: u64| {
             let mut rest = index / samples;
             let mut indices = vec![0; axes.len()];
             for (at, axis) in indices.iter_mut().zip(&axes).rev() {
@@ -116,8 +116,12 @@ impl Planner<'_> {
                 .map(|(axis, index)| axis.values.at(index, &mut random))
                 .collect();
             let problem = self.problem_at(&axes, &values)?;
-            points.push(Point { values, problem });
-        }
+            Ok(Point { values, problem })
+        };
+        let points: Vec<Result<Point, SceneError>> =
+            (0..listed as u64 * samples).into_par_iter().map(point).collect();
+        // The error is that of the first point, whatever the threads.
+        let points = points.into_iter().collect::<Result<_, _>>()?;
         Ok(Some(Sweep { names: axes.into_iter().map(|axis| axis.name).collect(), points }))
     }
 
