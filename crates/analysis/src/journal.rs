@@ -252,7 +252,7 @@ impl Journal {
             }
             found.cells.retain(|key, _| !own.contains(under_way(key).unwrap_or(key)));
         }
-        let length = if begin { 0 } else { Content::read(&path)?.length };
+        let length = if begin { 0 } else { found.lengths.get(&path).copied().unwrap_or(0) };
         let placed = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
         placed.map_err(JournalError::file(&path))?;
         if length == 0 {
@@ -260,7 +260,7 @@ impl Journal {
             writeln!(file, "{line}").map_err(JournalError::file(&path))?;
         }
         keep_scene(&parts, scene)?;
-        let Found { cells: found, damaged, mixed } = found;
+        let Found { cells: found, damaged, mixed, .. } = found;
         let reused = if begin { 0 } else { done };
         let file = Some((path, Mutex::new(file)));
         Ok(Self { file, found, own, reused, damaged, mixed, _lock: lock })
@@ -287,7 +287,7 @@ impl Journal {
         let expected = Header::new(header.task, &header.scene);
         let mut found = Found::default();
         found.read(&parts, &Header { features: header.features.clone(), ..expected })?;
-        let Found { cells: found, damaged, mixed } = found;
+        let Found { cells: found, damaged, mixed, .. } = found;
         let reused = found.keys().filter(|key| under_way(key).is_none()).count();
         let own = HashSet::new();
         let journal = Self { file: None, found, own, reused, damaged, mixed, _lock: lock };
@@ -328,6 +328,8 @@ impl Ledger for Journal {
 #[derive(Default)]
 struct Found {
     cells: HashMap<String, Vec<u8>>,
+    /// The bytes of each file up to the end of its last whole line.
+    lengths: HashMap<PathBuf, u64>,
     damaged: usize,
     mixed: bool,
 }
@@ -337,6 +339,7 @@ impl Found {
     fn read(&mut self, parts: &Path, header: &Header) -> Result<(), JournalError> {
         for path in files(parts, "jsonl")? {
             let content = Content::read(&path)?;
+            self.lengths.insert(path.clone(), content.length);
             let Some(theirs) = content.header else { continue };
             let features = theirs.features.clone();
             self.mixed |= features != header.features;
