@@ -129,7 +129,12 @@ fn mistakes_are_refused() {
         ("vary.c = { uniform = [0, 1] }", "the key samples is missing"),
         ("vary.c = [1]\nsamples = 3", "samples does not belong here"),
         ("vary.c = { uniform = [0, 1] }\nsamples = 0", "samples = 0 must be at least 1"),
-        ("vary.c = { from = 0, to = 1, count = 200000 }", "more than the budget"),
+        ("vary.c = { from = 0, to = 1, count = 200000 }", "must be from 1 to 100000"),
+        (
+            "vary.c = { from = 0, to = 1, count = 1000 }\n\
+             vary.p1 = { from = 0, to = 1, count = 1000 }",
+            "more than the budget",
+        ),
         ("vary = {}", "the list is empty"),
     ] {
         let error = Scene::read(&format!("{SCENE}[sweep]\n{sweep}\n")).unwrap_err();
