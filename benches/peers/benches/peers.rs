@@ -5,14 +5,16 @@
 //! cargo bench -p afterbay-peers [-- SCENE ...]
 //! ```
 //!
+//! Boost.odeint takes part where a C++ compiler and its headers are (Debian: g++, libboost-dev),
+//! heyoka and LSODA where `python3` can import heyoka, and numbalsoda with numba.
+//!
 //! Run it on an idle machine. All runs of a scene are timed in turns and the minimum of their times
 //! counts, but continuous load slows some loops more than others. A run that takes longer than 0.3
 //! s is the last of its line; on C2 this leaves little more than one tolerance for explicit
 //! methods.
-//! more than one tolerance is left.
 
 use afterbay_peers::measure::{self, Patience};
-use afterbay_peers::{lines, ours, ratios, report, scenes};
+use afterbay_peers::{external, lines, ours, ratios, report, scenes};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -38,27 +40,31 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     } else if !full {
         scenes.retain(|scene| ["A", "D64", "E"].contains(&scene.name));
     }
+    let temporary = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let libraries = external::found(temporary, |why| eprintln!("{why}"));
     let mut all = Vec::new();
     for scene in &scenes {
         let clock = Instant::now();
         let mut here = ours::lines(scene);
         here.extend(lines(scene));
+        here.extend(libraries.iter().flat_map(|library| library.lines(scene)));
         let rows = measure::all(scene, &here, patience)?;
         eprintln!("{}: {} runs in {:.1} s", scene.name, rows.len(), clock.elapsed().as_secs_f64());
         all.push((scene.clone(), rows));
     }
-    println!(
-        "time to an error of (q, p) at the end, as a multiple of {}; of C2 in milliseconds",
-        ratios::YARDSTICK
-    );
-    println!("{:6} {:26} {:>26} {:>26} {:>26}", "", "", "1e-4", "1e-8", "1e-11");
-    for [scene, who, a, b, c] in all.iter().flat_map(|(_, rows)| ratios::table(rows)) {
-        println!("{scene:6} {who:26} {a:>26} {b:>26} {c:>26}");
-    }
+    println!("time to an error at the end");
+    print(&ratios::HEADER.map(String::from));
+    all.iter().flat_map(|(_, rows)| ratios::table(rows)).for_each(|entry| print(&entry));
+    println!("\nfaster elsewhere:");
+    all.iter().flat_map(|(_, rows)| ratios::slower(rows)).for_each(|case| println!("{case}"));
     if full {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../out/peers");
         report::write(&all, &folder)?;
         println!("out/peers/report.html, out/peers/data/work_precision.csv");
     }
     Ok(())
+}
+
+fn print([scene, part, who, a, b, c]: &ratios::Entry) {
+    println!("{scene:6} {part:8} {who:30} {a:>34} {b:>34} {c:>34}");
 }

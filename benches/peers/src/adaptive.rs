@@ -69,6 +69,7 @@ fn stored<V: Vector<Scalar = f64> + 'static>(
             steps: done.accepted,
             evaluations: done.effort.evaluations,
             iterations: (iterations > 0).then_some(iterations),
+            seconds: None,
         })
     }))
 }

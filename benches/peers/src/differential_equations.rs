@@ -75,6 +75,7 @@ where
             steps: solution.steps.accepted as u64,
             evaluations: solution.evals.function as u64,
             iterations: (solution.evals.newton > 0).then_some(solution.evals.newton as u64),
+            seconds: None,
         })
     })
 }

@@ -83,7 +83,12 @@ where
         }
     }?;
     let evaluations = (problem.eqn.rhs().statistics().number_of_calls - before) as u64;
-    Ok(Spent { steps, evaluations, iterations: matches!(kind, Kind::Bdf).then_some(iterations) })
+    Ok(Spent {
+        steps,
+        evaluations,
+        iterations: matches!(kind, Kind::Bdf).then_some(iterations),
+        seconds: None,
+    })
 }
 
 /// Runs to the end. Returns the numbers of accepted steps and of Newton iterations.

@@ -8,6 +8,7 @@
 mod adaptive;
 pub mod differential_equations;
 pub mod diffsol;
+pub mod external;
 pub mod fields;
 pub mod measure;
 pub mod ode_solvers;

@@ -21,6 +21,15 @@ pub struct Spent {
     pub evaluations: u64,
     /// The number of iterations of a nonlinear solver, if it counts them.
     pub iterations: Option<u64>,
+    /// The time of the run in seconds, where a process of its own has measured it.
+    pub seconds: Option<f64>,
+}
+
+impl Spent {
+    /// The time of the run, which began at `clock`.
+    fn time(&self, clock: Instant) -> Duration {
+        self.seconds.map_or_else(|| clock.elapsed(), Duration::from_secs_f64)
+    }
 }
 
 /// The parameter that determines the accuracy of a run.
@@ -139,10 +148,9 @@ pub fn all(scene: &Scene, lines: &[Line], patience: Patience) -> Result<Vec<Row>
             let mut all = Duration::ZERO;
             loop {
                 let clock = Instant::now();
-                (timed.run)(&mut end, None)?;
-                let elapsed = clock.elapsed();
-                timed.best = timed.best.min(elapsed);
-                all += elapsed;
+                let spent = (timed.run)(&mut end, None)?;
+                timed.best = timed.best.min(spent.time(clock));
+                all += clock.elapsed();
                 if all >= patience.least / patience.turns {
                     break;
                 }
@@ -195,8 +203,7 @@ fn watched(
     let run = (line.bind)(setting)?;
     let mut end = scene.start();
     let clock = Instant::now();
-    run(&mut end, None)?;
-    let first = clock.elapsed();
+    let first = run(&mut end, None)?.time(clock);
     let books = |y: &[f64]| (subject.energy(&y[..n], &y[n..2 * n]), y[2 * n..].iter().sum::<f64>());
     let start = books(&scene.start()).0;
     let mut before = vec![0.0; n];

@@ -63,7 +63,7 @@ macro_rules! run {
                 }
                 last.copy_from_slice(states.last().ok_or("no state")?.as_slice());
                 let (steps, evaluations) = (spent.accepted_steps.into(), spent.num_eval.into());
-                Ok(Spent { steps, evaluations, iterations: None })
+                Ok(Spent { steps, evaluations, iterations: None, seconds: None })
             });
         run
     }};

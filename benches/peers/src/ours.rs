@@ -90,6 +90,7 @@ fn stored<V: Vector<Scalar = f64> + 'static>(
             steps: grid.steps,
             evaluations,
             iterations: (iterations > 0).then_some(iterations),
+            seconds: None,
         })
     }))
 }

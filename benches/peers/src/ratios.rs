@@ -1,26 +1,49 @@
-//! The time needed for a given error, interpolated between runs, and its ratio to that of another
-//! method.
+//! The time needed for a given error, interpolated between runs, and its ratio to that of the
+//! other libraries.
 
 use super::measure::Row;
 
-/// The errors of (q, p) at the end for which times are computed.
+/// The errors at the end for which times are computed.
 pub const TARGETS: [f64; 3] = [1e-4, 1e-8, 1e-11];
 
-/// The method relative to which times are given.
-pub const YARDSTICK: &str = "ode_solvers-dop853";
+/// The part of the state whose error is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The coordinates and momenta (q, p).
+    Qp,
+    /// The reservoirs w.
+    W,
+}
 
-/// The targets of a scene: multiples of the time of [`YARDSTICK`], for C2 milliseconds.
-pub fn bars(scene: &str) -> Option<[f64; 3]> {
-    match scene {
-        "A" => Some([0.02; 3]),
-        "B" => Some([0.37, 0.57, 0.45]),
-        "C1" => Some([0.51, 0.38, 0.31]),
-        "C2" => Some([0.16, 0.5, 4.0]),
-        "D64" => Some([0.22, 0.21, 0.35]),
-        "D1024" => Some([0.25, 0.38, 0.37]),
-        _ => None,
+impl Part {
+    /// Both parts.
+    pub const BOTH: [Self; 2] = [Self::Qp, Self::W];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Qp => "(q, p)",
+            Self::W => "w",
+        }
+    }
+
+    fn error(self, row: &Row) -> Option<f64> {
+        match self {
+            Self::Qp => row.error_qp,
+            Self::W => row.error_w,
+        }
     }
 }
+
+/// The libraries, by the beginning of the names of their methods.
+pub const LIBRARIES: [(&str, &str); 6] = [
+    ("Boost.odeint", "boost-"),
+    ("heyoka", "heyoka-"),
+    ("LSODA", "numbalsoda-"),
+    ("ode_solvers", "ode_solvers-"),
+    ("differential-equations", "de-"),
+    ("diffsol", "diffsol-"),
+];
 
 /// The time needed for an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,9 +92,13 @@ pub fn time_to(envelope: &[(f64, f64)], error: f64) -> Option<Time> {
     Some(Time::Between((from.0.ln() + part * (to.0.ln() - from.0.ln())).exp()))
 }
 
-/// The points (seconds, error of (q, p)) of the completed runs of a method.
-pub fn points<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<(f64, f64)> {
-    rows.into_iter().filter_map(|row| Some((row.seconds?, row.error_qp?))).collect()
+/// The points (seconds, error) of the completed runs. Runs of the project's methods that conserve K
+/// count only if they did so to rounding.
+pub fn points<'a>(rows: impl IntoIterator<Item = &'a Row>, part: Part) -> Vec<(f64, f64)> {
+    rows.into_iter()
+        .filter(|row| !row.keeps_k || at_rounding(row))
+        .filter_map(|row| Some((row.seconds?, part.error(row)?)))
+        .collect()
 }
 
 /// Whether K was conserved to rounding: its drift is below 1e-12 of its scale.
@@ -79,73 +106,125 @@ pub fn at_rounding(row: &Row) -> bool {
     row.keeps_k && row.k_drift <= 1e-12 * row.k_scale.max(f64::MIN_POSITIVE)
 }
 
-/// The times of a method for the targets. For the project's methods that conserve K, only runs that
-/// did so count.
-pub fn times(rows: &[Row], method: &str) -> [Option<Time>; 3] {
-    let of = rows.iter().filter(|row| row.method == method && (!row.keeps_k || at_rounding(row)));
-    let envelope = envelope(points(of));
+/// The times of a method for the targets.
+pub fn times(rows: &[Row], method: &str, part: Part) -> [Option<Time>; 3] {
+    let envelope = envelope(points(rows.iter().filter(|row| row.method == method), part));
     TARGETS.map(|error| time_to(&envelope, error))
 }
 
-/// For each target, the fastest of the project's methods that conserve K.
-pub fn best(rows: &[Row]) -> [Option<(&'static str, Time)>; 3] {
-    let mut names: Vec<_> =
-        rows.iter().filter(|row| row.ours && row.keeps_k).map(|row| row.method).collect();
+/// A method and its time.
+pub type Fastest = Option<(&'static str, Time)>;
+
+/// For each target, the fastest of the methods that `which` selects.
+pub fn fastest(rows: &[Row], part: Part, which: impl Fn(&Row) -> bool) -> [Fastest; 3] {
+    let mut names: Vec<_> = rows.iter().filter(|row| which(row)).map(|row| row.method).collect();
     names.dedup();
-    let all: Vec<_> = names.iter().map(|name| (*name, times(rows, name))).collect();
+    let all: Vec<_> = names.iter().map(|name| (*name, times(rows, name, part))).collect();
     [0, 1, 2].map(|target| {
         let reached = all.iter().filter_map(|(name, times)| Some((*name, times[target]?)));
         reached.min_by(|a, b| a.1.seconds().total_cmp(&b.1.seconds()))
     })
 }
 
-/// One line of the table: the scene, the method, and a cell for each target.
-pub type Entry = [String; 5];
+/// The method for linear systems alone. It is shown apart from the fastest of the others.
+const LINEAR: &str = "linear-exact";
 
-/// The table of ratios of a scene: the target, the project's best method that conserves K, and each
-/// other library.
+/// Whether a row is of one of the project's methods that conserve K and take any system.
+pub fn is_ours(row: &Row) -> bool {
+    row.ours && row.keeps_k && row.method != LINEAR
+}
+
+/// For each target, the fastest of the project's methods that conserve K and take any system.
+pub fn ours(rows: &[Row], part: Part) -> [Fastest; 3] {
+    fastest(rows, part, is_ours)
+}
+
+/// For each target, the fastest method of the other libraries.
+pub fn others(rows: &[Row], part: Part) -> [Fastest; 3] {
+    fastest(rows, part, |row| !row.ours)
+}
+
+/// One line of a table: the scene, the part, the method, and a cell for each target.
+pub type Entry = [String; 6];
+
+/// The header of [`table`] and [`summary`].
+pub const HEADER: [&str; 6] = ["scene", "error of", "", "1e-4", "1e-8", "1e-11"];
+
+/// The times of a scene: the fastest of the project's methods that conserve K, the fastest of the
+/// other libraries, the ratio of the two, the exact flow of a linear scene, and every method of the
+/// other libraries.
 pub fn table(rows: &[Row]) -> Vec<Entry> {
-    let Some(scene) = rows.first().map(|row| row.problem) else { return Vec::new() };
-    let absolute = scene == "C2";
-    let yardstick = times(rows, YARDSTICK);
-    let cell = |target: usize, time: Option<Time>| {
-        let Some(time) = time else { return "not reached".to_owned() };
-        let sign = if matches!(time, Time::AtMost(_)) { "≤ " } else { "" };
-        let shown = |x: f64| format!("{sign}{x:.*}", if x < 0.1 { 4 } else { 2 });
-        match yardstick[target] {
-            _ if absolute => format!("{} ms", shown(1e3 * time.seconds())),
-            Some(unit) => shown(time.seconds() / unit.seconds()),
-            None => format!("{} ms", shown(1e3 * time.seconds())),
-        }
-    };
-    let entry = |who: String, cells: [String; 3]| {
-        let [a, b, c] = cells;
-        [scene.to_owned(), who, a, b, c]
-    };
-    let mut table = Vec::new();
-    if let Some(bars) = bars(scene) {
-        table.push(entry(
-            "bar".into(),
-            bars.map(|bar| format!("{bar}{}", if absolute { " ms" } else { "" })),
-        ));
-    }
-    let best = best(rows);
-    let named = [0, 1, 2].map(|target| {
-        let Some((name, time)) = best[target] else { return "not reached".to_owned() };
-        format!("{} {name}", cell(target, Some(time)))
-    });
-    table.push(entry("ours, K kept".into(), named));
     let mut peers: Vec<_> = rows.iter().filter(|row| !row.ours).map(|row| row.method).collect();
     peers.dedup();
-    for peer in peers {
-        let times = times(rows, peer);
-        table.push(entry(peer.into(), [0, 1, 2].map(|target| cell(target, times[target]))));
+    let of = |part: Part| {
+        let mut table = summary(rows, part);
+        let linear = rows.iter().find(|row| row.method == LINEAR).map(|row| row.method);
+        for peer in linear.iter().chain(&peers) {
+            let cells = times(rows, peer, part).map(|time| time.map_or(unreached(), shown));
+            table.extend(entry(rows, part, peer, cells));
+        }
+        table
+    };
+    Part::BOTH.into_iter().flat_map(of).collect()
+}
+
+/// The first three lines of [`table`].
+pub fn summary(rows: &[Row], part: Part) -> Vec<Entry> {
+    let [ours, others] = [ours(rows, part), others(rows, part)];
+    let named = |found: Fastest| {
+        found.map_or(unreached(), |(name, time)| format!("{} {name}", shown(time)))
+    };
+    let ratio =
+        [0, 1, 2].map(|k| ratio(ours[k], others[k]).map_or("-".into(), |x| format!("{x:.2}")));
+    [
+        entry(rows, part, "afterbay, K exact", ours.map(named)),
+        entry(rows, part, "fastest other", others.map(named)),
+        entry(rows, part, "ratio", ratio),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn entry(rows: &[Row], part: Part, who: &str, [a, b, c]: [String; 3]) -> Option<Entry> {
+    let scene = rows.first()?.problem;
+    Some([scene.into(), part.name().into(), who.into(), a, b, c])
+}
+
+/// The quotient of two times, if both are known.
+pub fn ratio(ours: Fastest, other: Fastest) -> Option<f64> {
+    Some(ours?.1.seconds() / other?.1.seconds())
+}
+
+/// The cases in which another library is faster, as a sentence each.
+pub fn slower(rows: &[Row]) -> Vec<String> {
+    let Some(scene) = rows.first().map(|row| row.problem) else { return Vec::new() };
+    let mut cases = Vec::new();
+    for part in Part::BOTH {
+        for (k, (ours, other)) in ours(rows, part).into_iter().zip(others(rows, part)).enumerate() {
+            let Some((peer, _)) = other else { continue };
+            let case = format!("{scene}, {} to {:e}", part.name(), TARGETS[k]);
+            match (ours, ratio(ours, other)) {
+                (Some((name, _)), Some(ratio)) if ratio > 1.0 => {
+                    cases.push(format!("{case}: {name} takes {ratio:.2} times as long as {peer}."));
+                }
+                (None, _) => cases.push(format!("{case}: reached by {peer} and by none of ours.")),
+                _ => {}
+            }
+        }
     }
-    let milliseconds = yardstick.map(|time| {
-        time.map_or("not reached".into(), |time| format!("{:.4} ms", 1e3 * time.seconds()))
-    });
-    table.push(entry(format!("{YARDSTICK}, time"), milliseconds));
-    table
+    cases
+}
+
+fn unreached() -> String {
+    "not reached".into()
+}
+
+fn shown(time: Time) -> String {
+    let sign = if matches!(time, Time::AtMost(_)) { "≤ " } else { "" };
+    let us = 1e6 * time.seconds();
+    let digits = if us < 100.0 { 1 } else { 0 };
+    format!("{sign}{us:.digits$} µs")
 }
 
 #[cfg(test)]
@@ -222,13 +301,27 @@ mod tests {
             // Twice as fast, but K is not conserved.
             row("lossy", true, 0.5, 1e-2, 1e-9),
             row("lossy", true, 1.0, 1e-6, 1e-9),
-            row(YARDSTICK, false, 2.0, 1e-2, 1e-3),
-            row(YARDSTICK, false, 4.0, 1e-6, 1e-7),
+            row("boost-x", false, 2.0, 1e-2, 1e-3),
+            row("boost-x", false, 4.0, 1e-6, 1e-7),
         ];
-        let table = table(&rows);
-        let cells = |who: &str| table.iter().find(|entry| entry[1] == who).unwrap()[2..].to_vec();
-        assert_eq!(cells("bar"), ["0.37", "0.57", "0.45"]);
-        assert_eq!(cells("ours, K kept"), ["0.50 slow", "not reached", "not reached"]);
-        assert_eq!(cells(YARDSTICK), ["1.00", "not reached", "not reached"]);
+        let lines = summary(&rows, Part::Qp);
+        let cells = |who: &str| lines.iter().find(|entry| entry[2] == who).unwrap()[3..].to_vec();
+        assert_eq!(cells("ratio"), ["0.50", "-", "-"]);
+        assert_eq!(cells("fastest other")[1], "not reached");
+        assert!(slower(&rows).is_empty());
+    }
+
+    #[test]
+    fn what_is_slower_is_named() {
+        let rows = [
+            row("ours", true, 4.0, 1e-2, 1e-15),
+            row("ours", true, 8.0, 1e-6, 1e-15),
+            row("boost-x", false, 2.0, 1e-2, 1e-3),
+            row("boost-x", false, 4.0, 1e-6, 1e-7),
+            row("boost-x", false, 8.0, 1e-10, 1e-9),
+        ];
+        let cases = slower(&rows);
+        assert_eq!(cases[0], "B, (q, p) to 1e-4: ours takes 2.00 times as long as boost-x.");
+        assert_eq!(cases[1], "B, (q, p) to 1e-8: reached by boost-x and by none of ours.");
     }
 }

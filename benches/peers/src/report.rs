@@ -1,8 +1,9 @@
 //! The report: charts of the error against time and evaluations for each scene, with tables.
 
+use super::Scene;
 use super::measure::Row;
-use super::{Scene, ratios};
-use afterbay_analysis::chart::{Axis, Curve, LineChart, Style};
+use super::ratios::{self, Part};
+use afterbay_analysis::chart::{Axis, Curve, LineChart, Panels, Style};
 use afterbay_analysis::data::DataFormat;
 use afterbay_analysis::record::{Artifact, Manifest, Output, RunOutcome, StorageError, processor};
 use afterbay_analysis::report::{Block, Figure, Report, Section, Table};
@@ -42,14 +43,11 @@ const VIEWS: [StateRef; 3] = [
 pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageError> {
     let rows: Vec<_> = all.iter().flat_map(|(_, rows)| rows).collect();
     let mut artifacts = vec![Artifact::table(DATA, &rows)?];
-    let mut sections = vec![summary(all)];
+    let mut sections = vec![summary(all, &mut artifacts)];
     sections.extend(all.iter().map(|(scene, rows)| section(scene, rows, &mut artifacts)));
     let report = Report {
         title: "Work against precision".into(),
-        subtitle: format!(
-            "afterbay beside ode_solvers, diffsol and differential-equations, on {}",
-            processor()
-        ),
+        subtitle: format!("afterbay beside {}, on {}", libraries(all).join(", "), processor()),
         sections,
     };
     let system = |row: &Row| {
@@ -72,22 +70,77 @@ pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageErro
     Output { report, artifacts, manifest }.write(folder, DataFormat::Csv)
 }
 
-fn summary(all: &[(Scene, Vec<Row>)]) -> Section {
-    let header = ["scene", "", "1e-4", "1e-8", "1e-11"].map(String::from).into();
+/// The libraries that have runs.
+fn libraries(all: &[(Scene, Vec<Row>)]) -> Vec<&'static str> {
+    let has = |prefix: &str| {
+        all.iter().flat_map(|(_, rows)| rows).any(|row| row.method.starts_with(prefix))
+    };
+    ratios::LIBRARIES.iter().filter(|library| has(library.1)).map(|library| library.0).collect()
+}
+
+fn summary(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Section {
+    let header = ratios::HEADER.map(String::from).into();
     let rows = all.iter().flat_map(|(_, rows)| ratios::table(rows)).map(Vec::from).collect();
-    let text = format!(
-        "Time to an error of (q, p) at the end, as a multiple of {} in the same run; of C2 in \
-         milliseconds. Between two runs of a method the time is interpolated, log-log; beyond the \
-         last it is not extrapolated. \"≤\": the coarsest run is as good already. Of our methods \
-         those that keep K count, and of these the runs whose drift of K is below 1e-12 of the \
-         largest of |H| and Σ|w|. The peers integrate w as one more component for each degree of \
-         freedom and control its error as well.",
-        ratios::YARDSTICK
-    );
+    let text = "Time to an error at the end, the least of alternating passes in one run. Between \
+                two runs of a method the time is interpolated, log-log; beyond the last it is not \
+                extrapolated. \"≤\": the coarsest run is as good already. Of our methods those \
+                that keep K and take any system count, and of these the runs whose drift of K is below 1e-12 of the \
+                largest of |H| and Σ|w|. The others integrate w as one more component for each \
+                degree of freedom and control its error as well.";
+    let slower: Vec<_> = all.iter().flat_map(|(_, rows)| ratios::slower(rows)).collect();
+    let slower = if slower.is_empty() {
+        "No other library is faster in any of these cases.".into()
+    } else {
+        format!("Another library is faster in these cases. {}", slower.join(" "))
+    };
     Section {
-        heading: "Ratios".into(),
-        blocks: vec![Block::Text(text), Block::Table(Table { header, rows })],
+        heading: "Times".into(),
+        blocks: vec![
+            Block::Text(text.into()),
+            Block::Figure(overview(all, artifacts)),
+            Block::Text(slower),
+            Block::Table(Table { header, rows }),
+        ],
     }
+}
+
+/// The smallest and the largest time of the overview, in units of our time to an error of 1e-8.
+const OVERVIEW: std::ops::RangeInclusive<f64> = 0.05..=50.0;
+
+/// The envelope of each library on each scene. Times are relative, so that scenes compare.
+fn overview(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Figure {
+    let ours = ("afterbay, K exact", "");
+    let of = |row: &Row, prefix: &str| {
+        if prefix.is_empty() { ratios::is_ours(row) } else { row.method.starts_with(prefix) }
+    };
+    let panel = |(scene, rows): &(Scene, Vec<Row>)| {
+        let unit = ratios::ours(rows, Part::Qp)[1].map_or(f64::NAN, |(_, time)| time.seconds());
+        let curve = |(label, prefix): (&str, &str)| {
+            let points = ratios::points(rows.iter().filter(|row| of(row, prefix)), Part::Qp);
+            let points = ratios::envelope(points)
+                .into_iter()
+                .map(|(seconds, error)| (seconds / unit, error.max(f64::EPSILON)))
+                .filter(|(time, _)| OVERVIEW.contains(time))
+                .collect();
+            let label = label.into();
+            Curve { label, points, bounds: Vec::new(), style: Style::LineMarkers }
+        };
+        let curves = std::iter::once(ours).chain(ratios::LIBRARIES).map(curve).collect();
+        (format!("{}: {}", scene.name, scene.about), curves)
+    };
+    let chart = Panels {
+        title: "Error of (q, p) at the end against the time of a run".into(),
+        x: Axis::log("time / time of afterbay to 1e-8"),
+        y: Axis::log("error of (q, p)"),
+        panels: all.iter().map(panel).collect(),
+    }
+    .draw();
+    let svg = chart.svg();
+    let file = "figures/overview.svg".to_owned();
+    artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture: Some(chart) });
+    let caption = "The best methods of each library: error of (q, p) at the end against the time \
+                   of a run, in units of the time in which the fastest of ours reaches 1e-8.";
+    Figure { svg, caption: caption.into(), file, data: DATA.into() }
 }
 
 fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Section {
@@ -96,7 +149,10 @@ fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Sectio
     let of = |wanted: &dyn Fn(&str, bool) -> bool| -> Vec<&'static str> {
         names.iter().filter(|(name, ours)| wanted(name, *ours)).map(|(name, _)| *name).collect()
     };
-    let mut first: Vec<_> = ratios::best(rows).into_iter().flatten().map(|best| best.0).collect();
+    let mut first: Vec<_> = Part::BOTH
+        .into_iter()
+        .flat_map(|part| ratios::ours(rows, part).into_iter().flatten().map(|found| found.0))
+        .collect();
     first.sort_unstable();
     first.dedup();
     first.extend(of(&|_, ours| !ours));
@@ -105,14 +161,12 @@ fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Sectio
         (
             "collocation",
             "Energy-preserving collocation.",
-            of(&|name, _| name.starts_with("collocation") || name == ratios::YARDSTICK),
+            of(&|name, _| name.starts_with("collocation")),
         ),
         (
             "others",
             "Our other methods.",
-            of(&|name, ours| {
-                (ours && !name.starts_with("collocation")) || name == ratios::YARDSTICK
-            }),
+            of(&|name, ours| ours && !name.starts_with("collocation")),
         ),
     ];
     let problem = &scene.problem;
