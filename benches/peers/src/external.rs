@@ -96,7 +96,7 @@ impl Library {
         let process = Rc::clone(&self.process);
         Some(Line::peer(name, tolerances(), move |tolerance| {
             let request = format!("{} {method} {tolerance:e}", scene.name);
-            let (process, repeats) = (Rc::clone(&process), Cell::new(1));
+            let (process, repeats) = (Rc::clone(&process), Cell::new(2));
             let run: Run = Box::new(move |last, watch| {
                 let spent = process.borrow_mut().run(&request, repeats.get(), last, watch)?;
                 if let Some(seconds) = spent.seconds {
