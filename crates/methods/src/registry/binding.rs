@@ -2,7 +2,7 @@
 //! [`AdaptiveBinding`], in its own file; its row holds it as a [`Form`].
 
 use super::Run;
-use super::run::{chosen, fixed};
+use super::erased::{chosen, fixed};
 use super::stepper::ErasedMethod;
 use crate::moddg::steps::Equation;
 use afterbay_core::{
