@@ -2,8 +2,8 @@
 //! or two equations ([`newton_2x2`]). The convergence test ([`Updates`]) and the continuation
 //! ([`follow`]) serve methods with more equations too.
 //!
-//! A scalar equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s = 0
-//! and the step at s = 1. If there are several at s = 1, the one wanted is on the branch that
+//! A scalar equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s
+//! = 0 and the step at s = 1. If there are several at s = 1, the one wanted is on the branch that
 //! starts at s = 0.
 
 mod continuation;

@@ -12,8 +12,8 @@
 use afterbay_core::StepFailure;
 use afterbay_core::solver::{Limits, Updates};
 
-/// Where the continuation of a step from h = 0 gives up: a step in s below 1/1000, a choice, since a
-/// method with many unknowns pays for each; and the number of evaluations.
+/// The limits of the continuation of a step from h = 0. Choices: with many unknowns each of its
+/// steps is expensive.
 pub(crate) const CONTINUATION: Limits = Limits { shortest: 1e-3, evaluations: 20_000 };
 
 /// The outcome of [`Iteration::judge`].

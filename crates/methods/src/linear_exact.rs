@@ -75,7 +75,7 @@ pub struct Workspace<V: Vector> {
     at: [V; 2],
     slope: [V; 2],
     d: V,
-    /// The same vectors for products with A
+    /// These vectors for products with A
     inner: ([V; 2], V),
     constant: [V; 2],
 }

@@ -12,7 +12,7 @@ const FIRST_STEP: f64 = 0.25;
 const SHORTER: f64 = 0.25;
 const LONGER: f64 = 2.0;
 
-/// Where a continuation gives up.
+/// The limits at which a continuation gives up.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// The shortest step in s, between 0 and 1.
@@ -65,8 +65,8 @@ impl<T: Scalar> Position<T> {
 }
 
 /// Continues a solution from s = 0 to s = 1. `solve(s)` starts from the last solution and returns
-/// the evaluations it made so far, with its failure if it has one; it then has to leave the solution
-/// as it was.
+/// the evaluations it made so far, with its failure if it has one; it then has to leave the
+/// solution as it was.
 ///
 /// # Errors
 /// The last failure of `solve`, where steps become too short or evaluations too many.

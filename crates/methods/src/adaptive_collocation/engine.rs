@@ -17,7 +17,8 @@ use afterbay_core::{
 };
 use std::array::from_fn;
 
-/// The largest number of sweeps of a step. A choice: with the best contraction they gain ten digits.
+/// The largest number of sweeps of a step. A choice: with the best contraction they gain ten
+/// digits.
 const MOST_SWEEPS: u32 = 12;
 /// The contraction factor per sweep that maximises progress. The factor is κ h² for a step of
 /// length h, and `-h ln (κ h²)`, the digits gained per sweep times h, is largest for
@@ -34,8 +35,8 @@ const SOLVER_SHARE: f64 = 0.1;
 /// The error of a step, relative to the allowed one, below which a failed projection is attributed
 /// to rounding. A choice, between 0 and 1.
 const ROUNDING_SHARE: f64 = 0.01;
-/// The smallest error, relative to the allowed one, assigned to a step whose projection fails; above
-/// 1, so that the step is rejected.
+/// The smallest error, relative to the allowed one, assigned to a step whose projection fails;
+/// above 1, so that the step is rejected.
 const REFUSED_ERROR: f64 = 2.0;
 /// The error of a step, relative to the allowed one, below which sweeps and not the error limit the
 /// step size. A choice, between 0 and 1: at order 8 the error alone would allow steps 1.5 times as

@@ -8,7 +8,8 @@
 /// trial, in sweeps, grows like the square of the number of degrees of freedom. A choice.
 const STEPS_BEFORE_TRIAL: u64 = 8;
 /// The factor by which steps must become longer, times the number of degrees of freedom, and the
-/// number of steps in which they must. Choices: a step by Newton's method costs about as many sweeps.
+/// number of steps in which they must. Choices: a step by Newton's method costs about as many
+/// sweeps.
 const LEAST_GAIN: f64 = 8.0;
 const TRIAL_STEPS: u32 = 6;
 

@@ -9,9 +9,9 @@ use afterbay_core::{Curvature, Scalar, State, Vector};
 const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl<V: Vector> Workspace<V> {
-    /// The scale of the rounding error of K over the step:
-    /// `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)` at both ends, in which the second
-    /// derivatives amplify the rounding of z, and the measured rounding of H. A rounding of the forces changes K by no more than a
+    /// The scale of the rounding error of K over the step: `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ
+    /// |∂H| + Σ |D_j|)` at both ends, in which the second derivatives amplify the rounding of z,
+    /// and the measured rounding of H. A rounding of the forces changes K by no more than a
     /// rounding of one of these terms. A larger change is due to a quadrature that does not resolve
     /// H.
     #[cold]

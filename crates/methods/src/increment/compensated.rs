@@ -64,8 +64,8 @@ where
     friction: Option<Friction<InCorrected<V>>>,
 }
 
-/// The largest correction relative to the terms of the equation. A choice: the error that [`Newton`]
-/// leaves is much smaller.
+/// The largest correction relative to the terms of the equation. A choice: the error that
+/// [`Newton`] leaves is much smaller.
 const LARGEST_CORRECTION: f64 = 1e-8;
 /// The residual, in roundings, at which Newton's iteration may stop. The correction squares it:
 /// 1e-12 becomes about 1e-24 times the second derivative of F.

@@ -31,7 +31,8 @@
 
 use afterbay_core::{Coupling, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
 
-/// The largest number of momenta that are updated at once. A choice: the matrix takes 2 MB in `f64`.
+/// The largest number of momenta that are updated at once. A choice: the matrix takes 2 MB in
+/// `f64`.
 const MOST_MOMENTA: usize = 512;
 /// The magnitudes of the coordinates at which the symmetry of R is tested, in
 /// their own units.

@@ -1,7 +1,7 @@
 //! Sweeps over the members of a tile, eight members of one colour side by side.
 //!
-//! The equation of a member is solved in lanes by two evaluations; by more if a lane needs them; and
-//! one member at a time if the lanes do not converge together. A lane computes the numbers of a
+//! The equation of a member is solved in lanes by two evaluations; by more if a lane needs them;
+//! and one member at a time if the lanes do not converge together. A lane computes the numbers of a
 //! single member, so all three give the same bits.
 
 use super::tile::{TILE, Tile};
@@ -48,7 +48,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
                         changes -= usize::from(colour == sweep % 2);
                     }
                 }
-                // So does the next step if the number of sweeps is even.
+                // The next step begins with that colour too if the number of sweeps is even.
                 changes -= sweeps % 2;
             }
             tile.store([q, p, w])?;

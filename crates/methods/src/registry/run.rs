@@ -25,8 +25,8 @@ impl<T> From<Grid<T>> for Setting<T> {
 /// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
-/// Takes a step of the given length. The time of the state does not change, and the state is unchanged
-/// after an error.
+/// Takes a step of the given length. The time of the state does not change, and the state is
+/// unchanged after an error.
 pub type Stepping<'a, T> =
     Box<dyn FnMut(T, &mut State<Vec<T>>) -> Result<Effort, IntegrateError> + 'a>;
 
@@ -109,8 +109,8 @@ impl<T: Scalar> Run<T> {
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
 
-    /// A function that takes single steps, for [`integrate_with_events`]: with a method that chooses
-    /// its steps, a step is a run within the tolerance.
+    /// A function that takes single steps, for [`integrate_with_events`]: with a method that
+    /// chooses its steps, a step is a run within the tolerance.
     ///
     /// [`integrate_with_events`]: afterbay_core::integrate_with_events
     pub fn stepper(&self, tolerance: Tolerance) -> Stepping<'_, T> {
