@@ -28,6 +28,24 @@ const ROUNDINGS_A_TERM: f64 = 0.5;
 /// step allocates. A choice.
 const MOST_PREALLOCATED: usize = 2048;
 
+/// A step of size h from `state`, where H is `start`, with the quadrature rule of a level.
+pub(super) struct Problem<'a, V: Vector, S: ?Sized> {
+    pub(super) system: &'a S,
+    pub(super) h: V::Scalar,
+    pub(super) state: &'a State<V>,
+    pub(super) start: V::Scalar,
+    pub(super) level: usize,
+}
+
+impl<V: Vector, S: ?Sized> Problem<'_, V, S> {
+    /// The initial values of q and p; the sign of h is reversed for p.
+    #[inline(always)]
+    pub(super) fn starts(&self) -> [Start<'_, V::Scalar>; 2] {
+        let Self { h, state, .. } = *self;
+        [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
+    }
+}
+
 /// The memory of a step.
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
@@ -136,32 +154,30 @@ impl<V: Vector> Workspace<V> {
 
     /// Computes the new state.
     #[inline]
-    pub(crate) fn find<S>(
+    pub(crate) fn find<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
         h: V::Scalar,
         state: &State<V>,
-    ) -> Result<Effort, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+    ) -> Result<Effort, StepFailure> {
         self.initial_guess(h, state);
         self.hard = false;
-        let start = state.energy(system);
+        let mut problem = Problem { system, h, state, start: state.energy(system), level: 0 };
         let mut effort = Effort::default();
         for level in 0..self.rules.len() {
-            effort += self.solve(system, h, state, level)?;
+            problem.level = level;
+            effort += self.solve(&problem)?;
             let before = self.defect;
-            let scale = self.finish(system, h, state, level, start)?;
+            self.finish(&problem)?;
             // If more nodes do not reduce the error, it may be due to the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
             let resolved = self.defect <= RESOLVED_ROUNDINGS;
             if resolved
                 || (settled && self.defect <= ROUNDINGS_A_TERM * state.dof() as f64)
-                || (settled && self.defect * scale <= END_ROUNDINGS * self.terms(system, h, state))
+                || (settled && self.defect * self.scale <= END_ROUNDINGS * self.terms(&problem))
             {
                 if !resolved {
-                    self.restore(system, h, state, level, start)?;
+                    self.restore(&problem)?;
                 }
                 self.made_by = Some(h);
                 return Ok(effort);
@@ -211,17 +227,11 @@ impl<V: Vector> Workspace<V> {
 
     /// Iterates to rounding: by sweeps if they contract fast, else by Newton's method.
     #[inline]
-    fn solve<S>(
+    fn solve<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-    ) -> Result<Effort, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let nodes = NODES * self.rules[level].len();
+        problem: &Problem<'_, V, S>,
+    ) -> Result<Effort, StepFailure> {
+        let nodes = NODES * self.rules[problem.level].len();
         let spent = |iterations: u32| Effort {
             evaluations: u64::from(iterations) * nodes as u64,
             iterations: u64::from(iterations),
@@ -229,13 +239,13 @@ impl<V: Vector> Workspace<V> {
         let before = if self.stiff {
             0
         } else {
-            match self.sweeps(system, h, state, level) {
+            match self.sweeps(problem) {
                 Ok(sweeps) => return Ok(spent(sweeps)),
                 Err(sweeps) => sweeps,
             }
         };
         cold_path();
-        match self.newton(system, h, state, level) {
+        match self.newton(problem) {
             Ok(after) => Ok(spent(before + after)),
             Err(StepFailure::NewtonStalled { dof, iterations, update }) => {
                 let iterations = before + iterations;
@@ -248,22 +258,17 @@ impl<V: Vector> Workspace<V> {
     /// Sweeps until the coefficients converge to rounding. Returns the number of sweeps, as the
     /// error if they do not converge.
     #[inline]
-    fn sweeps<S>(
+    fn sweeps<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-    ) -> Result<u32, u32>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+        problem: &Problem<'_, V, S>,
+    ) -> Result<u32, u32> {
         let epsilon = V::Scalar::EPSILON;
+        let Problem { state, level, .. } = *problem;
         let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
         let (mut updates, mut rate, mut left) = (Updates::none(), 1.0_f64, f64::INFINITY);
-        place_q(&self.rules[level], &mut self.nodes, starts(h, state)[0], &self.q_modes);
+        place_q(&self.rules[level], &mut self.nodes, problem.starts()[0], &self.q_modes);
         for sweeps in 1..=MOST_ITERATIONS {
-            let change = self.sweep(system, h, state, level, sizes);
+            let change = self.sweep(problem, sizes);
             if !change.is_finite() {
                 return Err(sweeps);
             }
@@ -279,7 +284,7 @@ impl<V: Vector> Workspace<V> {
             }
             left *= rate;
             if progress.diverges(STALLED_SWEEPS) {
-                let noise = self.is_noise(system, h, state, change);
+                let noise = self.is_noise(problem, change);
                 return if noise { Ok(sweeps) } else { Err(sweeps) };
             }
         }
@@ -292,34 +297,22 @@ impl<V: Vector> Workspace<V> {
 
     /// Takes one sweep over q and p. Returns their change relative to their size.
     #[inline(always)]
-    fn sweep<S>(
+    fn sweep<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
+        problem: &Problem<'_, V, S>,
         sizes: [f64; 2],
-    ) -> f64
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let length = h.to_f64().abs();
+    ) -> f64 {
+        let Problem { system, h, state, level, .. } = *problem;
+        let (n, length) = (state.dof(), h.to_f64().abs());
         let Self { rules, nodes, slopes, q_modes, p_modes, next, .. } = self;
         let (q_modes, p_modes, next) = (&mut q_modes[..n], &mut p_modes[..n], &mut next[..n]);
-        let (panels, [q, p]) = (&rules[level], starts(h, state));
+        let (panels, [q, p]) = (&rules[level], problem.starts());
         velocities(system, panels, nodes, slopes, p, p_modes, next);
         let change_q = exchange(next, q_modes, sizes[0], length);
         forces(system, panels, nodes, slopes, q, [q_modes, q_modes], next);
         let change_p = exchange(next, p_modes, sizes[1], length);
         change_q.max(change_p) + 0.0 * (change_q + change_p)
     }
-}
-
-/// The initial values of q and p; the sign of h is reversed for p.
-#[inline(always)]
-pub(super) fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
-    [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
 }
 
 /// The coefficients of the same polynomial on the next interval.

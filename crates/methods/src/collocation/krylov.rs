@@ -105,18 +105,18 @@ impl<'s, 'a, V: Vector, S: Curvature<V::Scalar> + ?Sized> Exact<'s, 'a, V, S> {
 
     /// Continues the solution from h = 0 to h.
     pub(super) fn solve_by_continuation(&mut self) -> Result<(), StepFailure> {
-        self.step.workspace.rest(self.step.state.dof());
-        let h = self.step.h;
+        self.step.workspace.rest(self.step.problem.state.dof());
+        let h = self.step.problem.h;
         let outcome = follow(CONTINUATION, |s| {
             self.krylov.keep(self.step.workspace.modes());
-            self.step.h = h * V::Scalar::from_f64(s);
+            self.step.problem.h = h * V::Scalar::from_f64(s);
             let outcome = self.converge();
             if outcome.is_err() {
                 self.krylov.recall(self.step.workspace.modes());
             }
             (self.step.spent, outcome)
         });
-        self.step.h = h;
+        self.step.problem.h = h;
         outcome
     }
 
@@ -231,8 +231,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Exact<'_, '_, V,
             return Ok(Verdict::Converged);
         }
         let diverges = progress.diverges(STALLED_CORRECTIONS) && self.change <= UNTESTED_SHARE;
-        let Step { workspace, system, h, state, .. } = &*self.step;
-        if diverges && workspace.is_noise(*system, *h, state, self.change) {
+        if diverges && self.step.workspace.is_noise(&self.step.problem, self.change) {
             return Ok(Verdict::Converged);
         }
         if diverges || is_last { Err(self.stalled()) } else { Ok(Verdict::Renew) }
@@ -242,8 +241,8 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Exact<'_, '_, V,
 impl<V: Vector, S: ?Sized> Step<'_, V, S> {
     /// The factors that convert changes of γ to shares of q and p.
     fn weights(&self) -> [f64; 2] {
-        let (Workspace { q_modes, p_modes, .. }, state) = (&*self.workspace, self.state);
-        let length = self.h.to_f64().abs();
+        let (Workspace { q_modes, p_modes, .. }, problem) = (&*self.workspace, &self.problem);
+        let (length, state) = (problem.h.to_f64().abs(), problem.state);
         [(&state.q, q_modes), (&state.p, p_modes)].map(|(start, modes)| {
             let most =
                 modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));

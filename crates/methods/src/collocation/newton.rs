@@ -6,14 +6,14 @@
 //! converges slowly, the exact derivative is used (`krylov.rs`).
 
 use super::equations::Equations;
-use super::iteration::{Workspace, largest, starts};
+use super::iteration::{Problem, Workspace, largest};
 use super::krylov::{Exact, Krylov};
 use super::nodes::{forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::Modes;
 use crate::iteration::{Correction, Iteration, Verdict};
 use afterbay_core::solver::Updates;
-use afterbay_core::{Curvature, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Quantity, Scalar, StepFailure, Vector};
 
 /// The number of corrections without a new smallest one after which the iteration stops. A choice.
 const STALLED_CORRECTIONS: u32 = 7;
@@ -28,14 +28,11 @@ const CRAWLING_CORRECTIONS: u32 = 12;
 /// choice: sweeps contract where it is below 1.
 const LARGEST_SWEPT_GAIN: f64 = 0.5;
 
-/// A step of size h from `state` by the quadrature rule of a level, and its Newton equations.
+/// The Newton equations of a step, and the state of their iteration.
 pub(super) struct Step<'a, V: Vector, S: ?Sized> {
     pub(super) workspace: &'a mut Workspace<V>,
     pub(super) equations: &'a mut Equations,
-    pub(super) system: &'a S,
-    pub(super) h: V::Scalar,
-    pub(super) state: &'a State<V>,
-    level: usize,
+    pub(super) problem: Problem<'a, V, S>,
     /// The number of evaluations of all nodes.
     pub(super) spent: u32,
     /// The degree of freedom with the largest change of the last correction.
@@ -44,31 +41,17 @@ pub(super) struct Step<'a, V: Vector, S: ?Sized> {
 
 impl<V: Vector> Workspace<V> {
     /// Runs Newton's iterations in turn. Returns the number of evaluations of all nodes.
-    pub(super) fn newton<S>(
+    pub(super) fn newton<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-    ) -> Result<u32, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+        problem: &Problem<'_, V, S>,
+    ) -> Result<u32, StepFailure> {
         let mut equations = match self.equations.take() {
             Some(equations) => equations,
-            None => Box::new(Equations::new(system, self.stages)?),
+            None => Box::new(Equations::new(problem.system, self.stages)?),
         };
         let mut krylov = self.krylov.take();
-        let mut step = Step {
-            workspace: self,
-            equations: &mut equations,
-            system,
-            h,
-            state,
-            level,
-            spent: 0,
-            dof: 0,
-        };
+        let (workspace, problem) = (&mut *self, Problem { ..*problem });
+        let mut step = Step { workspace, equations: &mut equations, problem, spent: 0, dof: 0 };
         let outcome = step.try_in_turn(&mut krylov).map(|()| step.spent);
         self.krylov = krylov;
         // Sweeps contract again where h J is small.
@@ -85,7 +68,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         &mut self,
         krylov: &mut Option<Box<Krylov<V::Scalar>>>,
     ) -> Result<(), StepFailure> {
-        let (n, hard) = (self.state.dof(), self.workspace.hard);
+        let (n, hard) = (self.problem.state.dof(), self.workspace.hard);
         let mut outcome =
             Err(StepFailure::NewtonStalled { dof: 0, iterations: 0, update: f64::NAN });
         if !hard {
@@ -118,13 +101,14 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
 
     /// Computes the residual of γ.
     pub(super) fn evaluate(&mut self) {
-        let Self { workspace, equations, system, h, state, level, .. } = self;
+        let Self { workspace, equations, problem, .. } = self;
+        let Problem { system, level, .. } = *problem;
         let Workspace { rules, nodes, slopes, q_modes, p_modes, next, next_q, .. } =
             &mut **workspace;
-        let (panels, [q, p]) = (&rules[*level], starts(*h, state));
+        let (panels, [q, p]) = (&rules[level], problem.starts());
         place_q(panels, nodes, q, q_modes);
-        velocities(*system, panels, nodes, slopes, p, p_modes, next_q);
-        forces(*system, panels, nodes, slopes, q, [q_modes, next_q], next);
+        velocities(system, panels, nodes, slopes, p, p_modes, next_q);
+        forces(system, panels, nodes, slopes, q, [q_modes, next_q], next);
         equations.see([next_q, next], [q_modes, p_modes]);
     }
 
@@ -154,7 +138,8 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
 
     /// Evaluates and factorises the Jacobian at the middle of the step.
     fn factorise(&mut self) -> Result<(), StepFailure> {
-        let Self { workspace, equations, system, h, state, .. } = self;
+        let Self { workspace, equations, problem, .. } = self;
+        let Problem { system, h, state, .. } = *problem;
         let Workspace { q, p, q_modes, p_modes, .. } = &mut **workspace;
         let (q, p, half) = (q.as_mut_slice(), p.as_mut_slice(), h.half());
         for j in 0..state.dof() {
@@ -162,7 +147,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
             p[j] = (-half).mul_add(p_modes[j][0][0], state.p.as_slice()[j]);
         }
         let singular = |dof| StepFailure::Singular { dof, slope: 0.0 };
-        equations.factorise(*system, h.to_f64(), q, p).map_err(singular)
+        equations.factorise(system, h.to_f64(), q, p).map_err(singular)
     }
 
     fn solve(&mut self) {
@@ -170,7 +155,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
     }
 
     fn update(&mut self) -> Result<f64, StepFailure> {
-        let Self { workspace, equations, h, state, .. } = self;
+        let Self { workspace, equations, problem: Problem { h, state, .. }, .. } = self;
         let Workspace { q_modes, p_modes, .. } = &mut **workspace;
         equations.add(1.0, [&mut *q_modes, &mut *p_modes]);
         let [(dq, q), (dp, p)] = equations.largest();
@@ -196,11 +181,10 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
             && progress.is_clear();
         let diverges = progress.diverges(STALLED_CORRECTIONS);
         if crawls || diverges || is_last {
-            let Self { workspace, system, h, state, .. } = self;
             let noise = if is_last && !diverges {
                 progress.is_rounding()
             } else {
-                workspace.is_noise(*system, *h, state, updates.last())
+                self.workspace.is_noise(&self.problem, updates.last())
             };
             let failure = self.stalled(self.dof, updates.last());
             return if noise && !crawls { Ok(Verdict::Converged) } else { Err(failure) };
