@@ -1,13 +1,20 @@
-//! Solvers of the scalar equation of an implicit step.
+//! Solvers of the equations of an implicit step: one scalar equation ([`Newton`], [`FixedPoint`]),
+//! or two equations ([`newton_2x2`]). The convergence test ([`Updates`]) and the continuation
+//! ([`follow`]) serve methods with more equations too.
 //!
-//! The equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s = 0
-//! and the step at s = 1. If there are several at s = 1, the one wanted is on the branch that
+//! A scalar equation is written `x = start - F(s, x)` with `F = O(s)`. Its solution is `start` at s
+//! = 0 and the step at s = 1. If there are several at s = 1, the one wanted is on the branch that
 //! starts at s = 0.
 
+mod continuation;
+mod convergence;
 mod fixed_point;
 mod newton;
+pub mod newton_2x2;
 mod several_solutions;
 
+pub use continuation::{Limits, follow};
+pub use convergence::Updates;
 pub use fixed_point::FixedPoint;
 pub use newton::Newton;
 

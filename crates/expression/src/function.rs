@@ -118,8 +118,8 @@ impl Graph {
         self.product(b, fraction)
     }
 
-    /// max(a, b) = a + (d + |d|)/2 with d = b - a, to a rounding of the larger of |a| and |b|. It is
-    /// exact if one of the two is 0.
+    /// max(a, b) = a + (d + |d|)/2 with d = b - a, to a rounding of the larger of |a| and |b|. It
+    /// is exact if one of the two is 0.
     pub fn max(&mut self, a: Node, b: Node) -> Node {
         // d is b itself if a is 0.
         let (a, b) = if self.is_zero(b) { (b, a) } else { (a, b) };

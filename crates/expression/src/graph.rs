@@ -289,7 +289,7 @@ impl Graph {
         image
     }
 
-    /// The same operation on the operands a and b.
+    /// This operation on the operands a and b.
     fn rebuild(&mut self, term: Term, a: Option<Node>, b: Option<Node>) -> Option<Node> {
         Some(match (term, a, b) {
             (Term::Negative(_), Some(a), _) => self.negative(a),

@@ -1,9 +1,10 @@
 //! Expressions, from their text to derivatives, divided differences and programs in any scalar.
 //!
-//! An expression is made of numbers, named parameters, coordinates `q1, q2, ..`, momenta
-//! `p1, p2, ..`, velocities `v1, v2, ..`, the operators `+ - * / ^`, parentheses, the constant `pi` and the functions `sin`
-//! `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `ln` `sqrt` `abs`, `min` and `max` of two numbers; of entries
-//! such as `q[i+1]`, and of sums such as `sum(i, 1, n-1, (q[i+1] - q[i])^2)`, which are written out.
+//! An expression is made of numbers, named parameters, coordinates `q1, q2, ..`, momenta `p1, p2,
+//! ..`, velocities `v1, v2, ..`, the operators `+ - * / ^`, parentheses, the constant `pi` and the
+//! functions `sin` `cos` `tan` `asin` `acos` `atan` `sinh` `cosh` `tanh` `exp` `log` `ln` `sqrt`
+//! `abs`, `min` and `max` of two numbers; of entries such as `q[i+1]`, and of sums such as `sum(i,
+//! 1, n-1, (q[i+1] - q[i])^2)`, which are written out.
 //!
 //! 1. [`parse()`] reads a text into a [`Graph`], in which equal terms are one [`Node`].
 //! 2. [`Graph::gradient`] adds the derivatives of a node by its inputs.
@@ -13,7 +14,7 @@
 //! 5. [`Program::results`] evaluates the program in any [`Scalar`](afterbay_core::Scalar): `f64`,
 //!    `Quad`, SIMD lanes, Taylor series, dual numbers.
 //!
-//! What follows from the form of an expression alone is read off the graph: degrees
+//! The properties that follow from the form of an expression alone are read off the graph: degrees
 //! ([`Graph::degrees`]), signs ([`Graph::sign`]), singularities ([`Graph::may_be_singular`]),
 //! and the forms that have faster kernels than a program ([`Graph::monomials`],
 //! [`Graph::ridges`]). Simplifications are made only where they are exact.
@@ -34,7 +35,7 @@
 //! let slope = graph.gradient(potential, Kinds::COORDINATES, &[Input::Coordinate(0)])[0];
 //! let mean = graph.divided_difference(potential, Input::Coordinate(0));
 //!
-//! // What depends on parameters alone is computed once and starts every run.
+//! // The part that depends on parameters alone is computed once and starts every run.
 //! let program = Program::new(&graph, &[potential, slope, mean])?;
 //! let k = 2.0;
 //! let frame = program.frame(&graph, &[k]);

@@ -1,5 +1,5 @@
-//! Where an expression has no value along a line: poles, logarithms of 0, roots of negative
-//! numbers.
+//! The points of a line at which an expression has no value: poles, logarithms of 0, roots of
+//! negative numbers.
 //!
 //! The program of the expression is run on intervals over parts of the line
 //! ([`afterbay_core::singularity`]). What is looked for is a divisor or the argument of a logarithm
@@ -13,7 +13,7 @@ use afterbay_core::{Interval, Scalar};
 use std::collections::HashSet;
 
 impl Graph {
-    /// Can the node be singular where what it is made of is finite, as far as its form tells?
+    /// Whether the node may be singular where its operands are finite, judged by its form.
     pub fn may_be_singular(&self, of: Node) -> bool {
         !self.doubtful(of).is_empty()
     }
@@ -60,7 +60,8 @@ impl Graph {
         all.into_iter().filter(doubtful).collect()
     }
 
-    /// Is a node ≥ 0, and is it > 0, by its form, given the nodes of which that is known?
+    /// Whether a node is ≥ 0, and whether it is > 0, judged by its form and the nodes for which
+    /// that is known.
     fn signs(&self, node: Node, least: &HashSet<Node>, positive: &HashSet<Node>) -> [bool; 2] {
         let both =
             |known: &HashSet<Node>, a: Node, b: Node| known.contains(&a) && known.contains(&b);

@@ -31,32 +31,23 @@
 //! continues from h = 0, and where the coupling is all-to-all and the matrices would need more than
 //! 4 GB. For scalars that hold one number: convergence is tested in `f64`.
 
-mod adaptive;
-mod corrections;
 mod defect;
-mod end;
-mod engine;
 mod equations;
-mod estimate;
-mod exact;
-mod gauss;
 mod iteration;
 mod krylov;
-mod legendre;
+mod newton;
 mod nodes;
 mod progress;
 mod rounding;
 mod rule;
 mod spectrum;
-mod stages;
-mod stiffness;
 
-pub use adaptive::AdaptiveCollocation;
-
+use crate::legendre::MODES;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, Vector};
-use iteration::Workspace;
-pub(crate) use legendre::gauss;
+
+pub(crate) use iteration::Workspace;
+pub(crate) use rule::MOST_NODES;
 
 /// Energy-preserving collocation with s stages and k quadrature nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,10 +82,10 @@ where
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let outside =
             |name, value: usize, range| InputError::Parameter { name, value: value as f64, range };
-        if !(1..=legendre::MODES).contains(&self.stages) {
+        if !(1..=MODES).contains(&self.stages) {
             return Err(outside("stages", self.stages, "1 to 8"));
         }
-        if !(2 * self.stages..=rule::MOST).contains(&self.nodes) {
+        if !(2 * self.stages..=MOST_NODES).contains(&self.nodes) {
             return Err(outside("nodes", self.nodes, "twice the stages to 64"));
         }
         Ok(Workspace::new(system, self.stages, self.nodes))

@@ -65,8 +65,8 @@ pub(crate) struct Along<'a, T, S: ?Sized> {
 }
 
 impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
-    /// D at the midpoint of the edge and the mean momentum v, without the force of a drive if that is
-    /// known.
+    /// D at the midpoint of the edge and the mean momentum v, without the force of a drive if that
+    /// is known.
     #[inline(always)]
     fn dissipation_of(&mut self, middle: T, v: T, drive: Option<T>) -> Dissipation<T> {
         let Self { system, j, ref mut q, ref mut p } = *self;
@@ -119,8 +119,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Pull<'_, 
     }
 }
 
-/// The same equation, restricted to one side of all singularities: beyond them its slope makes
-/// every solver refuse the step.
+/// The equation of [`Pull`], restricted to one side of all singularities: beyond them its slope
+/// makes every solver refuse the step.
 struct Guarded<'a, 'b, T, S: ?Sized, F>(Pull<'a, 'b, T, S, F>);
 
 impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Guarded<'_, '_, T, S, F> {
@@ -141,7 +141,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Guarded<'
 }
 
 impl<T> Coordinate<T> {
-    /// The same step under a drive, whose force may be known.
+    /// This step under a drive, whose force may be known.
     pub(crate) fn under(self, drive: Option<T>) -> Coordinate<T, Option<T>> {
         let Self { dof, q, p, steps, reach, dissipative, drive: () } = self;
         Coordinate { dof, q, p, steps, reach, dissipative, drive }

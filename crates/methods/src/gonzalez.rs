@@ -40,6 +40,7 @@ mod iteration;
 mod jacobian;
 mod update;
 
+use crate::commit;
 use crate::linear::LinearSolver;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
@@ -86,31 +87,15 @@ where
             // The state does not change, and the velocity Δq/h is undefined.
             return Ok(Effort::default());
         }
-        let n = state.dof();
         let dissipative = !system.dissipation_form().zero;
         let effort = workspace.find(system, h, state, |found| found.settle(system, h, state))?;
         let Workspace { q, p, w, energy, .. } = workspace;
-        let (q1, p1, w1) = (q.as_slice(), p.as_slice(), w.as_slice());
-        let mut finite = energy.is_finite();
-        for j in 0..n {
-            finite = finite.and(q1[j].is_finite()).and(p1[j].is_finite());
+        let ends = [q.as_slice(), p.as_slice(), w.as_slice()];
+        if !energy.is_finite().all() {
+            commit::check(ends)?;
+            return Err(StepFailure::non_finite(&[(Quantity::Energy, &[*energy])]));
         }
-        if dissipative {
-            finite = w1.iter().fold(finite, |finite, w| finite.and(w.is_finite()));
-        }
-        if !finite.all() {
-            return Err(StepFailure::non_finite(&[
-                (Quantity::Coordinate, q1),
-                (Quantity::Momentum, p1),
-                (Quantity::Reservoir, w1),
-                (Quantity::Energy, &[*energy]),
-            ]));
-        }
-        state.q.as_mut_slice().copy_from_slice(q1);
-        state.p.as_mut_slice().copy_from_slice(p1);
-        if dissipative {
-            state.w.as_mut_slice().copy_from_slice(w1);
-        }
+        commit::commit(state, ends, dissipative)?;
         Ok(effort)
     }
 }

@@ -3,7 +3,8 @@
 use afterbay_core::{Scalar, System};
 
 /// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1].
-const RULE: [(f64, f64); 5] = [
+/// M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table 25.4.
+const GAUSS_LEGENDRE: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
     (0.5, 0.284_444_444_444_444_4),
@@ -12,9 +13,9 @@ const RULE: [(f64, f64); 5] = [
 ];
 /// The error of H, in roundings of |H| and of the terms of ∇H·z, that needs no cancellation.
 const EXPLAINED_ROUNDINGS: f64 = 256.0;
-/// The ratio of the bound of the rounding error to the largest of those measured. A choice: there are
-/// few of them.
-const SAFETY: f64 = 4.0;
+/// The ratio of the bound of the rounding error to the largest of those measured. A choice: there
+/// are few of them.
+const BOUND_OVER_MEASURED: f64 = 4.0;
 
 /// Vectors that a measurement overwrites.
 pub(crate) struct Scratch<'a, T> {
@@ -40,7 +41,7 @@ impl<T: Scalar> Scratch<'_, T> {
         [from, to]: [f64; 2],
     ) -> [f64; 2] {
         let (mut integral, mut largest) = (0.0, 0.0_f64);
-        for (node, weight) in RULE {
+        for (node, weight) in GAUSS_LEGENDRE {
             self.grow(z, from + node * (to - from));
             system.gradient(self.q, self.p, self.hq, self.hp);
             let products = z[0].iter().zip(&*self.hq).chain(z[1].iter().zip(&*self.hp));
@@ -61,9 +62,9 @@ impl<T: Scalar> Scratch<'_, T> {
 /// integral of its slope. It is 0 where |H| and the terms of ∇H·z explain the difference.
 ///
 /// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
-/// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in the
-/// last place of its terms unless z is nearly at rest. A share counts only if twice as many nodes give
-/// nearly the same integral. In scalars of more than 53 bits nothing is measured.
+/// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
+/// the last place of its terms unless z is nearly at rest. A share counts only if twice as many
+/// nodes give nearly the same integral. In scalars of more than 53 bits nothing is measured.
 #[cold]
 pub(crate) fn grain<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
@@ -90,7 +91,7 @@ pub(crate) fn grain<T: Scalar, S: System<T> + ?Sized>(
             most = most.max(off);
         }
     }
-    SAFETY * most / T::EPSILON
+    BOUND_OVER_MEASURED * most / T::EPSILON
 }
 
 /// [`grain`] where a few allocations do not matter.

@@ -38,26 +38,24 @@ pub(crate) mod before;
 mod binding;
 mod compensated;
 mod composition;
+mod driven;
 mod friction;
 mod general;
-mod tile;
-mod tiled;
+mod sweep;
 
 pub(crate) use binding::Increments;
 pub use compensated::Compensated;
 pub use composition::Composition;
 pub use general::GeneralIncrement;
-pub use tiled::Tiled;
+pub(crate) use sweep::{advance, sweep};
 
 use crate::balance::{self, Account};
-use crate::coordinate::{Along, Coordinate, Moved};
-use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{
-    Coupling, Effort, InputError, Method, Scalar, Separable, State, StepFailure, Supply, Vector,
-    validate,
+    Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
 use before::Before;
 use friction::Friction;
+use sweep::overall;
 
 /// The coordinate-increment discrete gradient, a composition of forward and backward sweeps.
 #[derive(Clone, Debug)]
@@ -221,191 +219,4 @@ where
     let effort = sweep(system, [h, overall], first_motor, state, there)?;
     friction.pass(system, h.half(), state, back)?;
     Ok(effort)
-}
-
-/// Updates every coordinate once, in the given order. Motors move with velocity 1.
-#[inline]
-pub(crate) fn sweep<V, S>(
-    system: &S,
-    [h, overall]: [V::Scalar; 2],
-    first_motor: usize,
-    state: &mut State<V>,
-    order: impl Iterator<Item = usize>,
-) -> Result<Effort, StepFailure>
-where
-    V: Vector,
-    S: Separable<V::Scalar> + ?Sized,
-{
-    let damping = system.dissipation_form();
-    // Friction that couples the momenta acts outside the sweep.
-    let dissipative = !damping.zero && !damping.coupled;
-    let mut evaluations = 0;
-    let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
-    let has_motors = first_motor < q.len();
-    for j in order {
-        if has_motors {
-            let sweep = (first_motor, dissipative);
-            evaluations += advance_driven(system, [h, overall], sweep, j, [q, p, w])?;
-            continue;
-        }
-        let moved = advance(system, &Newton, [h, overall], [j, j], [q, p], dissipative)?;
-        (q[j], p[j]) = (moved.q, moved.p);
-        if dissipative {
-            w[j] += moved.dw;
-        }
-        evaluations += moved.evaluations;
-    }
-    Ok(Effort { evaluations, iterations: evaluations })
-}
-
-/// Updates one coordinate or motor of a driven system, with the friction on it if there is any in
-/// the sweep. Returns the number of evaluations.
-#[inline(never)]
-fn advance_driven<T, S>(
-    system: &S,
-    [h, overall]: [T; 2],
-    (first_motor, dissipative): (usize, bool),
-    j: usize,
-    [q, p, w]: [&mut [T]; 3],
-) -> Result<u64, StepFailure>
-where
-    T: Scalar,
-    S: Separable<T> + ?Sized,
-{
-    if j >= first_motor {
-        advance_motor(system, h, j, [q, p])?;
-        return Ok(0);
-    }
-    let known = system.supply(q, j).filter(|supply| supply.is_uniform);
-    let drive = known.map(|supply| supply.force);
-    let coordinate = coordinate(system, [h, overall], [j, j], [q, p], dissipative);
-    let moved = coordinate.under(drive).advance(&Newton, Along { system, j, q, p })?;
-    let from = std::mem::replace(&mut q[j], moved.q);
-    p[j] = moved.p;
-    if dissipative {
-        w[j] += moved.dw;
-    }
-    supply(system, j, known, [from, moved.q], [q, p, w]);
-    Ok(moved.evaluations)
-}
-
-/// Moves a motor with velocity 1. The momentum of a clock changes by the divided difference of V
-/// along the time.
-fn advance_motor<T, S>(
-    system: &S,
-    h: T,
-    motor: usize,
-    [q, p]: [&mut [T]; 2],
-) -> Result<(), StepFailure>
-where
-    T: Scalar,
-    S: Separable<T> + ?Sized,
-{
-    let (from, to) = (q[motor], q[motor] + h);
-    if system.may_be_singular() && system.is_singular_along(q, motor, to) {
-        let [from, to] = [from, to].map(T::to_f64);
-        return Err(StepFailure::AcrossSingularity { dof: motor, from, to });
-    }
-    p[motor] -= system.divided_difference(q, motor, to).value * (to - from);
-    q[motor] = to;
-    Ok(())
-}
-
-/// Books the work of the drive on degree of freedom j, which has moved along its edge: the force at
-/// the midpoint, as in D̄, times the way.
-fn supply<T, S>(
-    system: &S,
-    j: usize,
-    known: Option<Supply<T>>,
-    [from, to]: [T; 2],
-    [q, p, w]: [&mut [T]; 3],
-) where
-    T: Scalar,
-    S: Separable<T> + ?Sized,
-{
-    let supplied = known.or_else(|| {
-        q[j] = (from + to).half();
-        let supplied = system.supply(q, j);
-        q[j] = to;
-        supplied
-    });
-    if let Some(Supply { motor, force, .. }) = supplied {
-        let work = force * (to - from);
-        p[motor] += work;
-        w[motor] -= work;
-    }
-}
-
-/// The largest |q_j| if every coordinate is coupled to every other, else 0: for local coupling,
-/// [`beside`] computes the maximum over neighbours.
-fn overall<T: Scalar>(coupling: &Coupling, q: &[T]) -> T {
-    if *coupling != Coupling::Dense {
-        return T::zero();
-    }
-    let (chunks, rest) = q.as_chunks::<16>();
-    let most = rest.iter().fold(T::zero(), larger);
-    if chunks.is_empty() {
-        return most;
-    }
-    // Sixteen independent maxima avoid a chain of dependent operations.
-    let mut each = [most; 16];
-    for chunk in chunks {
-        each = std::array::from_fn(|k| larger(each[k], &chunk[k]));
-    }
-    each.iter().fold(most, larger)
-}
-
-/// The largest |q_i| among the coordinates coupled to j: j and its neighbours, or for dense
-/// coupling all coordinates as they were before the step.
-#[inline(always)]
-fn beside<T: Scalar>(coupling: &Coupling, overall: T, q: &[T], j: usize) -> T {
-    let last = q.len() - 1;
-    let [left, right] = match coupling {
-        Coupling::Dense => return overall,
-        Coupling::Chain => [j.saturating_sub(1), (j + 1).min(last)],
-        Coupling::Ring => [if j == 0 { last } else { j - 1 }, if j == last { 0 } else { j + 1 }],
-    };
-    [q[left], q[j], q[right]].iter().fold(T::zero(), larger)
-}
-
-/// max(most, |x|).
-#[inline(always)]
-fn larger<T: Scalar>(most: T, x: &T) -> T {
-    T::select(most.lt(x.abs()), x.abs(), most)
-}
-
-/// Moves coordinate j along its edge. Failures report it as `dof`. Entry j of p is overwritten.
-#[inline(always)]
-fn advance<T, S>(
-    system: &S,
-    solver: &impl Solver,
-    [h, overall]: [T; 2],
-    [j, dof]: [usize; 2],
-    [q, p]: [&mut [T]; 2],
-    dissipative: bool,
-) -> Result<Moved<T>, StepFailure>
-where
-    T: Scalar,
-    S: Separable<T> + ?Sized,
-{
-    coordinate(system, [h, overall], [j, dof], [q, p], dissipative)
-        .advance(solver, Along { system, j, q, p })
-}
-
-/// Collects the data of coordinate j before it moves.
-#[inline(always)]
-fn coordinate<T, S>(
-    system: &S,
-    [h, overall]: [T; 2],
-    [j, dof]: [usize; 2],
-    [q, p]: [&[T]; 2],
-    dissipative: bool,
-) -> Coordinate<T>
-where
-    T: Scalar,
-    S: Separable<T> + ?Sized,
-{
-    let rate = if system.unit_mass() { h } else { h / system.mass(j) };
-    let reach = beside(&system.coupling(), overall, q, j);
-    Coordinate { dof, q: q[j], p: p[j], steps: [rate, h, rate], reach, dissipative, drive: () }
 }

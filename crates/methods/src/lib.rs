@@ -8,6 +8,7 @@
 //! runs.
 
 mod adaptive;
+mod adaptive_collocation;
 mod adaptive_dop853;
 mod balance;
 mod bend;
@@ -19,7 +20,10 @@ mod gonzalez;
 mod grain;
 mod implicit_midpoint;
 mod increment;
+mod iteration;
+mod kernels;
 mod leapfrog;
+mod legendre;
 mod linear;
 mod linear_exact;
 mod linear_flow;
@@ -30,11 +34,13 @@ mod relaxed;
 mod rk4;
 mod runge_kutta;
 
+pub use adaptive_collocation::AdaptiveCollocation;
 pub use adaptive_dop853::AdaptiveDop853;
-pub use collocation::{AdaptiveCollocation, Collocation};
+pub use collocation::Collocation;
 pub use gonzalez::Gonzalez;
 pub use implicit_midpoint::ImplicitMidpoint;
-pub use increment::{Compensated, Composition, GeneralIncrement, Increment, Tiled};
+pub use increment::{Compensated, Composition, GeneralIncrement, Increment};
+pub use kernels::Tiled;
 pub use leapfrog::Leapfrog;
 pub use linear::LinearSolver;
 pub use linear_exact::LinearExact;

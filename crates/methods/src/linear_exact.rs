@@ -51,8 +51,8 @@ use table::Table;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinearExact;
 
-/// The largest number of degrees of freedom for which steps are tabulated.
-const TABULATED: usize = 12;
+/// The largest number of degrees of freedom for which steps are tabulated. A choice.
+const MOST_TABULATED: usize = 12;
 
 const NOT_LINEAR: &str = "the system is not linear";
 const HAS_CLOCK: &str = "V or D depends on the time";
@@ -75,7 +75,7 @@ pub struct Workspace<V: Vector> {
     at: [V; 2],
     slope: [V; 2],
     d: V,
-    /// The same vectors for products with A
+    /// These vectors for products with A
     inner: ([V; 2], V),
     constant: [V; 2],
 }
@@ -105,7 +105,7 @@ where
         }
         let n = system.dof();
         let (zeros, pair) = (|| V::zeros(n), || [V::zeros(n), V::zeros(n)]);
-        let flow = if n <= TABULATED {
+        let flow = if n <= MOST_TABULATED {
             Flow::Table(Box::new(Table::new(Equations::new(system, &Forces::none()))))
         } else {
             Flow::Series(Box::new(LinearFlow::new(n)))

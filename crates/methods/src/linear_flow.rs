@@ -9,12 +9,13 @@
 //! accurate to rounding too. No matrix norm is needed: the terms of the series determine the length
 //! of a span, separately for q and p and thus independently of their units.
 
-use crate::collocation::gauss;
+use crate::legendre::gauss;
 use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector};
 use std::sync::LazyLock;
 
-/// The largest number of spans, and hence about the largest h |A|.
-const SPANS: f64 = 1000.0;
+/// The largest number of spans, and hence about the largest h |A|. A choice:
+/// a limit of the work.
+const MOST_SPANS: f64 = 1000.0;
 
 /// y(h), and the terms of the series in the current span.
 #[derive(Clone, Debug)]
@@ -81,7 +82,7 @@ impl<V: Vector> LinearFlow<V> {
             products += count as u64 - 1;
             loop {
                 let more = self.excess(count);
-                if more.is_nan() || more * spans > SPANS {
+                if more.is_nan() || more * spans > MOST_SPANS {
                     return None;
                 }
                 if more <= 1.0 {
@@ -111,7 +112,11 @@ impl<V: Vector> LinearFlow<V> {
         let parts =
             [(Quantity::Force, self.u[1].as_slice()), (Quantity::Velocity, self.u[0].as_slice())];
         let finite = parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all()));
-        if finite { StepFailure::TooLong { limit: SPANS } } else { StepFailure::non_finite(&parts) }
+        if finite {
+            StepFailure::TooLong { limit: MOST_SPANS }
+        } else {
+            StepFailure::non_finite(&parts)
+        }
     }
 
     /// Computes the terms at the end of the span until they are negligible, and returns their

@@ -3,6 +3,7 @@
 
 pub(crate) mod binding;
 mod cost;
+mod erased;
 pub mod inlined;
 mod number;
 mod run;
@@ -16,8 +17,8 @@ use binding::{Form, Target};
 use std::sync::Arc;
 
 pub use cost::Cost;
+pub(crate) use erased::fixed;
 pub use number::{Compensable, Number, compensated};
-pub(crate) use run::fixed;
 pub use run::{Run, Setting, Show, Stepping};
 pub use sources::{KOBUS, Source};
 pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE};

@@ -50,7 +50,7 @@ pub struct DampedDoublePendulum<T> {
     c: [T; 2],
 }
 
-/// What the configuration makes of the kinetic energy, and the velocities.
+/// The coefficients of the kinetic energy in a configuration, and the velocities.
 struct Motion<T> {
     /// B sin(q1 - q2) and B cos(q1 - q2)
     arm: [T; 2],

@@ -42,7 +42,7 @@ pub enum InputError {
     /// scalar.
     #[error("the tolerance {name} = {value:?} must be finite and at least {least:e}")]
     Tolerance {
-        /// Which of them.
+        /// Its index, from 0.
         name: &'static str,
         /// The value given.
         value: f64,
@@ -70,7 +70,7 @@ pub enum InputError {
         if *found == 1 { "entry" } else { "entries" }
     )]
     Length {
-        /// Which vector.
+        /// The vector.
         quantity: Quantity,
         /// The number of degrees of freedom.
         expected: usize,
@@ -80,9 +80,9 @@ pub enum InputError {
     /// An initial state that is not finite, or a system that is not finite at a finite state.
     #[error("{} = {value:?} is not finite", quantity.of(*dof))]
     NotFinite {
-        /// Which vector.
+        /// The vector.
         quantity: Quantity,
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// The value given.
         value: f64,
@@ -94,13 +94,13 @@ pub enum InputError {
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed.
         range: &'static str,
     },
     /// A mass that is zero, negative or not finite.
     #[error("m{} = {value:?} must be positive and finite", dof + 1)]
     Mass {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// The mass given.
         value: f64,
@@ -108,9 +108,9 @@ pub enum InputError {
     /// A system whose functions contradict each other, see [`crate::validate`].
     #[error("{} is given as {given:?} and found to be {found:?}: {rule}", quantity.of(*dof))]
     Contradiction {
-        /// What is contradicted.
+        /// The statement that is contradicted.
         quantity: Quantity,
-        /// Which degree of freedom, from 0; for a sum, the one that contributes most to what is
+        /// The degree of freedom, from 0; for a sum, the one that contributes most to what is
         /// wrong.
         dof: usize,
         /// The value given, or the bound claimed.
@@ -123,7 +123,7 @@ pub enum InputError {
     /// A system whose functions contradict a derivative of one degree of freedom by another.
     #[error("{} is given as {given:?} and found to be {found:?}: {rule}", block.of(*row, *column))]
     ContradictionBetween {
-        /// Which derivative.
+        /// The derivative.
         block: Block,
         /// The degree of freedom differentiated, from 0.
         row: usize,

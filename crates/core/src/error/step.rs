@@ -13,9 +13,9 @@ pub enum StepFailure {
         dof + 1
     )]
     NonFinite {
-        /// Which vector.
+        /// The vector.
         quantity: Quantity,
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// The value it would have.
         value: f64,
@@ -29,7 +29,7 @@ pub enum StepFailure {
         factor(*ratio)
     )]
     NotContracting {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// Evaluations of the equation, over all attempts.
         iterations: u32,
@@ -45,7 +45,7 @@ pub enum StepFailure {
         dof + 1
     )]
     NewtonStalled {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// Evaluations of the equation, over all attempts.
         iterations: u32,
@@ -60,7 +60,7 @@ pub enum StepFailure {
         dof + 1
     )]
     SeveralSolutions {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// The share of the step at which several solutions are found.
         share: f64,
@@ -72,7 +72,7 @@ pub enum StepFailure {
         dof + 1
     )]
     Singular {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// The slope.
         slope: f64,
@@ -105,7 +105,7 @@ pub enum StepFailure {
         dof + 1
     )]
     Pole {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
         /// The denominator: p for δ(q), V' + D for δ(p).
         denominator: f64,
@@ -136,8 +136,8 @@ pub enum StepFailure {
         /// The change of K, in rounding errors of its terms.
         roundings: f64,
     },
-    /// H or the force of a drive is singular between the ends of the step: on the edge along which a
-    /// coordinate moves, or on the straight line from q to where the step leads. A mean of ∂H/∂q
+    /// H or the force of a drive is singular between the ends of the step: on the edge along which
+    /// a coordinate moves, or on the straight line from q to where the step leads. A mean of ∂H/∂q
     /// exists across a pole, and would keep K.
     #[error(
         "H or a force is singular between the ends of the step, in which q{} goes from {from:?} to \
@@ -161,11 +161,11 @@ pub enum StepFailure {
         dof + 1
     )]
     EdgeUnresolved {
-        /// Which degree of freedom, from 0.
+        /// The degree of freedom, from 0.
         dof: usize,
-        /// Where the edge starts.
+        /// The start of the edge.
         from: f64,
-        /// Where it ends.
+        /// Its end.
         to: f64,
     },
     /// The divided differences along the edges of a step do not add up to the change of H.

@@ -98,7 +98,7 @@ fn panel<T: Scalar, const K: usize>(
 /// A part of an edge that is not resolved yet.
 #[derive(Clone, Copy)]
 struct Open<T> {
-    /// Where it begins, as a share of the edge.
+    /// Its beginning, as a share of the edge.
     from: f64,
     /// The number of bisections that led to it.
     depth: i32,

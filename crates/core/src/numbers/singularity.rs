@@ -14,7 +14,7 @@ const MOST_WAITING: usize = 64;
 /// The share of the largest coordinate of the line below which a part is not halved.
 const SHORTEST: f64 = 1e-18;
 
-/// What the enclosure of a function over a part of a line shows.
+/// The result of enclosing a function over a part of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sight {
     /// The function has a value everywhere.

@@ -10,7 +10,7 @@ pub trait Vector: Clone + Send + Sync {
     /// The type of the numbers.
     type Scalar: Scalar;
 
-    /// The same storage of other scalars.
+    /// This kind of storage with other scalars.
     type Of<U: Scalar>: Vector<Scalar = U>;
 
     /// The length, if the type fixes it.

@@ -1,5 +1,6 @@
 //! Fixed-point iteration, as in the paper.
 
+use super::convergence::Updates;
 use super::newton::{MeasuredRounding, Point, measure_rounding};
 use super::{Equation, Root, Solver};
 use crate::error::StepFailure;
@@ -31,8 +32,7 @@ impl Solver for FixedPoint {
     ) -> Result<Root<T>, StepFailure> {
         let one = T::one();
         let (mut x, mut seen) = (start, None);
-        let mut smallest = T::from_f64(f64::MAX);
-        let (mut before, mut ratio, mut stalled) = (smallest, f64::INFINITY, 0);
+        let mut updates = Updates::none();
         for evaluations in 1..=MOST_ITERATIONS {
             let f = equation.at(T::one(), x);
             if !f.value.is_finite().all() {
@@ -51,22 +51,22 @@ impl Solver for FixedPoint {
             if update.le(T::zero()).all() {
                 return Ok(Root { x, evaluations });
             }
-            ratio = (update / before).to_f64();
-            stalled = if update.lt(smallest).all() { 0 } else { stalled + 1 };
+            updates.see(update);
             // Noise hides a slow contraction: with the factor |F'| it shows after 1/(1 - |F'|)
             // iterations.
             let gap = one - f.slope.abs();
-            if stalled >= STALLED_ITERATIONS && gap.le(T::zero()).any() {
-                return Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio });
+            if updates.stalled(STALLED_ITERATIONS) && gap.le(T::zero()).any() {
+                return Err(not_contracting(dof, evaluations, updates));
             }
             if T::from_f64(f64::from(STALLED_ITERATIONS))
-                .le(T::from_f64(f64::from(stalled)) * gap)
+                .le(T::from_f64(f64::from(updates.waited())) * gap)
                 .all()
             {
                 // Updates of a contraction stop shrinking at the noise of F, unless they never came
                 // close.
                 let small = T::from_f64(NOISE_ROUNDINGS * T::EPSILON)
                     * (start.abs() + x.abs() + f.value_rounding);
+                let smallest = updates.smallest();
                 let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);
                 // If F' > 0 the iterates alternate around the solution, by many roundings if F' is
                 // near 1.
@@ -74,14 +74,16 @@ impl Solver for FixedPoint {
                 return if smallest.le(small).all() {
                     Ok(Root { x, evaluations })
                 } else {
-                    Err(StepFailure::NotContracting { dof, iterations: evaluations, ratio })
+                    Err(not_contracting(dof, evaluations, updates))
                 };
             }
-            smallest = T::select(update.lt(smallest), update, smallest);
-            before = update;
         }
-        Err(StepFailure::NotContracting { dof, iterations: MOST_ITERATIONS, ratio })
+        Err(not_contracting(dof, MOST_ITERATIONS, updates))
     }
+}
+
+fn not_contracting<T: Scalar>(dof: usize, iterations: u32, updates: Updates<T>) -> StepFailure {
+    StepFailure::NotContracting { dof, iterations, ratio: updates.ratio().to_f64() }
 }
 
 impl FixedPoint {

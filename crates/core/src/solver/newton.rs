@@ -20,7 +20,7 @@
 //!    its rounding: terms that underflow, forces that cancel, functions constant to rounding.
 
 mod bracket;
-mod continuation;
+mod branch;
 mod iteration;
 mod rounding;
 mod two_corrections;
@@ -28,7 +28,7 @@ mod two_corrections;
 use super::{Equation, Root, Sample, Solver};
 use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar};
-use continuation::continue_from_start;
+use branch::continue_from_start;
 use iteration::iterate_to_rounding;
 use std::hint::cold_path;
 use two_corrections::two_corrections;

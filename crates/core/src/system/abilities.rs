@@ -74,7 +74,7 @@ pub trait Abilities<T: Scalar>: System<T> + Any {
         None
     }
 
-    /// The same δ as printed in the paper.
+    /// δ as printed in the paper, for [`Misprinted`] systems.
     fn misprinted(self: Arc<Self>) -> Option<Arc<dyn Misprinted<T>>> {
         None
     }

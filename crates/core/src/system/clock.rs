@@ -72,7 +72,7 @@ impl<S: ?Sized> Clocked<S> {
         &self.system
     }
 
-    /// The same clock on another form of the system, which must have as many degrees of freedom.
+    /// This clock on another form of the system, which must have as many degrees of freedom.
     pub fn map<R>(&self, f: impl FnOnce(&S) -> R) -> Clocked<R> {
         self.with(Arc::new(f(&self.system)))
     }

@@ -1,4 +1,4 @@
-//! Which degrees of freedom act on each other.
+//! The degrees of freedom that act on each other.
 
 /// The pattern of degrees of freedom that act on each other: i acts on j if ∂H/∂q_j, ∂H/∂p_j or D_j
 /// may depend on q_i or p_i.

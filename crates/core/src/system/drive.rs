@@ -41,8 +41,8 @@ pub trait Drive<T: Scalar>: Send + Sync {
     /// Which slopes are passed, and in which order, must not depend on the state.
     fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T));
 
-    /// Whether F_j for entry k of [`Drive::driven`] depends on q_j itself. Where it does not, methods
-    /// compute it once a step.
+    /// Whether F_j for entry k of [`Drive::driven`] depends on q_j itself. Where it does not,
+    /// methods compute it once a step.
     fn depends_on_own(&self, _k: usize) -> bool {
         true
     }

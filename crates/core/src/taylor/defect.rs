@@ -19,7 +19,7 @@ use crate::system::{State, System};
 /// choice: about the rounding error of the evaluation itself.
 pub(super) const ALLOWED_ROUNDINGS: f64 = 16.0;
 
-/// How far the polynomial of a stride solves the equations.
+/// The accuracy with which the polynomial of a stride solves the equations.
 pub trait Defect<V: Vector, const M: usize>: Sync {
     /// The share of the stride τ, which may be negative, from its beginning, over which the defect
     /// is known to add no more than a few roundings to the error; 0 if it is not known for any.

@@ -28,7 +28,7 @@ impl<T: Scalar> System<T> for Pair {
     }
 }
 
-/// What q and p, and what w are off by at the end of the reach, in roundings of the largest of
+/// The errors of (q, p) and of w at the end of the reach, in roundings of the largest of
 /// each, beside 48 terms in 31 digits. Those are good to 1e-31 there.
 fn off<T: Scalar>(
     system: &Pair,
@@ -119,7 +119,7 @@ fn a_force_that_jumps_is_followed_from_kink_to_kink() {
     }
 }
 
-/// Where a flow ends up, its defect enclosed.
+/// The end of a flow, with its defect enclosed.
 fn enclosed<R, S>(ranges: R, system: &S, q: f64, p: f64, end: f64, pace: Pace) -> State<[Quad; 1]>
 where
     R: System<Series<Interval, 24>>,
@@ -222,7 +222,7 @@ fn series_with_gaps_end_where_they_do() {
     }
 }
 
-/// What is narrower than a stride leaves no trace in the coefficients on either side.
+/// A feature narrower than a stride leaves no trace in the coefficients on either side.
 #[test]
 fn narrow_features_are_met() {
     let widths = [0.1, 0.01, 0.001];

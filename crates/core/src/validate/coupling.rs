@@ -1,4 +1,4 @@
-//! Which degrees of freedom act on each other.
+//! The degrees of freedom that act on each other.
 
 use super::around::{Fields, moved, reach, rounding};
 use crate::error::InputError;

@@ -1,11 +1,11 @@
-//! Why a text is no expression.
+//! The mistakes in a text that make it no expression.
 
 use super::index::MOST_INDEX;
 use super::{DEEPEST, LONGEST, MOST_DEGREES, MOST_WRITTEN_OUT};
 use std::ops::Range;
 use thiserror::Error;
 
-/// What is wrong with an expression.
+/// A mistake in an expression.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Problem {
     /// A symbol or word that the grammar does not allow here.
@@ -13,13 +13,13 @@ pub enum Problem {
     Unexpected {
         /// The symbol or word.
         found: String,
-        /// What the grammar allows.
+        /// The tokens that the grammar allows.
         expected: &'static str,
     },
     /// A text that ends too early.
     #[error("the expression ends where {expected} should be")]
     Ends {
-        /// What the grammar allows.
+        /// The tokens that the grammar allows.
         expected: &'static str,
     },
     /// A product without its sign, such as `2 q1` or `g(1 - q1)`.
@@ -67,7 +67,8 @@ pub enum Problem {
         /// N
         dof: usize,
     },
-    /// A coordinate, a momentum, a velocity or the time where [`Names`](super::Names) does not allow it.
+    /// A coordinate, a momentum, a velocity or the time where [`Names`](super::Names) does not
+    /// allow it.
     #[error("{name} has no place here: {rule}")]
     NoPlace {
         /// As it was written.
@@ -114,7 +115,7 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// What to write instead, where the mistake is a common one.
+    /// The text to write instead, where the mistake is a common one.
     pub fn advice(&self) -> Option<String> {
         match self {
             Self::Ends { expected } => {
@@ -174,6 +175,6 @@ fn last(dof: Option<usize>) -> String {
 pub struct ParseError {
     /// The bytes of the text that are wrong.
     pub span: Range<usize>,
-    /// What is wrong.
+    /// The mistake.
     pub problem: Problem,
 }

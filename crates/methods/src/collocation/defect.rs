@@ -3,28 +3,20 @@
 //! The defect is `H1 - H0 + Σ Δw_j` in units of the rounding of these terms. Where the iteration
 //! ends in rounding noise, [`Workspace::restore`] projects the new state onto the old value of K.
 
-use super::iteration::{Workspace, largest};
+use super::iteration::{Problem, Workspace, largest};
 use super::nodes::losses;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
-use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Mask, Quantity, Scalar, StepFailure, Vector};
 
 impl<V: Vector> Workspace<V> {
-    /// Computes z1, w1 and the defect. Returns the sum of the terms of K, whose rounding is the
-    /// unit of the defect.
+    /// Computes z1, w1 and the defect.
     #[inline(never)]
-    pub(super) fn finish<S>(
+    pub(super) fn finish<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        start: V::Scalar,
-    ) -> Result<f64, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let zero = V::Scalar::zero();
+        problem: &Problem<'_, V, S>,
+    ) -> Result<(), StepFailure> {
+        let Problem { system, h, state, start, level } = *problem;
+        let (n, zero) = (state.dof(), V::Scalar::zero());
         let Self { rules, nodes, slopes, q_modes, p_modes, q, p, w, .. } = self;
         if self.dissipative {
             losses(system, &rules[level], nodes, slopes, q_modes, w);
@@ -54,12 +46,13 @@ impl<V: Vector> Workspace<V> {
             return Err(StepFailure::non_finite(&parts));
         }
         self.gained = gained;
-        Ok(self.weigh(system, start))
+        self.weigh(system, start);
+        Ok(())
     }
 
-    /// Computes the defect of the new state. Returns the sum of the terms of K.
+    /// Computes the defect of the new state, and the sum of the terms of K.
     #[inline]
-    fn weigh<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, start: V::Scalar) -> f64 {
+    fn weigh<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, start: V::Scalar) {
         let Self { slopes, q, p, gained, .. } = self;
         let (q, p, zero) = (q.as_slice(), p.as_slice(), V::Scalar::zero());
         let (hq, hp) = (slopes.hq[0].as_mut_slice(), slopes.hp[0].as_mut_slice());
@@ -71,24 +64,16 @@ impl<V: Vector> Workspace<V> {
         let defect = (end - start + *gained).abs().to_f64();
         self.scale = scale;
         self.defect = if defect == 0.0 { 0.0 } else { defect / (V::Scalar::EPSILON * scale) };
-        scale
     }
 
     /// Moves the new state along ∇H until K equals its old value to rounding at both ends. The
     /// error that a long step leaves is a rounding of the work along it, which may be much larger.
     #[cold]
-    pub(super) fn restore<S>(
+    pub(super) fn restore<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        start: V::Scalar,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let before = self.defect;
+        problem: &Problem<'_, V, S>,
+    ) -> Result<(), StepFailure> {
+        let (&Problem { system, start, .. }, before) = (problem, self.defect);
         let Self { slopes, q, p, gained, .. } = self;
         let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
         let mut end = system.energy(q, p);
@@ -103,7 +88,7 @@ impl<V: Vector> Workspace<V> {
         self.weigh(system, start);
         // NaN counts as worse.
         if !(moved || self.defect <= before) {
-            self.finish(system, h, state, level, start)?;
+            self.finish(problem)?;
         }
         Ok(())
     }

@@ -27,10 +27,10 @@ use crate::linear::{LinearSolver, Matrix, Number, SMALL};
 use afterbay_core::{Block, Curvature, Scalar, StepFailure};
 use faer::c64;
 
-/// The memory limit for the matrices of all eigenvalues, in bytes.
-const MEMORY: f64 = 4e9;
-/// A matrix is treated as sparse if fewer than one in this many entries is nonzero.
-const FEW: usize = 8;
+/// The memory limit for the matrices of all eigenvalues, in bytes. A choice.
+const MOST_BYTES: f64 = 4e9;
+/// A matrix is treated as sparse if fewer than one in this many entries is nonzero. A choice.
+const ENTRIES_A_NONZERO: usize = 8;
 
 /// A derivative provided by the system, and its positions in the matrix; only Hqp has a second one.
 #[derive(Clone, Copy, Debug)]
@@ -97,9 +97,10 @@ impl Equations {
         let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
         let size = if eliminate { n } else { 2 * n };
         let spectrum = spectrum::of(stages);
-        let dense = !chain && (size <= SMALL || entries.len().saturating_mul(FEW) >= size * size);
+        let dense = !chain
+            && (size <= SMALL || entries.len().saturating_mul(ENTRIES_A_NONZERO) >= size * size);
         let bytes = 16.0 * (spectrum.len() * size) as f64 * size as f64;
-        if dense && bytes > MEMORY {
+        if dense && bytes > MOST_BYTES {
             return Err(StepFailure::TooLarge { unknowns: size, bytes });
         }
         let solver = match dense {

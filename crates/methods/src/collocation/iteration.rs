@@ -10,22 +10,41 @@ use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
+use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
 
-/// The number of changes without a new smallest one after which the sweeps stop.
+/// The number of changes without a new smallest one after which the sweeps stop. A choice.
 const STALLED_SWEEPS: u32 = 3;
 /// The error of K, in roundings of its terms, that is not attributed to the quadrature.
-const K_ROUNDINGS: f64 = 16.0;
+const RESOLVED_ROUNDINGS: f64 = 16.0;
 /// The error of K, in roundings of z times their effect on K, that is attributed to rounding: the
 /// new state is rounded once more after the iteration.
 const END_ROUNDINGS: f64 = 8.0;
 
-/// The rounding error that each of the N terms of a sum may contribute.
-const SUMMED: f64 = 0.5;
+/// The error of K, in roundings of its terms, that each of the N terms of a sum may contribute.
+const ROUNDINGS_A_TERM: f64 = 0.5;
 /// The number of unknowns up to which the equations are allocated with the workspace, so that no
-/// step allocates.
-const FEW: usize = 2048;
+/// step allocates. A choice.
+const MOST_PREALLOCATED: usize = 2048;
+
+/// A step of size h from `state`, where H is `start`, with the quadrature rule of a level.
+pub(super) struct Problem<'a, V: Vector, S: ?Sized> {
+    pub(super) system: &'a S,
+    pub(super) h: V::Scalar,
+    pub(super) state: &'a State<V>,
+    pub(super) start: V::Scalar,
+    pub(super) level: usize,
+}
+
+impl<V: Vector, S: ?Sized> Problem<'_, V, S> {
+    /// The initial values of q and p; the sign of h is reversed for p.
+    #[inline(always)]
+    pub(super) fn starts(&self) -> [Start<'_, V::Scalar>; 2] {
+        let Self { h, state, .. } = *self;
+        [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
+    }
+}
 
 /// The memory of a step.
 #[derive(Clone, Debug)]
@@ -50,7 +69,7 @@ pub struct Workspace<V: Vector> {
     pub(super) krylov: Option<Box<Krylov<V::Scalar>>>,
     pub(super) hard: bool,
     /// Whether that iteration is allowed. It is not if a shorter step is an alternative.
-    pub(super) thorough: bool,
+    pub(crate) thorough: bool,
     /// The new state.
     pub(super) q: V,
     pub(super) p: V,
@@ -65,7 +84,7 @@ pub struct Workspace<V: Vector> {
 }
 
 impl<V: Vector> Workspace<V> {
-    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(
+    pub(crate) fn new<S: Curvature<V::Scalar> + ?Sized>(
         system: &S,
         stages: usize,
         nodes: usize,
@@ -86,7 +105,7 @@ impl<V: Vector> Workspace<V> {
             next: modes(),
             next_q: modes(),
             stages,
-            equations: (2 * stages * n <= FEW)
+            equations: (2 * stages * n <= MOST_PREALLOCATED)
                 .then(|| Equations::new(system, stages).ok().map(Box::new))
                 .flatten(),
             stiff: false,
@@ -110,22 +129,22 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// The sum of the terms of K, whose rounding is the unit of the defect.
-    pub(super) fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
     /// h times the largest entry of the last Jacobian.
-    pub(super) fn gain(&self) -> f64 {
+    pub(crate) fn gain(&self) -> f64 {
         self.equations.as_ref().map_or(0.0, |equations| equations.gain)
     }
 
     /// The new q, p and w.
-    pub(super) fn ends(&self) -> [&V; 3] {
+    pub(crate) fn ends(&self) -> [&V; 3] {
         [&self.q, &self.p, &self.w]
     }
 
     /// q' and -p' of one degree of freedom at the times τ of the step.
-    pub(super) fn slopes_at<const K: usize>(
+    pub(crate) fn slopes_at<const K: usize>(
         &self,
         dof: usize,
         times: &[V::Scalar; K],
@@ -135,32 +154,30 @@ impl<V: Vector> Workspace<V> {
 
     /// Computes the new state.
     #[inline]
-    pub(super) fn find<S>(
+    pub(crate) fn find<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
         h: V::Scalar,
         state: &State<V>,
-    ) -> Result<Effort, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+    ) -> Result<Effort, StepFailure> {
         self.initial_guess(h, state);
         self.hard = false;
-        let start = state.energy(system);
+        let mut problem = Problem { system, h, state, start: state.energy(system), level: 0 };
         let mut effort = Effort::default();
         for level in 0..self.rules.len() {
-            effort += self.solve(system, h, state, level)?;
+            problem.level = level;
+            effort += self.solve(&problem)?;
             let before = self.defect;
-            let scale = self.finish(system, h, state, level, start)?;
+            self.finish(&problem)?;
             // If more nodes do not reduce the error, it may be due to the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
-            let resolved = self.defect <= K_ROUNDINGS;
+            let resolved = self.defect <= RESOLVED_ROUNDINGS;
             if resolved
-                || (settled && self.defect <= SUMMED * state.dof() as f64)
-                || (settled && self.defect * scale <= END_ROUNDINGS * self.terms(system, h, state))
+                || (settled && self.defect <= ROUNDINGS_A_TERM * state.dof() as f64)
+                || (settled && self.defect * self.scale <= END_ROUNDINGS * self.terms(&problem))
             {
                 if !resolved {
-                    self.restore(system, h, state, level, start)?;
+                    self.restore(&problem)?;
                 }
                 self.made_by = Some(h);
                 return Ok(effort);
@@ -196,6 +213,11 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
+    /// The coefficients of q' and of -p'.
+    pub(super) fn modes(&mut self) -> [&mut [Modes<V::Scalar>]; 2] {
+        [&mut self.q_modes, &mut self.p_modes]
+    }
+
     /// Sets z(τ) = z0.
     #[inline]
     pub(super) fn rest(&mut self, n: usize) {
@@ -205,17 +227,11 @@ impl<V: Vector> Workspace<V> {
 
     /// Iterates to rounding: by sweeps if they contract fast, else by Newton's method.
     #[inline]
-    fn solve<S>(
+    fn solve<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-    ) -> Result<Effort, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let nodes = NODES * self.rules[level].len();
+        problem: &Problem<'_, V, S>,
+    ) -> Result<Effort, StepFailure> {
+        let nodes = NODES * self.rules[problem.level].len();
         let spent = |iterations: u32| Effort {
             evaluations: u64::from(iterations) * nodes as u64,
             iterations: u64::from(iterations),
@@ -223,13 +239,13 @@ impl<V: Vector> Workspace<V> {
         let before = if self.stiff {
             0
         } else {
-            match self.sweeps(system, h, state, level) {
+            match self.sweeps(problem) {
                 Ok(sweeps) => return Ok(spent(sweeps)),
                 Err(sweeps) => sweeps,
             }
         };
         cold_path();
-        match self.newton(system, h, state, level, self.stiff) {
+        match self.newton(problem) {
             Ok(after) => Ok(spent(before + after)),
             Err(StepFailure::NewtonStalled { dof, iterations, update }) => {
                 let iterations = before + iterations;
@@ -242,73 +258,61 @@ impl<V: Vector> Workspace<V> {
     /// Sweeps until the coefficients converge to rounding. Returns the number of sweeps, as the
     /// error if they do not converge.
     #[inline]
-    fn sweeps<S>(
+    fn sweeps<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-    ) -> Result<u32, u32>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+        problem: &Problem<'_, V, S>,
+    ) -> Result<u32, u32> {
         let epsilon = V::Scalar::EPSILON;
+        let Problem { state, level, .. } = *problem;
         let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
-        let (mut progress, mut rate, mut left) = (Progress::new(epsilon), 1.0_f64, f64::INFINITY);
-        place_q(&self.rules[level], &mut self.nodes, starts(h, state)[0], &self.q_modes);
+        let (mut updates, mut rate, mut left) = (Updates::none(), 1.0_f64, f64::INFINITY);
+        place_q(&self.rules[level], &mut self.nodes, problem.starts()[0], &self.q_modes);
         for sweeps in 1..=MOST_ITERATIONS {
-            let change = self.sweep(system, h, state, level, sizes);
+            let change = self.sweep(problem, sizes);
             if !change.is_finite() {
                 return Err(sweeps);
             }
-            let clear = progress.is_clear();
-            progress.see(change);
+            let clear = Progress::of(&updates, epsilon).is_clear();
+            updates.see(change);
             if clear {
-                rate = progress.ratio;
+                rate = updates.ratio();
             }
+            let progress = Progress::of(&updates, epsilon);
             left = left.min(change);
             if progress.has_arrived(rate, left) {
                 return Ok(sweeps);
             }
             left *= rate;
             if progress.diverges(STALLED_SWEEPS) {
-                let noise = self.is_noise(system, h, state, progress.last);
+                let noise = self.is_noise(problem, change);
                 return if noise { Ok(sweeps) } else { Err(sweeps) };
             }
         }
-        if progress.is_rounding() { Ok(MOST_ITERATIONS) } else { Err(MOST_ITERATIONS) }
+        if Progress::of(&updates, epsilon).is_rounding() {
+            Ok(MOST_ITERATIONS)
+        } else {
+            Err(MOST_ITERATIONS)
+        }
     }
 
     /// Takes one sweep over q and p. Returns their change relative to their size.
     #[inline(always)]
-    fn sweep<S>(
+    fn sweep<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
+        problem: &Problem<'_, V, S>,
         sizes: [f64; 2],
-    ) -> f64
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let n = state.dof();
-        let length = h.to_f64().abs();
+    ) -> f64 {
+        let Problem { system, h, state, level, .. } = *problem;
+        let (n, length) = (state.dof(), h.to_f64().abs());
         let Self { rules, nodes, slopes, q_modes, p_modes, next, .. } = self;
         let (q_modes, p_modes, next) = (&mut q_modes[..n], &mut p_modes[..n], &mut next[..n]);
-        let (panels, [q, p]) = (&rules[level], starts(h, state));
+        let (panels, [q, p]) = (&rules[level], problem.starts());
         velocities(system, panels, nodes, slopes, p, p_modes, next);
         let change_q = exchange(next, q_modes, sizes[0], length);
         forces(system, panels, nodes, slopes, q, [q_modes, q_modes], next);
         let change_p = exchange(next, p_modes, sizes[1], length);
         change_q.max(change_p) + 0.0 * (change_q + change_p)
     }
-}
-
-/// The initial values of q and p; the sign of h is reversed for p.
-#[inline(always)]
-pub(super) fn starts<V: Vector>(h: V::Scalar, state: &State<V>) -> [Start<'_, V::Scalar>; 2] {
-    [Start { at: state.q.as_slice(), h }, Start { at: state.p.as_slice(), h: -h }]
 }
 
 /// The coefficients of the same polynomial on the next interval.

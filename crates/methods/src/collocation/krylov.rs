@@ -7,33 +7,29 @@
 //! is halved until it reduces the residual. If the iteration does not converge from a constant, the
 //! solution is continued from h = 0.
 
-use super::equations::Equations;
-use super::iteration::{Workspace, largest, starts};
-use super::nodes::{forces, place_q, velocities};
+use super::iteration::{Workspace, largest};
+use super::newton::Step;
 use super::progress::Progress;
 use super::rule::Modes;
+use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
 use crate::linear::Gmres;
-use afterbay_core::{Curvature, Scalar, State, StepFailure, Vector};
+use afterbay_core::solver::{Updates, follow};
+use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 
-/// The largest number of corrections of an iteration, and of products for each.
-const MOST_CORRECTIONS: u32 = 30;
-const PRODUCTS: usize = 60;
-/// The relative residual at which the products stop.
-const LEFT: f64 = 1e-3;
+/// The largest number of products with the derivative for a correction. A choice: each keeps a
+/// vector.
+const MOST_PRODUCTS: usize = 60;
+/// The share of the residual at which the products stop; between 0 and 1. A choice.
+const REMAINING_SHARE: f64 = 1e-3;
 /// A correction is accepted if it reduces the residual by this part of its share at least (C. T.
 /// Kelley, Iterative Methods for Linear and Nonlinear Equations, 8.2). Otherwise it is halved,
 const LEAST_DECREASE: f64 = 1e-4;
 /// at most so many times.
 const MOST_HALVINGS: u32 = 6;
-/// Corrections below this share of z are accepted without a test of the residual.
+/// Corrections below this share of z are accepted without a test of the residual. A choice.
 const UNTESTED_SHARE: f64 = 1e-6;
-/// The number of corrections without a new smallest one after which the iteration stops.
+/// The number of corrections without a new smallest one after which the iteration stops. A choice.
 const STALLED_CORRECTIONS: u32 = 6;
-/// The first and the smallest continuation step as a share of h, and the largest number of
-/// evaluations in a step.
-const FIRST_STEP: f64 = 0.25;
-const SHORTEST_STEP: f64 = 1e-3;
-const MOST_EVALUATIONS: u32 = 20_000;
 
 /// The memory of the iteration.
 #[derive(Clone, Debug)]
@@ -51,7 +47,7 @@ impl<T: Scalar> Krylov<T> {
     pub(super) fn new(modes: &[Modes<T>], unknowns: usize) -> Self {
         let pair = || [modes.to_vec(), modes.to_vec()];
         Self {
-            gmres: Gmres::new(unknowns, PRODUCTS.min(unknowns)),
+            gmres: Gmres::new(unknowns, MOST_PRODUCTS.min(unknowns)),
             base: pair(),
             kept: pair(),
             missed: vec![0.0; unknowns],
@@ -60,12 +56,12 @@ impl<T: Scalar> Krylov<T> {
     }
 
     /// Saves γ.
-    pub(super) fn keep(&mut self, modes: [&[Modes<T>]; 2]) {
+    fn keep(&mut self, modes: [&mut [Modes<T>]; 2]) {
         self.kept.iter_mut().zip(modes).for_each(|(to, from)| to.copy_from_slice(from));
     }
 
     /// Restores the saved γ.
-    pub(super) fn recall(&self, modes: [&mut [Modes<T>]; 2]) {
+    fn recall(&self, modes: [&mut [Modes<T>]; 2]) {
         self.kept.iter().zip(modes).for_each(|(from, to)| to.copy_from_slice(from));
     }
 }
@@ -85,169 +81,173 @@ fn length(x: &[f64], weights: [f64; 2]) -> f64 {
     (square(q, weights[0]) + square(p, weights[1])).sqrt()
 }
 
-fn stalled((dof, update): (usize, f64), iterations: u32) -> StepFailure {
-    StepFailure::NewtonStalled { dof, iterations, update }
+/// The iteration for a step, and the state of its correction.
+pub(super) struct Exact<'s, 'a, V: Vector, S: ?Sized> {
+    step: &'s mut Step<'a, V, S>,
+    krylov: &'s mut Krylov<V::Scalar>,
+    weights: [f64; 2],
+    /// The norm of the residual.
+    size: f64,
+    /// The share of the correction that was added, and the size of the whole correction relative to
+    /// z.
+    share: f64,
+    change: f64,
+    /// The degree of freedom that it changes most.
+    dof: usize,
 }
 
-impl<V: Vector> Workspace<V> {
-    /// Runs Newton's iteration from the current γ.
-    pub(super) fn search<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        (equations, krylov): (&mut Equations, &mut Krylov<V::Scalar>),
-        spent: &mut u32,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let epsilon = V::Scalar::EPSILON;
-        let mut progress = Progress::new(epsilon);
-        let mut last = (0, f64::NAN);
-        for _ in 1..=MOST_CORRECTIONS {
-            let weights = self.weights(h, state);
-            self.residual(system, h, state, level, equations);
-            let size = length(&equations.missing, weights);
-            if !size.is_finite() {
-                return Err(self.not_finite(equations));
-            }
-            self.factorise(system, h, state, equations)?;
-            krylov.missed.copy_from_slice(&equations.missing);
-            krylov.base[0].copy_from_slice(&self.q_modes);
-            krylov.base[1].copy_from_slice(&self.p_modes);
-            let Krylov { gmres, base, missed, correction, .. } = &mut *krylov;
-            correction.copy_from_slice(missed);
-            scaled(correction, weights);
-            let inverse = weights.map(f64::recip);
-            let mut multiply = |v: &[f64], to: &mut [f64]| {
-                equations.missing.copy_from_slice(v);
-                scaled(&mut equations.missing, inverse);
-                equations.solve();
-                let size = length(&equations.missing, weights);
-                let share = if size > 0.0 { epsilon.sqrt() / size } else { 0.0 };
-                self.shift(base, share, equations);
-                self.residual(system, h, state, level, equations);
-                for ((to, missing), missed) in to.iter_mut().zip(&equations.missing).zip(&*missed) {
-                    *to = if share == 0.0 { 0.0 } else { (missed - missing) / share };
-                }
-                scaled(to, weights);
-            };
-            let products = gmres.solve(LEFT, correction, &mut multiply);
-            *spent += products as u32 + 1;
-            equations.missing.copy_from_slice(correction);
-            scaled(&mut equations.missing, inverse);
-            equations.solve();
-            correction.copy_from_slice(&equations.missing);
-            let [q, p] = equations.largest();
-            let changes = [q.0 * weights[0], p.0 * weights[1]];
-            let change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
-            last = (if changes[0] > changes[1] { q.1 } else { p.1 }, change);
-            if !change.is_finite() {
-                return Err(stalled(last, *spent));
-            }
-            let mut share = 1.0;
-            self.shift(base, share, equations);
-            for halvings in 0.. {
-                if change <= UNTESTED_SHARE {
-                    break;
-                }
-                self.residual(system, h, state, level, equations);
-                *spent += 1;
-                if length(&equations.missing, weights) < (1.0 - LEAST_DECREASE * share) * size {
-                    break;
-                }
-                if halvings == MOST_HALVINGS {
-                    return Err(stalled(last, *spent));
-                }
-                share *= 0.5;
-                equations.missing.copy_from_slice(correction);
-                self.shift(base, share, equations);
-            }
-            progress.see(share * change);
-            if share == 1.0 && progress.has_arrived(progress.ratio, change) {
-                return Ok(());
-            }
-            if progress.diverges(STALLED_CORRECTIONS) && change <= UNTESTED_SHARE {
-                return if self.is_noise(system, h, state, change) {
-                    Ok(())
-                } else {
-                    Err(stalled(last, *spent))
-                };
-            }
-        }
-        Err(stalled(last, *spent))
+impl<'s, 'a, V: Vector, S: Curvature<V::Scalar> + ?Sized> Exact<'s, 'a, V, S> {
+    /// The iteration from the current γ.
+    pub(super) fn new(step: &'s mut Step<'a, V, S>, krylov: &'s mut Krylov<V::Scalar>) -> Self {
+        let (weights, size, change) = ([1.0; 2], f64::NAN, f64::NAN);
+        Self { step, krylov, weights, size, share: 1.0, change, dof: 0 }
     }
 
     /// Continues the solution from h = 0 to h.
-    pub(super) fn follow<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        (equations, krylov): (&mut Equations, &mut Krylov<V::Scalar>),
-        spent: &mut u32,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        self.rest(state.dof());
-        let (mut share, mut stride) = (0.0_f64, FIRST_STEP);
-        while share < 1.0 {
-            let next = (share + stride).min(1.0);
-            krylov.keep([&self.q_modes, &self.p_modes]);
-            let shorter = h * V::Scalar::from_f64(next);
-            match self.search(system, shorter, state, level, (&mut *equations, &mut *krylov), spent)
-            {
-                Ok(()) => (share, stride) = (next, 2.0 * stride),
-                Err(failure) => {
-                    krylov.recall([&mut self.q_modes, &mut self.p_modes]);
-                    stride *= 0.25;
-                    if stride < SHORTEST_STEP || *spent > MOST_EVALUATIONS {
-                        return Err(failure);
-                    }
-                }
+    pub(super) fn solve_by_continuation(&mut self) -> Result<(), StepFailure> {
+        self.step.workspace.rest(self.step.problem.state.dof());
+        let h = self.step.problem.h;
+        let outcome = follow(CONTINUATION, |s| {
+            self.krylov.keep(self.step.workspace.modes());
+            self.step.problem.h = h * V::Scalar::from_f64(s);
+            let outcome = self.converge();
+            if outcome.is_err() {
+                self.krylov.recall(self.step.workspace.modes());
             }
-        }
-        Ok(())
+            (self.step.spent, outcome)
+        });
+        self.step.problem.h = h;
+        outcome
     }
 
+    /// γ = base + share · missing
+    fn shift(&mut self, share: f64) {
+        let Self { step, krylov, .. } = self;
+        shift(step, &krylov.base, share);
+    }
+
+    fn stalled(&self) -> StepFailure {
+        self.step.stalled(self.dof, self.change)
+    }
+}
+
+/// γ = base + share · missing
+fn shift<V: Vector, S: ?Sized>(
+    step: &mut Step<'_, V, S>,
+    base: &[Vec<Modes<V::Scalar>>; 2],
+    share: f64,
+) {
+    let [q, p] = step.workspace.modes();
+    q.copy_from_slice(&base[0]);
+    p.copy_from_slice(&base[1]);
+    step.equations.add(share, [q, p]);
+}
+
+impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Exact<'_, '_, V, S> {
+    const MOST_CORRECTIONS: u32 = 30;
+
+    fn residual(&mut self) -> Result<(), StepFailure> {
+        self.weights = self.step.weights();
+        self.step.evaluate();
+        self.size = length(&self.step.equations.missing, self.weights);
+        if self.size.is_finite() { Ok(()) } else { Err(self.step.not_finite()) }
+    }
+
+    fn factorise(&mut self) -> Result<(), StepFailure> {
+        self.step.factorise()
+    }
+
+    /// Solves the equations with the exact derivative to a share of the residual, by GMRES.
+    fn solve(&mut self) {
+        let Self { step, krylov, weights, .. } = self;
+        let (weights, inverse) = (*weights, weights.map(f64::recip));
+        let Krylov { gmres, base, missed, correction, .. } = &mut **krylov;
+        missed.copy_from_slice(&step.equations.missing);
+        for (base, modes) in base.iter_mut().zip(step.workspace.modes()) {
+            base.copy_from_slice(modes);
+        }
+        correction.copy_from_slice(missed);
+        scaled(correction, weights);
+        let mut multiply = |v: &[f64], to: &mut [f64]| {
+            step.equations.missing.copy_from_slice(v);
+            scaled(&mut step.equations.missing, inverse);
+            step.equations.solve();
+            let size = length(&step.equations.missing, weights);
+            let share = if size > 0.0 { V::Scalar::EPSILON.sqrt() / size } else { 0.0 };
+            shift(step, base, share);
+            step.evaluate();
+            for ((to, missing), missed) in to.iter_mut().zip(&step.equations.missing).zip(&*missed)
+            {
+                *to = if share == 0.0 { 0.0 } else { (missed - missing) / share };
+            }
+            scaled(to, weights);
+        };
+        let products = gmres.solve(REMAINING_SHARE, correction, &mut multiply);
+        step.spent += products as u32 + 1;
+        step.equations.missing.copy_from_slice(correction);
+        scaled(&mut step.equations.missing, inverse);
+        step.equations.solve();
+        correction.copy_from_slice(&step.equations.missing);
+    }
+
+    /// Adds the correction, or half of it repeatedly until that reduces the residual.
+    fn update(&mut self) -> Result<f64, StepFailure> {
+        let [q, p] = self.step.equations.largest();
+        let changes = [q.0 * self.weights[0], p.0 * self.weights[1]];
+        self.change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
+        self.dof = if changes[0] > changes[1] { q.1 } else { p.1 };
+        if !self.change.is_finite() {
+            return Err(self.stalled());
+        }
+        self.share = 1.0;
+        self.shift(self.share);
+        for halvings in 0.. {
+            if self.change <= UNTESTED_SHARE {
+                break;
+            }
+            self.step.evaluate();
+            self.step.spent += 1;
+            let enough = (1.0 - LEAST_DECREASE * self.share) * self.size;
+            if length(&self.step.equations.missing, self.weights) < enough {
+                break;
+            }
+            if halvings == MOST_HALVINGS {
+                return Err(self.stalled());
+            }
+            self.share *= 0.5;
+            self.step.equations.missing.copy_from_slice(&self.krylov.correction);
+            self.shift(self.share);
+        }
+        Ok(self.share * self.change)
+    }
+
+    fn judge(
+        &mut self,
+        updates: &Updates<f64>,
+        Correction { is_last, .. }: Correction,
+    ) -> Result<Verdict, StepFailure> {
+        let progress = Progress::of(updates, V::Scalar::EPSILON);
+        if self.share == 1.0 && progress.has_arrived(updates.ratio(), self.change) {
+            return Ok(Verdict::Converged);
+        }
+        let diverges = progress.diverges(STALLED_CORRECTIONS) && self.change <= UNTESTED_SHARE;
+        if diverges && self.step.workspace.is_noise(&self.step.problem, self.change) {
+            return Ok(Verdict::Converged);
+        }
+        if diverges || is_last { Err(self.stalled()) } else { Ok(Verdict::Renew) }
+    }
+}
+
+impl<V: Vector, S: ?Sized> Step<'_, V, S> {
     /// The factors that convert changes of γ to shares of q and p.
-    fn weights(&self, h: V::Scalar, state: &State<V>) -> [f64; 2] {
-        let length = h.to_f64().abs();
-        [(&state.q, &self.q_modes), (&state.p, &self.p_modes)].map(|(start, modes)| {
+    fn weights(&self) -> [f64; 2] {
+        let (Workspace { q_modes, p_modes, .. }, problem) = (&*self.workspace, &self.problem);
+        let (length, state) = (problem.h.to_f64().abs(), problem.state);
+        [(&state.q, q_modes), (&state.p, p_modes)].map(|(start, modes)| {
             let most =
                 modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
             let size = largest(start.as_slice()) + length * most;
             if size > 0.0 { length / size } else { 1.0 }
         })
-    }
-
-    /// γ = base + share · missing
-    fn shift(&mut self, base: &[Vec<Modes<V::Scalar>>; 2], share: f64, equations: &Equations) {
-        self.q_modes.copy_from_slice(&base[0]);
-        self.p_modes.copy_from_slice(&base[1]);
-        equations.add(share, [&mut self.q_modes, &mut self.p_modes]);
-    }
-
-    /// Computes the residual of γ.
-    pub(super) fn residual<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        level: usize,
-        equations: &mut Equations,
-    ) where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let Self { rules, nodes, slopes, q_modes, p_modes, next, next_q, .. } = self;
-        let (panels, [q, p]) = (&rules[level], starts(h, state));
-        place_q(panels, nodes, q, q_modes);
-        velocities(system, panels, nodes, slopes, p, p_modes, next_q);
-        forces(system, panels, nodes, slopes, q, [q_modes, next_q], next);
-        equations.see([next_q, next], [q_modes, p_modes]);
     }
 }

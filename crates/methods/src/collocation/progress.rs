@@ -4,6 +4,8 @@
 //! below rounding, or if changes of a few roundings no longer shrink. It is stopped as divergent if
 //! larger changes no longer shrink.
 
+use afterbay_core::solver::Updates;
+
 /// The largest number of iterations.
 pub(super) const MOST_ITERATIONS: u32 = 100;
 /// The number of changes without a new smallest one that ends an iteration, for changes below the
@@ -18,61 +20,46 @@ const CLEAR_ROUNDINGS: f64 = 64.0;
 /// makes K drift by this amount.
 const OMITTED_ROUNDINGS: f64 = 1.0 / 64.0;
 
-/// The changes so far, each relative to the size of z.
+/// The changes so far, relative to the size of z, in a scalar with unit roundoff ε.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Progress {
+pub(super) struct Progress<'a> {
+    updates: &'a Updates<f64>,
     epsilon: f64,
-    /// The last change.
-    pub(super) last: f64,
-    least: f64,
-    /// The number of changes since the smallest.
-    waited: u32,
-    /// The last change over the one before.
-    pub(super) ratio: f64,
 }
 
-impl Progress {
-    /// Starts an iteration in a scalar with unit roundoff `epsilon`.
-    pub(super) fn new(epsilon: f64) -> Self {
-        Self { epsilon, last: f64::NAN, least: f64::INFINITY, waited: 0, ratio: f64::NAN }
-    }
-
-    /// Records a change.
+impl<'a> Progress<'a> {
     #[inline(always)]
-    pub(super) fn see(&mut self, change: f64) {
-        self.ratio = change / self.last;
-        self.waited = if change < self.least { 0 } else { self.waited + 1 };
-        self.least = self.least.min(change);
-        self.last = change;
+    pub(super) fn of(updates: &'a Updates<f64>, epsilon: f64) -> Self {
+        Self { updates, epsilon }
     }
 
     /// Whether the last change is above noise level.
     #[inline(always)]
     pub(super) fn is_clear(&self) -> bool {
-        self.last > CLEAR_ROUNDINGS * self.epsilon
+        self.updates.last() > CLEAR_ROUNDINGS * self.epsilon
     }
 
     /// Whether the iteration has converged: changes that shrink by `rate` leave an error below
     /// rounding after the estimate `left`, or the changes are noise.
     #[inline(always)]
     pub(super) fn has_arrived(&self, rate: f64, left: f64) -> bool {
-        let roundings = self.last / self.epsilon;
-        self.last == 0.0
+        let roundings = self.updates.last() / self.epsilon;
+        self.updates.last() == 0.0
             || (rate < 0.5 && left * rate <= OMITTED_ROUNDINGS * self.epsilon)
-            || (roundings <= NOISE_ROUNDINGS[0] && self.waited >= STALLED_CHANGES[0])
-            || (roundings <= NOISE_ROUNDINGS[1] && self.waited >= STALLED_CHANGES[1])
+            || (roundings <= NOISE_ROUNDINGS[0] && self.updates.stalled(STALLED_CHANGES[0]))
+            || (roundings <= NOISE_ROUNDINGS[1] && self.updates.stalled(STALLED_CHANGES[1]))
     }
 
     /// Whether the last change may be due to the rounding of z.
     #[inline(always)]
     pub(super) fn is_rounding(&self) -> bool {
-        self.last <= NOISE_ROUNDINGS[0] * self.epsilon
+        self.updates.last() <= NOISE_ROUNDINGS[0] * self.epsilon
     }
 
-    /// Whether the last `patience` changes were above noise level and none was a new smallest one.
+    /// Whether the last `count` changes were above noise level and none was a new smallest one.
     #[inline(always)]
-    pub(super) fn diverges(&self, patience: u32) -> bool {
-        self.waited >= patience && self.last > NOISE_ROUNDINGS[1] * self.epsilon
+    pub(super) fn diverges(&self, count: u32) -> bool {
+        self.updates.stalled(count) && self.updates.last() > NOISE_ROUNDINGS[1] * self.epsilon
     }
 }
 
@@ -83,17 +70,17 @@ mod tests {
     /// The unit roundoff of `f64`.
     const EPSILON: f64 = f64::EPSILON / 2.0;
 
-    fn after(changes: &[f64]) -> Progress {
-        let mut progress = Progress::new(EPSILON);
-        changes.iter().for_each(|&change| progress.see(change));
-        progress
+    fn after(changes: &[f64]) -> Updates<f64> {
+        let mut updates = Updates::none();
+        changes.iter().for_each(|&change| updates.see(change));
+        updates
     }
 
     #[test]
     fn the_next_change_is_omitted_once_it_is_below_rounding() {
         let arrived = |changes: &[f64]| {
-            let progress = after(changes);
-            progress.has_arrived(progress.ratio, progress.last)
+            let updates = after(changes);
+            Progress::of(&updates, EPSILON).has_arrived(updates.ratio(), updates.last())
         };
         // The next changes are about 1e-15 and 1e-21.
         assert!(!arrived(&[1e-3, 1e-9]));
@@ -106,7 +93,8 @@ mod tests {
     #[test]
     fn small_changes_that_no_longer_shrink_are_noise() {
         let arrived = |roundings: f64, changes: usize| {
-            let progress = after(&vec![roundings * EPSILON; changes]);
+            let updates = after(&vec![roundings * EPSILON; changes]);
+            let progress = Progress::of(&updates, EPSILON);
             assert!(!progress.diverges(3) || roundings > NOISE_ROUNDINGS[1]);
             progress.has_arrived(1.0, f64::INFINITY)
         };
@@ -118,11 +106,9 @@ mod tests {
 
     #[test]
     fn large_changes_that_no_longer_shrink_diverge() {
-        assert!(after(&[1.0, 2.0, 1.5, 4.0]).diverges(3));
-        assert!(!after(&[1.0, 2.0, 1.5]).diverges(3));
-        // A new smallest change begins the wait anew.
-        assert!(!after(&[1.0, 2.0, 1.5, 0.5, 0.7, 0.6]).diverges(3));
+        let diverges = |changes: &[f64]| Progress::of(&after(changes), EPSILON).diverges(3);
+        assert!(diverges(&[1.0, 2.0, 1.5, 4.0]) && !diverges(&[1.0, 2.0, 1.5]));
         // Noise does not diverge.
-        assert!(!after(&[1024.0 * EPSILON; 9]).diverges(3));
+        assert!(!diverges(&[1024.0 * EPSILON; 9]));
     }
 }

@@ -1,24 +1,25 @@
 //! Bounds of the change of K that is due to rounding over a step.
 
-use super::iteration::{Workspace, largest};
+use super::iteration::{Problem, Workspace, largest};
 use crate::bend::bend;
 use crate::grain::grain_at;
-use afterbay_core::{Curvature, Scalar, State, Vector};
+use afterbay_core::{Curvature, Scalar, Vector};
 
 /// The largest change of the coefficients, in roundings, that may be noise.
 const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl<V: Vector> Workspace<V> {
-    /// The scale of the rounding error of K over the step:
-    /// `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ |∂H| + Σ |D_j|)` at both ends, in which the second
-    /// derivatives amplify the rounding of z, and the measured rounding of H. A rounding of the forces changes K by no more than a
+    /// The scale of the rounding error of K over the step: `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ
+    /// |∂H| + Σ |D_j|)` at both ends, in which the second derivatives amplify the rounding of z,
+    /// and the measured rounding of H. A rounding of the forces changes K by no more than a
     /// rounding of one of these terms. A larger change is due to a quadrature that does not resolve
     /// H.
     #[cold]
-    pub(super) fn terms<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> f64
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+    pub(super) fn terms<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        problem: &Problem<'_, V, S>,
+    ) -> f64 {
+        let Problem { system, h, state, .. } = *problem;
         let Self { slopes, q, p, w, .. } = self;
         let ([hq, d, ..], [hp, ..]) = (&mut slopes.hq, &mut slopes.hp);
         let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
@@ -46,16 +47,12 @@ impl<V: Vector> Workspace<V> {
     /// forces. Near an equilibrium away from the origin the forces are differences of large terms,
     /// and p is small compared with the effect of their rounding: `ε h |H''| |z|`.
     #[cold]
-    pub(super) fn is_noise<S>(
+    pub(super) fn is_noise<S: Curvature<V::Scalar> + ?Sized>(
         &self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
+        problem: &Problem<'_, V, S>,
         change: f64,
-    ) -> bool
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+    ) -> bool {
+        let Problem { system, h, state, .. } = *problem;
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let length = h.to_f64().abs();
         let reach =

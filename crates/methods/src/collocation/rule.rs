@@ -4,7 +4,7 @@
 //! therefore summed separately, once for both nodes. This halves the work, and rounding is then
 //! symmetric under time reversal.
 
-use super::legendre::{MODES, gauss, integrals, values};
+use crate::legendre::{MODES, gauss, integrals, narrow, values};
 use afterbay_core::{Quad, Scalar};
 use std::array::from_fn;
 use std::sync::LazyLock;
@@ -16,7 +16,7 @@ pub(super) const NODES: usize = 2 * PAIRS;
 /// The number of quadrature rules, each with twice the nodes of the one before.
 const RULES: usize = 4;
 /// The largest number of nodes of a step.
-pub(super) const MOST: usize = NODES << (RULES - 1);
+pub(crate) const MOST_NODES: usize = NODES << (RULES - 1);
 
 /// The coefficients γ_j of one variable, j = 2m + parity, as [parity][m].
 pub(super) type Modes<T> = [[T; MODES / 2]; 2];
@@ -40,10 +40,6 @@ pub(super) struct Panel<T> {
     integrals: [[Pairs<T>; MODES / 2]; 2],
     /// b_i P_j, and 0 for j beyond the stages, as [pair][parity].
     projections: [Modes<T>; PAIRS],
-}
-
-pub(super) fn narrow<T: Scalar>(x: Quad) -> T {
-    T::from_f64(x.0) + T::from_f64(x.1)
 }
 
 /// Σ c_j γ_j over the j of one parity, at the pairs. Two partial sums shorten the chain of

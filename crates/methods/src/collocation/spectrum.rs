@@ -6,8 +6,8 @@
 //! transpose is X with the signs of every second row and column reversed. The left eigenvectors
 //! follow from the right ones in the same way.
 
-use super::legendre::MODES;
 use super::rule::integration;
+use crate::legendre::MODES;
 use faer::{Mat, c64};
 use std::sync::LazyLock;
 
@@ -45,7 +45,7 @@ fn spectrum(stages: usize) -> Vec<Eigenvalue> {
 }
 
 /// The number of Newton corrections of an eigenvalue, whose matrix is far from normal.
-const POLISHED: u32 = 3;
+const EIGENVALUE_CORRECTIONS: u32 = 3;
 
 /// The eigenvector with first entry 1, computed row by row, and the residual of the last row, which
 /// vanishes at an eigenvalue, with its derivative with respect to the eigenvalue.
@@ -69,7 +69,7 @@ fn eigenvalue(stages: usize, value: c64) -> Eigenvalue {
     let zero = c64 { re: 0.0, im: 0.0 };
     let real = value.im.abs() < 1e-9;
     let mut value = if real { c64 { im: 0.0, ..value } } else { value };
-    for _ in 0..POLISHED {
+    for _ in 0..EIGENVALUE_CORRECTIONS {
         let (_, [rest, slope]) = eigenvector(stages, value);
         value -= rest / slope;
     }

@@ -2,6 +2,7 @@
 //! correction of Δz.
 
 use super::jacobian::Jacobian;
+use crate::kernels::reductions::{dot, products};
 use crate::linear::LinearSolver;
 use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 
@@ -321,43 +322,4 @@ impl<V: Vector> Workspace<V> {
             }
         }
     }
-}
-
-/// [a · b, a · a], with the summation order of [`dot`].
-fn products<T: Scalar>(a: &[T], b: &[T]) -> [T; 2] {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let (mut along, mut square) = ([T::zero(); 8], [T::zero(); 8]);
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            along[k] = a[k].mul_add(b[k], along[k]);
-            square[k] = a[k].mul_add(a[k], square[k]);
-        }
-    }
-    for ((along, square), (&a, &b)) in
-        along.iter_mut().zip(&mut square).zip(a_rest.iter().zip(b_rest))
-    {
-        *along = a.mul_add(b, *along);
-        *square = a.mul_add(a, *square);
-    }
-    [along, square].map(total)
-}
-
-/// The sum of eight partial sums.
-fn total<T: Scalar>([a, b, c, d, e, f, g, h]: [T; 8]) -> T {
-    ((a + b) + (c + d)) + ((e + f) + (g + h))
-}
-
-/// a · b in eight partial sums, which is faster and more accurate than one.
-pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let mut sums = [T::zero(); 8];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            sums[k] = a[k].mul_add(b[k], sums[k]);
-        }
-    }
-    for (sum, (&a, &b)) in sums.iter_mut().zip(a_rest.iter().zip(b_rest)) {
-        *sum = a.mul_add(b, *sum);
-    }
-    total(sums)
 }

@@ -8,20 +8,18 @@
 
 use super::equation::{Lambda, Workspace};
 use crate::grain::{Scratch, grain};
+use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
+use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// The largest number of corrections of an iteration.
-const MOST_CORRECTIONS: u32 = 40;
 /// The number of corrections without a new smallest one that ends the iteration: at noise level,
-/// and above it.
+/// and above it. A choice: Newton's method may pause for a few corrections far from the solution.
 const STALLED_CORRECTIONS: [u32; 2] = [2, 8];
-/// The smallest continuation step in s, where the solution is followed from s h = 0 to h.
-const SHORTEST_STEP: f64 = 1e-3;
-/// The Jacobian is renewed if the ratio of successive corrections exceeds this,
+/// The Jacobian is renewed if the ratio of successive corrections exceeds this, between 0 and 1,
 const SLOWEST_RATIO: f64 = 0.0625;
 /// or if a correction other than the first exceeds this share of z,
 const LARGEST_CORRECTION: f64 = 0.01;
-/// unless the correction is below this number of roundings and may be noise.
+/// unless the correction is below this number of roundings and may be noise. Choices.
 const CLEAR_ROUNDINGS: f64 = 1e3;
 /// The largest correction, in roundings of the terms of the equation, that is accepted where
 /// corrections no longer shrink.
@@ -34,14 +32,149 @@ pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
 /// unless K would change without λ by more than this number of roundings of H.
 pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
-/// An iteration that did not converge.
-struct Stalled {
-    failure: StepFailure,
-    iterations: u32,
+/// A step of size h from `state`, and the state of its iteration.
+struct Step<'a, V: Vector, S: ?Sized> {
+    workspace: &'a mut Workspace<V>,
+    system: &'a S,
+    h: V::Scalar,
+    state: &'a State<V>,
+    /// λ at the current iterate
+    lambda: Lambda<V::Scalar>,
+    /// Whether λ exceeds its rounding error; decided once, so that the equation does not change
+    /// while it is solved.
+    resolved: Option<bool>,
+    /// Whether the Jacobian was renewed.
+    renewed: bool,
+    /// The number of corrections in a row that may be noise, the first with a fresh Jacobian.
+    quiet: u32,
+    /// The last correction relative to z, and to the terms of the equation.
+    reach: f64,
+    /// The number of corrections in this step.
+    spent: u32,
 }
 
-fn effort(spent: u32) -> Effort {
-    Effort { evaluations: u64::from(spent), iterations: u64::from(spent) }
+impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
+    const MOST_CORRECTIONS: u32 = 40;
+
+    fn residual(&mut self) -> Result<(), StepFailure> {
+        let Self { workspace, system, h, .. } = self;
+        self.spent += 1;
+        workspace.evaluate(*system);
+        self.lambda = workspace.lambda(*system);
+        if self.lambda.inverse > 0.0 {
+            let noise = h.to_f64().abs() * V::Scalar::EPSILON * self.lambda.rough;
+            let resolved =
+                noise < LARGEST_LAMBDA_NOISE || self.lambda.roundings() > NEGLIGIBLE_ROUNDINGS;
+            if !*self.resolved.get_or_insert(resolved) {
+                self.lambda = Lambda::zero();
+            }
+        }
+        workspace.residual(*system, *h, &self.lambda);
+        Ok(())
+    }
+
+    fn factorise(&mut self) -> Result<(), StepFailure> {
+        let singular = |dof| StepFailure::Singular { dof, slope: 0.0 };
+        self.workspace.factorise(self.system, self.h, &self.lambda).map_err(singular)?;
+        // Only at the first iterate; later ones may be far out.
+        if !self.renewed {
+            self.workspace.gain = self.workspace.jacobian.gain();
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self) {
+        self.workspace.solve();
+    }
+
+    fn update(&mut self) -> Result<f64, StepFailure> {
+        let update = self.workspace.update(self.h, self.state, &self.lambda);
+        self.reach = update.reach;
+        if update.size.is_finite() { Ok(update.size) } else { Err(self.workspace.not_finite()) }
+    }
+
+    fn judge(
+        &mut self,
+        updates: &Updates<f64>,
+        correction: Correction,
+    ) -> Result<Verdict, StepFailure> {
+        let (epsilon, size, ratio) = (V::Scalar::EPSILON, updates.last(), updates.ratio());
+        let Correction { count, is_fresh, is_last } = correction;
+        let next_is_rounding = size <= epsilon
+            || (ratio < 0.5 && updates.next_is_at_most(OMITTED_ROUNDINGS * epsilon));
+        let small = self.reach <= NOISE_ROUNDINGS * epsilon;
+        let done = next_is_rounding || (small && updates.stalled(STALLED_CORRECTIONS[0]));
+        // If the Jacobian had to be renewed, convergence must be confirmed by a correction with a
+        // Jacobian evaluated at the current iterate.
+        if done && (!self.renewed || (is_fresh && small)) {
+            return Ok(Verdict::Converged);
+        }
+        // Near an equilibrium the noise of λ stays large relative to p, but is negligible relative
+        // to the forces. A correction with a Jacobian evaluated here must confirm this first.
+        self.quiet = if small && (is_fresh || self.quiet > 0) { self.quiet + 1 } else { 0 };
+        if self.quiet > STALLED_CORRECTIONS[1] {
+            return Ok(Verdict::Converged);
+        }
+        if updates.stalled(STALLED_CORRECTIONS[1]) || is_last {
+            return Err(self.stalled());
+        }
+        // A Jacobian evaluated far out is large and makes the next correction small.
+        let far = count > 1 && size > LARGEST_CORRECTION;
+        let slow = ratio > SLOWEST_RATIO && size > CLEAR_ROUNDINGS * epsilon;
+        let renew = slow || far || done;
+        self.renewed |= renew;
+        Ok(if renew { Verdict::Renew } else { Verdict::Keep })
+    }
+}
+
+impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
+    /// Solves the step of size h from the current Δz.
+    fn solve_from_here(&mut self) -> Result<(), StepFailure> {
+        (self.resolved, self.renewed, self.quiet) = (None, false, 0);
+        self.converge()
+    }
+
+    /// Solves the step from Δz = 0.
+    fn solve_from_rest(&mut self) -> Result<(), StepFailure> {
+        self.workspace.initial_guess();
+        self.workspace.place(self.state);
+        self.solve_from_here()
+    }
+
+    /// Continues the solution from s = 0 to s = 1 for the step size s h.
+    #[cold]
+    fn solve_by_continuation(&mut self) -> Result<(), StepFailure> {
+        let workspace = &mut *self.workspace;
+        workspace.initial_guess();
+        workspace.place(self.state);
+        workspace.evaluate(self.system);
+        workspace.v.as_mut_slice().copy_from_slice(workspace.hp.as_slice());
+        if workspace.dissipative {
+            workspace.dissipate(self.system);
+        }
+        workspace.check_force()?;
+        let h = self.h;
+        follow(CONTINUATION, |s| {
+            self.workspace.remember();
+            self.h = h * V::Scalar::from_f64(s);
+            let outcome = self.solve_from_here();
+            if outcome.is_err() {
+                self.workspace.recall();
+                self.workspace.place(self.state);
+            }
+            (self.spent, outcome)
+        })
+    }
+
+    #[cold]
+    fn stalled(&self) -> StepFailure {
+        let (dof, update) = self.workspace.largest();
+        StepFailure::NewtonStalled { dof, iterations: self.spent, update }
+    }
+
+    fn effort(&self) -> Effort {
+        Effort { evaluations: u64::from(self.spent), iterations: u64::from(self.spent) }
+    }
 }
 
 impl<V: Vector> Workspace<V> {
@@ -56,174 +189,56 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.initial_guess();
-        self.place(state);
         self.grain = 0.0;
         if self.has_lambda {
             self.start = state.energy(system);
         }
-        let mut stalled = match self.iterate(system, h, state) {
-            Ok(spent) if settle(self) => return Ok(effort(spent)),
-            Ok(spent) => self.unbalanced(spent),
-            Err(stalled) => stalled,
+        let (workspace, lambda) = (self, Lambda::zero());
+        let mut step = Step {
+            workspace,
+            system,
+            h,
+            state,
+            lambda,
+            resolved: None,
+            renewed: false,
+            quiet: 0,
+            reach: f64::NAN,
+            spent: 0,
         };
+        if step.solve_from_rest().is_ok() && settle(step.workspace) {
+            return Ok(step.effort());
+        }
         // Terms that cancel inside H leave λ a rounding that |H| does not show.
-        if self.has_lambda {
-            let [hq, hp] = &mut self.ends;
-            let scratch = Scratch {
-                q: self.q.as_mut_slice(),
-                p: self.p.as_mut_slice(),
-                hq: hq.as_mut_slice(),
-                hp: hp.as_mut_slice(),
-            };
-            self.grain = grain(system, [state.q.as_slice(), state.p.as_slice()], scratch);
+        if step.workspace.has_lambda {
+            step.workspace.measure_grain(system, state);
         }
-        if self.grain > 0.0 {
-            self.initial_guess();
-            self.place(state);
-            stalled = match self.iterate(system, h, state) {
-                Ok(spent) if settle(self) => return Ok(effort(stalled.iterations + spent)),
-                Ok(spent) => self.unbalanced(stalled.iterations + spent),
-                Err(failed) => {
-                    Stalled { iterations: stalled.iterations + failed.iterations, ..failed }
-                }
-            };
+        if step.workspace.grain > 0.0 && step.solve_from_rest().is_ok() && settle(step.workspace) {
+            return Ok(step.effort());
         }
-        let spent = self.follow(system, h, state, stalled)?;
-        if settle(self) {
-            return Ok(effort(spent));
+        step.solve_by_continuation()?;
+        if settle(step.workspace) {
+            return Ok(step.effort());
         }
-        if self.energy.is_finite().all() {
-            return Err(self.unbalanced(spent).failure);
+        if step.workspace.energy.is_finite().all() {
+            return Err(step.stalled());
         }
-        Err(StepFailure::non_finite(&[(Quantity::Energy, &[self.energy])]))
+        Err(StepFailure::non_finite(&[(Quantity::Energy, &[step.workspace.energy])]))
     }
 
+    /// Measures the rounding of H at the start.
     #[cold]
-    fn unbalanced(&self, iterations: u32) -> Stalled {
-        let (dof, update) = self.largest();
-        Stalled { failure: StepFailure::NewtonStalled { dof, iterations, update }, iterations }
-    }
-
-    /// Iterates from the current Δz, z̄ and z1, and stores the solution there. Returns the number
-    /// of corrections.
-    fn iterate<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Result<u32, Stalled>
+    fn measure_grain<S>(&mut self, system: &S, state: &State<V>)
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let epsilon = V::Scalar::EPSILON;
-        let (mut stale, mut renewed, mut resolved) = (true, false, None);
-        let (mut before, mut least, mut waited, mut quiet) = (f64::NAN, f64::INFINITY, 0, 0);
-        for iterations in 1..=MOST_CORRECTIONS {
-            let stalled = |failure| Err(Stalled { failure, iterations });
-            self.evaluate(system);
-            let mut lambda = self.lambda(system);
-            if lambda.inverse > 0.0 {
-                // Decided once per step, so that the equation does not change while it is solved.
-                let noise = h.to_f64().abs() * epsilon * lambda.rough;
-                if !*resolved.get_or_insert(
-                    noise < LARGEST_LAMBDA_NOISE || lambda.roundings() > NEGLIGIBLE_ROUNDINGS,
-                ) {
-                    lambda = Lambda::zero();
-                }
-            }
-            if stale && let Err(dof) = self.factorise(system, h, &lambda) {
-                return stalled(StepFailure::Singular { dof, slope: 0.0 });
-            }
-            // Only at the first iterate; later ones may be far out.
-            if iterations == 1 {
-                self.gain = self.jacobian.gain();
-            }
-            let fresh = stale;
-            self.residual(system, h, &lambda);
-            self.solve();
-            let update = self.update(h, state, &lambda);
-            if !update.size.is_finite() {
-                return stalled(self.not_finite());
-            }
-
-            // Successive corrections have the ratio `ratio`, unless they are noise.
-            let ratio = update.size / before;
-            let next_is_rounding = update.size <= epsilon
-                || (ratio < 0.5 && ratio * update.size <= OMITTED_ROUNDINGS * epsilon);
-            waited = if update.size < least { 0 } else { waited + 1 };
-            least = least.min(update.size);
-            let small = update.reach <= NOISE_ROUNDINGS * epsilon;
-            let done = next_is_rounding || (small && waited >= STALLED_CORRECTIONS[0]);
-            // If the Jacobian had to be renewed, convergence must be confirmed by a correction with
-            // a Jacobian evaluated at the current iterate.
-            if done && (!renewed || (fresh && small)) {
-                return Ok(iterations);
-            }
-            // Near an equilibrium the noise of λ stays large relative to p, but is negligible
-            // relative to the forces. A correction with a Jacobian evaluated here must confirm this
-            // first.
-            quiet = if small && (fresh || quiet > 0) { quiet + 1 } else { 0 };
-            if quiet > STALLED_CORRECTIONS[1] {
-                return Ok(iterations);
-            }
-            if waited >= STALLED_CORRECTIONS[1] || iterations == MOST_CORRECTIONS {
-                let (dof, update) = self.largest();
-                return stalled(StepFailure::NewtonStalled { dof, iterations, update });
-            }
-            // A Jacobian evaluated far out is large and makes the next correction small.
-            let far = iterations > 1 && update.size > LARGEST_CORRECTION;
-            stale =
-                (ratio > SLOWEST_RATIO && update.size > CLEAR_ROUNDINGS * epsilon) || far || done;
-            renewed |= stale;
-            before = update.size;
-        }
-        Err(self.unbalanced(MOST_CORRECTIONS))
-    }
-
-    /// Continues the solution from s = 0 to s = 1 for the step size s h.
-    #[cold]
-    fn follow<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        mut stalled: Stalled,
-    ) -> Result<u32, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        self.initial_guess();
-        self.place(state);
-        self.evaluate(system);
-        self.v.as_mut_slice().copy_from_slice(self.hp.as_slice());
-        if self.dissipative {
-            self.dissipate(system);
-        }
-        self.check_force()?;
-        let mut spent = stalled.iterations;
-        let (mut s, mut stride) = (0.0_f64, 0.25_f64);
-        while s < 1.0 {
-            let next = (s + stride).min(1.0);
-            self.remember();
-            match self.iterate(system, h * V::Scalar::from_f64(next), state) {
-                Ok(iterations) => {
-                    spent += iterations;
-                    s = next;
-                    stride *= 2.0;
-                }
-                Err(failed) => {
-                    stalled = failed;
-                    spent += stalled.iterations;
-                    self.recall();
-                    self.place(state);
-                    stride *= 0.25;
-                    if stride < SHORTEST_STEP {
-                        return Err(match stalled.failure {
-                            StepFailure::NewtonStalled { dof, update, .. } => {
-                                StepFailure::NewtonStalled { dof, iterations: spent, update }
-                            }
-                            failure => failure,
-                        });
-                    }
-                }
-            }
-        }
-        Ok(spent)
+        let [hq, hp] = &mut self.ends;
+        let scratch = Scratch {
+            q: self.q.as_mut_slice(),
+            p: self.p.as_mut_slice(),
+            hq: hq.as_mut_slice(),
+            hp: hp.as_mut_slice(),
+        };
+        self.grain = grain(system, [state.q.as_slice(), state.p.as_slice()], scratch);
     }
 }

@@ -1,6 +1,7 @@
 //! The binding of increments to systems: the variant, and the order of the coordinates, that fit.
 
-use super::{Composition, GeneralIncrement, Increment, Tiled};
+use super::{Composition, GeneralIncrement, Increment};
+use crate::kernels::Tiled;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use crate::registry::fixed;
 use afterbay_core::{Corrected, Lanewise, Separable, Vector, f64x8};

@@ -25,7 +25,8 @@
 //! A step fails where [`Increment`] fails, and where a correction is not small, since `exact` is
 //! then not the same system.
 
-use super::{Before, Friction, Increment, coordinate, ordering, overall};
+use super::sweep::{coordinate, overall};
+use super::{Before, Friction, Increment, ordering};
 use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
@@ -63,12 +64,12 @@ where
     friction: Option<Friction<InCorrected<V>>>,
 }
 
-/// The largest correction relative to the terms of the equation. The error that [`Newton`] leaves
-/// is much smaller.
-const CORRECTION: f64 = 1e-8;
+/// The largest correction relative to the terms of the equation. A choice: the error that
+/// [`Newton`] leaves is much smaller.
+const LARGEST_CORRECTION: f64 = 1e-8;
 /// The residual, in roundings, at which Newton's iteration may stop. The correction squares it:
 /// 1e-12 becomes about 1e-24 times the second derivative of F.
-const NEARLY: f64 = 8192.0;
+const RESIDUAL_ROUNDINGS: f64 = 8192.0;
 
 impl<V, S, P> Method<V, S> for Compensated<P>
 where
@@ -204,7 +205,7 @@ impl<P> Compensated<P> {
             let rough = coordinate(system, [h.nearest(), overall], [j, j], [q, p], dissipative);
             let mut along = Along { system, j, q: &mut *q, p: &mut *p };
             let pull = Pull { coordinate: &rough, along: &mut along };
-            let root = Newton::nearly(j, rough.p, pull, NEARLY)?;
+            let root = Newton::nearly(j, rough.p, pull, RESIDUAL_ROUNDINGS)?;
             let steps = [h, Corrected::exact(overall)];
             let exact = coordinate(&self.exact, steps, [j, j], [exact_q, exact_p], dissipative);
             let mut along = Along { system: &self.exact, j, q: &mut *exact_q, p: &mut *exact_p };
@@ -240,7 +241,7 @@ fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
     let sizes = coordinate.p.nearest().abs() + pull.value_rounding.rounded();
     let enters = sizes.mul_add(inverse.abs(), root.x.abs());
     let evaluations = root.evaluations + 1;
-    if correction.abs().le(T::from_f64(CORRECTION) * enters).all() {
+    if correction.abs().le(T::from_f64(LARGEST_CORRECTION) * enters).all() {
         return Ok(Root { x: v + Corrected::exact(correction), evaluations });
     }
     let update = correction.to_f64();

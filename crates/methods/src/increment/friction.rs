@@ -31,10 +31,12 @@
 
 use afterbay_core::{Coupling, InputError, Mask, Scalar, Separable, State, StepFailure, Vector};
 
-/// The largest number of momenta that are updated at once.
+/// The largest number of momenta that are updated at once. A choice: the matrix takes 2 MB in
+/// `f64`.
 const MOST_MOMENTA: usize = 512;
-/// The magnitudes of the coordinates at which the symmetry of R is tested.
-const SIZES: [f64; 6] = [0.0, 1e-3, 0.1, 1.0, 10.0, 1e3];
+/// The magnitudes of the coordinates at which the symmetry of R is tested, in
+/// their own units.
+const TESTED_SIZES: [f64; 6] = [0.0, 1e-3, 0.1, 1.0, 10.0, 1e3];
 
 /// Friction that couples the momenta, with the memory of its passes.
 #[derive(Clone, Debug)]
@@ -117,7 +119,7 @@ where
         V::Scalar::from_f64(size * (2.0 * (seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0))
     };
     let mut q = V::zeros(n);
-    SIZES.iter().chain(&SIZES[1..]).all(|&size| {
+    TESTED_SIZES.iter().chain(&TESTED_SIZES[1..]).all(|&size| {
         q.as_mut_slice().iter_mut().for_each(|q| *q = number(size));
         symmetric_at::<V, S>(system, &q)
     })

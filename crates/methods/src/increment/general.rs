@@ -22,7 +22,6 @@
 //! **fails** and leaves the state unchanged where the equations have no solution that continues
 //! from h = 0.
 
-mod newton;
 mod plane;
 
 use super::before::Before;

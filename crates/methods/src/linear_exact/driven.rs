@@ -12,7 +12,7 @@
 
 use super::equations::{Equations, Forces};
 use super::table::Table;
-use super::{TABULATED, gain};
+use super::{MOST_TABULATED, gain};
 use crate::commit::commit;
 use afterbay_core::{
     Abilities, Curvature, DissipationForm, Drive, Effort, InputError, Method, Scalar, State,
@@ -83,7 +83,7 @@ impl<V: Vector> Method<V, dyn Abilities<V::Scalar>> for DrivenLinearExact {
             return Err(refused(super::NOT_LINEAR));
         }
         let (n, motors) = (system.dof(), drive.driven().len());
-        if n > TABULATED {
+        if n > MOST_TABULATED {
             return Err(refused("with a drive it takes up to 12 degrees of freedom"));
         }
         let forces = forces(&**drive, n)?;

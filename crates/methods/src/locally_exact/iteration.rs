@@ -5,11 +5,10 @@ use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 use crate::bend::bend;
 use crate::commit;
 use crate::grain::grain_at;
+use crate::iteration::{Correction, Iteration, Verdict};
+use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// The largest number of iterations. An iteration that contracts by 0.93 reaches 31 digits within
-/// them.
-const MOST_ITERATIONS: u32 = 1000;
 /// The number of consecutive updates without a new smallest one that ends the iteration: at noise
 /// level, and above it.
 const STALLED_UPDATES: [u32; 2] = [2, 8];
@@ -19,6 +18,21 @@ const KEPT_ROUNDINGS: f64 = 256.0;
 const CONVERGED_ROUNDINGS: f64 = 1.0;
 /// and one of at most this number is noise if it no longer shrinks.
 const NOISE_ROUNDINGS: f64 = 256.0;
+
+/// A step of size h from `state`, and the state of its iteration.
+struct Step<'a, V: Vector, S: ?Sized> {
+    workspace: &'a mut Workspace<V>,
+    system: &'a S,
+    h: V::Scalar,
+    state: &'a State<V>,
+    /// H(z0)
+    start: V::Scalar,
+    /// The change of z1 by the last update, and the degree of freedom that changed most.
+    moved: f64,
+    dof: usize,
+    /// The number of iterations.
+    spent: u64,
+}
 
 impl<V: Vector> Workspace<V> {
     /// Computes z1 and w1.
@@ -32,90 +46,106 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         let start = state.energy(system);
-        let mut effort = Effort::default();
-        self.dz.iter_mut().for_each(|part| part.as_mut_slice().fill(V::Scalar::zero()));
-        self.resolved = None;
-        let (mut before, mut least, mut waited, mut last) = (f64::INFINITY, f64::INFINITY, 0, 0);
-        for iterations in 1..=MOST_ITERATIONS {
-            self.walk(system, h, state, start, false)?;
-            let (update, moved, dof) = self.update(state);
-            effort.evaluations += 1;
-            effort.iterations += 1;
-            let ratio = update / before;
-            // λ Δz is known to ε|H|/|Δz|, which exceeds a rounding of z if Δz is short.
-            let noise = NOISE_ROUNDINGS * V::Scalar::EPSILON
-                + NOISE_ROUNDINGS * h.to_f64().abs() * self.roughness(state, start);
-            waited = if update < least { 0 } else { waited + 1 };
-            least = least.min(update);
-            // For a linear system the first path is the solution.
-            if self.linear || update <= CONVERGED_ROUNDINGS * V::Scalar::EPSILON {
-                return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
-            }
-            // Updates that still shrink are noise only if K is conserved to rounding.
-            let small = update <= noise;
-            if small && waited >= STALLED_UPDATES[0] {
-                return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
-            }
-            if small
-                && ratio > 0.5
-                && let Ok(effort) = self.finish(system, h, state, start, effort, 0.0)
-            {
-                return Ok(effort);
-            }
-            if !update.is_finite() || waited >= STALLED_UPDATES[1] || iterations == MOST_ITERATIONS
-            {
-                let rounded = || {
-                    let grain = grain_at(system, state.q.as_slice(), state.p.as_slice());
-                    let rough =
-                        h.to_f64().abs() * self.roughness(state, V::Scalar::from_f64(grain));
-                    update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + rough)
-                };
-                if waited > 0 && (self.is_noise(system, h, state, moved) || rounded()) {
-                    return self.finish(system, h, state, start, effort, LARGEST_PROJECTION);
-                }
-                return Err(StepFailure::NotContracting { dof, iterations, ratio });
-            }
-            (before, last) = (update, dof);
-        }
-        Err(StepFailure::NotContracting { dof: last, iterations: MOST_ITERATIONS, ratio: 1.0 })
+        self.initial_guess();
+        let mut step =
+            Step { workspace: self, system, h, state, start, moved: 0.0, dof: 0, spent: 0 };
+        step.converge()?;
+        Ok(Effort { evaluations: step.spent, iterations: step.spent })
     }
 
+    /// Sets Δz = 0.
+    fn initial_guess(&mut self) {
+        self.dz.iter_mut().for_each(|part| part.as_mut_slice().fill(V::Scalar::zero()));
+        self.resolved = None;
+    }
+
+    /// Replaces Δz by the end of the path. Returns the change relative to z, the absolute change,
+    /// and the degree of freedom that changed most.
+    fn update(&mut self, state: &State<V>) -> (f64, f64, usize) {
+        let mut most = (0.0_f64, 0.0, 0);
+        for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
+            let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());
+            let (mut moved, mut scale) = ((0.0_f64, 0), 0.0_f64);
+            for (j, (dz, &y)) in dz.iter_mut().zip(y).enumerate() {
+                let by = (y - *dz).abs().to_f64();
+                if by > moved.0 || by.is_nan() {
+                    moved = (by, j);
+                }
+                scale = scale.max(start.as_slice()[j].abs().to_f64() + y.abs().to_f64());
+                *dz = y;
+            }
+            let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / scale };
+            if share > most.0 || share.is_nan() {
+                most = (share, moved.0, moved.1);
+            }
+        }
+        most
+    }
+}
+
+impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
+    /// An iteration that contracts by 0.93 reaches 31 digits within them.
+    const MOST_CORRECTIONS: u32 = 1000;
+
+    fn residual(&mut self) -> Result<(), StepFailure> {
+        self.walk(false)?;
+        self.spent += 1;
+        Ok(())
+    }
+
+    fn update(&mut self) -> Result<f64, StepFailure> {
+        let (update, moved, dof) = self.workspace.update(self.state);
+        (self.moved, self.dof) = (moved, dof);
+        Ok(update)
+    }
+
+    fn judge(
+        &mut self,
+        updates: &Updates<f64>,
+        Correction { count, is_last, .. }: Correction,
+    ) -> Result<Verdict, StepFailure> {
+        let (epsilon, update) = (V::Scalar::EPSILON, updates.last());
+        let small = update <= NOISE_ROUNDINGS * (epsilon + self.roughness(self.start));
+        // For a linear system the first path is the solution.
+        let done = self.workspace.linear
+            || update <= CONVERGED_ROUNDINGS * epsilon
+            || (small && updates.stalled(STALLED_UPDATES[0]));
+        if done {
+            return self.finish(LARGEST_PROJECTION).map(|()| Verdict::Converged);
+        }
+        // Updates that still shrink are noise only if K is conserved to rounding.
+        if small && updates.ratio() > 0.5 && self.finish(0.0).is_ok() {
+            return Ok(Verdict::Converged);
+        }
+        if update.is_finite() && !updates.stalled(STALLED_UPDATES[1]) && !is_last {
+            return Ok(Verdict::Keep);
+        }
+        if updates.stalled(1) && (self.is_noise() || self.is_rounding(update)) {
+            return self.finish(LARGEST_PROJECTION).map(|()| Verdict::Converged);
+        }
+        let ratio = updates.ratio();
+        Err(StepFailure::NotContracting { dof: self.dof, iterations: count, ratio })
+    }
+}
+
+impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// Follows the last path once more, with w along it. K may be restored by a change of z of at
     /// most `furthest` times its largest entry.
-    fn finish<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        start: V::Scalar,
-        effort: Effort,
-        furthest: f64,
-    ) -> Result<Effort, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        self.walk(system, h, state, start, true)?;
-        self.update(state);
-        self.place(state);
-        commit::check(self.ends())?;
-        self.restore(system, state, start, furthest)?;
-        Ok(effort)
+    fn finish(&mut self, furthest: f64) -> Result<(), StepFailure> {
+        self.walk(true)?;
+        self.workspace.update(self.state);
+        self.workspace.place(self.state);
+        commit::check(self.workspace.ends())?;
+        self.restore(furthest)
     }
 
     /// Moves the new state along ∇H if K is off by more than the rounding at its ends, which is
     /// possible on long steps. Returns an error if K is still off by more than rounding.
-    fn restore<S>(
-        &mut self,
-        system: &S,
-        state: &State<V>,
-        start: V::Scalar,
-        furthest: f64,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
+    fn restore(&mut self, furthest: f64) -> Result<(), StepFailure> {
+        let Self { workspace, system, state, start, .. } = self;
+        let (system, start) = (*system, *start);
         let n = state.dof();
-        let Self { end: [q, p], w, gradient: [hq, hp], .. } = self;
+        let Workspace { end: [q, p], w, gradient: [hq, hp], .. } = &mut **workspace;
         let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_slice());
         let (hq, hp, w0) = (hq.as_mut_slice(), hp.as_mut_slice(), state.w.as_slice());
         system.gradient(q, p, hq, hp);
@@ -165,35 +195,29 @@ impl<V: Vector> Workspace<V> {
     /// the origin the forces are differences of large terms, and p is small compared with the
     /// effect of their rounding: `ε h |H''| |z|`.
     #[cold]
-    fn is_noise<S>(&self, system: &S, h: V::Scalar, state: &State<V>, moved: f64) -> bool
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let (q, p) = (state.q.as_slice(), state.p.as_slice());
+    fn is_noise(&self) -> bool {
+        let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
         let z = q.iter().chain(p).fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
-        moved
-            <= NOISE_ROUNDINGS
-                * V::Scalar::EPSILON
-                * (1.0 + h.to_f64().abs() * bend(system, q, p))
-                * z
+        let amplified = 1.0 + self.h.to_f64().abs() * bend(self.system, q, p);
+        self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * amplified * z
+    }
+
+    /// Whether an update is the effect of the measured rounding of H.
+    #[cold]
+    fn is_rounding(&self, update: f64) -> bool {
+        let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
+        let grain = V::Scalar::from_f64(grain_at(self.system, q, p));
+        update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(grain))
     }
 
     /// Follows the path of the current Δz, and w along it if requested.
-    fn walk<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        start: V::Scalar,
-        books: bool,
-    ) -> Result<(), StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        self.place(state);
-        self.evaluate(system, h, start);
-        let books = books && self.dissipative;
-        let Self { slopes, flow, dz, gradient, d, rest, w, scratch, .. } = self;
+    fn walk(&mut self, books: bool) -> Result<(), StepFailure> {
+        let Self { workspace, system, h, state, start, .. } = self;
+        let h = *h;
+        workspace.place(state);
+        workspace.evaluate(*system, h, *start);
+        let books = books && workspace.dissipative;
+        let Workspace { slopes, flow, dz, gradient, d, rest, w, scratch, .. } = &mut **workspace;
         let [middle_q, middle_p, sq, sp, a, b] = scratch;
         let (middle_q, middle_p) = (middle_q.as_mut_slice(), middle_p.as_mut_slice());
         let (drag, rest, v) = (d.as_mut_slice(), rest.as_slice(), gradient[1].as_slice());
@@ -225,38 +249,20 @@ impl<V: Vector> Workspace<V> {
         products.map(drop).ok_or_else(|| flow.too_long())
     }
 
-    /// The effect of the rounding of H on λ Δz, relative to z.
-    fn roughness(&self, state: &State<V>, start: V::Scalar) -> f64 {
-        if self.linear {
+    /// The effect of a rounding of H on h λ Δz, relative to z: |λ Δz| is known to ε|H|/|Δz|, which
+    /// exceeds a rounding of z if Δz is short.
+    fn roughness(&self, energy: V::Scalar) -> f64 {
+        let Self { workspace: Workspace { linear, dz, .. }, state, h, .. } = self;
+        if *linear {
             return 0.0;
         }
         let largest =
             |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
-        let moved = largest(&self.dz[0]).max(largest(&self.dz[1]));
+        let moved = largest(&dz[0]).max(largest(&dz[1]));
         let size = largest(&state.q).min(largest(&state.p)) + moved;
-        if moved == 0.0 { 0.0 } else { V::Scalar::EPSILON * start.to_f64().abs() / (moved * size) }
-    }
-
-    /// Replaces Δz by the end of the path. Returns the change relative to z, the absolute change,
-    /// and the degree of freedom that changed most.
-    fn update(&mut self, state: &State<V>) -> (f64, f64, usize) {
-        let mut most = (0.0_f64, 0.0, 0);
-        for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
-            let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());
-            let (mut moved, mut scale) = ((0.0_f64, 0), 0.0_f64);
-            for (j, (dz, &y)) in dz.iter_mut().zip(y).enumerate() {
-                let by = (y - *dz).abs().to_f64();
-                if by > moved.0 || by.is_nan() {
-                    moved = (by, j);
-                }
-                scale = scale.max(start.as_slice()[j].abs().to_f64() + y.abs().to_f64());
-                *dz = y;
-            }
-            let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / scale };
-            if share > most.0 || share.is_nan() {
-                most = (share, moved.0, moved.1);
-            }
+        if moved == 0.0 {
+            return 0.0;
         }
-        most
+        h.to_f64().abs() * (V::Scalar::EPSILON * energy.to_f64().abs() / (moved * size))
     }
 }

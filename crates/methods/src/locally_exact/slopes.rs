@@ -20,7 +20,7 @@
 use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
 
 /// The error of R v, in roundings, up to which friction counts as linear in the velocities.
-const ROUNDINGS: f64 = 64.0;
+const LINEAR_ROUNDINGS: f64 = 64.0;
 
 /// The form of R.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,7 +182,7 @@ impl<V: Vector> Slopes<V> {
                 sum += term;
                 size += term.abs();
             }
-            (found[i] - sum).abs().to_f64() <= ROUNDINGS * V::Scalar::EPSILON * size.to_f64()
+            (found[i] - sum).abs().to_f64() <= LINEAR_ROUNDINGS * V::Scalar::EPSILON * size.to_f64()
         })
     }
 

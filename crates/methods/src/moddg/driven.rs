@@ -6,8 +6,8 @@
 //! ```
 //!
 //! The motors ([`afterbay_core::Driven`], [`afterbay_core::Clocked`]) move by half a step before
-//! the coordinate and by half a step after it, so V, D and F are those of the middle of the step, and
-//! the scheme stays symmetric. With V(q, t) the energy pumped is
+//! the coordinate and by half a step after it, so V, D and F are those of the middle of the step,
+//! and the scheme stays symmetric. With V(q, t) the energy pumped is
 //!
 //! ```text
 //! s_t1 - s_t0 = V(q0, t0 + h/2) - V(q0, t0) + V(q1, t1) - V(q1, t0 + h/2)

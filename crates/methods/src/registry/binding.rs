@@ -1,8 +1,8 @@
-//! How the methods of the registry are bound to systems. A method implements [`Binding`], or
+//! The binding of the methods of the registry to systems. A method implements [`Binding`], or
 //! [`AdaptiveBinding`], in its own file; its row holds it as a [`Form`].
 
 use super::Run;
-use super::run::{chosen, fixed};
+use super::erased::{chosen, fixed};
 use super::stepper::ErasedMethod;
 use crate::moddg::steps::Equation;
 use afterbay_core::{
@@ -19,9 +19,9 @@ pub(crate) type Bound<T> = Result<Run<T>, InputError>;
 /// Binds a method to eight systems side by side.
 pub(crate) type InLanes<M> = fn(&M, &Target<'_, f64x8>) -> Bound<f64x8>;
 
-/// How a fixed-step method is bound to a system.
+/// The binding of a fixed-step method to a system.
 pub(crate) trait Binding: Debug + Sync + Sized + 'static {
-    /// How the method is bound to eight systems side by side, if it can be. Each lane computes to
+    /// The binding to eight systems side by side, if there is one. Each lane computes to
     /// the bit what it would alone, provided the scalar's functions do. Methods that are implicit
     /// in all degrees of freedom at once have no lanes, since pivots and the number of iterations
     /// depend on the system. A step that fails in one lane changes none.
@@ -50,7 +50,7 @@ pub(crate) trait Binding: Debug + Sync + Sized + 'static {
     }
 }
 
-/// How a method that chooses its steps is bound to a system. Tolerances are those of `f64`.
+/// The binding of a method that chooses its steps to a system. Tolerances are those of `f64`.
 pub(crate) trait AdaptiveBinding: Any + Debug + Sync {
     /// Binds to any system.
     fn bind(&self, target: &Target<'_, f64>) -> Bound<f64>;

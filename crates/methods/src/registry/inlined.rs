@@ -3,7 +3,8 @@
 //! measurable.
 
 use super::Row;
-use super::run::{Run, chosen, fixed};
+use super::erased::{chosen, fixed};
+use super::run::Run;
 use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{

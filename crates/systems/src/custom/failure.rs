@@ -6,7 +6,8 @@ use std::fmt;
 use std::ops::Range;
 use thiserror::Error;
 
-/// Which expression of a [`super::Description`] or [`super::GeneralDescription`]. Counted from 0 here and from 1 in messages.
+/// An expression of a [`super::Description`] or [`super::GeneralDescription`]. Counted from 0 here
+/// and from 1 in messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// V

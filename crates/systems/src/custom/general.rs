@@ -6,8 +6,8 @@
 //!
 //! Expressions are those of [`super`], and v_j is the velocity ∂H/∂p_j. Derivatives and divided
 //! differences along each coordinate and each momentum come from the expression of H, and are exact
-//! to a few roundings. All expressions are interpreted as straight-line programs. Singularities of H
-//! on the way of a step are found if their places depend on coordinates alone.
+//! to a few roundings. All expressions are interpreted as straight-line programs. Singularities of
+//! H on the way of a step are found if their places depend on coordinates alone.
 
 mod phase_plane;
 mod shape;

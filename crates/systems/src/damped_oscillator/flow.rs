@@ -53,8 +53,8 @@ impl<T: Scalar> DampedOscillator<T> {
         } else {
             let m = self.swing(-creeping, h);
             let ([q1, p1], [dq, dp]) = m.apply(self.k, q, p);
-            // The same by det M = e^{-bh}, which vanishes with b: -(e^{-bh} - 1) H + ½ b σ (p p1 -
-            // k q q1).
+            // The entry above by det M = e^{-bh}, which vanishes with b: -(e^{-bh} - 1) H + ½ b σ
+            // (p p1 - k q q1).
             let decay = (-self.b * h).exp_m1() * self.k.mul_add(q * q, p * p);
             let exchange = self.b * m.sigma * (p * p1 - self.k * q * q1);
             ([q1, p1], [dq, dp, (exchange - decay).half()])

@@ -6,7 +6,7 @@
 //! p first:  b̄ from p0 to p0 + y at q0,      ā from q0 to q0 + x at p0 + y
 //! ```
 
-use super::newton::{Equations, solve};
+use afterbay_core::solver::newton_2x2::{Equations, solve};
 use afterbay_core::{Mask, PhasePlane, Scalar, StepFailure};
 
 /// The variable that moves first.

@@ -10,7 +10,8 @@ use std::ops::Range;
 pub struct DriveDescription {
     /// F_j(q, t), one for each degree of freedom.
     pub forces: Vec<String>,
-    /// As in a [`crate::Description`]; those of the system may stand here too, and need not be used.
+    /// As in a [`crate::Description`]; those of the system may stand here too, and need not be
+    /// used.
     pub parameters: Vec<(String, f64)>,
     /// As in a [`crate::Description`].
     pub definitions: Vec<(String, String)>,

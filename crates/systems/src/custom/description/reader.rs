@@ -45,7 +45,7 @@ fn names(
     Ok(names)
 }
 
-/// What an expression may mention.
+/// The inputs that an expression may contain.
 #[derive(Clone, Copy)]
 pub(super) struct Rules {
     /// The largest index of a coordinate or momentum, if it is known.
@@ -255,7 +255,7 @@ impl Reader {
     }
 }
 
-/// What an expression mentions.
+/// The inputs that an expression contains.
 pub(super) struct Found {
     /// The largest index of a coordinate or momentum, counted from 1; 0 if there is none.
     pub(super) dof: usize,

@@ -1,9 +1,8 @@
 //! The methods that make K exact: projection of (q, p), or a step of energy-preserving collocation.
 
 use super::engine::Engine;
-use super::iteration::Workspace;
-use super::rule::MOST;
 use crate::adaptive::Projection;
+use crate::collocation::{MOST_NODES, Workspace};
 use crate::grain::grain_at;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
@@ -61,7 +60,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if roundings > ACCEPTED_ROUNDINGS
             && roundings * spare.scale() > ACCEPTED_ROUNDINGS * grain_at(system, q, p)
         {
-            return Err(StepFailure::Unresolved { nodes: MOST, roundings });
+            return Err(StepFailure::Unresolved { nodes: MOST_NODES, roundings });
         }
         for d in 0..state.dof() {
             let [v, f] = spare.slopes_at(d, &gauss.nodes);

@@ -1,6 +1,7 @@
 //! A tile of a chain or a ring: consecutive members and their neighbours on both sides, stored by
 //! colour.
 
+use super::reductions::all_finite;
 use afterbay_core::{Quantity, State, StepFailure};
 use std::ops::Range;
 
@@ -113,18 +114,6 @@ impl Tile {
         }
         Ok(())
     }
-}
-
-/// Tests sixteen numbers at a time. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
-fn all_finite(numbers: &[f64]) -> bool {
-    let (chunks, rest) = numbers.as_chunks::<16>();
-    let mut sums = [0.0; 16];
-    for chunk in chunks {
-        for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x * 0.0;
-        }
-    }
-    sums.iter().all(|sum| *sum == 0.0) && rest.iter().all(|x| x.is_finite())
 }
 
 /// Distributes the members to their colours, from entry `at` on.

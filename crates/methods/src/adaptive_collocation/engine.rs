@@ -3,38 +3,46 @@
 //! The sweeps end when the remaining error is a tenth of the error allowed of the step. Then (q, p)
 //! is projected onto `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by the
 //! tolerances of q and p. If the projection would exceed the allowed error, the step is rejected,
-//! or, near an equilibrium, repeated by [`super::Collocation`], which conserves K without
+//! or, near an equilibrium, repeated by [`crate::Collocation`], which conserves K without
 //! projection.
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
-use super::iteration;
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, Rates};
+use crate::collocation;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
 };
 use std::array::from_fn;
 
-/// The largest number of sweeps of a step.
-const SWEEPS: u32 = 12;
+/// The largest number of sweeps of a step. A choice: with the best contraction they gain ten
+/// digits.
+const MOST_SWEEPS: u32 = 12;
 /// The contraction factor per sweep that maximises progress. The factor is κ h² for a step of
-/// length h, and `-h ln (κ h²)`, the digits gained per sweep times h, is largest for κ h² = e⁻².
-const BEST: f64 = 0.135;
+/// length h, and `-h ln (κ h²)`, the digits gained per sweep times h, is largest for
+/// κ h² = e⁻².
+const BEST_CONTRACTION: f64 = 0.135;
 /// The largest h ω. Sweeps amplify rounding errors of the fastest oscillation by up to e^(h ω)
-/// before they contract.
-const PHASE: f64 = 4.0;
+/// before they contract: 4 loses up to two digits. A choice.
+const LARGEST_PHASE: f64 = 4.0;
 /// The factors by which a step may be shortened or lengthened to improve the contraction of sweeps.
-const STRETCH: [f64; 2] = [0.5, 2.0];
-/// The error of the solver relative to the error allowed of the step.
-const SOLVED: f64 = 0.1;
-/// An error, relative to the allowed one, below which a failed projection is attributed to
-/// rounding, and below which the error does not limit the step size.
-const DOUBT: f64 = 0.01;
-/// The smallest error assigned to a step whose projection fails.
-const REFUSED: f64 = 2.0;
-const FAR: f64 = 0.05;
+/// A choice: the contraction of one step predicts that of steps of about its length.
+const STRETCHES: [f64; 2] = [0.5, 2.0];
+/// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
+const SOLVER_SHARE: f64 = 0.1;
+/// The error of a step, relative to the allowed one, below which a failed projection is attributed
+/// to rounding. A choice, between 0 and 1.
+const ROUNDING_SHARE: f64 = 0.01;
+/// The smallest error, relative to the allowed one, assigned to a step whose projection fails;
+/// above 1, so that the step is rejected.
+const REFUSED_ERROR: f64 = 2.0;
+/// The error of a step, relative to the allowed one, below which sweeps and not the error limit the
+/// step size. A choice, between 0 and 1: at order 8 the error alone would allow steps 1.5 times as
+/// long.
+const UNLIMITED_SHARE: f64 = 0.05;
+
 /// The memory of a step with K nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Engine<V: Vector, const K: usize> {
@@ -60,7 +68,7 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) contraction: f64,
     pub(super) budget: Budget,
     /// The solver that iterates to rounding, allocated when it is first needed.
-    pub(super) spare: Option<Box<iteration::Workspace<V>>>,
+    pub(super) spare: Option<Box<collocation::Workspace<V>>>,
 }
 
 impl<V: Vector, const K: usize> Engine<V, K> {
@@ -129,13 +137,15 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
-                Err(way) if error > DOUBT => error = way.max(REFUSED),
+                Err(way) if error > ROUNDING_SHARE => error = way.max(REFUSED_ERROR),
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
         }
-        let reach = (BEST / self.contraction).sqrt().min(PHASE / (length * self.fastest));
-        let reach = reach.clamp(STRETCH[0], STRETCH[1]);
-        self.stiff.see_short(length, reach <= 1.0, error < FAR);
+        let reach = (BEST_CONTRACTION / self.contraction)
+            .sqrt()
+            .min(LARGEST_PHASE / (length * self.fastest));
+        let reach = reach.clamp(STRETCHES[0], STRETCHES[1]);
+        self.stiff.see_short(length, reach <= 1.0, error < UNLIMITED_SHARE);
         Ok(Attempt { error, order, largest_growth: reach, effort })
     }
 
@@ -248,7 +258,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let shares = scales.map(f64::recip);
         let phase = h.to_f64() * self.fastest;
         let (mut before, mut first) = (f64::NAN, f64::NAN);
-        for sweeps in 1..=SWEEPS {
+        for sweeps in 1..=MOST_SWEEPS {
             let moved = self.trial.sweep(system, &self.gauss, h, state);
             let [q, p, w] = [moved[0] * shares[0], moved[1] * shares[1], moved[2] * shares[2]];
             let larger = |a: f64, b: f64| if a > b { a } else { b };
@@ -264,7 +274,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             // may hide. The first change does not predict the next.
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
-            if change <= noise || change * rate <= SOLVED * allowed {
+            if change <= noise || change * rate <= SOLVER_SHARE * allowed {
                 self.contraction = if sweeps == 1 {
                     0.0
                 } else {
@@ -272,14 +282,14 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 };
                 return Ok(sweeps);
             }
-            if sweeps == SWEEPS || (sweeps > 3 && ratio > 0.7) {
+            if sweeps == MOST_SWEEPS || (sweeps > 3 && ratio > 0.7) {
                 let dof = self.trial.restless(system);
                 return Err(StepFailure::NotContracting { dof, iterations: sweeps, ratio });
             }
             before = change;
         }
         let dof = self.trial.restless(system);
-        Err(StepFailure::NotContracting { dof, iterations: SWEEPS, ratio: f64::NAN })
+        Err(StepFailure::NotContracting { dof, iterations: MOST_SWEEPS, ratio: f64::NAN })
     }
 
     /// Computes z1 and the increments of the reservoirs.

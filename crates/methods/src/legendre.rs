@@ -10,8 +10,8 @@
 
 use afterbay_core::{Quad, Scalar};
 
-/// The largest number of coefficients of a polynomial.
-pub(super) const MODES: usize = 8;
+/// The number of coefficients of the polynomials of a step, the largest possible one.
+pub(crate) const MODES: usize = 8;
 
 fn whole(n: usize) -> Quad {
     Quad::from_f64(n as f64)
@@ -27,20 +27,25 @@ fn legendre<const M: usize>(x: Quad) -> [Quad; M] {
     l
 }
 
+/// Rounds x to T.
+pub(crate) fn narrow<T: Scalar>(x: Quad) -> T {
+    T::from_f64(x.0) + T::from_f64(x.1)
+}
+
 /// √(2j+1)
 fn norm(j: usize) -> Quad {
     Scalar::sqrt(whole(2 * j + 1))
 }
 
 /// P_j at τ = (1 + x)/2.
-pub(super) fn values(x: Quad) -> [Quad; MODES] {
+pub(crate) fn values(x: Quad) -> [Quad; MODES] {
     let l = legendre::<MODES>(x);
     std::array::from_fn(|j| norm(j) * l[j])
 }
 
 /// `∫_{1/2}^τ P_0` and, for j ≥ 1, `∫_0^τ P_j` at τ = (1 + x)/2. They are odd in x where P_j is
 /// even, and even where it is odd.
-pub(super) fn integrals(x: Quad) -> [Quad; MODES] {
+pub(crate) fn integrals(x: Quad) -> [Quad; MODES] {
     let l = legendre::<{ MODES + 1 }>(x);
     std::array::from_fn(|j| match j {
         0 => x.half(),

@@ -1,4 +1,4 @@
-//! Continuation of the solution from s = 0 to s = 1.
+//! The branch of solutions that starts at s = 0, followed to s = 1.
 
 use super::iteration::iterate_to_rounding;
 use super::two_corrections::{TwoCorrections, two_corrections};
@@ -6,18 +6,11 @@ use super::{Equation, Outcome, Root, can_be_improved};
 use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar};
 use crate::quantity::Quantity;
+use crate::solver::continuation::{Limits, Position};
 use crate::solver::several_solutions::has_several_solutions;
-use std::hint::cold_path;
 
-/// The shortest step of the continuation in s, which goes from 0 to 1. A choice: shorter ones are
-/// needed only at a fold or a fork.
-const SHORTEST_STEP: f64 = 1e-6;
-/// The largest number of evaluations of the continuation. A choice.
-const MOST_EVALUATIONS: u32 = 10_000;
-/// The first step of the continuation in s, and the factors after a failure and after a success.
-const FIRST_STEP: f64 = 0.25;
-const SHORTER: f64 = 0.25;
-const LONGER: f64 = 2.0;
+/// A choice: steps are shorter only at a fold or a fork.
+const LIMITS: Limits = Limits { shortest: 1e-6, evaluations: 10_000 };
 
 /// Continues the solution from s = 0 to s = 1 in the lanes in which the direct iteration failed,
 /// each with its own steps in s.
@@ -39,36 +32,27 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
             value: force.to_f64(),
         });
     }
-    let (mut x, mut s) = (T::select(stalled, start, x), T::select(stalled, zero, one));
-    let mut stride = T::from_f64(FIRST_STEP);
+    let mut x = T::select(stalled, start, x);
+    let mut position = Position::at(T::select(stalled, zero, one), LIMITS);
     loop {
-        let arrived = one.le(s);
+        let (arrived, next) = (position.arrived(), position.next());
         if arrived.all() {
             return Ok(Root { x, evaluations });
         }
-        let next = s + stride;
-        let next = T::select(next.lt(one), next, one);
+        let before = position.s();
         let outcome = iterate(next, x, start, arrived, equation);
         evaluations += outcome.evaluations;
-        let stalled = outcome.stalled;
-        stride *= T::select(stalled, T::from_f64(SHORTER), T::from_f64(LONGER));
-        if stalled.any() {
-            cold_path();
-            if stalled.and(stride.lt(T::from_f64(SHORTEST_STEP))).any()
-                || evaluations > MOST_EVALUATIONS
-            {
-                // Just before a fold there is a second solution, just after a fork there are two
-                // more.
-                for share in [s, next, one] {
-                    if T::LANES == 1 && has_several_solutions(share, x, start, equation) {
-                        return Err(StepFailure::SeveralSolutions { dof, share: share.to_f64() });
-                    }
+        if !position.advance(outcome.stalled, evaluations) {
+            // Just before a fold there is a second solution, just after a fork there are two more.
+            for share in [before, next, one] {
+                if T::LANES == 1 && has_several_solutions(share, x, start, equation) {
+                    return Err(StepFailure::SeveralSolutions { dof, share: share.to_f64() });
                 }
-                let update = outcome.update.to_f64();
-                return Err(StepFailure::NewtonStalled { dof, iterations: evaluations, update });
             }
+            let update = outcome.update.to_f64();
+            return Err(StepFailure::NewtonStalled { dof, iterations: evaluations, update });
         }
-        (x, s) = (T::select(stalled, x, outcome.x), T::select(stalled, s, next));
+        x = T::select(outcome.stalled, x, outcome.x);
     }
 }
 

@@ -5,12 +5,13 @@
 //! returns to sweeps, and the next trial waits twice as long.
 
 /// The number of limited steps before the first trial, for one degree of freedom. The cost of a
-/// trial, in sweeps, grows like the square of the number of degrees of freedom.
-const WAIT: u64 = 8;
-/// The factor by which steps must become longer, scaled likewise, and the number of steps in which
-/// they must.
-const LONGER: f64 = 8.0;
-const TRIAL: u32 = 6;
+/// trial, in sweeps, grows like the square of the number of degrees of freedom. A choice.
+const STEPS_BEFORE_TRIAL: u64 = 8;
+/// The factor by which steps must become longer, times the number of degrees of freedom, and the
+/// number of steps in which they must. Choices: a step by Newton's method costs about as many
+/// sweeps.
+const LEAST_GAIN: f64 = 8.0;
+const TRIAL_STEPS: u32 = 6;
 
 /// The history of the steps so far.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +29,7 @@ pub(super) struct Stiffness {
 impl Stiffness {
     pub(super) fn new(dof: usize) -> Self {
         let dof = dof as u64;
-        Self { on: false, dof, held: 0, wait: WAIT * dof * dof, tried: 0, from: 0.0 }
+        Self { on: false, dof, held: 0, wait: STEPS_BEFORE_TRIAL * dof * dof, tried: 0, from: 0.0 }
     }
 
     /// Records a step by sweeps: whether sweeps limited it, and whether it is far more accurate
@@ -43,9 +44,9 @@ impl Stiffness {
     /// Records a step by Newton's method.
     pub(super) fn see_long(&mut self, h: f64) {
         self.tried += 1;
-        if h > LONGER * self.dof as f64 * self.from {
-            self.wait = WAIT * self.dof * self.dof;
-        } else if self.tried > TRIAL {
+        if h > LEAST_GAIN * self.dof as f64 * self.from {
+            self.wait = STEPS_BEFORE_TRIAL * self.dof * self.dof;
+        } else if self.tried > TRIAL_STEPS {
             *self = Self { on: false, wait: self.wait.saturating_mul(2), ..*self };
         }
     }

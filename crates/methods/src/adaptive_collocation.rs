@@ -15,7 +15,7 @@
 //! quadrature unchanged, and since the weights are positive Δw ≥ 0 where the system is passive.
 //! (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.4.) Steps that
 //! cannot be projected, near an equilibrium, and steps of stiff systems are taken by
-//! [`super::Collocation`], which conserves K without projection.
+//! [`crate::Collocation`], which conserves K without projection.
 //!
 //! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, also
 //! between steps: a sample is a step of its own from the beginning of the current step, with K
@@ -27,17 +27,25 @@
 //! it is smaller, by a factor of a hundred or more.
 //!
 //! Steps do not allocate, with one exception: the first step that uses Newton's method, or is taken
-//! near an equilibrium, allocates the workspace of [`super::Collocation`]. Most runs never need it.
+//! near an equilibrium, allocates the workspace of [`crate::Collocation`]. Most runs never need it.
 //!
 //! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
 //! step tried, or `Vanishes`.
 
-use super::engine::Engine;
-use super::gauss::Gauss;
+mod end;
+mod engine;
+mod estimate;
+mod exact;
+mod gauss;
+mod stages;
+mod stiffness;
+
 use crate::registry::binding::{AdaptiveBinding, Bound, Target};
 use afterbay_core::{
     Adaptive, Attempt, Curvature, Effort, InputError, Quad, State, StepFailure, Tolerance, Vector,
 };
+use engine::Engine;
+use gauss::Gauss;
 use std::sync::LazyLock;
 
 /// Adaptive collocation of order 8 or 16, depending on the tolerance, for
@@ -45,8 +53,8 @@ use std::sync::LazyLock;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveCollocation;
 
-/// The relative tolerance above which 4 nodes are used.
-const COARSE: f64 = 1e-5;
+/// The relative tolerance above which 4 nodes are used. A choice: there order 8 costs less.
+const LEAST_COARSE_TOLERANCE: f64 = 1e-5;
 
 static FOUR: LazyLock<Gauss<Quad, 4>> = LazyLock::new(Gauss::new);
 static EIGHT: LazyLock<Gauss<Quad, 8>> = LazyLock::new(Gauss::new);
@@ -95,7 +103,7 @@ where
         tolerance: &Tolerance,
         span: f64,
     ) -> Result<Workspace<V>, InputError> {
-        Ok(Workspace(if tolerance.relative > COARSE {
+        Ok(Workspace(if tolerance.relative > LEAST_COARSE_TOLERANCE {
             Order::Eight(Box::new(Engine::new(system, &FOUR, tolerance, span)))
         } else {
             Order::Sixteen(Box::new(Engine::new(system, &EIGHT, tolerance, span)))

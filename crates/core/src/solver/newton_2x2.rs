@@ -1,19 +1,28 @@
 //! Newton's method for two equations, to rounding, with continuation.
 
-use afterbay_core::{Mask, Quantity, Scalar, StepFailure};
+use super::continuation::{Limits, follow};
+use super::convergence::Updates;
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar};
+use crate::quantity::Quantity;
 use std::hint::cold_path;
 
 /// The residuals of two equations at a point, and their Jacobian less the identity.
-pub(super) struct Equations<T> {
-    pub(super) residual: [T; 2],
-    /// The Jacobian less 1.
-    pub(super) excess: [[T; 2]; 2],
+#[derive(Clone, Copy, Debug)]
+pub struct Equations<T> {
+    /// The residuals.
+    pub residual: [T; 2],
+    /// The Jacobian less 1, by rows.
+    pub excess: [[T; 2]; 2],
 }
 
-/// The solution, and the number of evaluations and iterations.
-pub(super) struct Root<T> {
-    pub(super) x: [T; 2],
-    pub(super) evaluations: u32,
+/// A solution and the work to find it.
+#[derive(Clone, Copy, Debug)]
+pub struct Root<T> {
+    /// The solution.
+    pub x: [T; 2],
+    /// The number of evaluations, which is that of the iterations.
+    pub evaluations: u32,
 }
 
 /// No solution was found along which the determinant stays positive.
@@ -22,14 +31,15 @@ struct Stalled {
     evaluations: u32,
 }
 
-/// The largest number of corrections of the direct iteration.
+/// The largest number of corrections of the direct iteration. A choice: Newton's method needs less
+/// than ten where it converges quadratically.
 const MOST_CORRECTIONS: u32 = 200;
-/// The smallest continuation step in s.
-const SHORTEST_STEP: f64 = 1e-6;
-/// The largest number of evaluations of the continuation.
-const MOST_EVALUATIONS: u32 = 10_000;
-/// Updates of up to so many roundings may be noise.
+/// A choice: steps in s are shorter only at a fold or a fork.
+const LIMITS: Limits = Limits { shortest: 1e-6, evaluations: 10_000 };
+/// The largest update that counts as noise, in roundings of the terms of the equations.
 const NOISE_ROUNDINGS: f64 = 64.0;
+/// A size far below that of every number in use, so that 0 is not divided by 0.
+const SMALLEST_SIZE: f64 = 1e-290;
 
 /// Finds the solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where
 /// `equations(s, x) = x + O(s)`. x is an increment of `start`. Numbers up to `reach` enter the
@@ -39,7 +49,7 @@ const NOISE_ROUNDINGS: f64 = 64.0;
 ///
 /// # Errors
 /// A [`StepFailure`] of degree of freedom `dof`.
-pub(super) fn solve<T: Scalar>(
+pub fn solve<T: Scalar>(
     dof: usize,
     start: [T; 2],
     reach: [T; 2],
@@ -47,7 +57,7 @@ pub(super) fn solve<T: Scalar>(
 ) -> Result<Root<T>, StepFailure> {
     match iterate([T::zero(); 2], start, reach, |x| equations(T::one(), x)) {
         Ok(root) => Ok(root),
-        Err(stalled) => follow(dof, start, reach, equations, stalled.evaluations),
+        Err(stalled) => continue_from_start(dof, start, reach, equations, stalled.evaluations),
     }
 }
 
@@ -60,7 +70,7 @@ fn iterate<T: Scalar>(
     mut equations: impl FnMut([T; 2]) -> Equations<T>,
 ) -> Result<Root<T>, Stalled> {
     let (zero, one) = (T::zero(), T::one());
-    let mut size = T::from_f64(f64::NAN);
+    let mut updates: Updates<T> = Updates::none();
     // In each lane, marks updates that grew and may be noise.
     let mut grown = zero;
     for evaluations in 1..=MOST_CORRECTIONS {
@@ -68,7 +78,7 @@ fn iterate<T: Scalar>(
         // The determinant of 1 + (a, b; c, d), without cancellation for small entries.
         let determinant = one + (a + d) + (a * d - b * c);
         if !zero.lt(determinant).all() {
-            return Err(Stalled { update: size.to_f64(), evaluations });
+            return Err(Stalled { update: updates.last().to_f64(), evaluations });
         }
         let inverse = determinant.recip();
         let update = [(b * g - (one + d) * f) * inverse, (c * f - (one + a) * g) * inverse];
@@ -76,18 +86,14 @@ fn iterate<T: Scalar>(
         if !(update[0] + update[1]).is_finite().all() {
             return Err(Stalled { update: f64::NAN, evaluations });
         }
-        let scale = [0, 1].map(|k| start[k].abs() + x[k].abs() + T::from_f64(1e-290));
+        let scale = [0, 1].map(|k| start[k].abs() + x[k].abs() + T::from_f64(SMALLEST_SIZE));
         let share = |scale: [T; 2]| {
             let [u, v] = [update[0].abs() / scale[0], update[1].abs() / scale[1]];
             T::select(u.lt(v), v, u)
         };
-        let previous = size;
-        size = share(scale);
-        // Where updates shrink by a factor, the next one shrinks by at least this factor. The
-        // iteration has converged if the next update would be below rounding.
-        let next_is_rounding = (size * size).le(T::from_f64(T::EPSILON) * previous);
+        updates.see(share(scale));
         // Updates of a converging iteration shrink; updates that are noise grow from time to time.
-        let grows = previous.le(size);
+        let grows = updates.grows();
         if grows.any() {
             cold_path();
             let blur =
@@ -100,16 +106,16 @@ fn iterate<T: Scalar>(
                 .le(T::from_f64(NOISE_ROUNDINGS * T::EPSILON));
             grown = T::select(small.and(grows), grown + one, grown);
         }
-        if next_is_rounding.or(one.lt(grown)).all() {
+        if updates.next_is_at_most(T::from_f64(T::EPSILON)).or(one.lt(grown)).all() {
             return Ok(Root { x, evaluations });
         }
     }
-    Err(Stalled { update: size.to_f64(), evaluations: MOST_CORRECTIONS })
+    Err(Stalled { update: updates.last().to_f64(), evaluations: MOST_CORRECTIONS })
 }
 
-/// Follows the solution from s = 0 to s = 1.
+/// Continues the solution from s = 0 to s = 1.
 #[cold]
-fn follow<T: Scalar>(
+fn continue_from_start<T: Scalar>(
     dof: usize,
     start: [T; 2],
     reach: [T; 2],
@@ -124,30 +130,22 @@ fn follow<T: Scalar>(
             value: (f + g).to_f64(),
         });
     }
-    let (mut x, mut s, mut stride) = ([T::zero(); 2], 0.0_f64, 0.25_f64);
-    while s < 1.0 {
-        let next = (s + stride).min(1.0);
-        match iterate(x, start, reach, |x| equations(T::from_f64(next), x)) {
-            Ok(root) => {
-                evaluations += root.evaluations;
-                (x, s) = (root.x, next);
-                stride *= 2.0;
-            }
-            Err(stalled) => {
-                evaluations += stalled.evaluations;
-                stride *= 0.25;
-                if stride < SHORTEST_STEP || evaluations > MOST_EVALUATIONS {
-                    let update = stalled.update;
-                    return Err(StepFailure::NewtonStalled {
-                        dof,
-                        iterations: evaluations,
-                        update,
-                    });
-                }
-            }
-        }
+    let mut x = [T::zero(); 2];
+    let outcome = follow(LIMITS, |s| {
+        let outcome = iterate(x, start, reach, |x| equations(T::from_f64(s), x)).map(|root| {
+            x = root.x;
+            evaluations += root.evaluations;
+        });
+        let outcome = outcome.map_err(|stalled| {
+            evaluations += stalled.evaluations;
+            stalled.update
+        });
+        (evaluations, outcome)
+    });
+    match outcome {
+        Ok(()) => Ok(Root { x, evaluations }),
+        Err(update) => Err(StepFailure::NewtonStalled { dof, iterations: evaluations, update }),
     }
-    Ok(Root { x, evaluations })
 }
 
 #[cfg(test)]

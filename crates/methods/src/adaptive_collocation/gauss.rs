@@ -1,8 +1,7 @@
 //! The tables of Gauss collocation with K nodes on [0, 1], which represents a polynomial of degree
 //! K - 1 by its values at the nodes.
 
-use super::legendre::{MODES, gauss, integrals, values};
-use super::rule::narrow;
+use crate::legendre::{MODES, gauss, integrals, narrow, values};
 use afterbay_core::{Quad, Scalar};
 use std::array::from_fn;
 

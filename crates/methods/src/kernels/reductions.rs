@@ -1,0 +1,128 @@
+//! Sums and maxima over long vectors, in eight or sixteen independent parts: one part would be a
+//! chain of dependent operations.
+
+use afterbay_core::Scalar;
+
+/// max(most, |x|).
+#[inline(always)]
+pub(crate) fn larger<T: Scalar>(most: T, x: &T) -> T {
+    T::select(most.lt(x.abs()), x.abs(), most)
+}
+
+/// The largest |x_j|, 0 for no numbers.
+pub(crate) fn largest<T: Scalar>(x: &[T]) -> T {
+    let (chunks, rest) = x.as_chunks::<16>();
+    let most = rest.iter().fold(T::zero(), larger);
+    if chunks.is_empty() {
+        return most;
+    }
+    let mut each = [most; 16];
+    for chunk in chunks {
+        each = std::array::from_fn(|k| larger(each[k], &chunk[k]));
+    }
+    each.iter().fold(most, larger)
+}
+
+/// [a · b, a · a], each equal to [`dot`].
+pub(crate) fn products<T: Scalar>(a: &[T], b: &[T]) -> [T; 2] {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let (mut along, mut square) = ([T::zero(); 8], [T::zero(); 8]);
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            along[k] = a[k].mul_add(b[k], along[k]);
+            square[k] = a[k].mul_add(a[k], square[k]);
+        }
+    }
+    for ((along, square), (&a, &b)) in
+        along.iter_mut().zip(&mut square).zip(a_rest.iter().zip(b_rest))
+    {
+        *along = a.mul_add(b, *along);
+        *square = a.mul_add(a, *square);
+    }
+    [along, square].map(total)
+}
+
+/// a · b. Entry j is added to partial sum j mod 8.
+pub(crate) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [T::zero(); 8];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] = a[k].mul_add(b[k], sums[k]);
+        }
+    }
+    for (sum, (&a, &b)) in sums.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        *sum = a.mul_add(b, *sum);
+    }
+    total(sums)
+}
+
+/// The sum of eight partial sums.
+fn total<T: Scalar>([a, b, c, d, e, f, g, h]: [T; 8]) -> T {
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
+/// Whether all numbers are finite. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
+pub(crate) fn all_finite(numbers: &[f64]) -> bool {
+    let (chunks, rest) = numbers.as_chunks::<16>();
+    let mut sums = [0.0; 16];
+    for chunk in chunks {
+        for (sum, x) in sums.iter_mut().zip(chunk) {
+            *sum += x * 0.0;
+        }
+    }
+    sums.iter().all(|sum| *sum == 0.0) && rest.iter().all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of both signs and several sizes.
+    fn numbers(count: usize, seed: f64) -> Vec<f64> {
+        (0..count).map(|j| (seed + 1.3 * j as f64).sin() * 2_f64.powi(j as i32 % 9 - 4)).collect()
+    }
+
+    /// The dot product as it is defined: entry j is added to partial sum j mod 8.
+    fn plain_dot(a: &[f64], b: &[f64]) -> f64 {
+        let mut sums = [0.0; 8];
+        for (j, (&a, &b)) in a.iter().zip(b).enumerate() {
+            sums[j % 8] = f64::mul_add(a, b, sums[j % 8]);
+        }
+        let [a, b, c, d, e, f, g, h] = sums;
+        ((a + b) + (c + d)) + ((e + f) + (g + h))
+    }
+
+    #[test]
+    fn products_have_the_bits_of_the_plain_sums() {
+        for count in [0, 1, 7, 8, 9, 16, 31, 100] {
+            let (a, b) = (numbers(count, 0.4), numbers(count, 2.0));
+            assert_eq!(dot(&a, &b), plain_dot(&a, &b));
+            assert_eq!(products(&a, &b), [plain_dot(&a, &b), plain_dot(&a, &a)]);
+        }
+    }
+
+    #[test]
+    fn the_largest_number_is_found_wherever_it_is() {
+        for count in [1, 15, 16, 17, 40] {
+            for at in 0..count {
+                let mut x = numbers(count, 1.0);
+                x[at] = -17.0;
+                assert_eq!(largest(&x), 17.0);
+            }
+        }
+        assert_eq!(largest::<f64>(&[]), 0.0);
+    }
+
+    #[test]
+    fn one_number_that_is_not_finite_is_found_wherever_it_is() {
+        for count in [1, 15, 16, 17, 40] {
+            assert!(all_finite(&numbers(count, 1.0)));
+            for (at, wrong) in (0..count).zip([f64::NAN, f64::INFINITY].into_iter().cycle()) {
+                let mut x = numbers(count, 1.0);
+                x[at] = wrong;
+                assert!(!all_finite(&x));
+            }
+        }
+    }
+}

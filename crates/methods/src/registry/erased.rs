@@ -1,0 +1,286 @@
+//! A method and its system behind one trait, for runs of every kind of method.
+
+use super::run::{Run, Show};
+use afterbay_core::{
+    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar,
+    State, StateRef, Statistics, System, Tolerance, Vector, integrate_in, integrate_within,
+    sample_within,
+};
+use std::marker::PhantomData;
+use std::sync::{Arc, Mutex};
+
+/// [`super::Stepping`] with the storage of states erased.
+pub(super) type ErasedStepping<'a, T> =
+    Box<dyn FnMut(T, Place<'_, T>) -> Result<Effort, IntegrateError> + 'a>;
+
+/// The slices of a state, which are read before a run and written after it.
+pub(super) struct Place<'a, T> {
+    q: &'a mut [T],
+    p: &'a mut [T],
+    w: &'a mut [T],
+    t: &'a mut T,
+}
+
+impl<'a, T: Scalar> Place<'a, T> {
+    pub(super) fn of<V: Vector<Scalar = T>>(state: &'a mut State<V>) -> Self {
+        let State { q, p, w, t } = state;
+        Self { q: q.as_mut_slice(), p: p.as_mut_slice(), w: w.as_mut_slice(), t }
+    }
+
+    fn take<V: Vector<Scalar = T>>(&self) -> State<V> {
+        let copy = |part: &[T]| V::filled(part, |x| x);
+        State { q: copy(self.q), p: copy(self.p), w: copy(self.w), t: *self.t }
+    }
+
+    fn put<V: Vector<Scalar = T>>(self, state: &State<V>) {
+        let StateRef { q, p, w, t } = state.state_ref();
+        for (to, from) in [(self.q, q), (self.p, p), (self.w, w)] {
+            to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
+        }
+        *self.t = t;
+    }
+}
+
+/// A bound method. Fixed-step methods refuse tolerances and the reverse.
+pub(super) trait Erased<T: Scalar>: Send + Sync {
+    fn dof(&self) -> usize;
+
+    fn run(
+        &self,
+        _grid: Grid<T>,
+        _place: Place<'_, T>,
+        _stride: u64,
+        _show: Show<'_, T>,
+    ) -> Result<Effort, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
+    }
+
+    fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, T>;
+
+    fn step(&self, _h: T, _place: Place<'_, T>) -> Result<Effort, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
+    }
+
+    fn run_within(
+        &self,
+        _tolerance: &Tolerance,
+        _end: T,
+        _place: Place<'_, T>,
+        _stride: u64,
+        _show: Show<'_, T>,
+    ) -> Result<Statistics, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a step, not a tolerance" }.into())
+    }
+
+    fn sample(
+        &self,
+        _tolerance: &Tolerance,
+        _times: &[T],
+        _place: Place<'_, T>,
+        _show: Show<'_, T>,
+    ) -> Result<Statistics, IntegrateError> {
+        Err(InputError::Unsupported { method: "", why: "it takes a step, not a tolerance" }.into())
+    }
+}
+
+/// A fixed-step method and its system, with states stored in `V` while it steps.
+struct Fixed<V, M, S: ?Sized, W> {
+    method: M,
+    system: Arc<S>,
+    /// A workspace that is cloned and never used for a step.
+    workspace: W,
+    /// The workspace of the last run, for methods whose workspace carries no memory between runs.
+    spare: Mutex<Option<W>>,
+    storage: PhantomData<fn() -> V>,
+}
+
+impl<V, S, M> Fixed<V, M, S, M::Workspace>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S>,
+    M::Workspace: Clone,
+{
+    /// Runs `run` in a fresh workspace. Of concurrent runs, one takes the spare workspace and the
+    /// others clone; none waits.
+    #[inline(always)]
+    fn within<R>(&self, run: impl FnOnce(&mut M::Workspace) -> R) -> R {
+        let spare = || if self.method.is_memoryless() { self.spare.try_lock().ok() } else { None };
+        let kept = spare().and_then(|mut spare| spare.take());
+        let mut workspace = kept.unwrap_or_else(|| self.workspace.clone());
+        let done = run(&mut workspace);
+        if let Some(mut spare) = spare() {
+            *spare = Some(workspace);
+        }
+        done
+    }
+}
+
+impl<V, S, M> Erased<V::Scalar> for Fixed<V, M, S, M::Workspace>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + Send + Sync,
+    M::Workspace: Clone + Send + Sync,
+{
+    fn dof(&self) -> usize {
+        self.system.dof()
+    }
+
+    fn run(
+        &self,
+        grid: Grid<V::Scalar>,
+        place: Place<'_, V::Scalar>,
+        stride: u64,
+        show: Show<'_, V::Scalar>,
+    ) -> Result<Effort, IntegrateError> {
+        let mut state = place.take::<V>();
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
+        let mut observer = Every::new(stride, look);
+        let outcome = self.within(|workspace| {
+            integrate_in(&self.method, &*self.system, grid, &mut state, workspace, &mut observer)
+        });
+        place.put(&state);
+        outcome
+    }
+
+    fn stepper(&self, _tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
+        let mut workspace = self.workspace.clone();
+        Box::new(move |h, place| {
+            let (mut state, system) = (place.take::<V>(), &*self.system);
+            let grid = Grid { h, steps: 1 };
+            let effort =
+                integrate_in(&self.method, system, grid, &mut state, &mut workspace, &mut ())?;
+            place.put(&state);
+            Ok(effort)
+        })
+    }
+
+    fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, IntegrateError> {
+        let mut state = place.take::<V>();
+        let outcome =
+            self.within(|workspace| self.method.step(&*self.system, h, &mut state, workspace));
+        let t = state.t.to_f64();
+        place.put(&state);
+        Ok(outcome.map_err(|failure| RunError { step: 1, t, failure })?)
+    }
+}
+
+/// A method with step size control and its system, with states stored in `V` while it steps.
+struct Chosen<V, M, S: ?Sized> {
+    method: M,
+    system: Arc<S>,
+    storage: PhantomData<fn() -> V>,
+}
+
+impl<V, S, M> Erased<V::Scalar> for Chosen<V, M, S>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Adaptive<V, S> + Send + Sync,
+{
+    fn dof(&self) -> usize {
+        self.system.dof()
+    }
+
+    fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
+        Box::new(move |h, place| {
+            let (mut state, system) = (place.take::<V>(), &*self.system);
+            let end = state.t + h;
+            let found =
+                integrate_within(&self.method, system, &tolerance, end, &mut state, &mut ())?;
+            place.put(&state);
+            Ok(found.effort)
+        })
+    }
+
+    fn run_within(
+        &self,
+        tolerance: &Tolerance,
+        end: V::Scalar,
+        place: Place<'_, V::Scalar>,
+        stride: u64,
+        show: Show<'_, V::Scalar>,
+    ) -> Result<Statistics, IntegrateError> {
+        let mut state = place.take::<V>();
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
+        let mut observer = Every::new(stride, look);
+        let outcome = integrate_within(
+            &self.method,
+            &*self.system,
+            tolerance,
+            end,
+            &mut state,
+            &mut observer,
+        );
+        place.put(&state);
+        outcome
+    }
+
+    fn sample(
+        &self,
+        tolerance: &Tolerance,
+        times: &[V::Scalar],
+        place: Place<'_, V::Scalar>,
+        show: Show<'_, V::Scalar>,
+    ) -> Result<Statistics, IntegrateError> {
+        let mut state = place.take::<V>();
+        let mut look = |n: u64, state: &State<V>| show(n, state.state_ref());
+        let outcome =
+            sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut look);
+        place.put(&state);
+        outcome
+    }
+}
+
+/// Checks that the storage `V` has room for `dof` degrees of freedom.
+fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
+    match V::LEN.filter(|&len| len != dof) {
+        Some(found) => {
+            Err(InputError::Length { quantity: Quantity::Coordinate, expected: dof, found })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Binds a fixed-step method, with states stored in `V` while it steps.
+pub(crate) fn fixed<V, S, M>(
+    name: &'static str,
+    method: M,
+    system: Arc<S>,
+) -> Result<Run<V::Scalar>, InputError>
+where
+    V: Vector + 'static,
+    S: System<V::Scalar> + ?Sized + 'static,
+    M: Method<V, S> + Send + Sync + 'static,
+    M::Workspace: Clone + Send + Sync + 'static,
+{
+    fits::<V>(system.dof())?;
+    let workspace = method.workspace(&system)?;
+    let bound = Fixed {
+        method,
+        system,
+        workspace,
+        spare: Mutex::new(None),
+        storage: PhantomData::<fn() -> V>,
+    };
+    Ok(Run { method: name, bound: Box::new(bound) })
+}
+
+/// Binds a method with step size control, with states stored in `V` while it steps.
+pub(super) fn chosen<V, S, M>(
+    name: &'static str,
+    method: M,
+    system: Arc<S>,
+) -> Result<Run<V::Scalar>, InputError>
+where
+    V: Vector + 'static,
+    S: System<V::Scalar> + ?Sized + 'static,
+    M: Adaptive<V, S> + Send + Sync + 'static,
+{
+    fits::<V>(system.dof())?;
+    Ok(Run {
+        method: name,
+        bound: Box::new(Chosen { method, system, storage: PhantomData::<fn() -> V> }),
+    })
+}
