@@ -9,6 +9,8 @@
 
 mod adaptive;
 mod adaptive_dop853;
+mod adaptive_explicit;
+mod adaptive_verner;
 mod balance;
 mod bend;
 mod collocation;
@@ -31,6 +33,7 @@ mod rk4;
 mod runge_kutta;
 
 pub use adaptive_dop853::AdaptiveDop853;
+pub use adaptive_verner::{AdaptiveVerner65, AdaptiveVerner87, AdaptiveVerner98};
 pub use collocation::{AdaptiveCollocation, Collocation};
 pub use gonzalez::Gonzalez;
 pub use implicit_midpoint::ImplicitMidpoint;

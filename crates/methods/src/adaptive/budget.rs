@@ -19,11 +19,14 @@ const LANES: usize = 8;
 pub(crate) struct Budget {
     tolerance: Tolerance,
     span: f64,
+    /// The time passed in steps, and their number.
+    passed: f64,
+    steps: f64,
 }
 
 impl Budget {
     pub(crate) fn new(tolerance: &Tolerance, span: f64) -> Self {
-        Self { tolerance: *tolerance, span }
+        Self { tolerance: *tolerance, span, passed: 0.0, steps: 0.0 }
     }
 
     pub(crate) fn relative(&self) -> f64 {
@@ -33,6 +36,22 @@ impl Budget {
     /// The share of the run's error that a step of this length is allowed.
     pub(crate) fn allowed(&self, length: f64) -> f64 {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
+    }
+
+    /// The share of the run's error that each step is allowed if all steps are allowed the same:
+    /// that of a step of mean length, the next one of this length included. The sum over the steps
+    /// is that of [`Self::allowed`], and the number of steps is smaller: it is least where all steps
+    /// have the same error.
+    #[inline]
+    pub(crate) fn allowed_of_equal_steps(&self, length: f64) -> f64 {
+        self.allowed((self.passed + length) / (self.steps + 1.0))
+    }
+
+    /// Counts an accepted step.
+    #[inline]
+    pub(crate) fn spend(&mut self, length: f64) {
+        self.passed += length;
+        self.steps += 1.0;
     }
 
     /// The errors allowed of q, p and w at the end of the run, of which the share `allowed` is

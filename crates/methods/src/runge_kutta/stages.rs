@@ -5,7 +5,7 @@ use afterbay_core::{Scalar, State, System, Vector};
 use std::array::from_fn;
 
 /// The largest number of stages of a tableau.
-const STAGES: usize = 12;
+const STAGES: usize = 16;
 
 /// The parts of the state: q, p and w.
 pub(crate) const Q: usize = 0;
@@ -29,11 +29,12 @@ pub(crate) struct Stages<V: Vector> {
 }
 
 impl<V: Vector> Stages<V> {
-    pub(crate) fn new<S: System<V::Scalar> + ?Sized>(system: &S) -> Self {
+    /// Memory for the first `stages` stages.
+    pub(crate) fn new<S: System<V::Scalar> + ?Sized>(system: &S, stages: usize) -> Self {
         let n = system.dof();
         let zeros = || V::zeros(n);
         Self {
-            slopes: from_fn(|_| from_fn(|_| zeros())),
+            slopes: from_fn(|i| from_fn(|_| V::zeros(if i < stages { n } else { 0 }))),
             start: zeros(),
             hq: zeros(),
             q: zeros(),
@@ -58,6 +59,18 @@ impl<V: Vector> Stages<V> {
         self.start.as_mut_slice().copy_from_slice(self.hq.as_slice());
     }
 
+    /// Makes the slope of a stage, and ∂H/∂q of the stage computed last, those of the first stage.
+    #[inline]
+    pub(crate) fn begin_at(&mut self, stage: usize) {
+        self.slopes.swap(0, stage);
+        self.start.as_mut_slice().copy_from_slice(self.hq.as_slice());
+    }
+
+    /// The point of the stage computed last.
+    pub(crate) fn point(&self) -> [&V; 2] {
+        [&self.q, &self.p]
+    }
+
     /// Computes the other stages of the step h from `state`.
     #[inline]
     pub(crate) fn advance<B, S>(&mut self, system: &S, h: V::Scalar, state: &State<V>)
@@ -73,7 +86,7 @@ impl<V: Vector> Stages<V> {
                 })*
             };
         }
-        stages!(1 2 3 4 5 6 7 8 9 10 11);
+        stages!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
     }
 
     #[inline]
