@@ -12,14 +12,13 @@
 //! error of the step. K is exact; w is the quadrature, unchanged.
 //!
 //! A sample between steps is a step of its own from the beginning of the current step, with K
-//! exact. Steps stay within a half disc |hλ| ≤ r, Re λ ≤ 0 of the stability region. Where the last
-//! stage is the end of the step, its slope is the first of the next one. The projection moves the
-//! end by the error of the step e, which changes the next step by O(h e). Steps do not allocate.
+//! exact. Steps stay within a half disc |hλ| ≤ r, Re λ ≤ 0 of the stability region. Steps do not
+//! allocate.
 
 use crate::adaptive::{Budget, Projection, Rates, largest};
 use crate::bend::bend;
 use crate::grain::grain_at;
-use crate::runge_kutta::{Embedded, P, Q, Stages, W};
+use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Quantity, Scalar, State, StepFailure, System, Tolerance, Vector,
 };
@@ -34,8 +33,12 @@ const REFUSED: f64 = 2.0;
 const DOUBT: f64 = 0.01;
 /// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
 const NOISE_ROUNDINGS: f64 = 64.0;
-/// |λ| is evaluated anew if the bound of h |λ| is less than this factor away.
+/// |λ| is evaluated anew if the bound of h |λ| is less than this factor away,
 const RENEWAL_FACTOR: f64 = 1.25;
+/// at every step while it changes by more than this share of itself from one evaluation to the next,
+const STEADY: f64 = 0.01;
+/// and else after up to so many steps.
+const MOST_STEPS: u32 = 8;
 
 /// The memory of a step.
 #[derive(Clone, Debug)]
@@ -50,14 +53,15 @@ pub struct Workspace<V: Vector> {
     p: V,
     gain: V,
     end_energy: V::Scalar,
-    /// The difference of two solutions.
-    miss: V,
     /// The length of the step.
     length: f64,
     /// The error of K at the end of a longer step from this state, near an equilibrium.
     off: f64,
     /// An upper bound of |λ| ([`Rates::see`]); 0 if none is known.
     fastest: f64,
+    /// The steps since it was computed, and those until it is computed anew.
+    since: u32,
+    until: u32,
     rates: Rates<V>,
     budget: Budget,
 }
@@ -79,10 +83,11 @@ impl<V: Vector> Workspace<V> {
             p: zeros(),
             gain: zeros(),
             end_energy: zero,
-            miss: zeros(),
             length: 0.0,
             off: f64::INFINITY,
             fastest: 0.0,
+            since: 0,
+            until: 1,
             rates: Rates::new(n),
             budget: Budget::new(tolerance, span),
         }
@@ -109,32 +114,29 @@ impl<V: Vector> Workspace<V> {
         let Self { stages, q, p, gain, .. } = self;
         stages.add::<Q>(B::WEIGHTS, h, &state.q, q);
         stages.add::<P>(B::WEIGHTS, h, &state.p, p);
-        stages.sum::<W>(B::WEIGHTS, h, gain);
-    }
-
-    /// The error estimate of the step relative to the error allowed of the whole run.
-    #[inline]
-    fn error<B: Embedded>(&mut self, h: V::Scalar, scales: [f64; 3]) -> f64 {
-        let shares = scales.map(f64::recip);
-        let fine = self.difference::<B, 0>(h, shares);
-        if B::DIFFERENCES.len() == 1 || fine == 0.0 {
-            return fine;
+        if stages.is_dissipative() {
+            stages.sum::<W>(B::WEIGHTS, h, gain);
         }
-        let ratio = self.difference::<B, 1>(h, shares) / fine;
-        fine / (1.0 + SHARE * ratio * ratio).sqrt()
     }
 
-    /// The distance from the end of the step by the embedded weights.
+    /// The error estimate of the step relative to the error allowed. NaN if a number is not finite.
     #[inline]
-    fn difference<B: Embedded, const I: usize>(&mut self, h: V::Scalar, shares: [f64; 3]) -> f64 {
-        let Self { stages, miss, .. } = self;
-        let terms = B::DIFFERENCES[I % B::DIFFERENCES.len()];
-        stages.sum::<Q>(terms, h, miss);
-        let q = largest(miss) * shares[0];
-        stages.sum::<P>(terms, h, miss);
-        let p = largest(miss) * shares[1];
-        stages.sum::<W>(terms, h, miss);
-        let w = largest(miss) * shares[2];
+    fn error<B: Embedded>(&self, shares: [f64; 3]) -> f64 {
+        let fine = self.difference(B::DIFFERENCES[0], shares);
+        if B::DIFFERENCES.len() == 1 || fine == 0.0 {
+            return self.length * fine;
+        }
+        let ratio = self.difference(B::DIFFERENCES[1], shares) / fine;
+        self.length * fine / (1.0 + SHARE * ratio * ratio).sqrt()
+    }
+
+    /// The distance of two ends of the step with these differences of weights, over h.
+    #[inline(always)]
+    fn difference(&self, terms: Terms, shares: [f64; 3]) -> f64 {
+        let q = self.stages.largest_sum::<Q>(terms) * shares[0];
+        let p = self.stages.largest_sum::<P>(terms) * shares[1];
+        let dissipative = self.stages.is_dissipative();
+        let w = if dissipative { self.stages.largest_sum::<W>(terms) * shares[2] } else { 0.0 };
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         larger(larger(q, p), w) + 0.0 * (q + p + w)
     }
@@ -148,7 +150,7 @@ impl<V: Vector> Workspace<V> {
     /// Projects the new state onto K. If the change exceeds the allowed one, returns the ratio of
     /// the two as the error.
     #[inline]
-    fn project<B, S>(&mut self, system: &S, scales: [f64; 3], allowed: f64) -> Result<(), f64>
+    fn project<B, S>(&mut self, system: &S, allowed: [f64; 3]) -> Result<(), f64>
     where
         B: Embedded,
         S: System<V::Scalar> + ?Sized,
@@ -161,8 +163,8 @@ impl<V: Vector> Workspace<V> {
             slope: [stages.hq.as_slice(), stages.velocity(B::ROWS.len() - 1).as_slice()],
             target,
             size: (energy.abs() + target.abs()).to_f64(),
-            scales: [scales[0], scales[1]],
-            allowed,
+            scales: [allowed[0], allowed[1]],
+            allowed: 1.0,
         };
         projection.apply(system, [q, p], end_energy).map(|_| ())
     }
@@ -192,6 +194,9 @@ impl<V: Vector> Workspace<V> {
     #[cold]
     fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         let [_, fastest] = self.rates.see(system, &state.q, &state.p);
+        let steady = (fastest - self.fastest).abs() <= STEADY * self.fastest;
+        self.until = if steady { MOST_STEPS.min(2 * self.until) } else { 1 };
+        self.since = 0;
         // A bound that is not finite is discarded.
         self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
     }
@@ -205,11 +210,10 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.length = h.to_f64().abs();
-        let allowed = self.budget.allowed_of_equal_steps(self.length);
-        let scales = self.budget.scales(state, allowed);
+        let allowed = self.budget.allowed_of_equal_steps(state, self.length);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
-        let error = self.error::<B>(h, scales) / allowed;
+        let error = self.error::<B>(allowed.map(f64::recip));
         if !error.is_finite() {
             let parts = [
                 (Quantity::Coordinate, self.q.as_slice()),
@@ -219,7 +223,7 @@ impl<V: Vector> Workspace<V> {
             return Err(StepFailure::non_finite(&parts));
         }
         if error <= 1.0
-            && let Err(way) = self.project::<B, S>(system, scales, allowed)
+            && let Err(way) = self.project::<B, S>(system, allowed)
         {
             self.finish::<B>(h, state);
             if error > DOUBT || !self.is_noise(system) {
@@ -252,7 +256,9 @@ impl<V: Vector> Workspace<V> {
             }
         }
         let error = self.step::<B, S>(system, h, state)?;
-        if error > 1.0 || self.reach::<B>(length) < RENEWAL_FACTOR {
+        self.since += 1;
+        let due = self.since >= self.until && self.reach::<B>(length) < RENEWAL_FACTOR;
+        if error > 1.0 || due {
             self.see_fastest(system, state);
         }
         let evaluations = B::ROWS.len() as u64 - 1 + first;
@@ -277,15 +283,12 @@ impl<V: Vector> Workspace<V> {
 
     /// Moves `state` to the end of the step attempted last.
     #[inline]
-    pub(crate) fn accept<B: Embedded>(&mut self, state: &mut State<V>) {
+    pub(crate) fn accept(&mut self, state: &mut State<V>) {
         self.write(state);
         self.budget.spend(self.length);
         self.energy = self.end_energy;
         self.off = f64::INFINITY;
-        self.begun = B::ENDS_AT_STAGE;
-        if B::ENDS_AT_STAGE {
-            self.stages.begin_at(B::ROWS.len() - 1);
-        }
+        self.begun = false;
     }
 
     /// Computes the state at the time h after `before`, which begins a step longer than h.
@@ -367,12 +370,8 @@ macro_rules! adaptive_explicit {
             }
 
             #[inline]
-            fn accept(
-                &self,
-                state: &mut afterbay_core::State<V>,
-                workspace: &mut Self::Workspace,
-            ) {
-                workspace.accept::<$tableau>(state);
+            fn accept(&self, state: &mut afterbay_core::State<V>, workspace: &mut Self::Workspace) {
+                workspace.accept(state);
             }
 
             fn between(

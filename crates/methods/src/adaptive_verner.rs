@@ -1,4 +1,4 @@
-//! Verner's most efficient pairs of orders 9(8), 8(7) and 6(5) with step size control, and K exact
+//! Verner's most efficient pairs of orders 9(8) and 8(7) with step size control, and K exact
 //! after every step.
 //!
 //! J. H. Verner, Numerically optimal Runge-Kutta pairs with interpolants, Numer. Algorithms 53
@@ -9,7 +9,6 @@
 //! |---|---|---|---|
 //! | [`AdaptiveVerner98`] | 16 | 9 | 2.7 |
 //! | [`AdaptiveVerner87`] | 13 | 8 | 2.5 |
-//! | [`AdaptiveVerner65`] | 8 | 6 | 2.5 |
 //!
 //! In the half disc of 8(7), |R| exceeds 1 by up to 1e-5 near the imaginary axis. The orders hold
 //! between steps, too. Some weights are negative, so the methods are not passive.
@@ -18,7 +17,7 @@
 //! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`.
 
 use crate::adaptive_explicit::adaptive_explicit;
-use crate::runge_kutta::{Verner65, Verner87, Verner98};
+use crate::runge_kutta::{Verner87, Verner98};
 
 /// The pair of orders 9 and 8, for tight tolerances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,11 +27,5 @@ pub struct AdaptiveVerner98;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveVerner87;
 
-/// The pair of orders 6 and 5, for loose tolerances. The last stage of a step is the first of the
-/// next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AdaptiveVerner65;
-
 adaptive_explicit!(AdaptiveVerner98, Verner98);
 adaptive_explicit!(AdaptiveVerner87, Verner87);
-adaptive_explicit!(AdaptiveVerner65, Verner65);

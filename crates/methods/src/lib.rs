@@ -33,7 +33,7 @@ mod rk4;
 mod runge_kutta;
 
 pub use adaptive_dop853::AdaptiveDop853;
-pub use adaptive_verner::{AdaptiveVerner65, AdaptiveVerner87, AdaptiveVerner98};
+pub use adaptive_verner::{AdaptiveVerner87, AdaptiveVerner98};
 pub use collocation::{AdaptiveCollocation, Collocation};
 pub use gonzalez::Gonzalez;
 pub use implicit_midpoint::ImplicitMidpoint;

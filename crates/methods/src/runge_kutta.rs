@@ -3,13 +3,11 @@
 mod dop853;
 mod stages;
 mod tableau;
-mod verner65;
 mod verner87;
 mod verner98;
 
 pub(crate) use dop853::Dop853;
 pub(crate) use stages::{P, Q, Stages, W};
-pub(crate) use tableau::{Classical, Embedded, Tableau};
-pub(crate) use verner65::Verner65;
+pub(crate) use tableau::{Classical, Embedded, Tableau, Terms};
 pub(crate) use verner87::Verner87;
 pub(crate) use verner98::Verner98;

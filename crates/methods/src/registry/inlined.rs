@@ -7,8 +7,8 @@ use super::run::{Run, chosen, fixed};
 use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner65, AdaptiveVerner87, AdaptiveVerner98,
-    Collocation, Gonzalez, Leapfrog, ModDg, Relaxed, Rk4, Tiled,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation, Gonzalez,
+    Leapfrog, ModDg, Relaxed, Rk4, Tiled,
 };
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
@@ -48,7 +48,7 @@ where
     chosen_if::<V, AdaptiveDop853, S>(row, system)
         .or_else(|| chosen_if::<V, AdaptiveVerner98, S>(row, system))
         .or_else(|| chosen_if::<V, AdaptiveVerner87, S>(row, system))
-        .or_else(|| chosen_if::<V, AdaptiveVerner65, S>(row, system))
+        .or_else(|| chosen_if::<V, S>(row, system))
 }
 
 /// Binds a method to a separable system with one degree of freedom. Returns `None` where

@@ -4,8 +4,7 @@ use super::binding::{AdaptiveBinding, Form};
 use super::sources::{
     BRUGNANO, BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_2010,
     HAIRER_LUBICH_WANNER_2003, HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, ITOH_ABE,
-    KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, VERNER,
-    YOSHIDA,
+    KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, VERNER, YOSHIDA,
 };
 use super::{Cost, EXACT, Needs, Row};
 use crate::explicit_dop853::ExplicitDop853;
@@ -15,8 +14,9 @@ use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
 use crate::moddg::steps::{Placement, Plain, Printed, Raised};
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner65, AdaptiveVerner87, AdaptiveVerner98, Collocation, Composition, Gonzalez, ImplicitMidpoint,
-    Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed, Rk4,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation,
+    Composition, Gonzalez, ImplicitMidpoint, Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed,
+    Rk4,
 };
 use afterbay_core::solver::FixedPoint;
 
@@ -273,14 +273,6 @@ pub const METHODS: &[Row] = &[
         13,
         &[VERNER, HAIRER_LUBICH_WANNER_2006],
         &AdaptiveVerner87,
-    ),
-    explicit(
-        "adaptive-verner65",
-        "Verner's pair 6(5), its steps and K by the tolerance",
-        6,
-        8,
-        &[VERNER, HAIRER_LUBICH_WANNER_2006],
-        &AdaptiveVerner65,
     ),
 ];
 

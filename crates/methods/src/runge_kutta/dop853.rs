@@ -120,5 +120,4 @@ impl Embedded for Dop853 {
     ];
     const ERROR_ORDER: u32 = 8;
     const STABLE_RADIUS: f64 = 5.8;
-    const ENDS_AT_STAGE: bool = false;
 }
