@@ -203,3 +203,42 @@ pub(super) fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
     let h = FIRST_SHARE * tolerance.relative.powf(0.125) * size / rate;
     if h.is_finite() { h } else { f64::MAX }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ln_and_exp_are_close_enough_for_a_step_size() {
+        for i in -700..700 {
+            let x = f64::from(i) + 0.37;
+            let y = x.exp();
+            assert!((ln(y) - x).abs() < 2e-4, "ln {y}: {}", ln(y));
+            assert!((exp(x) / y - 1.0).abs() < 2e-4, "exp {x}: {}", exp(x));
+        }
+        for i in 0..1000 {
+            let x = 1.0 + f64::from(i) / 1000.0;
+            assert!((ln(x) - x.ln()).abs() < 1e-4 && (exp(x.ln()) / x - 1.0).abs() < 2e-4, "{x}");
+        }
+    }
+
+    #[test]
+    fn options_out_of_range_are_refused() {
+        let good = StepControl::default();
+        assert!(good.check().is_ok());
+        for (bad, named) in [
+            (StepControl { initial: Some(0.0), ..good }, "initial step"),
+            (StepControl { least: -1.0, ..good }, "least step"),
+            (StepControl { least: 2.0, largest: 1.0, ..good }, "largest step"),
+            (StepControl { safety: 1.0, ..good }, "safety"),
+            (StepControl { safety: f64::NAN, ..good }, "safety"),
+            (StepControl { largest_growth: 1.0, ..good }, "largest growth"),
+        ] {
+            let refused = bad.check();
+            assert!(
+                matches!(refused, Err(InputError::Tolerance { name, .. }) if name == named),
+                "{named}: {refused:?}"
+            );
+        }
+    }
+}

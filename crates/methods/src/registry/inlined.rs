@@ -48,7 +48,6 @@ where
     chosen_if::<V, AdaptiveDop853, S>(row, system)
         .or_else(|| chosen_if::<V, AdaptiveVerner98, S>(row, system))
         .or_else(|| chosen_if::<V, AdaptiveVerner87, S>(row, system))
-        .or_else(|| chosen_if::<V, S>(row, system))
 }
 
 /// Binds a method to a separable system with one degree of freedom. Returns `None` where
