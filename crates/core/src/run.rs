@@ -9,7 +9,10 @@ mod method;
 mod observer;
 mod tolerance;
 
-pub use adaptive::{Adaptive, Attempt, Statistics, integrate_within, sample_within};
+pub use adaptive::{
+    Adaptive, Attempt, Statistics, integrate_controlled, integrate_within, sample_within,
+};
+pub use controller::StepControl;
 pub use event::{
     Direction, Event, EventState, Happen, MOST_EVENTS, Step, integrate_with_events, zero_within,
 };

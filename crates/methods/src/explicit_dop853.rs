@@ -46,7 +46,7 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let end = [0; 3].map(|_| V::zeros(system.dof()));
-        Ok(Workspace { stages: Stages::new(system), end })
+        Ok(Workspace { stages: Stages::new(system, Dop853::ROWS.len()), end })
     }
 
     fn is_memoryless(&self) -> bool {

@@ -10,6 +10,8 @@
 mod adaptive;
 mod adaptive_collocation;
 mod adaptive_dop853;
+mod adaptive_explicit;
+mod adaptive_verner;
 mod balance;
 mod bend;
 mod collocation;
@@ -36,6 +38,7 @@ mod runge_kutta;
 
 pub use adaptive_collocation::AdaptiveCollocation;
 pub use adaptive_dop853::AdaptiveDop853;
+pub use adaptive_verner::{AdaptiveVerner87, AdaptiveVerner98};
 pub use collocation::Collocation;
 pub use gonzalez::Gonzalez;
 pub use implicit_midpoint::ImplicitMidpoint;

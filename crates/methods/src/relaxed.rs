@@ -36,7 +36,7 @@ mod track;
 
 use crate::commit::commit;
 use crate::registry::binding::{Binding, Bound, Target};
-use crate::runge_kutta::{Classical, Dop853};
+use crate::runge_kutta::{Classical, Dop853, Tableau};
 use afterbay_core::{
     Abilities, Effort, InputError, Method, Scalar, State, StepFailure, System, Vector,
 };
@@ -94,8 +94,12 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let n = system.dof();
+        let stages = match self.0 {
+            Of::Classical => Classical::ROWS.len(),
+            Of::Dop853 => Dop853::ROWS.len(),
+        };
         Ok(Workspace {
-            direction: Direction::new(system),
+            direction: Direction::new(system, stages),
             chord: Chord::new(n),
             track: Track::new(n),
         })

@@ -1,6 +1,6 @@
 //! The time loop with error control: steps as long as a tolerance allows.
 
-use super::controller::{CUT, Controller, LAST_STRETCH, MOST_CUTS, first};
+use super::controller::{CUT, Controller, LAST_STRETCH, MOST_CUTS, StepControl, first};
 use super::integrate::check_between;
 use super::method::Effort;
 use super::observer::Observer;
@@ -119,7 +119,29 @@ where
     M: Adaptive<V, S> + ?Sized,
     O: Observer<V> + ?Sized,
 {
-    let mut run = Run::new(method, system, tolerance, end, state)?;
+    integrate_controlled(method, system, tolerance, StepControl::default(), end, state, observer)
+}
+
+/// [`integrate_within`] with other options of the step size control.
+///
+/// # Errors
+/// Those of [`integrate_within`], and [`InputError::Tolerance`] if an option is out of range.
+pub fn integrate_controlled<V, S, M, O>(
+    method: &M,
+    system: &S,
+    tolerance: &Tolerance,
+    control: StepControl,
+    end: V::Scalar,
+    state: &mut State<V>,
+    observer: &mut O,
+) -> Result<Statistics, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Adaptive<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    let mut run = Run::new(method, system, tolerance, control, end, state)?;
     let mut seen = observer.observe(0, state);
     while seen.is_continue() && state.t.lt(end).all() {
         run.step(state)?;
@@ -155,7 +177,8 @@ where
     if !state.t.le(times[0]).all() {
         return Err(InputError::End { end: times[0].to_f64() }.into());
     }
-    let mut run = Run::new(method, system, tolerance, end, state)?;
+    let control = StepControl::default();
+    let mut run = Run::new(method, system, tolerance, control, end, state)?;
     let (mut before, mut shown) = (state.clone(), state.clone());
     for (n, &time) in (0..).zip(times) {
         while state.t.lt(time).all() {
@@ -203,17 +226,19 @@ where
         method: &'a M,
         system: &'a S,
         tolerance: &Tolerance,
+        control: StepControl,
         end: V::Scalar,
         state: &State<V>,
     ) -> Result<Self, InputError> {
         state.check(system.dof())?;
         tolerance.check::<V::Scalar>()?;
+        control.check()?;
         let span = (end - state.t).to_f64();
         if !(span >= 0.0 && span.is_finite()) {
             return Err(InputError::End { end: end.to_f64() });
         }
         let workspace = method.workspace(system, tolerance, span)?;
-        let h = first(system, state, tolerance).min(span);
+        let h = control.initial.unwrap_or_else(|| first(system, state, tolerance)).min(span);
         let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
         let tolerance = *tolerance;
         Ok(Self {
@@ -222,7 +247,7 @@ where
             workspace,
             tolerance,
             end,
-            controller: Controller::new(h),
+            controller: Controller::new(h, control),
             statistics,
         })
     }
@@ -238,7 +263,14 @@ where
         shown.copy(before);
         let mut run = Run {
             end: time,
-            ..Run::new(self.method, self.system, &self.tolerance, self.end, before)?
+            ..Run::new(
+                self.method,
+                self.system,
+                &self.tolerance,
+                StepControl::default(),
+                self.end,
+                before,
+            )?
         };
         while shown.t.lt(time).all() {
             run.step(shown).map_err(|error| self.failed(before, error.failure))?;
@@ -263,7 +295,8 @@ where
                 steps if steps < 2.0 => left.half(),
                 _ => V::Scalar::from_f64(self.controller.h),
             };
-            if state.t + h == state.t {
+            let short = self.controller.h < self.controller.least();
+            if state.t + h == state.t || (short && !last) {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
             let wanted = self.controller;

@@ -5,15 +5,17 @@
 
 use super::adaptive::Attempt;
 use super::tolerance::Tolerance;
+use crate::error::InputError;
 use crate::numbers::{Scalar, Vector};
 use crate::system::{State, System};
 
 /// The error a step aims at, as a share of the error allowed; between 0 and 1. Values from 0.25 to
 /// 0.4 are usual (E. Hairer, S. P. Nørsett, G. Wanner, *Solving ODEs I*, section II.4).
 const TARGET_ERROR: f64 = 0.2;
-/// The largest factor by which a step grows or shrinks; above 1. Values from 1.5 to 5 are usual
-/// (ibid.).
-const LARGEST_FACTOR: f64 = 5.0;
+/// The largest factor by which a step grows; above 1. Values from 1.5 to 5 are usual (ibid.).
+const LARGEST_GROWTH: f64 = 5.0;
+/// The largest factor by which a step shrinks.
+const LARGEST_SHRINKAGE: f64 = 5.0;
 /// The largest factor for the step after a rejected one; below 1, so that it is shorter.
 const LARGEST_AFTER_REJECTION: f64 = 0.9;
 /// The first step, as a share of the step at which a solution of the size and slope of the initial
@@ -33,12 +35,66 @@ pub(super) const MOST_CUTS: u32 = 60;
 /// A remaining time of up to so many steps is covered by one, and of less than 2 by two equal ones.
 pub(super) const LAST_STRETCH: f64 = 1.01;
 
+/// Options of the step size control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepControl {
+    /// The length of the first step. Without it, it follows from the tolerance and the initial
+    /// state.
+    pub initial: Option<f64>,
+    /// The least length of a step, at least 0. A run that needs a shorter one for its tolerance
+    /// fails with [`StepFailure::Vanishes`]; the last step, and one that ends at a break, may be
+    /// shorter.
+    ///
+    /// [`StepFailure::Vanishes`]: crate::StepFailure::Vanishes
+    pub least: f64,
+    /// The largest length of a step; above 0.
+    pub largest: f64,
+    /// The error a step aims at, as a share of the error allowed; above 0 and below 1.
+    pub safety: f64,
+    /// The largest factor by which a step grows; above 1.
+    pub largest_growth: f64,
+}
+
+impl Default for StepControl {
+    fn default() -> Self {
+        Self {
+            initial: None,
+            least: 0.0,
+            largest: f64::INFINITY,
+            safety: TARGET_ERROR,
+            largest_growth: LARGEST_GROWTH,
+        }
+    }
+}
+
+impl StepControl {
+    /// Checks the range of each option.
+    ///
+    /// # Errors
+    /// [`InputError::Tolerance`], with the option that is out of range.
+    pub fn check(&self) -> Result<(), InputError> {
+        let initial = self.initial.unwrap_or(1.0);
+        let parts = [
+            ("initial step", initial, 0.0, initial > 0.0 && initial.is_finite()),
+            ("least step", self.least, 0.0, self.least >= 0.0 && self.least.is_finite()),
+            ("largest step", self.largest, self.least, self.largest > self.least),
+            ("safety", self.safety, 0.0, self.safety > 0.0 && self.safety < 1.0),
+            ("largest growth", self.largest_growth, 1.0, self.largest_growth > 1.0),
+        ];
+        match parts.into_iter().find(|part| !part.3) {
+            Some((name, value, least, _)) => Err(InputError::Tolerance { name, value, least }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// The size of the next step, and what is remembered of the step before.
 #[derive(Clone, Copy)]
 pub(super) struct Controller {
+    options: StepControl,
     /// The length of the next step.
     pub(super) h: f64,
-    /// The logarithm of the error of the last accepted step over [`TARGET_ERROR`].
+    /// The logarithm of the error of the last accepted step over the error aimed at.
     log_error: f64,
     /// The length of that step.
     last_h: f64,
@@ -46,8 +102,14 @@ pub(super) struct Controller {
 
 impl Controller {
     /// A controller that begins with the step h.
-    pub(super) fn new(h: f64) -> Self {
-        Self { h, log_error: f64::INFINITY, last_h: h }
+    pub(super) fn new(h: f64, options: StepControl) -> Self {
+        let h = h.min(options.largest);
+        Self { options, h, log_error: f64::INFINITY, last_h: h }
+    }
+
+    /// The shortest step that the options allow.
+    pub(super) fn least(&self) -> f64 {
+        self.options.least
     }
 
     /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut`
@@ -61,7 +123,8 @@ impl Controller {
         cut: bool,
         least_growth: f64,
     ) {
-        self.h = h * self.factor(attempt, h, accepted, cut, least_growth);
+        let h = h * self.factor(attempt, h, accepted, cut, least_growth);
+        self.h = h.min(self.options.largest);
     }
 
     fn factor(
@@ -73,35 +136,54 @@ impl Controller {
         least_growth: f64,
     ) -> f64 {
         let order = f64::from(attempt.order);
-        let error = ln(attempt.error.max(LEAST_ERROR) / TARGET_ERROR);
+        let target = self.options.safety;
+        let error = ln(attempt.error.max(LEAST_ERROR) / target);
         if !accepted {
             // The error of a step that is rejected twice does not follow the power of h.
             let factor = if cut {
                 CUT
             } else {
-                exp(-error / order).clamp(1.0 / LARGEST_FACTOR, LARGEST_AFTER_REJECTION)
+                exp(-error / order).clamp(1.0 / LARGEST_SHRINKAGE, LARGEST_AFTER_REJECTION)
             };
             return factor.min(attempt.largest_growth);
         }
-        let most = if cut { 1.0 } else { LARGEST_FACTOR };
+        let most = if cut { 1.0 } else { self.options.largest_growth };
         // The step for the present error, shortened if the error goes on to grow as it did.
         let longer = if h == self.last_h { 0.0 } else { ln(h / self.last_h) };
         let trend = self.log_error - error + order * longer;
-        let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / LARGEST_FACTOR, most);
+        let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / LARGEST_SHRINKAGE, most);
         let factor = factor.min(attempt.largest_growth);
-        (self.last_h, self.log_error) = (h, error.max(ln(LEAST_TREND / TARGET_ERROR)));
+        (self.last_h, self.log_error) = (h, error.max(ln(LEAST_TREND / target)));
         if (1.0..least_growth).contains(&factor) { 1.0 } else { factor }
     }
 }
 
-/// ln in single precision, which suffices for a step size and takes a third of the time.
+/// ln, to 1e-4, of a positive normal number: by the exponent and a polynomial of the mantissa. A step
+/// size needs no more, and the next step waits for it.
+#[inline]
 fn ln(x: f64) -> f64 {
-    f64::from((x as f32).ln())
+    let bits = x.to_bits();
+    let exponent = (bits >> 52) as i64 - 1023;
+    let m = f64::from_bits(bits & 0x000F_FFFF_FFFF_FFFF | 1.0_f64.to_bits()) - 1.0;
+    std::f64::consts::LN_2.mul_add(exponent as f64, m * polynomial(LOG, m))
 }
 
-/// exp in single precision.
+/// exp, to 1e-4 of itself.
+#[inline]
 fn exp(x: f64) -> f64 {
-    f64::from((x as f32).exp())
+    let power = (x * std::f64::consts::LOG2_E).clamp(-1000.0, 1000.0);
+    let whole = power.floor();
+    let scale = f64::from_bits(((whole as i64 + 1023) as u64) << 52);
+    scale * polynomial(POWER, power - whole)
+}
+
+/// ln(1 + x)/x and 2^x for x in [0, 1], by least squares.
+const LOG: [f64; 4] = [0.997_187_89, -0.469_775_83, 0.223_110_01, -0.057_434_66];
+const POWER: [f64; 4] = [0.999_896_69, 0.696_390_55, 0.224_516_34, 0.079_085_7];
+
+fn polynomial(terms: [f64; 4], x: f64) -> f64 {
+    let [a, b, c, d] = terms;
+    d.mul_add(x, c).mul_add(x * x, b.mul_add(x, a))
 }
 
 /// The first step: a share of the time in which q or p would change by its size, such that a method
@@ -120,4 +202,43 @@ pub(super) fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
     let rate = largest(&hq).max(largest(&hp)).max(largest(&d));
     let h = FIRST_SHARE * tolerance.relative.powf(0.125) * size / rate;
     if h.is_finite() { h } else { f64::MAX }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ln_and_exp_are_close_enough_for_a_step_size() {
+        for i in -700..700 {
+            let x = f64::from(i) + 0.37;
+            let y = x.exp();
+            assert!((ln(y) - x).abs() < 2e-4, "ln {y}: {}", ln(y));
+            assert!((exp(x) / y - 1.0).abs() < 2e-4, "exp {x}: {}", exp(x));
+        }
+        for i in 0..1000 {
+            let x = 1.0 + f64::from(i) / 1000.0;
+            assert!((ln(x) - x.ln()).abs() < 1e-4 && (exp(x.ln()) / x - 1.0).abs() < 2e-4, "{x}");
+        }
+    }
+
+    #[test]
+    fn options_out_of_range_are_refused() {
+        let good = StepControl::default();
+        assert!(good.check().is_ok());
+        for (bad, named) in [
+            (StepControl { initial: Some(0.0), ..good }, "initial step"),
+            (StepControl { least: -1.0, ..good }, "least step"),
+            (StepControl { least: 2.0, largest: 1.0, ..good }, "largest step"),
+            (StepControl { safety: 1.0, ..good }, "safety"),
+            (StepControl { safety: f64::NAN, ..good }, "safety"),
+            (StepControl { largest_growth: 1.0, ..good }, "largest growth"),
+        ] {
+            let refused = bad.check();
+            assert!(
+                matches!(refused, Err(InputError::Tolerance { name, .. }) if name == named),
+                "{named}: {refused:?}"
+            );
+        }
+    }
 }

@@ -19,11 +19,24 @@ const LANES: usize = 8;
 pub(crate) struct Budget {
     tolerance: Tolerance,
     span: f64,
+    /// [`SHARES`] over the span.
+    rate: f64,
+    /// The time passed in steps, their number, and 1 over the number of the next.
+    passed: f64,
+    steps: f64,
+    next: f64,
 }
 
 impl Budget {
     pub(crate) fn new(tolerance: &Tolerance, span: f64) -> Self {
-        Self { tolerance: *tolerance, span }
+        Self {
+            tolerance: *tolerance,
+            span,
+            rate: SHARES / span,
+            passed: 0.0,
+            steps: 0.0,
+            next: 1.0,
+        }
     }
 
     pub(crate) fn relative(&self) -> f64 {
@@ -33,6 +46,38 @@ impl Budget {
     /// The share of the run's error that a step of this length is allowed.
     pub(crate) fn allowed(&self, length: f64) -> f64 {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
+    }
+
+    /// The errors of q, p and w allowed of a step of this length if all steps are allowed the same:
+    /// that of a step of mean length, the next one included, and at least a few roundings. The sum
+    /// over the steps is that of [`Self::allowed`], and the number of steps is smaller: it is least
+    /// where all steps have the same error.
+    #[inline]
+    pub(crate) fn allowed_of_equal_steps<V: Vector>(
+        &self,
+        state: &State<V>,
+        length: f64,
+    ) -> [f64; 3] {
+        let share =
+            if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES };
+        let Tolerance { relative, absolute, w } = self.tolerance;
+        let allowed = |part: &V, relative: f64, absolute: f64| {
+            let size = largest(part);
+            (share * (relative * size + absolute)).max(ROUNDINGS * V::Scalar::EPSILON * size)
+        };
+        [
+            allowed(&state.q, relative, absolute),
+            allowed(&state.p, relative, absolute),
+            allowed(&state.w, w.0, w.1),
+        ]
+    }
+
+    /// Counts an accepted step.
+    #[inline]
+    pub(crate) fn spend(&mut self, length: f64) {
+        self.passed += length;
+        self.steps += 1.0;
+        self.next = (self.steps + 1.0).recip();
     }
 
     /// The errors allowed of q, p and w at the end of the run, of which the share `allowed` is

@@ -1,7 +1,7 @@
 //! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive stay
 //! where they are: they are at the time, and they have supplied what they have supplied.
 
-use afterbay_core::{Scalar, System};
+use afterbay_core::{Mask, Scalar, System};
 
 /// The error of K, in roundings, that is not corrected, and the error accepted where corrections no
 /// longer reduce it.
@@ -49,7 +49,12 @@ impl<T: Scalar> Projection<'_, T> {
             terms += (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs();
         }
         let rounding = T::EPSILON * (self.size + (energy.abs() + terms).to_f64());
+        let length = steep.to_f64().sqrt();
         let (mut way, mut before) = (0.0, f64::INFINITY);
+        // The derivative of H along the line: first by the given slope, then by the secant, as far
+        // as the two agree.
+        let (mut slope, bounds) = (steep, [steep.half(), steep + steep]);
+        let (mut lambda, mut last) = (zero, zero);
         loop {
             let missing = *energy - self.target;
             let size = missing.abs().to_f64();
@@ -59,13 +64,18 @@ impl<T: Scalar> Projection<'_, T> {
             {
                 return Ok(way > 0.0);
             }
-            way += size / steep.to_f64().sqrt();
+            if before.is_finite() {
+                let secant = (last - missing) / lambda;
+                let near = bounds[0].le(secant).all() && secant.le(bounds[1]).all();
+                slope = if near { secant } else { slope };
+            }
+            (lambda, last) = (missing / slope, missing);
+            way += lambda.abs().to_f64() * length;
             // NaN counts as too large.
             if !(way <= self.allowed && size <= 0.5 * before) {
                 return Err(way / self.allowed);
             }
             before = size;
-            let lambda = missing / steep;
             for j in 0..n {
                 q[j] -= lambda * squares[0] * hq[j];
                 p[j] -= lambda * squares[1] * hp[j];

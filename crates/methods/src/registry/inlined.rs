@@ -8,8 +8,8 @@ use super::run::Run;
 use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, Collocation, Gonzalez, Leapfrog, ModDg, Relaxed, Rk4,
-    Tiled,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation, Gonzalez,
+    Leapfrog, ModDg, Relaxed, Rk4, Tiled,
 };
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
@@ -38,6 +38,17 @@ where
     M: Adaptive<V, S> + Copy + Send + Sync + 'static,
 {
     Some(chosen::<V, S, M>(row.name, *row.method::<M>()?, system.clone()))
+}
+
+/// As [`chosen_if`], for the explicit methods.
+fn explicit_if<V, S>(row: &Row, system: &Arc<S>) -> Form
+where
+    V: Vector<Scalar = f64> + 'static,
+    S: Curvature<f64> + 'static,
+{
+    chosen_if::<V, AdaptiveDop853, S>(row, system)
+        .or_else(|| chosen_if::<V, AdaptiveVerner98, S>(row, system))
+        .or_else(|| chosen_if::<V, AdaptiveVerner87, S>(row, system))
 }
 
 /// Binds a method to a separable system with one degree of freedom. Returns `None` where
@@ -78,7 +89,7 @@ where
 }
 
 /// Binds a method to any system with few degrees of freedom. States are stored in `V` while the
-/// method steps, and in `W` for `adaptive-dop853`. Returns `None` where [`bind`](super::bind) is as
+/// method steps, and in `W` for the explicit methods with step size control. Returns `None` where [`bind`](super::bind) is as
 /// fast.
 ///
 /// # Errors
@@ -93,7 +104,7 @@ where
         .or_else(|| fixed_if::<V, Relaxed, S>(row, &system))
         .or_else(|| fixed_if::<V, Collocation, S>(row, &system))
         .or_else(|| chosen_if::<V, AdaptiveCollocation, S>(row, &system))
-        .or_else(|| chosen_if::<W, AdaptiveDop853, S>(row, &system))
+        .or_else(|| explicit_if::<W, S>(row, &system))
 }
 
 /// Binds a method to a chain or a ring of equal members. Returns `None` where [`bind`](super::bind)
@@ -112,11 +123,12 @@ where
         return Some(fixed::<Vec<f64>, S, _>(row.name, increments.tiled(), system));
     }
     let n = system.dof();
-    if n == 1 || (n == 2 && row.method::<AdaptiveDop853>().is_some()) {
+    // With two degrees of freedom, the explicit methods with step size control store arrays.
+    if n == 1 || (n == 2 && row.is_adaptive() && row.method::<AdaptiveCollocation>().is_none()) {
         return None;
     }
     fixed_if::<Vec<f64>, Leapfrog, S>(row, &system)
         .or_else(|| fixed_if::<Vec<f64>, Gonzalez, S>(row, &system))
         .or_else(|| chosen_if::<Vec<f64>, AdaptiveCollocation, S>(row, &system))
-        .or_else(|| chosen_if::<Vec<f64>, AdaptiveDop853, S>(row, &system))
+        .or_else(|| explicit_if::<Vec<f64>, S>(row, &system))
 }

@@ -244,3 +244,16 @@ pub(super) const KAHAN_LI: Source = Source {
   doi = {10.1090/S0025-5718-97-00873-9}
 }",
 };
+
+pub(super) const VERNER: Source = Source {
+    bibtex: r"@article{verner2010,
+  author = {Verner, James H.},
+  title = {Numerically optimal {Runge--Kutta} pairs with interpolants},
+  journal = {Numerical Algorithms},
+  volume = {53},
+  number = {2--3},
+  pages = {383--396},
+  year = {2010},
+  doi = {10.1007/s11075-009-9290-3}
+}",
+};

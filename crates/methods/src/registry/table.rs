@@ -1,10 +1,10 @@
 //! The rows of the registry.
 
-use super::binding::Form;
+use super::binding::{AdaptiveBinding, Form};
 use super::sources::{
     BRUGNANO, BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_2010,
     HAIRER_LUBICH_WANNER_2003, HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, ITOH_ABE,
-    KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, YOSHIDA,
+    KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, VERNER, YOSHIDA,
 };
 use super::{Cost, EXACT, Needs, Row};
 use crate::explicit_dop853::ExplicitDop853;
@@ -14,8 +14,9 @@ use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
 use crate::moddg::steps::{Placement, Plain, Printed, Raised};
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, Collocation, Composition, Gonzalez, ImplicitMidpoint,
-    Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed, Rk4,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation,
+    Composition, Gonzalez, ImplicitMidpoint, Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed,
+    Rk4,
 };
 use afterbay_core::solver::FixedPoint;
 
@@ -249,19 +250,30 @@ pub const METHODS: &[Row] = &[
         sources: &[BUTCHER, HAIRER_LUBICH_WANNER_2006],
         form: Form::Adaptive(&AdaptiveCollocation),
     },
-    Row {
-        name: "adaptive-dop853",
-        about: "DOP853, its steps and K by the tolerance",
-        local_order: [8; 3],
-        keeps_k: true,
-        passive: false,
-        a_stable: false,
-        l_stable: false,
-        cost: Cost::Explicit(12),
-        needs: Needs::Curvature,
-        sources: &[HAIRER_NORSETT_WANNER, HAIRER_LUBICH_WANNER_2006],
-        form: Form::Adaptive(&AdaptiveDop853),
-    },
+    explicit(
+        "adaptive-dop853",
+        "DOP853, its steps and K by the tolerance",
+        8,
+        12,
+        &[HAIRER_NORSETT_WANNER, HAIRER_LUBICH_WANNER_2006],
+        &AdaptiveDop853,
+    ),
+    explicit(
+        "adaptive-verner98",
+        "Verner's pair 9(8), its steps and K by the tolerance",
+        9,
+        16,
+        &[VERNER, HAIRER_LUBICH_WANNER_2006],
+        &AdaptiveVerner98,
+    ),
+    explicit(
+        "adaptive-verner87",
+        "Verner's pair 8(7), its steps and K by the tolerance",
+        8,
+        13,
+        &[VERNER, HAIRER_LUBICH_WANNER_2006],
+        &AdaptiveVerner87,
+    ),
 ];
 
 /// The methods with a fixed step.
@@ -277,6 +289,30 @@ const fn steps() -> usize {
         count += 1;
     }
     count
+}
+
+/// The row of an explicit method that chooses its steps. Each tableau has a negative weight.
+const fn explicit(
+    name: &'static str,
+    about: &'static str,
+    order: u32,
+    evaluations: u32,
+    sources: &'static [Source],
+    method: &'static dyn AdaptiveBinding,
+) -> Row {
+    Row {
+        name,
+        about,
+        local_order: [order; 3],
+        keeps_k: true,
+        passive: false,
+        a_stable: false,
+        l_stable: false,
+        cost: Cost::Explicit(evaluations),
+        needs: Needs::Curvature,
+        sources,
+        form: Form::Adaptive(method),
+    }
 }
 
 const fn collocation(name: &'static str, method: &'static Collocation) -> Row {

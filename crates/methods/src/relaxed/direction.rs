@@ -13,9 +13,9 @@ pub(super) struct Direction<V: Vector> {
 }
 
 impl<V: Vector> Direction<V> {
-    pub(super) fn new<S: System<V::Scalar> + ?Sized>(system: &S) -> Self {
+    pub(super) fn new<S: System<V::Scalar> + ?Sized>(system: &S, stages: usize) -> Self {
         let zeros = || V::zeros(system.dof());
-        Self { stages: Stages::new(system), q: zeros(), p: zeros(), w: zeros() }
+        Self { stages: Stages::new(system, stages), q: zeros(), p: zeros(), w: zeros() }
     }
 
     /// Computes the first stage of a step from `state`.

@@ -5,7 +5,7 @@ use afterbay_core::{Scalar, State, System, Vector};
 use std::array::from_fn;
 
 /// The largest number of stages of a tableau.
-const STAGES: usize = 12;
+const STAGES: usize = 16;
 
 /// The parts of the state: q, p and w.
 pub(crate) const Q: usize = 0;
@@ -29,11 +29,12 @@ pub(crate) struct Stages<V: Vector> {
 }
 
 impl<V: Vector> Stages<V> {
-    pub(crate) fn new<S: System<V::Scalar> + ?Sized>(system: &S) -> Self {
+    /// Memory for the first `stages` stages.
+    pub(crate) fn new<S: System<V::Scalar> + ?Sized>(system: &S, stages: usize) -> Self {
         let n = system.dof();
         let zeros = || V::zeros(n);
         Self {
-            slopes: from_fn(|_| from_fn(|_| zeros())),
+            slopes: from_fn(|i| from_fn(|_| V::zeros(if i < stages { n } else { 0 }))),
             start: zeros(),
             hq: zeros(),
             q: zeros(),
@@ -42,6 +43,11 @@ impl<V: Vector> Stages<V> {
             zero: zeros(),
             dissipative: !system.dissipation_form().zero,
         }
+    }
+
+    /// Whether the reservoirs have slopes.
+    pub(crate) fn is_dissipative(&self) -> bool {
+        self.dissipative
     }
 
     /// ∂H/∂p at the stage.
@@ -73,7 +79,7 @@ impl<V: Vector> Stages<V> {
                 })*
             };
         }
-        stages!(1 2 3 4 5 6 7 8 9 10 11);
+        stages!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
     }
 
     #[inline]
@@ -118,6 +124,13 @@ impl<V: Vector> Stages<V> {
         combine::<V, PART>(terms, &self.slopes, factor, &self.zero, to);
     }
 
+    /// The largest absolute entry of the sum of the slopes of q, p or w with these coefficients, NaN
+    /// if one is not finite.
+    #[inline(always)]
+    pub(crate) fn largest_sum<const PART: usize>(&self, terms: Terms) -> f64 {
+        largest_sum::<V, PART>(terms, &self.slopes)
+    }
+
     /// Computes the same sum, added to a starting value.
     #[inline(always)]
     pub(crate) fn add<const PART: usize>(
@@ -129,6 +142,62 @@ impl<V: Vector> Stages<V> {
     ) {
         combine::<V, PART>(terms, &self.slopes, factor, start, to);
     }
+}
+
+/// max |Σ a_k slope_k|, NaN if an entry is not finite.
+#[inline(always)]
+fn largest_sum<V: Vector, const PART: usize>(terms: Terms, slopes: &[[V; 3]; STAGES]) -> f64 {
+    if let Some(n) = V::LEN {
+        let largest = (0..n).fold([0.0; 2], |largest, j| {
+            see(largest, sum_of_block::<V, PART, 1>(terms, slopes, j)[0])
+        });
+        return largest[0] + largest[1];
+    }
+    let n = slopes[0][PART].as_slice().len();
+    let (mut largest, mut done) = ([0.0; 2], 0);
+    largest_in_blocks::<V, PART, 16>(terms, slopes, &mut largest, &mut done, n);
+    largest_in_blocks::<V, PART, 1>(terms, slopes, &mut largest, &mut done, n);
+    largest[0] + largest[1]
+}
+
+/// Adds the blocks of W numbers that remain after the first `done` to the largest number so far.
+#[inline(never)]
+fn largest_in_blocks<V: Vector, const PART: usize, const W: usize>(
+    terms: Terms,
+    slopes: &[[V; 3]; STAGES],
+    largest: &mut [f64; 2],
+    done: &mut usize,
+    n: usize,
+) {
+    let mut lanes = [[0.0; 2]; W];
+    while *done + W <= n {
+        let sums = sum_of_block::<V, PART, W>(terms, slopes, *done);
+        lanes = from_fn(|b| see(lanes[b], sums[b]));
+        *done += W;
+    }
+    for [most, poison] in lanes {
+        *largest = [if most > largest[0] { most } else { largest[0] }, largest[1] + poison];
+    }
+}
+
+/// The largest absolute number, and NaN once a number is not finite: comparisons ignore NaN.
+#[inline(always)]
+fn see<T: Scalar>([most, poison]: [f64; 2], x: T) -> [f64; 2] {
+    let x = x.to_f64().abs();
+    [if x > most { x } else { most }, poison + 0.0 * x]
+}
+
+/// Σ a_k slope_k of W numbers from the index `from`.
+#[inline(always)]
+fn sum_of_block<V: Vector, const PART: usize, const W: usize>(
+    terms: Terms,
+    slopes: &[[V; 3]; STAGES],
+    from: usize,
+) -> [V::Scalar; W] {
+    terms.iter().fold([V::Scalar::zero(); W], |sums, &(k, a)| {
+        let (a, x) = (number::<V::Scalar>(a), &slopes[k][PART].as_slice()[from..from + W]);
+        from_fn(|b| a.mul_add(x[b], sums[b]))
+    })
 }
 
 /// start + factor Σ a_k slope_k
@@ -143,9 +212,7 @@ fn combine<V: Vector, const PART: usize>(
     if let Some(n) = V::LEN {
         // The number of terms is a constant for the compiler.
         for j in 0..n {
-            let sum = terms.iter().fold(V::Scalar::zero(), |sum, &(k, a)| {
-                number::<V::Scalar>(a).mul_add(slopes[k][PART].as_slice()[j], sum)
-            });
+            let [sum] = sum_of_block::<V, PART, 1>(terms, slopes, j);
             to.as_mut_slice()[j] = factor.mul_add(sum, start.as_slice()[j]);
         }
     } else {
@@ -171,10 +238,7 @@ fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
     for (to, start) in
         to[done..].as_chunks_mut::<W>().0.iter_mut().zip(start[done..].as_chunks::<W>().0)
     {
-        let sums = terms.iter().fold([V::Scalar::zero(); W], |sums, &(k, a)| {
-            let (a, x) = (number::<V::Scalar>(a), &slopes[k][PART].as_slice()[done..done + W]);
-            from_fn(|b| a.mul_add(x[b], sums[b]))
-        });
+        let sums = sum_of_block::<V, PART, W>(terms, slopes, done);
         *to = from_fn(|b| factor.mul_add(sums[b], start[b]));
         done += W;
     }

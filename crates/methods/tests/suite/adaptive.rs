@@ -4,10 +4,10 @@
 use crate::bind::curved;
 use afterbay_core::{
     Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State,
-    StateRef, StepFailure, System, Tolerance,
+    StateRef, StepControl, StepFailure, System, Tolerance, integrate_controlled,
 };
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
 use afterbay_systems::{
     DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -352,13 +352,15 @@ fn steps_allocate_nothing() {
             assert_eq!(allocated.count_total, 0);
         }
     }
-    fn both<S: Curvature<f64>>(system: &S) {
+    fn all<S: Curvature<f64>>(system: &S) {
         check(&AdaptiveCollocation, system);
         check(&AdaptiveDop853, system);
+        check(&AdaptiveVerner98, system);
+        check(&AdaptiveVerner87, system);
     }
-    both(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
-    both(&FputChain::new(20, 0.5, 0.1).unwrap());
-    both(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
+    all(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
+    all(&FputChain::new(20, 0.5, 0.1).unwrap());
+    all(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
 }
 
 /// Newton's method allocates memory when it is first needed, and never again.
@@ -394,4 +396,50 @@ fn only_the_first_step_of_newton_s_method_allocates() {
     // So long a step requires Newton's method.
     assert!(h > 1.0, "{h}");
     assert_eq!(allocating.len(), 1, "{allocating:?}");
+}
+
+/// The lengths of the steps of a run with these options, and its end.
+fn lengths(control: StepControl) -> (Vec<f64>, Result<(), IntegrateError>) {
+    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    let (mut state, mut lengths, mut last) = (State::new([1.5], [0.5]).unwrap(), Vec::new(), 0.0);
+    let mut look = |n: u64, state: &State<[f64; 1]>| {
+        if n > 0 {
+            lengths.push(state.t - last);
+        }
+        last = state.t;
+        ControlFlow::Continue(())
+    };
+    let tolerance = Tolerance::all(1e-8);
+    let done = integrate_controlled(
+        &AdaptiveVerner98,
+        &system,
+        &tolerance,
+        control,
+        20.0,
+        &mut state,
+        &mut look,
+    );
+    (lengths, done.map(|_| ()))
+}
+
+#[test]
+fn steps_stay_within_the_options_of_their_control() {
+    const ROUNDED: f64 = 1.0 + 1e-12;
+    let plain = StepControl::default();
+    let (free, done) = lengths(plain);
+    done.unwrap();
+    let longest = free.iter().copied().fold(0.0, f64::max);
+    let (short, done) =
+        lengths(StepControl { initial: Some(0.01), largest: 0.5 * longest, ..plain });
+    done.unwrap();
+    assert!((short[0] - 0.01).abs() < 1e-12, "{short:?}");
+    assert!(short.iter().all(|&h| h <= 0.5 * longest * ROUNDED), "{short:?}");
+    let (slow, done) = lengths(StepControl { initial: Some(1e-3), largest_growth: 1.25, ..plain });
+    done.unwrap();
+    assert!(slow.windows(2).all(|pair| pair[1] <= 1.25 * pair[0] * (1.0 + 1e-9)), "{slow:?}");
+    let [bold, shy] = [0.8, 0.02].map(|safety| lengths(StepControl { safety, ..plain }).0.len());
+    assert!(bold < free.len() && free.len() < shy, "{bold} {} {shy}", free.len());
+    let (_, done) = lengths(StepControl { least: 2.0 * longest, ..plain });
+    let Err(IntegrateError::Run(error)) = done else { panic!("{done:?}") };
+    assert!(matches!(error.failure, StepFailure::Vanishes { .. }), "{error}");
 }

@@ -6,7 +6,7 @@ use afterbay_core::{
     Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within,
     sample_within,
 };
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
 use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain};
 use slope::slope;
 use std::ops::ControlFlow;
@@ -20,6 +20,8 @@ fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
 fn samples_are_steps() {
     sampled_as_stepped(&AdaptiveCollocation);
     sampled_as_stepped(&AdaptiveDop853);
+    sampled_as_stepped(&AdaptiveVerner98);
+    sampled_as_stepped(&AdaptiveVerner87);
 }
 
 fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
@@ -167,7 +169,13 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     );
     // Shorter steps have errors below the rounding of 31 digits.
     orders("chain", &AdaptiveCollocation, &chain, &one, &[17, 18, 19, 20, 21, 22, 23], sixteen);
-    let dop853 = Steps { grows: 7, span: 1e-9, ..eight };
-    orders("chain", &AdaptiveDop853, &chain, &one, &[12, 16, 20, 26, 32, 40, 50], dop853);
-    orders("pendulum", &AdaptiveDop853, &pendulum, &two, &[40, 50, 64, 80, 100, 125], dop853);
+    let explicit = Steps { span: 1e-9, ..eight };
+    let nine = Steps { order: 9, grows: 9, ..explicit };
+    let (counts, more) = ([12, 16, 20, 26, 32, 40, 50], [40, 50, 64, 80, 100, 125]);
+    orders("chain", &AdaptiveDop853, &chain, &one, &counts, explicit);
+    orders("pendulum", &AdaptiveDop853, &pendulum, &two, &more, explicit);
+    orders("chain", &AdaptiveVerner87, &chain, &one, &counts, explicit);
+    orders("pendulum", &AdaptiveVerner87, &pendulum, &two, &more, explicit);
+    orders("chain", &AdaptiveVerner98, &chain, &one, &counts, nine);
+    orders("pendulum", &AdaptiveVerner98, &pendulum, &two, &more, nine);
 }

@@ -1,0 +1,110 @@
+//! Evaluations that the methods with step size control need for an error of (q, p) at the end, for
+//! several values of the safety of their steps.
+//!
+//! `cargo run --release -p afterbay-inlined --example explicit_work` prints for each problem, method
+//! and safety the fewest evaluations of a run with an error of at most 1e-4, 1e-8 and 1e-11, among
+//! runs with tolerances four to a decade, and the share of rejected attempts in all of them.
+
+use afterbay_core::taylor::trajectory;
+use afterbay_core::{
+    Adaptive, Curvature, Effort, Series, State, StepControl, System, Tolerance,
+    integrate_controlled,
+};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
+use afterbay_systems::{
+    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
+};
+use std::f64::consts::PI;
+
+/// The errors to be reached.
+const ERRORS: [f64; 3] = [1e-4, 1e-8, 1e-11];
+/// The safeties compared; the default is 0.2.
+const SAFETIES: [f64; 3] = [0.1, 0.2, 0.4];
+
+/// An initial state and the solution at the end.
+struct Problem<'a, S> {
+    name: &'a str,
+    system: &'a S,
+    start: State<Vec<f64>>,
+    end: State<Vec<f64>>,
+}
+
+fn error(found: &State<Vec<f64>>, exact: &State<Vec<f64>>) -> f64 {
+    let pairs = found.q.iter().zip(&exact.q).chain(found.p.iter().zip(&exact.p));
+    pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+}
+
+/// Prints a line for each safety.
+fn lines<S, M>(problem: &Problem<'_, S>, name: &str, method: &M)
+where
+    S: Curvature<f64>,
+    M: Adaptive<Vec<f64>, S>,
+{
+    for safety in SAFETIES {
+        let control = StepControl { safety, ..StepControl::default() };
+        let mut fewest = [u64::MAX; 3];
+        let (mut rejected, mut attempts) = (0, 0);
+        for quarter in 4..=52 {
+            let tolerance = Tolerance::all(10_f64.powf(-0.25 * f64::from(quarter)));
+            let (mut state, system) = (problem.start.clone(), problem.system);
+            let end = problem.end.t;
+            let done =
+                integrate_controlled(method, system, &tolerance, control, end, &mut state, &mut ());
+            let Ok(done) = done else { continue };
+            let error = error(&state, &problem.end);
+            let Effort { evaluations, .. } = done.effort;
+            for (fewest, _) in fewest.iter_mut().zip(ERRORS).filter(|(_, bound)| error <= *bound) {
+                *fewest = evaluations.min(*fewest);
+            }
+            rejected += done.rejected;
+            attempts += done.rejected + done.accepted;
+        }
+        let columns = fewest.map(|count| match count {
+            u64::MAX => format!("{:>8}", "-"),
+            count => format!("{count:8}"),
+        });
+        let share = 100.0 * rejected as f64 / attempts as f64;
+        println!("{:24}{name:12}{safety:6}{}{share:9.1} %", problem.name, columns.concat());
+    }
+}
+
+fn all<S>(name: &str, system: &S, series: &impl System<Series<f64, 24>>, z: [&[f64]; 2], end: f64)
+where
+    S: Curvature<f64>,
+{
+    let start = State::new(z[0].to_vec(), z[1].to_vec()).expect("a state");
+    let exact = trajectory::<_, _, 24>(series, &start, end, 1).expect("a series").pop();
+    let problem = Problem { name, system, start, end: exact.expect("the end") };
+    lines(&problem, "collocation", &AdaptiveCollocation);
+    lines(&problem, "dop853", &AdaptiveDop853);
+    lines(&problem, "verner98", &AdaptiveVerner98);
+    lines(&problem, "verner87", &AdaptiveVerner87);
+}
+
+fn main() {
+    let columns: String = ERRORS.iter().map(|error| format!("{error:8.0e}")).collect();
+    println!("{:36}{:>6}{columns} {:>10}", "evaluations for the error", "safety", "rejected");
+    macro_rules! problem {
+        ($name:literal, $system:expr, $q:expr, $p:expr, $end:expr) => {
+            let system = $system.expect("parameters in their range");
+            all($name, &system, &system.map(Series::constant), [&$q, &$p], $end);
+        };
+    }
+    let wave = |n: usize| -> Vec<f64> {
+        (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect()
+    };
+    problem!("damped oscillator", DampedOscillator::new(1.0, 0.1), [2.3], [-3.1], 100.0);
+    problem!("Duffing", Duffing::new(-1.0, 1.0, 0.1), [1.5], [0.5], 50.0);
+    problem!("Van der Pol", VanDerPol::new(1.0), [2.0], [0.0], 50.0);
+    problem!("FPUT chain of 64", FputChain::new(64, 1.0, 0.01), wave(64), [0.0; 64], 100.0);
+    problem!("Duffing, undamped", Duffing::new(-1.0, 1.0, 0.0), [1.5], [0.5], 200.0);
+    problem!("Van der Pol, mu 5", VanDerPol::new(5.0), [2.0], [0.0], 30.0);
+    problem!("modified Van der Pol", ModifiedVanDerPol::new(0.5, -1.0, 1.0), [1.0], [0.5], 40.0);
+    problem!(
+        "double pendulum",
+        DampedDoublePendulum::new([1.0; 2], [1.0; 2], 1.0, [0.1; 2]),
+        [1.5, -0.5],
+        [0.0; 2],
+        10.0
+    );
+}

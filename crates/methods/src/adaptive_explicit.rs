@@ -1,0 +1,390 @@
+//! Explicit Runge-Kutta methods with step size control, and K exact after every step.
+//!
+//! ```text
+//! z = (q, p)        f = (∂H/∂p, -∂H/∂q - D)        v = ∂H/∂p        Z_i = z0 + h Σ_j a_ij f(Z_j)
+//! z1 = z0 + h Σ_i b_i f(Z_i)        w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i)
+//! ```
+//!
+//! The error is estimated by embedded weights of lower order (E. Hairer, S. P. Nørsett, G. Wanner,
+//! Solving Ordinary Differential Equations I, II.4 and II.10). Then (q1, p1) is projected onto
+//! `H = H(q0, p0) - Σ Δw_j` along ∇H of the last stage, scaled by the tolerances (E. Hairer, C.
+//! Lubich, G. Wanner, Geometric Numerical Integration, IV.4). The projection is of the size of the
+//! error of the step. K is exact; w is the quadrature, unchanged.
+//!
+//! A sample between steps is a step of its own from the beginning of the current step, with K
+//! exact. Steps stay within a half disc |hλ| ≤ r, Re λ ≤ 0 of the stability region. Steps do not
+//! allocate.
+
+use crate::adaptive::{Budget, Projection, Rates, largest};
+use crate::bend::bend;
+use crate::grain::grain_at;
+use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
+use afterbay_core::{
+    Attempt, Curvature, Effort, Quantity, Scalar, State, StepFailure, System, Tolerance, Vector,
+};
+
+/// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
+/// Wanner, II.10).
+const SHARE: f64 = 0.01;
+/// The smallest error assigned to a step whose projection fails.
+const REFUSED: f64 = 2.0;
+/// A failed projection is attributed to rounding if the error is below this share of the allowed
+/// error,
+const DOUBT: f64 = 0.01;
+/// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
+const NOISE_ROUNDINGS: f64 = 64.0;
+/// |λ| is evaluated anew if the bound of h |λ| is less than this factor away,
+const RENEWAL_FACTOR: f64 = 1.25;
+/// at every step while it changes by more than this share of itself from one evaluation to the next,
+const STEADY: f64 = 0.01;
+/// and else after up to so many steps.
+const MOST_STEPS: u32 = 8;
+
+/// The memory of a step.
+#[derive(Clone, Debug)]
+pub struct Workspace<V: Vector> {
+    stages: Stages<V>,
+    /// Whether the first stage, and H, belong to the current state.
+    begun: bool,
+    measured: bool,
+    energy: V::Scalar,
+    /// The end of the step, and H there.
+    q: V,
+    p: V,
+    gain: V,
+    end_energy: V::Scalar,
+    /// The length of the step.
+    length: f64,
+    /// The error of K at the end of a longer step from this state, near an equilibrium.
+    off: f64,
+    /// An upper bound of |λ| ([`Rates::see`]); 0 if none is known.
+    fastest: f64,
+    /// The steps since it was computed, and those until it is computed anew.
+    since: u32,
+    until: u32,
+    rates: Rates<V>,
+    budget: Budget,
+}
+
+impl<V: Vector> Workspace<V> {
+    pub(crate) fn new<B, S>(system: &S, tolerance: &Tolerance, span: f64) -> Self
+    where
+        B: Embedded,
+        S: System<V::Scalar> + ?Sized,
+    {
+        let (n, zero) = (system.dof(), V::Scalar::zero());
+        let zeros = || V::zeros(n);
+        Self {
+            stages: Stages::new(system, B::ROWS.len()),
+            begun: false,
+            measured: false,
+            energy: zero,
+            q: zeros(),
+            p: zeros(),
+            gain: zeros(),
+            end_energy: zero,
+            length: 0.0,
+            off: f64::INFINITY,
+            fastest: 0.0,
+            since: 0,
+            until: 1,
+            rates: Rates::new(n),
+            budget: Budget::new(tolerance, span),
+        }
+    }
+
+    /// Computes the quantities that do not depend on h. Returns the number of evaluations.
+    #[inline]
+    fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) -> u64 {
+        if !self.measured {
+            self.energy = state.energy(system);
+            self.measured = true;
+        }
+        if self.begun {
+            return 0;
+        }
+        self.stages.begin(system, state);
+        self.begun = true;
+        1
+    }
+
+    /// Computes the end of the step h from the stages.
+    #[inline]
+    fn finish<B: Embedded>(&mut self, h: V::Scalar, state: &State<V>) {
+        let Self { stages, q, p, gain, .. } = self;
+        stages.add::<Q>(B::WEIGHTS, h, &state.q, q);
+        stages.add::<P>(B::WEIGHTS, h, &state.p, p);
+        if stages.is_dissipative() {
+            stages.sum::<W>(B::WEIGHTS, h, gain);
+        }
+    }
+
+    /// The error estimate of the step relative to the error allowed. NaN if a number is not finite.
+    #[inline]
+    fn error<B: Embedded>(&self, shares: [f64; 3]) -> f64 {
+        let fine = self.difference(B::DIFFERENCES[0], shares);
+        if B::DIFFERENCES.len() == 1 || fine == 0.0 {
+            return self.length * fine;
+        }
+        let ratio = self.difference(B::DIFFERENCES[1], shares) / fine;
+        self.length * fine / (1.0 + SHARE * ratio * ratio).sqrt()
+    }
+
+    /// The distance of two ends of the step with these differences of weights, over h.
+    #[inline(always)]
+    fn difference(&self, terms: Terms, shares: [f64; 3]) -> f64 {
+        let q = self.stages.largest_sum::<Q>(terms) * shares[0];
+        let p = self.stages.largest_sum::<P>(terms) * shares[1];
+        let dissipative = self.stages.is_dissipative();
+        let w = if dissipative { self.stages.largest_sum::<W>(terms) * shares[2] } else { 0.0 };
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        larger(larger(q, p), w) + 0.0 * (q + p + w)
+    }
+
+    /// The target value of H at the end.
+    #[inline]
+    fn target(&self) -> V::Scalar {
+        self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
+    }
+
+    /// Projects the new state onto K. If the change exceeds the allowed one, returns the ratio of
+    /// the two as the error.
+    #[inline]
+    fn project<B, S>(&mut self, system: &S, allowed: [f64; 3]) -> Result<(), f64>
+    where
+        B: Embedded,
+        S: System<V::Scalar> + ?Sized,
+    {
+        let target = self.target();
+        let Self { stages, energy, q, p, end_energy, .. } = self;
+        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
+        *end_energy = system.energy(q, p);
+        let projection = Projection {
+            slope: [stages.hq.as_slice(), stages.velocity(B::ROWS.len() - 1).as_slice()],
+            target,
+            size: (energy.abs() + target.abs()).to_f64(),
+            scales: [allowed[0], allowed[1]],
+            allowed: 1.0,
+        };
+        projection.apply(system, [q, p], end_energy).map(|_| ())
+    }
+
+    /// Whether the error of K is within the rounding of z in H, and not reduced by a shorter step.
+    /// Near an equilibrium away from the origin no small change of z can correct it.
+    #[cold]
+    fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
+        let (q, p) = (self.q.as_slice(), self.p.as_slice());
+        let (found, target) = (system.energy(q, p), self.target());
+        let z = largest(&self.q).max(largest(&self.p));
+        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
+        let off = (found - target).abs().to_f64();
+        let before = std::mem::replace(&mut self.off, off);
+        self.end_energy = found;
+        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
+        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+    }
+
+    /// The largest factor by which the step may be lengthened while staying stable.
+    #[inline]
+    fn reach<B: Embedded>(&self, length: f64) -> f64 {
+        B::STABLE_RADIUS / (length * self.fastest)
+    }
+
+    /// Computes the bound of |λ|.
+    #[cold]
+    fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
+        let [_, fastest] = self.rates.see(system, &state.q, &state.p);
+        let steady = (fastest - self.fastest).abs() <= STEADY * self.fastest;
+        self.until = if steady { MOST_STEPS.min(2 * self.until) } else { 1 };
+        self.since = 0;
+        // A bound that is not finite is discarded.
+        self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
+    }
+
+    /// Takes the step h from the state of `begin`, and returns its error relative to the allowed
+    /// one.
+    #[inline]
+    fn step<B, S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Result<f64, StepFailure>
+    where
+        B: Embedded,
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        self.length = h.to_f64().abs();
+        let allowed = self.budget.allowed_of_equal_steps(state, self.length);
+        self.stages.advance::<B, S>(system, h, state);
+        self.finish::<B>(h, state);
+        let error = self.error::<B>(allowed.map(f64::recip));
+        if !error.is_finite() {
+            let parts = [
+                (Quantity::Coordinate, self.q.as_slice()),
+                (Quantity::Momentum, self.p.as_slice()),
+                (Quantity::Reservoir, self.gain.as_slice()),
+            ];
+            return Err(StepFailure::non_finite(&parts));
+        }
+        if error <= 1.0
+            && let Err(way) = self.project::<B, S>(system, allowed)
+        {
+            self.finish::<B>(h, state);
+            if error > DOUBT || !self.is_noise(system) {
+                return Ok(way.max(REFUSED));
+            }
+        }
+        Ok(error)
+    }
+
+    /// Computes the step h from `state`, and estimates its error.
+    #[inline]
+    pub(crate) fn attempt<B, S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<Attempt, StepFailure>
+    where
+        B: Embedded,
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let first = self.begin(system, state);
+        let (length, order) = (h.to_f64().abs(), B::ERROR_ORDER);
+        if self.fastest == 0.0 {
+            self.see_fastest(system, state);
+            let reach = self.reach::<B>(length);
+            if reach < 1.0 {
+                let effort = Effort { evaluations: 1, iterations: 0 };
+                return Ok(Attempt { error: REFUSED, order, largest_growth: reach, effort });
+            }
+        }
+        let error = self.step::<B, S>(system, h, state)?;
+        self.since += 1;
+        let due = self.since >= self.until && self.reach::<B>(length) < RENEWAL_FACTOR;
+        if error > 1.0 || due {
+            self.see_fastest(system, state);
+        }
+        let evaluations = B::ROWS.len() as u64 - 1 + first;
+        let effort = Effort { evaluations, iterations: 0 };
+        Ok(Attempt { error, order, largest_growth: self.reach::<B>(length), effort })
+    }
+
+    /// Writes the end of the step; the gains of the reservoirs are added to the w of `to`.
+    #[inline]
+    fn write(&self, to: &mut State<V>) {
+        to.q.as_mut_slice().copy_from_slice(self.q.as_slice());
+        to.p.as_mut_slice().copy_from_slice(self.p.as_slice());
+        for (w, &gain) in to.w.as_mut_slice().iter_mut().zip(self.gain.as_slice()) {
+            *w += gain;
+        }
+    }
+
+    /// The coordinates at the end of the step.
+    pub(crate) fn end(&self) -> &[V::Scalar] {
+        self.q.as_slice()
+    }
+
+    /// Moves `state` to the end of the step attempted last.
+    #[inline]
+    pub(crate) fn accept(&mut self, state: &mut State<V>) {
+        self.write(state);
+        self.budget.spend(self.length);
+        self.energy = self.end_energy;
+        self.off = f64::INFINITY;
+        self.begun = false;
+    }
+
+    /// Computes the state at the time h after `before`, which begins a step longer than h.
+    pub(crate) fn between<B, S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        before: &State<V>,
+        to: &mut State<V>,
+    ) -> Result<Effort, StepFailure>
+    where
+        B: Embedded,
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        (self.begun, self.measured) = (false, false);
+        self.begin(system, before);
+        // There is no longer step to compare with.
+        self.off = 0.0;
+        let error = self.step::<B, S>(system, h, before);
+        (self.begun, self.measured, self.off) = (false, false, f64::INFINITY);
+        if error? > 1.0 {
+            let found = system.energy(self.q.as_slice(), self.p.as_slice());
+            let excess = (found - self.target()).to_f64();
+            return Err(StepFailure::ProjectionFailed { excess });
+        }
+        to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
+        self.write(to);
+        Ok(Effort { evaluations: B::ROWS.len() as u64, iterations: 0 })
+    }
+}
+
+/// Implements [`afterbay_core::Adaptive`] and its binding for a method with this tableau.
+macro_rules! adaptive_explicit {
+    ($method:ty, $tableau:ty) => {
+        impl crate::registry::binding::AdaptiveBinding for $method {
+            fn bind(
+                &self,
+                target: &crate::registry::binding::Target<'_, f64>,
+            ) -> crate::registry::binding::Bound<f64> {
+                let system = target.curvature()?;
+                match target.system.dof() {
+                    1 => target.chosen::<[f64; 1], _, _>(*self, system),
+                    2 => target.chosen::<[f64; 2], _, _>(*self, system),
+                    _ => target.chosen::<Vec<f64>, _, _>(*self, system),
+                }
+            }
+        }
+
+        impl<V, S> afterbay_core::Adaptive<V, S> for $method
+        where
+            V: afterbay_core::Vector,
+            S: afterbay_core::Curvature<V::Scalar> + ?Sized,
+        {
+            type Workspace = crate::adaptive_explicit::Workspace<V>;
+
+            fn workspace(
+                &self,
+                system: &S,
+                tolerance: &afterbay_core::Tolerance,
+                span: f64,
+            ) -> Result<Self::Workspace, afterbay_core::InputError> {
+                Ok(Self::Workspace::new::<$tableau, S>(system, tolerance, span))
+            }
+
+            #[inline]
+            fn attempt(
+                &self,
+                system: &S,
+                h: V::Scalar,
+                state: &afterbay_core::State<V>,
+                workspace: &mut Self::Workspace,
+            ) -> Result<afterbay_core::Attempt, afterbay_core::StepFailure> {
+                workspace.attempt::<$tableau, S>(system, h, state)
+            }
+
+            #[inline]
+            fn end<'a>(&self, workspace: &'a Self::Workspace) -> &'a [V::Scalar] {
+                workspace.end()
+            }
+
+            #[inline]
+            fn accept(&self, state: &mut afterbay_core::State<V>, workspace: &mut Self::Workspace) {
+                workspace.accept(state);
+            }
+
+            fn between(
+                &self,
+                system: &S,
+                h: V::Scalar,
+                before: &afterbay_core::State<V>,
+                workspace: &mut Self::Workspace,
+                to: &mut afterbay_core::State<V>,
+            ) -> Result<afterbay_core::Effort, afterbay_core::StepFailure> {
+                workspace.between::<$tableau, S>(system, h, before, to)
+            }
+        }
+    };
+}
+pub(crate) use adaptive_explicit;
