@@ -9,6 +9,7 @@
 
 mod adaptive;
 mod adaptive_dop853;
+mod adaptive_radau;
 mod balance;
 mod bend;
 mod collocation;
@@ -25,12 +26,14 @@ mod linear_exact;
 mod linear_flow;
 mod locally_exact;
 pub mod moddg;
+mod radau;
 pub mod registry;
 mod relaxed;
 mod rk4;
 mod runge_kutta;
 
 pub use adaptive_dop853::AdaptiveDop853;
+pub use adaptive_radau::AdaptiveRadau;
 pub use collocation::{AdaptiveCollocation, Collocation};
 pub use gonzalez::Gonzalez;
 pub use implicit_midpoint::ImplicitMidpoint;

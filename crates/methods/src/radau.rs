@@ -1,0 +1,12 @@
+//! Radau IIA methods, one idea a file: their tables, the stages, the linear equations, the share of
+//! a step in the error of the run, what makes K exact, and the step.
+
+mod balance;
+mod engine;
+mod equations;
+mod share;
+mod stages;
+mod tables;
+
+pub(crate) use engine::Engine;
+pub(crate) use tables::Tables;

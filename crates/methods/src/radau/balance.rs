@@ -1,0 +1,158 @@
+//! What makes K exact.
+//!
+//! The stages give the end of the step and `Δw_j = h Σ b_i D_j v_j`. The defect `H0 - H1 - Σ Δw_j`
+//! is of the size of the error of the step. It belongs to (q, p) or to w. For quadratic H it is
+//!
+//! ```text
+//! h²/2 Σ_ik (b_i a_ik + b_k a_ki - b_i b_k) z'_i · H'' z'_k  ≥ 0
+//! ```
+//!
+//! since Radau IIA is algebraically stable (Hairer, Wanner II, IV.12). Where a fast decay is not
+//! resolved, (q, p) is right and the defect is dissipated energy that the weights missed: w takes
+//! it. Where the system oscillates it is numerical damping: (q, p) is projected. The error estimates
+//! decide: w takes the defect if its estimated error exceeds that of H.
+
+use super::engine::Engine;
+use super::share::Allowed;
+use crate::adaptive::{Projection, largest};
+use crate::bend::bend;
+use crate::grain::grain_at;
+use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
+
+/// A failed projection is attributed to rounding if the error is below this share of the allowed
+/// error,
+const DOUBT: f64 = 0.01;
+/// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
+const NOISE_ROUNDINGS: f64 = 64.0;
+
+impl<V: Vector, const S: usize> Engine<V, S> {
+    /// Computes the end of the step with K exact. If no allowed change makes it so, returns the
+    /// ratio of the necessary to the allowed change.
+    #[inline(always)]
+    pub(super) fn balance<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        state: &State<V>,
+        allowed: Allowed,
+        error: f64,
+    ) -> Result<(), f64> {
+        let n = V::LEN.unwrap_or(state.dof());
+        let last = S - 1;
+        for d in 0..n {
+            let part = |from: &V, by: &V| from.as_slice()[d] + by.as_slice()[d];
+            self.q.as_mut_slice()[d] = part(&state.q, &self.trial.q[last]);
+            self.p.as_mut_slice()[d] = part(&state.p, &self.trial.p[last]);
+        }
+        self.sum_gains();
+        self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
+        self.unmoved = true;
+        if self.is_dissipative() && self.book(system) {
+            return Ok(());
+        }
+        match self.project(system, allowed) {
+            Ok(()) => Ok(()),
+            Err(way) => {
+                for d in 0..n {
+                    let part = |from: &V, by: &V| from.as_slice()[d] + by.as_slice()[d];
+                    self.q.as_mut_slice()[d] = part(&state.q, &self.trial.q[last]);
+                    self.p.as_mut_slice()[d] = part(&state.p, &self.trial.p[last]);
+                }
+                self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
+                self.unmoved = true;
+                if error <= DOUBT && self.is_noise(system) { Ok(()) } else { Err(way) }
+            }
+        }
+    }
+
+    /// Δw_j = h Σ b_i D_j v_j
+    #[inline(always)]
+    fn sum_gains(&mut self) {
+        let Self { tables, trial, gain, .. } = self;
+        let (h, gain) = (self.h, gain.as_mut_slice());
+        let n = V::LEN.unwrap_or(gain.len());
+        for d in 0..n {
+            let terms = tables.weights.iter().zip(&trial.loss);
+            let sum = terms.fold(V::Scalar::zero(), |sum, (&b, loss)| {
+                b.mul_add(loss.as_slice()[d], sum)
+            });
+            gain[d] = h * sum;
+        }
+    }
+
+    /// Adds the defect to the reservoirs, in proportion to their estimated errors, if these exceed
+    /// the estimated error of H, and if no passive reservoir is drained. Returns whether it did.
+    #[inline(always)]
+    fn book<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) -> bool {
+        let defect = self.target() - self.end_energy;
+        let Self { errors: [of_q, of_p, _, of_w], trial, end, gain, .. } = self;
+        let n = V::LEN.unwrap_or(gain.as_slice().len()) - system.motors();
+        let zero = V::Scalar::zero();
+        let (mut of_energy, mut of_reservoirs) = (zero, zero);
+        let [of_q, of_p, of_w] = [of_q, of_p, of_w].map(|x| &x.as_slice()[..n]);
+        let (hq, v) = (&end.hq.as_slice()[..n], &trial.v[S - 1].as_slice()[..n]);
+        for d in 0..n {
+            of_energy += (hq[d] * of_q[d]).abs() + (v[d] * of_p[d]).abs();
+            of_reservoirs += of_w[d].abs();
+        }
+        if !(of_energy.to_f64() < of_reservoirs.to_f64()) {
+            return false;
+        }
+        let gain = &mut gain.as_mut_slice()[..n];
+        let share = defect / of_reservoirs;
+        match system.dissipation_form().passive {
+            Passive::No => {}
+            Passive::InSum => {
+                let all = gain.iter().fold(zero, |sum, &gain| sum + gain);
+                if (all + defect).to_f64() < 0.0 {
+                    return false;
+                }
+            }
+            Passive::Each => {
+                let drained = |d: usize| (gain[d] + share * of_w[d].abs()).to_f64() < 0.0;
+                if (0..n).any(drained) {
+                    return false;
+                }
+            }
+        }
+        for d in 0..n {
+            gain[d] += share * of_w[d].abs();
+        }
+        true
+    }
+
+    /// Projects (q, p) onto K along ∇H, scaled by the tolerances.
+    #[inline(always)]
+    fn project<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        allowed: Allowed,
+    ) -> Result<(), f64> {
+        let target = self.target();
+        let Self { trial, end, q, p, energy, end_energy, .. } = self;
+        let projection = Projection {
+            slope: [end.hq.as_slice(), trial.v[S - 1].as_slice()],
+            target,
+            size: (energy.abs() + target.abs()).to_f64(),
+            scales: [allowed.scales[0], allowed.scales[1]],
+            allowed: allowed.share,
+        };
+        let moved =
+            projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], end_energy)?;
+        self.unmoved = !moved;
+        Ok(())
+    }
+
+    /// Whether the defect of K is within the rounding of z in H, and not reduced by a shorter step.
+    /// Near an equilibrium away from the origin no small change of z can correct it.
+    #[cold]
+    fn is_noise<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) -> bool {
+        let (q, p) = (self.q.as_slice(), self.p.as_slice());
+        let (found, target) = (self.end_energy, self.target());
+        let z = largest(&self.q).max(largest(&self.p));
+        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
+        let off = (found - target).abs().to_f64();
+        let before = std::mem::replace(&mut self.off, off);
+        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
+        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+    }
+}
