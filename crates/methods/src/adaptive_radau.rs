@@ -13,8 +13,8 @@ use std::sync::LazyLock;
 pub struct AdaptiveRadau;
 
 /// The relative tolerances above which 3 and 5 stages are used.
-const COARSE: f64 = 1e-5;
-const FINE: f64 = 1e-9;
+const COARSE: f64 = 1e-3;
+const FINE: f64 = 1e-8;
 
 static THREE: LazyLock<Tables<Quad, 3>> = LazyLock::new(Tables::new);
 static FIVE: LazyLock<Tables<Quad, 5>> = LazyLock::new(Tables::new);
@@ -70,12 +70,13 @@ where
         tolerance: &Tolerance,
         span: f64,
     ) -> Result<Workspace<V>, InputError> {
-        let forced = std::env::var("RADAU").ok().and_then(|x| x.parse::<u32>().ok());
-        let s = forced.unwrap_or(if tolerance.relative > COARSE { 3 } else if tolerance.relative > FINE { 5 } else { 7 });
-        Ok(Workspace(match s {
-            3 => Order::Five(Box::new(Engine::new(system, &THREE, tolerance, span)?)),
-            5 => Order::Nine(Box::new(Engine::new(system, &FIVE, tolerance, span)?)),
-            _ => Order::Thirteen(Box::new(Engine::new(system, &SEVEN, tolerance, span)?)),
+        let relative = tolerance.relative.min(tolerance.w.0);
+        Ok(Workspace(if relative > COARSE {
+            Order::Five(Box::new(Engine::new(system, &THREE, tolerance, span)?))
+        } else if relative > FINE {
+            Order::Nine(Box::new(Engine::new(system, &FIVE, tolerance, span)?))
+        } else {
+            Order::Thirteen(Box::new(Engine::new(system, &SEVEN, tolerance, span)?))
         }))
     }
 

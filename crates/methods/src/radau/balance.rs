@@ -36,32 +36,34 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         allowed: Allowed,
         error: f64,
     ) -> Result<(), f64> {
-        let n = V::LEN.unwrap_or(state.dof());
-        let last = S - 1;
-        for d in 0..n {
-            let part = |from: &V, by: &V| from.as_slice()[d] + by.as_slice()[d];
-            self.q.as_mut_slice()[d] = part(&state.q, &self.trial.q[last]);
-            self.p.as_mut_slice()[d] = part(&state.p, &self.trial.p[last]);
-        }
+        self.place_end(system, state);
         self.sum_gains();
-        self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
-        self.unmoved = true;
-        if self.is_dissipative() && self.book(system) {
+        if self.dissipative && self.book(system) {
             return Ok(());
         }
-        match self.project(system, allowed) {
-            Ok(()) => Ok(()),
-            Err(way) => {
-                for d in 0..n {
-                    let part = |from: &V, by: &V| from.as_slice()[d] + by.as_slice()[d];
-                    self.q.as_mut_slice()[d] = part(&state.q, &self.trial.q[last]);
-                    self.p.as_mut_slice()[d] = part(&state.p, &self.trial.p[last]);
-                }
-                self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
-                self.unmoved = true;
-                if error <= DOUBT && self.is_noise(system) { Ok(()) } else { Err(way) }
+        self.project(system, allowed).or_else(|way| {
+            self.place_end(system, state);
+            if error <= DOUBT && self.is_noise(system) { Ok(()) } else { Err(way) }
+        })
+    }
+
+    /// The end of the step as the stages give it.
+    #[inline(always)]
+    fn place_end<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+        let Self { q, p, trial, .. } = self;
+        for (to, from, by) in [(&mut *q, &state.q, &trial.q), (&mut *p, &state.p, &trial.p)] {
+            let steps = from.as_slice().iter().zip(by[S - 1].as_slice());
+            for (to, (&from, &by)) in to.as_mut_slice().iter_mut().zip(steps) {
+                *to = from + by;
             }
         }
+        self.end_energy = system.energy(q.as_slice(), p.as_slice());
+        self.unmoved = true;
+    }
+
+    /// The target value of H at the end.
+    pub(super) fn target(&self) -> V::Scalar {
+        self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
     }
 
     /// Δw_j = h Σ b_i D_j v_j
@@ -72,9 +74,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let n = V::LEN.unwrap_or(gain.len());
         for d in 0..n {
             let terms = tables.weights.iter().zip(&trial.loss);
-            let sum = terms.fold(V::Scalar::zero(), |sum, (&b, loss)| {
-                b.mul_add(loss.as_slice()[d], sum)
-            });
+            let sum =
+                terms.fold(V::Scalar::zero(), |sum, (&b, loss)| b.mul_add(loss.as_slice()[d], sum));
             gain[d] = h * sum;
         }
     }
@@ -84,12 +85,12 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     #[inline(always)]
     fn book<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) -> bool {
         let defect = self.target() - self.end_energy;
-        let Self { errors: [of_q, of_p, _, of_w], trial, end, gain, .. } = self;
+        let Self { errors: [of_q, of_p, _, of_w], trial, last, gain, .. } = self;
         let n = V::LEN.unwrap_or(gain.as_slice().len()) - system.motors();
         let zero = V::Scalar::zero();
         let (mut of_energy, mut of_reservoirs) = (zero, zero);
         let [of_q, of_p, of_w] = [of_q, of_p, of_w].map(|x| &x.as_slice()[..n]);
-        let (hq, v) = (&end.hq.as_slice()[..n], &trial.v[S - 1].as_slice()[..n]);
+        let (hq, v) = (&last.hq.as_slice()[..n], &trial.v[S - 1].as_slice()[..n]);
         for d in 0..n {
             of_energy += (hq[d] * of_q[d]).abs() + (v[d] * of_p[d]).abs();
             of_reservoirs += of_w[d].abs();
@@ -128,16 +129,15 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         allowed: Allowed,
     ) -> Result<(), f64> {
         let target = self.target();
-        let Self { trial, end, q, p, energy, end_energy, .. } = self;
+        let Self { trial, last, q, p, energy, end_energy, .. } = self;
         let projection = Projection {
-            slope: [end.hq.as_slice(), trial.v[S - 1].as_slice()],
+            slope: [last.hq.as_slice(), trial.v[S - 1].as_slice()],
             target,
             size: (energy.abs() + target.abs()).to_f64(),
             scales: [allowed.scales[0], allowed.scales[1]],
             allowed: allowed.share,
         };
-        let moved =
-            projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], end_energy)?;
+        let moved = projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], end_energy)?;
         self.unmoved = !moved;
         Ok(())
     }

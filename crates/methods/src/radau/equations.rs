@@ -224,11 +224,7 @@ fn add<const S: usize>(right: &[c64; S], x: c64, to: &mut [f64; S]) {
 
 impl<const S: usize> InPlane<S> {
     #[inline(always)]
-    fn solve<T: Scalar>(
-        &self,
-        tables: &Tables<T, S>,
-        [q, p]: [[f64; S]; 2],
-    ) -> [[f64; S]; 2] {
+    fn solve<T: Scalar>(&self, tables: &Tables<T, S>, [q, p]: [[f64; S]; 2]) -> [[f64; S]; 2] {
         let right = [real_part(&tables.left, &q), real_part(&tables.left, &p)];
         let [a, b] = multiply(&self.real, right);
         let mut solution: [[f64; S]; 2] =

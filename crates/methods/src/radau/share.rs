@@ -41,6 +41,8 @@ pub(super) struct Allowed {
     pub(super) share: f64,
     /// and the relative tolerances of the three.
     pub(super) relative: [f64; 3],
+    /// A rounding of q and p, in units of the scales.
+    pub(super) rounding: f64,
 }
 
 impl Share {
@@ -66,18 +68,21 @@ impl Share {
         let share = SHARES / steps;
         let Tolerance { relative, absolute, w } = self.tolerance;
         let rounding = ROUNDINGS * V::Scalar::EPSILON / share;
-        let scale = |part: &V, relative: f64, absolute: f64| {
-            let size = largest(part);
+        let sizes = [&state.q, &state.p, &state.w].map(largest);
+        let scale = |size: f64, relative: f64, absolute: f64| {
             (relative * size + absolute).max(rounding * size)
         };
+        let scales = [
+            scale(sizes[0], relative, absolute),
+            scale(sizes[1], relative, absolute),
+            scale(sizes[2], w.0, w.1),
+        ];
+        let roundings = (sizes[0] / scales[0]).max(sizes[1] / scales[1]);
         Allowed {
-            scales: [
-                scale(&state.q, relative, absolute),
-                scale(&state.p, relative, absolute),
-                scale(&state.w, w.0, w.1),
-            ],
+            scales,
             share,
             relative: [relative, relative, w.0],
+            rounding: V::Scalar::EPSILON * roundings,
         }
     }
 }

@@ -88,7 +88,7 @@ impl<V: Vector, const S: usize> Stages<V, S> {
         system: &F,
         dissipative: bool,
         state: &State<V>,
-        [q, p]: [&mut V; 2],
+        [q, p]: &mut [V; 2],
         last: &mut Point<V>,
     ) {
         let n = V::LEN.unwrap_or(state.dof());

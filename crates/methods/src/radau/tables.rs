@@ -59,7 +59,8 @@ impl<const S: usize> Tables<Quad, S> {
         let weights = rows.map(|row| row.iter().fold(Quad::ZERO, |sum, &p| sum + p * p).recip());
         let entry = |i: usize, j: usize| {
             let row = |k: usize| {
-                let beyond = if k + 1 < S { rows[j][k + 1] * offdiagonal(k + 1) } else { Quad::ZERO };
+                let beyond =
+                    if k + 1 < S { rows[j][k + 1] * offdiagonal(k + 1) } else { Quad::ZERO };
                 let before = if k > 0 { rows[j][k - 1] * offdiagonal(k) } else { Quad::ZERO };
                 before + rows[j][k] * diagonal(S, k) - beyond
             };
@@ -113,9 +114,8 @@ impl<const S: usize> Tables<Quad, S> {
                 (0..S).fold(c64::ZERO, |sum, k| sum + of(k) * rows[i][k])
             };
             let right: [c64; S] = from_fn(|i| sum(i, &|k| vector[k]));
-            let left: [c64; S] = from_fn(|i| {
-                sum(i, &turned) * (count * self.weights[i].to_f64()) / norm
-            });
+            let left: [c64; S] =
+                from_fn(|i| sum(i, &turned) * (count * self.weights[i].to_f64()) / norm);
             if real {
                 (self.value, self.right, self.left) =
                     (value.re, right.map(|x| x.re), left.map(|x| x.re));
@@ -245,8 +245,7 @@ mod tests {
             assert!(off(sum, Quad::from_f64(f64::from(k)).recip()) < 1e-29, "B({k})");
         }
         for (k, i) in (1..=S as i32).flat_map(|k| (0..S).map(move |i| (k, i))) {
-            let sum =
-                (0..S).fold(Quad::ZERO, |sum, j| sum + tables.columns[j][i] * node(j, k - 1));
+            let sum = (0..S).fold(Quad::ZERO, |sum, j| sum + tables.columns[j][i] * node(j, k - 1));
             assert!(off(sum, node(i, k) / Quad::from_f64(f64::from(k))) < 1e-29, "C({k}), {i}");
         }
         for (i, j) in (0..S).flat_map(|i| (0..S).map(move |j| (i, j))) {

@@ -7,7 +7,7 @@ use afterbay_core::{
     StateRef, StepFailure, System, Tolerance,
 };
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau};
 use afterbay_systems::{
     DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -352,13 +352,14 @@ fn steps_allocate_nothing() {
             assert_eq!(allocated.count_total, 0);
         }
     }
-    fn both<S: Curvature<f64>>(system: &S) {
+    fn all<S: Curvature<f64>>(system: &S) {
         check(&AdaptiveCollocation, system);
         check(&AdaptiveDop853, system);
+        check(&AdaptiveRadau, system);
     }
-    both(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
-    both(&FputChain::new(20, 0.5, 0.1).unwrap());
-    both(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
+    all(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
+    all(&FputChain::new(20, 0.5, 0.1).unwrap());
+    all(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
 }
 
 /// Newton's method allocates memory when it is first needed, and never again.

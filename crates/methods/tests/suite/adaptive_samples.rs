@@ -6,7 +6,7 @@ use afterbay_core::{
     Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within,
     sample_within,
 };
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau};
 use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain};
 use slope::slope;
 use std::ops::ControlFlow;
@@ -20,6 +20,7 @@ fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
 fn samples_are_steps() {
     sampled_as_stepped(&AdaptiveCollocation);
     sampled_as_stepped(&AdaptiveDop853);
+    sampled_as_stepped(&AdaptiveRadau);
 }
 
 fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
