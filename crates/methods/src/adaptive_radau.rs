@@ -1,4 +1,29 @@
 //! Radau IIA with step size control, and K exact after every step.
+//!
+//! ```text
+//! z = (q, p)        f = (∂H/∂p, -∂H/∂q - D)        v = ∂H/∂p        Z_i = z0 + h Σ_j a_ij f(Z_j)
+//! z1 = Z_s          w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i) + share of the defect of K
+//! ```
+//!
+//! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8; J. Comput. Appl.
+//! Math. 111 (1999) 93-111. Order 2s - 1 in q, p and w, also between steps: a sample is a step of its
+//! own from the beginning of the current step, with K exact. Order 5 (s = 3) for a tolerance above
+//! 1e-3, 13 (s = 7) up to 1e-8, and 9 (s = 5) between; the smaller of the relative tolerances of (q,
+//! p) and w counts.
+//!
+//! The defect of K, of the size of the error of the step, is divided by the estimated errors: w takes
+//! the energy that a fast decay dissipates unresolved, and (q, p) is projected along ∇H by the rest
+//! (`radau/balance.rs`). K is exact, and Δw ≥ 0 where the system is passive. On linear passive
+//! systems H ≥ 0 then cannot grow at any h. The step before K is restored is L-stable; the
+//! projection may give back a part of what has decayed, and then it is as large as the error and
+//! rejects the step.
+//!
+//! The equations are solved by Newton's method to the accuracy the tolerance requires
+//! (`radau/solve.rs`), decoupled into systems of N unknowns, or 2N if H is not separable
+//! (`linear/phase_space.rs`). Steps do not allocate.
+//!
+//! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
+//! step tried, or `Vanishes`. Systems whose dense matrix does not fit in memory are refused.
 
 use crate::radau::{Engine, Tables};
 use crate::registry::binding::{AdaptiveBinding, Bound, Target};

@@ -13,3 +13,6 @@ mod tables;
 
 pub(crate) use engine::Engine;
 pub(crate) use tables::Tables;
+
+#[cfg(test)]
+mod tests;

@@ -8,9 +8,10 @@
 //! ```
 //!
 //! since Radau IIA is algebraically stable (Hairer, Wanner II, IV.12). Where a fast decay is not
-//! resolved, (q, p) is right and the defect is dissipated energy that the weights missed: w takes
-//! it. Where the system oscillates it is numerical damping: (q, p) is projected. The error estimates
-//! decide: w takes the defect if its estimated error exceeds that of H.
+//! resolved, (q, p) is right and the defect is dissipated energy that the weights missed. Where the
+//! system oscillates it is numerical damping. The defect is divided in the ratio of the squares of
+//! the estimated errors, as in least squares: the share of w is added to it, and (q, p) is projected
+//! by the rest.
 
 use super::engine::Engine;
 use super::share::Allowed;
@@ -19,6 +20,8 @@ use crate::bend::bend;
 use crate::grain::grain_at;
 use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
 
+/// The share of the reservoirs from which they take all of the defect.
+const ALL: f64 = 0.999;
 /// A failed projection is attributed to rounding if the error is below this share of the allowed
 /// error,
 const DOUBT: f64 = 0.01;
@@ -38,8 +41,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     ) -> Result<(), f64> {
         self.place_end(system, state);
         self.sum_gains();
-        if self.dissipative && self.book(system) {
-            return Ok(());
+        if self.dissipative {
+            self.book(system);
         }
         self.project(system, allowed).or_else(|way| {
             self.place_end(system, state);
@@ -80,45 +83,41 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         }
     }
 
-    /// Adds the defect to the reservoirs, in proportion to their estimated errors, if these exceed
-    /// the estimated error of H, and if no passive reservoir is drained. Returns whether it did.
+    /// Adds to the reservoirs their share of the defect, in proportion to their estimated errors,
+    /// unless this would drain a passive one.
     #[inline(always)]
-    fn book<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) -> bool {
+    fn book<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) {
         let defect = self.target() - self.end_energy;
         let Self { errors: [of_q, of_p, _, of_w], trial, last, gain, .. } = self;
         let n = V::LEN.unwrap_or(gain.as_slice().len()) - system.motors();
         let zero = V::Scalar::zero();
-        let (mut of_energy, mut of_reservoirs) = (zero, zero);
         let [of_q, of_p, of_w] = [of_q, of_p, of_w].map(|x| &x.as_slice()[..n]);
         let (hq, v) = (&last.hq.as_slice()[..n], &trial.v[S - 1].as_slice()[..n]);
+        let (mut of_energy, mut of_reservoirs) = (zero, zero);
         for d in 0..n {
             of_energy += (hq[d] * of_q[d]).abs() + (v[d] * of_p[d]).abs();
             of_reservoirs += of_w[d].abs();
         }
-        if !(of_energy.to_f64() < of_reservoirs.to_f64()) {
-            return false;
+        let ratio = of_energy.to_f64() / of_reservoirs.to_f64();
+        let share = 1.0 / ratio.mul_add(ratio, 1.0);
+        // NaN and 0 are shares of nothing.
+        if !(share > 0.0) {
+            return;
         }
+        let share = if share > ALL { 1.0 } else { share };
+        let defect = V::Scalar::from_f64(share) * defect;
+        let each = defect / of_reservoirs;
         let gain = &mut gain.as_mut_slice()[..n];
-        let share = defect / of_reservoirs;
-        match system.dissipation_form().passive {
-            Passive::No => {}
-            Passive::InSum => {
-                let all = gain.iter().fold(zero, |sum, &gain| sum + gain);
-                if (all + defect).to_f64() < 0.0 {
-                    return false;
-                }
-            }
-            Passive::Each => {
-                let drained = |d: usize| (gain[d] + share * of_w[d].abs()).to_f64() < 0.0;
-                if (0..n).any(drained) {
-                    return false;
-                }
+        let drained = match system.dissipation_form().passive {
+            Passive::No => false,
+            Passive::InSum => gain.iter().fold(defect, |sum, &gain| sum + gain).to_f64() < 0.0,
+            Passive::Each => (0..n).any(|d| (gain[d] + each * of_w[d].abs()).to_f64() < 0.0),
+        };
+        if !drained {
+            for d in 0..n {
+                gain[d] += each * of_w[d].abs();
             }
         }
-        for d in 0..n {
-            gain[d] += share * of_w[d].abs();
-        }
-        true
     }
 
     /// Projects (q, p) onto K along ∇H, scaled by the tolerances.
