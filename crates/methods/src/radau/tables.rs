@@ -255,10 +255,10 @@ mod tests {
                 let product = pair.right[i] * pair.left[j];
                 (one, a) = (one + product.re, a + (product * pair.value).re);
             }
-            // The eigenvectors are far from orthogonal, so that the sums lose up to five digits.
-            // Corrections then contract by 1e-10 at best.
-            assert!((one - f64::from(i == j)).abs() < 1e-10, "{i} {j}: {one}");
-            assert!((a - tables.columns[j][i].to_f64()).abs() < 1e-10, "{i} {j}: {a}");
+            // The eigenvectors are far from orthogonal, so that the sums lose up to six digits.
+            // Corrections then contract by 1e-9 at best.
+            assert!((one - f64::from(i == j)).abs() < 1e-9, "{i} {j}: {one}");
+            assert!((a - tables.columns[j][i].to_f64()).abs() < 1e-9, "{i} {j}: {a}");
             assert!(i + 1 < S || off(tables.columns[j][i], tables.weights[j]) < 1e-30);
         }
         // A polynomial of degree S without constant term is continued exactly.
