@@ -7,6 +7,7 @@
 mod dense;
 mod gmres;
 mod number;
+mod phase_space;
 mod small;
 mod sparse;
 mod tridiagonal;
@@ -15,6 +16,7 @@ use afterbay_core::InputError;
 use dense::Dense;
 pub(crate) use gmres::Gmres;
 pub(crate) use number::Number;
+pub(crate) use phase_space::{PhaseSpace, Plane};
 use small::Small;
 use sparse::Sparse;
 use std::fmt::Debug;

@@ -24,6 +24,9 @@ pub enum Cost {
     /// Implicit in all degrees of freedom: q and p at four or eight nodes, depending on the
     /// tolerance.
     Nodes,
+    /// Implicit in all degrees of freedom: q and p at three, five or seven stages, depending on the
+    /// tolerance.
+    Stages,
     /// The flow of a constant matrix; no equation is solved.
     Flow,
 }
@@ -41,6 +44,7 @@ impl Cost {
             Self::Sweeps(sweeps) => format!("scalar equations, {}", plural(sweeps, "sweep")),
             Self::Modes(modes) => format!("equations, {}", plural(modes, "mode")),
             Self::Nodes => "equations, 4 or 8 nodes".into(),
+            Self::Stages => "equations, 3, 5 or 7 stages".into(),
             Self::Paths => "matrix flow, iterated".into(),
             Self::Flow => "matrix flow".into(),
         }

@@ -8,8 +8,8 @@ use super::run::Run;
 use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation, Gonzalez,
-    Leapfrog, ModDg, Relaxed, Rk4, Tiled,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
+    Collocation, Gonzalez, Leapfrog, ModDg, Relaxed, Rk4, Tiled,
 };
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
@@ -68,6 +68,7 @@ where
         return None;
     }
     fixed_if::<[f64; 1], Leapfrog, S>(row, &system)
+        .or_else(|| chosen_if::<[f64; 1], AdaptiveRadau, S>(row, &system))
         .or_else(|| fixed_if::<[f64; 1], ModDg, S>(row, &system))
         .or_else(|| fixed_if::<[f64; 1], ModDg<Plain, FixedPoint>, S>(row, &system))
         .or_else(|| few_degrees::<[f64; 1], [f64; 1], S>(row, system))

@@ -90,6 +90,33 @@ pub(super) const HAIRER_NORSETT_WANNER: Source = Source {
 }",
 };
 
+pub(super) const HAIRER_WANNER_1996: Source = Source {
+    bibtex: r"@book{hairer1996,
+  author = {Hairer, Ernst and Wanner, Gerhard},
+  title = {Solving Ordinary Differential Equations {II}: Stiff and Differential-Algebraic
+           Problems},
+  edition = {2},
+  series = {Springer Series in Computational Mathematics},
+  volume = {14},
+  publisher = {Springer},
+  year = {1996},
+  doi = {10.1007/978-3-642-05221-7}
+}",
+};
+
+pub(super) const HAIRER_WANNER_1999: Source = Source {
+    bibtex: r"@article{hairer1999,
+  author = {Hairer, Ernst and Wanner, Gerhard},
+  title = {Stiff differential equations solved by {Radau} methods},
+  journal = {Journal of Computational and Applied Mathematics},
+  volume = {111},
+  number = {1--2},
+  pages = {93--111},
+  year = {1999},
+  doi = {10.1016/S0377-0427(99)00134-X}
+}",
+};
+
 pub(super) const KETCHESON: Source = Source {
     bibtex: r"@article{ketcheson2019,
   author = {Ketcheson, David I.},

@@ -3,8 +3,9 @@
 use super::binding::{AdaptiveBinding, Form};
 use super::sources::{
     BRUGNANO, BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_2010,
-    HAIRER_LUBICH_WANNER_2003, HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, ITOH_ABE,
-    KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, Source, VERLET, VERNER, YOSHIDA,
+    HAIRER_LUBICH_WANNER_2003, HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER,
+    HAIRER_WANNER_1996, HAIRER_WANNER_1999, ITOH_ABE, KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA,
+    SUZUKI, Source, VERLET, VERNER, YOSHIDA,
 };
 use super::{Cost, EXACT, Needs, Row};
 use crate::explicit_dop853::ExplicitDop853;
@@ -14,9 +15,9 @@ use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
 use crate::moddg::steps::{Placement, Plain, Printed, Raised};
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation,
-    Composition, Gonzalez, ImplicitMidpoint, Leapfrog, LinearExact, LocallyExact, ModDg, Relaxed,
-    Rk4,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
+    Collocation, Composition, Gonzalez, ImplicitMidpoint, Leapfrog, LinearExact, LocallyExact,
+    ModDg, Relaxed, Rk4,
 };
 use afterbay_core::solver::FixedPoint;
 
@@ -274,6 +275,21 @@ pub const METHODS: &[Row] = &[
         &[VERNER, HAIRER_LUBICH_WANNER_2006],
         &AdaptiveVerner87,
     ),
+    // On linear passive systems H ≥ 0 cannot grow, whatever the step: no Δw is negative, and K is
+    // exact. The step before K is restored is L-stable; the projection may give energy back.
+    Row {
+        name: "adaptive-radau",
+        about: "Radau IIA of order 5, 9 or 13, its steps and K by the tolerance",
+        local_order: [5; 3],
+        keeps_k: true,
+        passive: true,
+        a_stable: true,
+        l_stable: false,
+        cost: Cost::Stages,
+        needs: Needs::Curvature,
+        sources: &[HAIRER_WANNER_1996, HAIRER_WANNER_1999, HAIRER_LUBICH_WANNER_2006],
+        form: Form::Adaptive(&AdaptiveRadau),
+    },
 ];
 
 /// The methods with a fixed step.

@@ -7,7 +7,9 @@ use afterbay_core::{
     StateRef, StepControl, StepFailure, System, Tolerance, integrate_controlled,
 };
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
+use afterbay_methods::{
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
+};
 use afterbay_systems::{
     DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -357,6 +359,7 @@ fn steps_allocate_nothing() {
         check(&AdaptiveDop853, system);
         check(&AdaptiveVerner98, system);
         check(&AdaptiveVerner87, system);
+        check(&AdaptiveRadau, system);
     }
     all(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
     all(&FputChain::new(20, 0.5, 0.1).unwrap());

@@ -5,9 +5,11 @@
 
 use crate::bind::curved;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Curvature, Series, State, Statistics, System, Tolerance, integrate_within};
-use afterbay_methods::AdaptiveCollocation;
+use afterbay_core::{
+    Adaptive, Curvature, Series, State, Statistics, System, Tolerance, integrate_within,
+};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveRadau};
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -150,6 +152,7 @@ fn the_tolerance_is_spent_where_errors_stay() {
             "adaptive-dop853" => 0.04,
             "adaptive-verner98" => 0.002,
             "adaptive-verner87" => 0.004,
+            "adaptive-radau" => 0.001,
             _ => continue,
         };
         let mean = (errors.iter().map(|error| error.ln()).sum::<f64>() / 10.0).exp();
@@ -166,13 +169,18 @@ const ROUNDINGS: f64 = 8.0;
 /// which leaves 1e-13. H is near 1e6 in a jump, and w is accurate to a rounding of that.
 #[test]
 fn stiff_runs_end_where_another_library_does() {
+    stiff_run(&AdaptiveCollocation);
+    stiff_run(&AdaptiveRadau);
+}
+
+fn stiff_run<M: Adaptive<[f64; 1], VanDerPol<f64>>>(method: &M) {
     let system = VanDerPol::new(1000.0).unwrap();
     let exact = reference("C2");
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
         let mut state = State::new([2.0], [0.0]).unwrap();
         let mut largest = 0.0_f64;
         let done = integrate_within(
-            &AdaptiveCollocation,
+            method,
             &system,
             &Tolerance::all(tolerance),
             2000.0,

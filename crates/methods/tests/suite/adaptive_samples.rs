@@ -6,7 +6,9 @@ use afterbay_core::{
     Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within,
     sample_within,
 };
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
+use afterbay_methods::{
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
+};
 use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain};
 use slope::slope;
 use std::ops::ControlFlow;
@@ -22,6 +24,7 @@ fn samples_are_steps() {
     sampled_as_stepped(&AdaptiveDop853);
     sampled_as_stepped(&AdaptiveVerner98);
     sampled_as_stepped(&AdaptiveVerner87);
+    sampled_as_stepped(&AdaptiveRadau);
 }
 
 fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {

@@ -157,7 +157,7 @@ fn costs(row: &Row, cost: Cost) -> bool {
     let runs: Vec<Asked> = chains(row, 0.1).into_iter().flatten().collect();
     match cost {
         // Methods with a tolerance are not tested here.
-        Cost::Nodes => false,
+        Cost::Nodes | Cost::Stages => false,
         Cost::Explicit(evaluations) => {
             let each = f64::from(evaluations);
             // The first step may also evaluate at the initial state.

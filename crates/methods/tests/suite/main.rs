@@ -5,6 +5,7 @@
 mod adaptive;
 mod adaptive_accuracy;
 mod adaptive_samples;
+mod adaptive_stiff;
 mod bind;
 mod books;
 mod cancelling_terms;

@@ -1,0 +1,157 @@
+//! What makes K exact.
+//!
+//! The stages give the end of the step and `Δw_j = h Σ b_i D_j v_j`. The defect `H0 - H1 - Σ Δw_j`
+//! is of the size of the error of the step. It belongs to (q, p) or to w. For quadratic H it is
+//!
+//! ```text
+//! h²/2 Σ_ik (b_i a_ik + b_k a_ki - b_i b_k) z'_i · H'' z'_k  ≥ 0
+//! ```
+//!
+//! since Radau IIA is algebraically stable (Hairer, Wanner II, IV.12). Where a fast decay is not
+//! resolved, (q, p) is right and the defect is dissipated energy that the weights missed. Where the
+//! system oscillates it is numerical damping. The defect is divided in the ratio of the squares of
+//! the estimated errors, as in least squares: the share of w is added to it, and (q, p) is projected
+//! by the rest.
+
+use super::engine::Engine;
+use super::share::Allowed;
+use crate::adaptive::{Projection, largest};
+use crate::bend::bend;
+use crate::grain::grain_at;
+use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
+
+/// The share of the reservoirs from which they take all of the defect.
+const ALL: f64 = 0.999;
+/// A failed projection is attributed to rounding if the error is below this share of the allowed
+/// error,
+const DOUBT: f64 = 0.01;
+/// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
+const NOISE_ROUNDINGS: f64 = 64.0;
+
+impl<V: Vector, const S: usize> Engine<V, S> {
+    /// Computes the end of the step with K exact. If no allowed change makes it so, returns the
+    /// ratio of the necessary to the allowed change.
+    #[inline(always)]
+    pub(super) fn balance<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        state: &State<V>,
+        allowed: Allowed,
+        error: f64,
+    ) -> Result<(), f64> {
+        self.place_end(system, state);
+        self.sum_gains();
+        if self.dissipative {
+            self.book(system);
+        }
+        self.project(system, allowed).or_else(|way| {
+            self.place_end(system, state);
+            if error <= DOUBT && self.is_noise(system) { Ok(()) } else { Err(way) }
+        })
+    }
+
+    /// The end of the step as the stages give it.
+    #[inline(always)]
+    fn place_end<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+        let Self { q, p, trial, .. } = self;
+        for (to, from, by) in [(&mut *q, &state.q, &trial.q), (&mut *p, &state.p, &trial.p)] {
+            let steps = from.as_slice().iter().zip(by[S - 1].as_slice());
+            for (to, (&from, &by)) in to.as_mut_slice().iter_mut().zip(steps) {
+                *to = from + by;
+            }
+        }
+        self.end_energy = system.energy(q.as_slice(), p.as_slice());
+        self.unmoved = true;
+    }
+
+    /// The target value of H at the end.
+    pub(super) fn target(&self) -> V::Scalar {
+        self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
+    }
+
+    /// Δw_j = h Σ b_i D_j v_j
+    #[inline(always)]
+    fn sum_gains(&mut self) {
+        let Self { tables, trial, gain, .. } = self;
+        let (h, gain) = (self.h, gain.as_mut_slice());
+        let n = V::LEN.unwrap_or(gain.len());
+        for d in 0..n {
+            let terms = tables.weights.iter().zip(&trial.loss);
+            let sum =
+                terms.fold(V::Scalar::zero(), |sum, (&b, loss)| b.mul_add(loss.as_slice()[d], sum));
+            gain[d] = h * sum;
+        }
+    }
+
+    /// Adds to the reservoirs their share of the defect, in proportion to their estimated errors,
+    /// unless this would drain a passive one.
+    #[inline(always)]
+    fn book<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) {
+        let defect = self.target() - self.end_energy;
+        let Self { errors: [of_q, of_p, _, of_w], trial, last, gain, .. } = self;
+        let n = V::LEN.unwrap_or(gain.as_slice().len()) - system.motors();
+        let zero = V::Scalar::zero();
+        let [of_q, of_p, of_w] = [of_q, of_p, of_w].map(|x| &x.as_slice()[..n]);
+        let (hq, v) = (&last.hq.as_slice()[..n], &trial.v[S - 1].as_slice()[..n]);
+        let (mut of_energy, mut of_reservoirs) = (zero, zero);
+        for d in 0..n {
+            of_energy += (hq[d] * of_q[d]).abs() + (v[d] * of_p[d]).abs();
+            of_reservoirs += of_w[d].abs();
+        }
+        let ratio = of_energy.to_f64() / of_reservoirs.to_f64();
+        let share = 1.0 / ratio.mul_add(ratio, 1.0);
+        // NaN and 0 are shares of nothing.
+        if !(share > 0.0) {
+            return;
+        }
+        let share = if share > ALL { 1.0 } else { share };
+        let defect = V::Scalar::from_f64(share) * defect;
+        let each = defect / of_reservoirs;
+        let gain = &mut gain.as_mut_slice()[..n];
+        let drained = match system.dissipation_form().passive {
+            Passive::No => false,
+            Passive::InSum => gain.iter().fold(defect, |sum, &gain| sum + gain).to_f64() < 0.0,
+            Passive::Each => (0..n).any(|d| (gain[d] + each * of_w[d].abs()).to_f64() < 0.0),
+        };
+        if !drained {
+            for d in 0..n {
+                gain[d] += each * of_w[d].abs();
+            }
+        }
+    }
+
+    /// Projects (q, p) onto K along ∇H, scaled by the tolerances.
+    #[inline(always)]
+    fn project<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        allowed: Allowed,
+    ) -> Result<(), f64> {
+        let target = self.target();
+        let Self { trial, last, q, p, energy, end_energy, .. } = self;
+        let projection = Projection {
+            slope: [last.hq.as_slice(), trial.v[S - 1].as_slice()],
+            target,
+            size: (energy.abs() + target.abs()).to_f64(),
+            scales: [allowed.scales[0], allowed.scales[1]],
+            allowed: allowed.share,
+        };
+        let moved = projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], end_energy)?;
+        self.unmoved = !moved;
+        Ok(())
+    }
+
+    /// Whether the defect of K is within the rounding of z in H, and not reduced by a shorter step.
+    /// Near an equilibrium away from the origin no small change of z can correct it.
+    #[cold]
+    fn is_noise<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) -> bool {
+        let (q, p) = (self.q.as_slice(), self.p.as_slice());
+        let (found, target) = (self.end_energy, self.target());
+        let z = largest(&self.q).max(largest(&self.p));
+        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
+        let off = (found - target).abs().to_f64();
+        let before = std::mem::replace(&mut self.off, off);
+        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
+        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+    }
+}

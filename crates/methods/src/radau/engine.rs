@@ -1,0 +1,224 @@
+//! One step of a Radau IIA method, solved to the accuracy the tolerance requires, with K exact.
+
+use super::equations::Equations;
+use super::share::Share;
+use super::stages::{Columns, Point, Stages};
+use super::tables::Tables;
+use afterbay_core::{
+    Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, Tolerance, Vector,
+};
+
+/// The smallest error assigned to a step that is rejected because K cannot be restored.
+const REFUSED: f64 = 2.0;
+
+/// The memory of a step with S stages.
+#[derive(Clone, Debug)]
+pub(crate) struct Engine<V: Vector, const S: usize> {
+    pub(super) tables: Tables<V::Scalar, S>,
+    pub(super) dissipative: bool,
+    /// The stages of the current trial step, and of the last accepted one.
+    pub(super) trial: Stages<V, S>,
+    pub(super) kept: Stages<V, S>,
+    /// The lengths of the trial step and of the last accepted one, if any.
+    pub(super) h: V::Scalar,
+    pub(super) kept_h: Option<V::Scalar>,
+    /// The matrix that continues the accepted step, and the times it belongs to.
+    pub(super) ahead: Columns<V::Scalar, S>,
+    pub(super) ahead_for: Option<[V::Scalar; 2]>,
+    /// Whether the slopes and H at the start belong to the current state.
+    begun: bool,
+    pub(super) start: Point<V>,
+    pub(super) energy: V::Scalar,
+    /// The end of the step, the increments of the reservoirs, and H there.
+    pub(crate) q: V,
+    pub(super) p: V,
+    pub(super) gain: V,
+    pub(super) end_energy: V::Scalar,
+    /// ∂H/∂q and D at the last stage, and whether it is the end of the step.
+    pub(super) last: Point<V>,
+    pub(super) unmoved: bool,
+    /// The estimated errors of q, p and w, and the estimate of w before it is filtered.
+    pub(super) errors: [V; 4],
+    /// Memory for a point and the slopes there.
+    pub(super) at: [V; 2],
+    pub(super) moved: Point<V>,
+    pub(super) equations: Equations<S>,
+    /// The step to which the factorised matrices belong; 0 if there are none.
+    pub(super) factorised: f64,
+    /// Whether the Jacobian is one of the current step, and whether to renew it.
+    pub(super) fresh: bool,
+    pub(super) renew: bool,
+    /// θ/(1-θ) of the last step, with θ the ratio of its last two corrections.
+    pub(super) eta: f64,
+    /// Whether the last attempt was not accepted, or there was none.
+    rejected: bool,
+    pub(super) share: Share,
+    /// The defect of K at the end of a longer step from this state, near an equilibrium.
+    pub(super) off: f64,
+}
+
+impl<V: Vector, const S: usize> Engine<V, S> {
+    pub(crate) fn new<F: Curvature<V::Scalar> + ?Sized>(
+        system: &F,
+        tables: &Tables<Quad, S>,
+        tolerance: &Tolerance,
+        span: f64,
+    ) -> Result<Self, InputError> {
+        let n = system.dof();
+        let zeros = || V::zeros(n);
+        let zero = V::Scalar::zero();
+        Ok(Self {
+            tables: tables.narrow(),
+            dissipative: !system.dissipation_form().zero,
+            trial: Stages::new(n),
+            kept: Stages::new(n),
+            h: zero,
+            kept_h: None,
+            ahead: [[zero; S]; S],
+            ahead_for: None,
+            begun: false,
+            start: Point::new(n),
+            energy: zero,
+            q: zeros(),
+            p: zeros(),
+            gain: zeros(),
+            end_energy: zero,
+            last: Point::new(n),
+            unmoved: false,
+            errors: [(); 4].map(|()| zeros()),
+            at: [zeros(), zeros()],
+            moved: Point::new(n),
+            equations: Equations::new::<V, F>(system)?,
+            factorised: 0.0,
+            fresh: false,
+            renew: true,
+            eta: 1.0,
+            rejected: true,
+            share: Share::new(tolerance, span),
+            off: f64::INFINITY,
+        })
+    }
+
+    /// Tries the step h from `state`.
+    #[inline]
+    pub(crate) fn attempt<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<Attempt, StepFailure> {
+        let mut effort = self.begin(system, state);
+        let allowed = self.share.allowed(state);
+        let way = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
+        let rejected = std::mem::replace(&mut self.rejected, true);
+        self.solve(system, h, state, allowed, way, &mut effort)?;
+        let mut error = self.estimate(h, allowed);
+        if rejected && error > 1.0 && error.is_finite() {
+            error = self.estimate_again(system, h, state, allowed);
+            effort.evaluations += 1;
+        }
+        if !error.is_finite() {
+            return Err(self.trial.not_finite());
+        }
+        if error <= 1.0 {
+            match self.balance(system, state, allowed, error) {
+                Ok(()) => self.rejected = false,
+                Err(excess) => error = excess.max(REFUSED),
+            }
+        }
+        let order = 2 * S as u32;
+        Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort })
+    }
+
+    /// Computes the state the time h after `before`, with which the accepted step began.
+    pub(crate) fn between<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        h: V::Scalar,
+        before: &State<V>,
+        to: &mut State<V>,
+    ) -> Result<Effort, StepFailure> {
+        self.begun = false;
+        let mut effort = self.begin(system, before);
+        let allowed = self.share.allowed(before);
+        let way = self.kept_h.map(|kept| [V::Scalar::zero(), h / kept]);
+        // The run goes on as without the sample, with the Jacobian that it has.
+        let (eta, renew) = (self.eta, self.renew);
+        if V::LEN != Some(1) && self.kept_h.is_some() {
+            (self.fresh, self.renew) = (true, false);
+        }
+        let outcome = self.solve(system, h, before, allowed, way, &mut effort);
+        (self.eta, self.renew) = (eta, renew);
+        (self.begun, self.fresh, self.factorised) = (false, false, 0.0);
+        outcome?;
+        self.estimate(h, allowed);
+        // There is no longer step to compare with.
+        self.off = 0.0;
+        if self.balance(system, before, allowed, 0.0).is_err() {
+            let excess = (self.end_energy - self.target()).to_f64();
+            return Err(StepFailure::ProjectionFailed { excess });
+        }
+        to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
+        self.write(to);
+        Ok(effort)
+    }
+
+    /// Computes the quantities that do not depend on h.
+    #[inline(always)]
+    pub(super) fn begin<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        state: &State<V>,
+    ) -> Effort {
+        let mut effort = Effort::default();
+        if !self.begun {
+            self.start.look(system, self.dissipative, &state.q, &state.p);
+            self.energy = state.energy(system);
+            self.off = f64::INFINITY;
+            (self.begun, self.fresh) = (true, false);
+            effort.evaluations = 1;
+        }
+        // With one degree of freedom a new Jacobian costs less than a correction.
+        self.renew |= V::LEN == Some(1) && !self.fresh;
+        effort
+    }
+
+    /// Accepts the trial step.
+    #[inline(always)]
+    pub(crate) fn accept(&mut self, state: &mut State<V>) {
+        self.write(state);
+        self.share.see(self.h.to_f64().abs());
+        std::mem::swap(&mut self.trial, &mut self.kept);
+        self.kept_h = Some(self.h);
+        self.energy = self.end_energy;
+        self.off = f64::INFINITY;
+        self.fresh = false;
+        // The slopes at the end are known unless the projection moved it.
+        self.begun = self.unmoved;
+        if self.unmoved {
+            let Self { start, last, kept, .. } = self;
+            std::mem::swap(&mut start.hq, &mut last.hq);
+            std::mem::swap(&mut start.d, &mut last.d);
+            let pairs = [
+                (&mut start.v, &kept.v[S - 1]),
+                (&mut start.f, &kept.f[S - 1]),
+                (&mut start.loss, &kept.loss[S - 1]),
+            ];
+            for (to, from) in pairs {
+                to.as_mut_slice().copy_from_slice(from.as_slice());
+            }
+        }
+    }
+
+    /// Writes the end of the step; the gains of the reservoirs are added to the w of `to`.
+    #[inline(always)]
+    fn write(&self, to: &mut State<V>) {
+        to.q.as_mut_slice().copy_from_slice(self.q.as_slice());
+        to.p.as_mut_slice().copy_from_slice(self.p.as_slice());
+        if self.dissipative {
+            for (w, &gain) in to.w.as_mut_slice().iter_mut().zip(self.gain.as_slice()) {
+                *w += gain;
+            }
+        }
+    }
+}

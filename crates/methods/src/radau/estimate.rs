@@ -1,0 +1,99 @@
+//! The estimate of the error of a step.
+//!
+//! The embedded method of order S has the start of the step as a stage more, with the weight μ, the
+//! real eigenvalue of A. It differs from the Radau method by `h μ (z'(0) - Σ ℓ_i(0) z'_i)`: the slope
+//! at the start against that of the collocation polynomial. The difference is filtered by the matrix
+//! 1 - h μ J (Hairer, Wanner II, (8.17) to (8.20)), J being the Jacobian of (q', p', w'). The error of
+//! order S+1 is raised to the order 2 S of the step, as RADAU does with its tolerance (J. Comput.
+//! Appl. Math. 111 (1999) 93-111).
+
+use super::engine::Engine;
+use super::share::{Allowed, power};
+use super::stages::Point;
+use afterbay_core::{Scalar, State, System, Vector};
+
+/// The factor by which the estimate is multiplied before it is raised to the order of the step, that
+/// of RADAU. Most systems of the test set would need a tenth of it. A long chain whose fast waves are
+/// driven smoothly needs it, since the error of such waves has the order S+1 of the estimate.
+const CAUTION: f64 = 10.0;
+
+impl<V: Vector, const S: usize> Engine<V, S> {
+    /// Estimates the errors of q, p and w, and returns the largest relative to the allowed one.
+    #[inline(always)]
+    pub(super) fn estimate(&mut self, h: V::Scalar, allowed: Allowed) -> f64 {
+        let Self { tables, trial, equations, start, errors, dissipative, .. } = self;
+        let [of_q, of_p, of_w, raw_of_w] = errors.each_mut().map(V::as_mut_slice);
+        let Point { v, f, d: drag, loss, .. } = start;
+        let n = V::LEN.unwrap_or(of_q.len());
+        let scale = h * V::Scalar::from_f64(tables.value);
+        let step = scale.to_f64();
+        let raw = |at: &V, slopes: &[V; S], d: usize| {
+            let terms = tables.start.iter().zip(slopes);
+            let difference = terms.fold(at.as_slice()[d], |difference, (&start, slope)| {
+                (-start).mul_add(slope.as_slice()[d], difference)
+            });
+            (scale * difference).to_f64()
+        };
+        let shares = allowed.scales.map(f64::recip);
+        let (mut most, mut poison) = ([0.0_f64; 3], 0.0);
+        equations.filter(
+            tables,
+            n,
+            |d| [raw(v, &trial.v, d), raw(f, &trial.f, d)],
+            |d, [a, b, friction]| {
+                let (mut c, mut raw_c) = (0.0, 0.0);
+                if *dissipative {
+                    // The power D v changes with v and with D.
+                    let by_v = (a - raw(v, &trial.v, d)) * drag.as_slice()[d].to_f64();
+                    let by_d = step * friction * v.as_slice()[d].to_f64();
+                    raw_c = raw(loss, &trial.loss, d);
+                    c = raw_c + by_v + by_d;
+                }
+                for ((most, x), share) in most.iter_mut().zip([a, b, c]).zip(shares) {
+                    let x = x.abs() * share;
+                    *most = if x > *most { x } else { *most };
+                    poison += 0.0 * x;
+                }
+                for (to, x) in [&mut *of_q, of_p, of_w, raw_of_w].into_iter().zip([a, b, c, raw_c])
+                {
+                    to[d] = V::Scalar::from_f64(x);
+                }
+            },
+        );
+        Self::raised(most, allowed) + poison
+    }
+
+    /// The error relative to the allowed one, from estimates of order S+1 in units of the scales.
+    #[inline(always)]
+    fn raised(estimates: [f64; 3], allowed: Allowed) -> f64 {
+        let exponent = (S + 1) as f64 / (2 * S) as f64;
+        let ratios = estimates.into_iter().zip(allowed.relative).map(|(estimate, relative)| {
+            CAUTION * estimate * relative / power(relative * allowed.share, exponent)
+        });
+        power(ratios.fold(0.0, f64::max), exponent.recip())
+    }
+
+    /// Estimates the errors again, with the slopes at the start moved by the first estimate. The
+    /// estimate then vanishes for fast components that decay and are not resolved.
+    #[cold]
+    pub(super) fn estimate_again<F: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        h: V::Scalar,
+        state: &State<V>,
+        allowed: Allowed,
+    ) -> f64 {
+        let Self { at, errors, moved, dissipative, .. } = self;
+        for ((to, from), by) in at.iter_mut().zip([&state.q, &state.p]).zip(&*errors) {
+            let steps = from.as_slice().iter().zip(by.as_slice());
+            for (to, (&from, &by)) in to.as_mut_slice().iter_mut().zip(steps) {
+                *to = from + by;
+            }
+        }
+        moved.look(system, *dissipative, &at[0], &at[1]);
+        std::mem::swap(&mut self.start, &mut self.moved);
+        let error = self.estimate(h, allowed);
+        std::mem::swap(&mut self.start, &mut self.moved);
+        error
+    }
+}

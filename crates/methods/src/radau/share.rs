@@ -1,0 +1,94 @@
+//! The share of a step in the error allowed of the run.
+//!
+//! The steps of a stiff run differ by factors of 1e6 and more, so that a share by length would ask
+//! of its many short steps far more accuracy than the run needs. The share of a step is one over the
+//! number of steps. That number is estimated from the n steps taken and from the number m of steps
+//! as long as the longest that the rest of the run has room for:
+//!
+//! ```text
+//! n + 8 + m^(n / (n + 8))
+//! ```
+//!
+//! The exponent expresses that the first steps say little about the later ones.
+
+use crate::adaptive::largest;
+use afterbay_core::{Scalar, State, Tolerance, Vector};
+
+/// The number of steps before those taken count for more than a guess. A choice.
+const FEW: f64 = 8.0;
+/// The error allowed of a step relative to its share. Steps aim at a fifth of it.
+const SHARES: f64 = 5.0;
+/// Roundings of q, p and w that are allowed of any step.
+const ROUNDINGS: f64 = 4.0;
+
+/// The tolerance of a run, and the history of its steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Share {
+    tolerance: Tolerance,
+    span: f64,
+    /// The time at the start.
+    from: Option<f64>,
+    steps: f64,
+    longest: f64,
+}
+
+/// The errors allowed of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Allowed {
+    /// The errors of q, p and w allowed at the end of the run,
+    pub(super) scales: [f64; 3],
+    /// the share of them allowed of this step,
+    pub(super) share: f64,
+    /// and the relative tolerances of the three.
+    pub(super) relative: [f64; 3],
+    /// A rounding of q and p, in units of the scales.
+    pub(super) rounding: f64,
+}
+
+impl Share {
+    pub(super) fn new(tolerance: &Tolerance, span: f64) -> Self {
+        Self { tolerance: *tolerance, span, from: None, steps: 0.0, longest: 0.0 }
+    }
+
+    /// Records that a step has been accepted.
+    #[inline(always)]
+    pub(super) fn see(&mut self, length: f64) {
+        self.steps += 1.0;
+        self.longest = self.longest.max(length);
+    }
+
+    /// The errors allowed of the step from `state`.
+    #[inline(always)]
+    pub(super) fn allowed<V: Vector>(&mut self, state: &State<V>) -> Allowed {
+        let t = state.t.to_f64();
+        let from = *self.from.get_or_insert(t);
+        let left = (self.span - (t - from)).max(0.0);
+        let room = if self.longest > 0.0 { (left / self.longest).max(1.0) } else { 1.0 };
+        let steps = self.steps + FEW + power(room, self.steps / (self.steps + FEW));
+        let share = SHARES / steps;
+        let Tolerance { relative, absolute, w } = self.tolerance;
+        let rounding = ROUNDINGS * V::Scalar::EPSILON / share;
+        let sizes = [&state.q, &state.p, &state.w].map(largest);
+        let scale = |size: f64, relative: f64, absolute: f64| {
+            (relative * size + absolute).max(rounding * size)
+        };
+        let scales = [
+            scale(sizes[0], relative, absolute),
+            scale(sizes[1], relative, absolute),
+            scale(sizes[2], w.0, w.1),
+        ];
+        let roundings = (sizes[0] / scales[0]).max(sizes[1] / scales[1]);
+        Allowed {
+            scales,
+            share,
+            relative: [relative, relative, w.0],
+            rounding: V::Scalar::EPSILON * roundings,
+        }
+    }
+}
+
+/// x^y in single precision, which suffices for a step size.
+#[inline(always)]
+pub(super) fn power(x: f64, y: f64) -> f64 {
+    f64::from((x as f32).powf(y as f32))
+}

@@ -1,0 +1,185 @@
+//! The simplified Newton iteration.
+//!
+//! It ends when the remaining correction, η |ΔZ| with η = θ/(1-θ) and θ the ratio of the last two
+//! corrections, is a tenth of the error allowed of the step (Hairer, Wanner II, IV.8). The Jacobian
+//! is that at a stage predicted near the middle of the step. It is kept while corrections contract
+//! fast, and the factorised matrices as long as h does not change.
+
+use super::engine::Engine;
+use super::share::{Allowed, power};
+use super::stages::Stages;
+use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
+
+/// The largest number of corrections of a step, and that for scalars of more than 53 bits.
+const CORRECTIONS: [u32; 2] = [10, 60];
+/// The error of the iteration relative to the error allowed of the step.
+const SOLVED: f64 = 0.1;
+/// Corrections below this number of roundings of z end the iteration, and below the second one if
+/// they no longer shrink by the factor `SHRINKING`.
+const ROUNDINGS: [f64; 2] = [2.0, 64.0];
+const SHRINKING: f64 = 0.3;
+/// A ratio of successive corrections above which the iteration is given up.
+const DIVERGING: f64 = 0.9;
+/// A ratio of successive corrections up to which the Jacobian is kept for the next step.
+const CONTRACTING: f64 = 0.02;
+/// The least η that is remembered.
+const LEAST_ETA: f64 = 1e-16;
+
+impl<V: Vector, const S: usize> Engine<V, S> {
+    /// Solves the equations of the step h from `state`. The stages start from the polynomial of the
+    /// accepted step at the times `offset + ratio c_i` (`way`), if there is one.
+    #[inline(always)]
+    pub(super) fn solve<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        h: V::Scalar,
+        state: &State<V>,
+        allowed: Allowed,
+        way: Option<[V::Scalar; 2]>,
+        effort: &mut Effort,
+    ) -> Result<(), StepFailure> {
+        self.h = h;
+        let length = h.to_f64();
+        loop {
+            self.initial_guess(way);
+            if self.renew {
+                self.place((S - 3) / 2, state);
+                self.equations.evaluate(system, &self.at[0], &self.at[1]);
+                (self.fresh, self.renew, self.factorised) = (true, false, 0.0);
+            }
+            if self.factorised != length {
+                self.factorised = 0.0;
+                self.equations.factorise(&self.tables, length)?;
+                self.factorised = length;
+            }
+            match self.iterate(system, h, state, allowed, effort) {
+                Ok(()) => return Ok(()),
+                Err(failure) => {
+                    self.renew = true;
+                    if std::mem::replace(&mut self.fresh, false) {
+                        return Err(failure);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn initial_guess(&mut self, way: Option<[V::Scalar; 2]>) {
+        let Some([offset, ratio]) = way else { return self.trial.rest() };
+        if self.ahead_for != way {
+            self.ahead = self.tables.continuation(offset, ratio);
+            self.ahead_for = way;
+        }
+        self.trial.follow(&self.ahead, &self.kept, offset == V::Scalar::one());
+    }
+
+    /// Writes the point of a stage to `at`.
+    #[inline(always)]
+    fn place(&mut self, stage: usize, state: &State<V>) {
+        let Self { at, trial, .. } = self;
+        let parts = [(&state.q, &trial.q[stage]), (&state.p, &trial.p[stage])];
+        for (to, (from, by)) in at.iter_mut().zip(parts) {
+            let steps = from.as_slice().iter().zip(by.as_slice());
+            for (to, (&from, &by)) in to.as_mut_slice().iter_mut().zip(steps) {
+                *to = from + by;
+            }
+        }
+    }
+
+    /// Corrects the stages until the remaining error is small relative to the allowed one.
+    #[inline(always)]
+    fn iterate<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        h: V::Scalar,
+        state: &State<V>,
+        allowed: Allowed,
+        effort: &mut Effort,
+    ) -> Result<(), StepFailure> {
+        let shares = [allowed.scales[0].recip(), allowed.scales[1].recip()];
+        let [rounding, stagnant] = ROUNDINGS.map(|roundings| roundings * allowed.rounding);
+        let solved = (SOLVED * allowed.share).max(rounding);
+        let most = CORRECTIONS[usize::from(V::Scalar::EPSILON < 0.5 * f64::EPSILON)];
+        let mut eta = power(self.eta.max(LEAST_ETA), 0.8);
+        let (mut before, mut theta) = (f64::NAN, 0.0);
+        for count in 1..=most {
+            self.look(system, state);
+            effort.evaluations += S as u64;
+            effort.iterations += 1;
+            let change = self.correct(h, shares);
+            if !change.is_finite() {
+                self.eta = 1.0;
+                return Err(self.trial.not_finite());
+            }
+            if count > 1 {
+                theta = change / before;
+                eta = if theta < 1.0 { theta / (1.0 - theta) } else { f64::INFINITY };
+            }
+            let stagnates = theta > SHRINKING && change <= stagnant;
+            if change <= rounding || stagnates || eta * change <= solved {
+                self.eta = eta.min(1.0);
+                self.renew |= theta > CONTRACTING;
+                self.look(system, state);
+                effort.evaluations += S as u64;
+                return Ok(());
+            }
+            before = change;
+            let left = i32::try_from(most - count).unwrap_or(0);
+            if count > 1 && (theta > DIVERGING || theta.powi(left) * eta * change > solved) {
+                break;
+            }
+        }
+        self.eta = 1.0;
+        Err(self.stalled(effort.iterations, shares))
+    }
+
+    /// Computes the slopes at the stages.
+    #[inline(always)]
+    fn look<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+        let Self { trial, at, last, dissipative, .. } = self;
+        trial.look(system, *dissipative, state, at, last);
+    }
+
+    /// Corrects the stages once, and returns the size of the correction; NaN if it is not finite.
+    #[inline(always)]
+    fn correct(&mut self, h: V::Scalar, shares: [f64; 2]) -> f64 {
+        let Self { tables, trial: Stages { q, p, v, f, .. }, equations, .. } = self;
+        let n = V::LEN.unwrap_or(q[0].as_slice().len());
+        equations.solve(tables, n, |d| {
+            [
+                Stages::<V, S>::residual(tables, h, q, v, d),
+                Stages::<V, S>::residual(tables, h, p, f, d),
+            ]
+        });
+        let (mut most, mut poison) = (0.0_f64, 0.0);
+        for d in 0..n {
+            let corrections = equations.solution(d);
+            for ((to, by), share) in [&mut *q, &mut *p].into_iter().zip(corrections).zip(shares) {
+                for (to, by) in to.iter_mut().zip(by) {
+                    to.as_mut_slice()[d] += V::Scalar::from_f64(by);
+                    let size = by.abs() * share;
+                    most = if size > most { size } else { most };
+                    poison += 0.0 * size;
+                }
+            }
+        }
+        most + poison
+    }
+
+    /// The failure of an iteration that does not converge.
+    #[cold]
+    fn stalled(&self, iterations: u64, shares: [f64; 2]) -> StepFailure {
+        let n = self.q.as_slice().len();
+        let size = |d: usize| {
+            let parts = self.equations.solution(d).into_iter().zip(shares);
+            let sizes = parts.flat_map(|(part, share)| part.map(|x| x.abs() * share));
+            sizes.fold(0.0, f64::max)
+        };
+        let dof = (0..n).fold(0, |most, d| if size(d) > size(most) { d } else { most });
+        let [q, p] = self.equations.solution(dof);
+        let update = q.into_iter().chain(p).fold(0.0, |most: f64, x| most.max(x.abs()));
+        let iterations = u32::try_from(iterations).unwrap_or(u32::MAX);
+        StepFailure::NewtonStalled { dof, iterations, update }
+    }
+}
