@@ -40,8 +40,8 @@ pub use numbers::{
 pub use quantity::{Block, Quantity};
 pub use run::{
     Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Happen, MOST_EVENTS,
-    Method, Observer, Statistics, Step, Tolerance, integrate, integrate_in, integrate_with_events,
-    integrate_within, sample_within, zero_within,
+    Method, Observer, STEPS_OF_BLOCK, Statistics, Step, Tolerance, integrate, integrate_in,
+    integrate_with_events, integrate_within, sample_within, zero_within,
 };
 pub use system::{
     Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub use cost::Cost;
 pub use number::{Compensable, Number, compensated};
 pub(crate) use run::fixed;
-pub use run::{Run, Setting, Show, Stepping};
+pub use run::{Part, Run, Setting, Show, Stepping};
 pub use sources::{KOBUS, Source};
 pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE};
 
