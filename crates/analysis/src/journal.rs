@@ -26,7 +26,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 /// The version of the format.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 /// The folders of the journals of studies and of runs, below that of the results.
 const PARTS: [&str; 2] = ["parts", "parts-of-run"];
 /// The bytes of a checksum.

@@ -40,8 +40,9 @@ pub use numbers::{
 pub use quantity::{Block, Quantity};
 pub use run::{
     Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Happen, MOST_EVENTS,
-    Method, Observer, Statistics, Step, StepControl, Tolerance, integrate, integrate_controlled,
-    integrate_in, integrate_with_events, integrate_within, sample_within, zero_within,
+    Method, Observer, STEPS_OF_BLOCK, Statistics, Step, StepControl, Tolerance, integrate,
+    integrate_controlled, integrate_in, integrate_with_events, integrate_within, sample_within,
+    zero_within,
 };
 pub use system::{
     Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,

@@ -7,6 +7,7 @@ mod grid;
 mod integrate;
 mod method;
 mod observer;
+mod reservoir;
 mod tolerance;
 
 pub use adaptive::{
@@ -20,4 +21,5 @@ pub use grid::Grid;
 pub use integrate::{integrate, integrate_in};
 pub use method::{Effort, Method};
 pub use observer::{Every, Observer};
+pub use reservoir::STEPS_OF_BLOCK;
 pub use tolerance::Tolerance;

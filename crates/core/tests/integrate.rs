@@ -4,8 +4,8 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Effort, Every, Grid, InputError, IntegrateError, Method, Observer, Quantity, RunError, State,
-    StepFailure, System, integrate,
+    Effort, Every, Grid, InputError, IntegrateError, Method, Observer, Quantity, RunError,
+    STEPS_OF_BLOCK, State, StepFailure, System, integrate, integrate_in,
 };
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -265,4 +265,94 @@ fn a_run_may_be_ended_at_any_look() {
         let (outcome, state, _) = run(1.0, 5000, f64::MAX, &mut third);
         assert_eq!((outcome.unwrap().evaluations, state.w), (2 * stride, [(2 * stride) as f64]));
     }
+}
+
+/// A step that adds p to w, whole or in parts.
+struct Leak {
+    sums_reservoir: bool,
+}
+
+impl Method<[f64; 1], Free> for Leak {
+    type Workspace = ();
+
+    fn workspace(&self, _system: &Free) -> Result<(), InputError> {
+        Ok(())
+    }
+
+    fn sums_reservoir(&self) -> bool {
+        self.sums_reservoir
+    }
+
+    fn step(
+        &self,
+        _: &Free,
+        _: f64,
+        state: &mut State<[f64; 1]>,
+        _: &mut (),
+    ) -> Result<Effort, StepFailure> {
+        state.w[0] += state.p[0];
+        Ok(Effort::default())
+    }
+}
+
+/// A fifth of the rounding of 1, and not a number of few bits.
+const LEAKED: f64 = 0.2 * f64::EPSILON + 1e-19;
+
+fn leak(steps: u64, observer: &mut impl Observer<[f64; 1]>) -> State<[f64; 1]> {
+    let mut state = State { w: [1.0], ..start(LEAKED) };
+    let (method, grid) = (Leak { sums_reservoir: false }, Grid::of(H, steps).unwrap());
+    integrate(&method, &Free, grid, &mut state, observer).unwrap();
+    state
+}
+
+#[test]
+fn increments_below_the_rounding_of_w_are_not_lost() {
+    let steps = 100_000;
+    let expected = 1.0 + steps as f64 * LEAKED;
+    assert_eq!(leak(steps, &mut ()).w, [expected]);
+    let mut state = State { w: [1.0], ..start(LEAKED) };
+    let (method, grid) = (Leak { sums_reservoir: true }, Grid::of(H, steps).unwrap());
+    integrate(&method, &Free, grid, &mut state, &mut ()).unwrap();
+    assert_eq!(state.w, [1.0], "a method that sums w by itself finds all of it in the state");
+}
+
+#[test]
+fn w_does_not_depend_on_the_observer() {
+    let (mut all, steps) = (Seen::new(), 5000);
+    let end = leak(steps, &mut record(&mut all));
+    for (n, (step, state)) in all.iter().enumerate() {
+        let off = (state.w[0] - (1.0 + n as f64 * LEAKED)).abs();
+        assert!(*step == n as u64 && off <= f64::EPSILON, "{n}: {off:e}");
+    }
+    assert!(all.is_sorted_by(|a, b| a.1.w <= b.1.w), "w never falls");
+    for stride in [3, 1024, 1500, u64::MAX] {
+        let mut some = Seen::new();
+        assert_eq!(leak(steps, &mut Every::new(stride, record(&mut some))), end, "{stride}");
+        assert!(all.iter().filter(|(step, _)| step % stride == 0).eq(&some), "{stride}");
+    }
+}
+
+#[test]
+fn a_run_in_parts_has_the_w_of_one_run() {
+    let whole = leak(6 * STEPS_OF_BLOCK + 17, &mut ());
+    let mut state = State { w: [1.0], ..start(LEAKED) };
+    let mut remainder = [0.0];
+    for steps in [STEPS_OF_BLOCK, 2 * STEPS_OF_BLOCK, 3 * STEPS_OF_BLOCK, 17] {
+        let (method, grid) = (Leak { sums_reservoir: false }, Grid::of(H, steps).unwrap());
+        let states = (&mut state, &mut remainder);
+        integrate_in(&method, &Free, grid, states, &mut (), &mut ()).unwrap();
+    }
+    assert_eq!(state.w, whole.w);
+    assert_ne!(remainder, [0.0]);
+}
+
+#[test]
+fn a_reservoir_that_overflows_between_two_blocks_is_a_failure() {
+    let mut state = State { w: [f64::MAX], ..start(f64::MAX / 1000.0) };
+    let (method, grid) = (Leak { sums_reservoir: false }, Grid::of(H, 2000).unwrap());
+    let outcome = integrate(&method, &Free, grid, &mut state, &mut ());
+    let Err(IntegrateError::Run(RunError { failure, .. })) = outcome else { panic!("{outcome:?}") };
+    let w = Quantity::Reservoir;
+    assert_eq!(failure, StepFailure::NonFinite { quantity: w, dof: 0, value: f64::INFINITY });
+    assert_eq!(state.w, [f64::MAX]);
 }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub use cost::Cost;
 pub(crate) use erased::fixed;
 pub use number::{Compensable, Number, compensated};
-pub use run::{Run, Setting, Show, Stepping};
+pub use run::{Part, Run, Setting, Show, Stepping};
 pub use sources::{KOBUS, Source};
 pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE};
 

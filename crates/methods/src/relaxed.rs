@@ -105,6 +105,10 @@ where
         })
     }
 
+    fn sums_reservoir(&self) -> bool {
+        true
+    }
+
     fn step(
         &self,
         system: &S,

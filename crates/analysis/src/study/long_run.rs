@@ -6,14 +6,15 @@
 //! window and over the starts.
 
 use super::Problem;
-use super::cell::{Cell, Study, compute_all};
+use super::cell::{Cell, Leg, Study, compute_all};
 use super::outcome::{COMPLETED, Ending};
 use crate::progress::{Piece, Progress};
 use crate::statistics::{Fit, fit};
 use afterbay_core::{
-    Grid, IntegrateError, Lanewise, Quad, Scalar, State, StateRef, System, f64x4, f64x8,
+    Grid, IntegrateError, Lanewise, Quad, RunError, STEPS_OF_BLOCK, Scalar, State, StateRef,
+    System, f64x4, f64x8,
 };
-use afterbay_methods::registry::{Row, Run};
+use afterbay_methods::registry::{Part, Row, Run};
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
 
@@ -163,23 +164,31 @@ impl LongRuns {
     }
 
     /// The result of each setup, from the results of all cells.
-    pub fn gather(&self, parts: &[Vec<Followed>]) -> Vec<LongRun> {
+    pub fn gather(&self, parts: &[Followed]) -> Vec<LongRun> {
         let of_setup = |(i, &setup): (usize, &Setup)| {
             let of = self.tasks.iter().zip(parts).filter(|(task, _)| task.0 == i);
-            let all: Vec<Followed> = of.flat_map(|(_, followed)| followed.clone()).collect();
+            let all: Vec<_> = of
+                .flat_map(|(_, followed)| &followed.runs)
+                .map(|run| (run.windows.clone(), run.ending.clone()))
+                .collect();
             gathered(setup, &self.ends, &all)
         };
         self.setups.iter().enumerate().map(of_setup).collect()
+    }
+
+    /// The steps of a run.
+    fn last(&self) -> u64 {
+        self.ends.last().copied().unwrap_or(0)
     }
 }
 
 impl Study for LongRuns {
     type Shared = ();
-    type Part = Vec<Followed>;
+    type Part = Followed;
     type Error = IntegrateError;
 
     fn cells(&self) -> Vec<Cell> {
-        let steps = self.ends.last().copied().unwrap_or(0) as f64;
+        let steps = self.last() as f64;
         let degrees = self.starts.first().map_or(0, |start| start.model.degrees()) as f64;
         let cell = |(i, starts): &(usize, Range<usize>)| {
             let Setup { row, h, compensated } = self.setups[*i];
@@ -202,66 +211,235 @@ impl Study for LongRuns {
         (): &(),
         index: usize,
         progress: &dyn Progress,
-    ) -> Result<Vec<Followed>, IntegrateError> {
+    ) -> Result<Followed, IntegrateError> {
+        let mut so_far = None;
+        loop {
+            match self.advance(&(), index, so_far, progress)? {
+                Leg::Further(followed) if !progress.stopped() => so_far = Some(followed),
+                Leg::Last(followed) | Leg::Further(followed) => return Ok(followed),
+            }
+        }
+    }
+
+    fn advance(
+        &self,
+        (): &(),
+        index: usize,
+        so_far: Option<Followed>,
+        progress: &dyn Progress,
+    ) -> Result<Leg<Followed>, IntegrateError> {
         let (setup, starts) = &self.tasks[index];
-        follow(&self.starts[starts.clone()], &self.setups[*setup], &self.ends, progress)
+        let (setup, starts) = (&self.setups[*setup], &self.starts[starts.clone()]);
+        let mut followed = so_far.map_or_else(|| Followed::new(starts), Ok)?;
+        followed.advance(starts, setup, &self.ends, progress)?;
+        if followed.done < self.last() {
+            return Ok(Leg::Further(followed));
+        }
+        starts.iter().for_each(|_| progress.advance());
+        Ok(Leg::Last(followed))
     }
 }
 
 /// The cost of compensated roundings, relative to a plain run.
 const COMPENSATED: f64 = 3.0;
-
-/// The windows completed by a run, and how it ended.
-pub type Followed = (Vec<Window>, Ending);
-
 /// The number of runs side by side.
 const WIDTH: usize = f64x8::LANES;
+/// The steps of a leg, times degrees of freedom and runs. A choice: a leg takes some seconds at most.
+/// Each begins with a fresh workspace.
+const LEG: u64 = 1 << 24;
 
-/// Runs several starts, side by side where there are at least two and none fails.
-fn follow(
-    starts: &[Problem],
-    setup: &Setup,
-    ends: &[u64],
-    progress: &dyn Progress,
-) -> Result<Vec<Followed>, IntegrateError> {
-    let together = match starts.len() {
-        1 => None,
-        2..=4 if setup.compensated => {
-            let method = starts[0].model.bind_compensated::<f64x4>(setup.row)?;
-            beside(&method, starts, setup, ends, progress)?
-        }
-        _ => match lanes(&starts[0], setup)? {
-            Some(method) => beside(&method, starts, setup, ends, progress)?,
-            None => None,
-        },
-    };
-    let followed = match together {
-        Some(followed) => followed,
-        None => starts
-            .iter()
-            .map(|problem| alone(problem, setup, ends, progress))
-            .collect::<Result<Vec<_>, _>>()?,
-    };
-    starts.iter().for_each(|_| progress.advance());
-    Ok(followed)
+/// The runs of a cell so far.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Followed {
+    /// The steps done.
+    done: u64,
+    /// Whether each run goes on alone, since one of them failed.
+    alone: bool,
+    runs: Vec<FollowedRun>,
 }
 
-fn alone(
-    problem: &Problem,
-    setup: &Setup,
-    ends: &[u64],
-    progress: &dyn Progress,
-) -> Result<Followed, IntegrateError> {
-    let Setup { row, h, compensated } = *setup;
-    let model = &problem.model;
-    let exact = model.system::<Quad>()?;
-    let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
-    let state = problem.start::<f64>()?;
-    let initial = total(&*exact, state.state_ref(), |x| x);
-    let off = |state: StateRef<'_, f64>, _| deviation(total(&*exact, state, |x| x), initial);
-    let mut seen = windows(&method, h, state, 1, ends, progress, off)?;
-    let ending = seen.ending(progress);
-    Ok((seen.windows.swap_remove(0), ending))
+/// One run so far.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct FollowedRun {
+    /// The windows that are completed, and the one under way.
+    windows: Vec<Window>,
+    under_way: Window,
+    ending: Ending,
+    /// q, p, w and the part of w below its rounding; none once the run has failed.
+    state: Option<[Vec<f64>; 4]>,
+}
+
+impl FollowedRun {
+    fn new(start: &Problem) -> Result<Self, IntegrateError> {
+        let State { q, p, w, .. } = start.start()?;
+        let remainder = vec![0.0; w.len()];
+        let (windows, under_way) = (Vec::new(), Window::default());
+        let state = Some([q, p, w, remainder]);
+        Ok(Self { windows, under_way, ending: Ending::interrupted(), state })
+    }
+}
+
+/// A leg: a part of one window.
+#[derive(Clone, Copy)]
+struct Span {
+    begin: u64,
+    end: u64,
+    /// Whether the window ends with the leg, and the run with the window.
+    completes: [bool; 2],
+    /// The first step of the window.
+    window: u64,
+    /// Every so many states of the window are sampled.
+    stride: u64,
+    h: f64,
+}
+
+impl Followed {
+    fn new(starts: &[Problem]) -> Result<Self, IntegrateError> {
+        let runs = starts.iter().map(FollowedRun::new).collect::<Result<_, _>>()?;
+        Ok(Self { done: 0, alone: false, runs })
+    }
+
+    /// Computes the next leg, side by side where there are at least two runs and none fails.
+    fn advance(
+        &mut self,
+        starts: &[Problem],
+        setup: &Setup,
+        ends: &[u64],
+        progress: &dyn Progress,
+    ) -> Result<(), IntegrateError> {
+        let Some(at) = ends.iter().position(|&end| self.done < end) else { return Ok(()) };
+        let (window, end) = (if at == 0 { 0 } else { ends[at - 1] }, ends[at]);
+        let entries = starts.len() * starts.first().map_or(1, |start| start.model.dof());
+        let steps = (LEG / entries as u64 / STEPS_OF_BLOCK).max(1) * STEPS_OF_BLOCK;
+        let to = end.min(self.done.saturating_add(steps));
+        let completes = [to == end, to == end && at + 1 == ends.len()];
+        let stride = (end - window).div_ceil(SAMPLES);
+        let span = Span { begin: self.done, end: to, completes, window, stride, h: setup.h };
+        let mut piece = Piece::several(progress, starts.len());
+        let last = ends.last().copied().unwrap_or(0);
+        let mut reach = |step| piece.reach(step, last);
+        let together = !self.alone && self.together(starts, setup, span, &mut reach, progress)?;
+        if !together {
+            self.alone = true;
+            for (run, start) in self.runs.iter_mut().zip(starts) {
+                run.advance(start, setup, span, &mut reach, progress)?;
+            }
+        }
+        if !progress.stopped() {
+            self.done = to;
+        }
+        Ok(())
+    }
+
+    /// Computes a leg of all runs in lanes. Returns whether that was done: not for a single run, for a
+    /// method without lanes, or where a step fails, since the lane that failed is not known.
+    fn together(
+        &mut self,
+        starts: &[Problem],
+        setup: &Setup,
+        span: Span,
+        reach: &mut dyn FnMut(u64),
+        progress: &dyn Progress,
+    ) -> Result<bool, IntegrateError> {
+        match starts.len() {
+            1 => Ok(false),
+            2..=4 if setup.compensated => {
+                let method = starts[0].model.bind_compensated::<f64x4>(setup.row)?;
+                self.beside(&method, starts, span, reach, progress)
+            }
+            _ => match lanes(&starts[0], setup)? {
+                Some(method) => self.beside(&method, starts, span, reach, progress),
+                None => Ok(false),
+            },
+        }
+    }
+
+    fn beside<T: Lanewise>(
+        &mut self,
+        method: &Run<T>,
+        starts: &[Problem],
+        span: Span,
+        reach: &mut dyn FnMut(u64),
+        progress: &dyn Progress,
+    ) -> Result<bool, IntegrateError> {
+        let states: Option<Vec<_>> = self.runs.iter().map(|run| run.state.as_ref()).collect();
+        let Some(states) = states else { return Ok(false) };
+        let exact = starts[0].model.system::<Quad>()?;
+        // Lanes without a run repeat the last one.
+        let lane = |k: usize| states[k.min(states.len() - 1)];
+        let pack = |part: usize| -> Vec<T> {
+            let entries = 0..states[0][part].len();
+            entries.map(|j| T::from_lanes(|k| lane(k)[part][j])).collect()
+        };
+        let [q, p, w, mut remainder] = [0, 1, 2, 3].map(pack);
+        let mut state = State { q, p, w, t: T::from_f64(span.begin as f64 * span.h) };
+        let initial = initial(starts, &*exact)?;
+        let mut windows: Vec<Window> = self.runs.iter().map(|run| run.under_way).collect();
+        let mut see = |state: StateRef<'_, T>| {
+            for (k, (window, &initial)) in windows.iter_mut().zip(&initial).enumerate() {
+                window.see(deviation(total(&*exact, state, |x: T| x.lane(k)), initial));
+            }
+        };
+        let result = leg(method, span, (&mut state, &mut remainder), reach, progress, &mut see);
+        if progress.stopped() || result.is_err() {
+            return Ok(progress.stopped());
+        }
+        let parts = [&state.q, &state.p, &state.w, &remainder];
+        for (k, (run, window)) in self.runs.iter_mut().zip(windows).enumerate() {
+            let state = parts.map(|part| part.iter().map(|x| x.lane(k)).collect());
+            run.complete(span, window, Some(state), Ending::of(&result, 1, 1));
+        }
+        Ok(true)
+    }
+}
+
+impl FollowedRun {
+    /// Computes a leg.
+    fn advance(
+        &mut self,
+        start: &Problem,
+        setup: &Setup,
+        span: Span,
+        reach: &mut dyn FnMut(u64),
+        progress: &dyn Progress,
+    ) -> Result<(), IntegrateError> {
+        let Some([q, p, w, mut remainder]) = self.state.clone() else { return Ok(()) };
+        let (Setup { row, compensated, .. }, model) = (*setup, &start.model);
+        let exact = model.system::<Quad>()?;
+        let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
+        let mut state = State { q, p, w, t: span.begin as f64 * span.h };
+        let initial = initial(std::slice::from_ref(start), &*exact)?[0];
+        let mut window = self.under_way;
+        let mut see = |state: StateRef<'_, f64>| {
+            window.see(deviation(total(&*exact, state, |x| x), initial));
+        };
+        let result = leg(&method, span, (&mut state, &mut remainder), reach, progress, &mut see);
+        if progress.stopped() {
+            return Ok(());
+        }
+        let state = result.is_ok().then_some([state.q, state.p, state.w, remainder]);
+        self.complete(span, window, state, Ending::of(&result, 1, 1));
+        Ok(())
+    }
+
+    /// Takes over what a leg gave.
+    fn complete(
+        &mut self,
+        span: Span,
+        window: Window,
+        state: Option<[Vec<f64>; 4]>,
+        ending: Ending,
+    ) {
+        let [window_ends, run_ends] = span.completes;
+        self.under_way = window;
+        if state.is_some() && window_ends {
+            self.windows.push(std::mem::take(&mut self.under_way));
+        }
+        if state.is_none() || run_ends {
+            self.ending = ending;
+        }
+        self.state = state;
+    }
 }
 
 /// Binds the method in lanes; `None` where it has no such form.
@@ -275,79 +453,38 @@ fn lanes(problem: &Problem, setup: &Setup) -> Result<Option<Run<f64x8>>, Integra
     Ok(lanes.map(|lanes| lanes.run))
 }
 
-/// Runs starts in lanes. Returns `None` if a step fails, since the lane that failed is not known.
-fn beside<T: Lanewise>(
+/// K at the starts.
+fn initial(starts: &[Problem], exact: &dyn System<Quad>) -> Result<Vec<Quad>, IntegrateError> {
+    let of = |start: &Problem| Ok(total(exact, start.start::<f64>()?.state_ref(), |x| x));
+    starts.iter().map(of).collect()
+}
+
+/// Carries a state over a leg, and passes the samples of the window to `see`.
+fn leg<T: Scalar>(
     method: &Run<T>,
-    starts: &[Problem],
-    setup: &Setup,
-    ends: &[u64],
+    Span { begin, end, window, stride, h, .. }: Span,
+    (state, remainder): (&mut State<Vec<T>>, &mut [T]),
+    reach: &mut dyn FnMut(u64),
     progress: &dyn Progress,
-) -> Result<Option<Vec<Followed>>, IntegrateError> {
-    let exact = starts[0].model.system::<Quad>()?;
-    // Lanes without a start repeat the last one.
-    let states = starts.iter().map(Problem::start::<f64>).collect::<Result<Vec<_>, _>>()?;
-    let pack = |of: fn(&State<Vec<f64>>) -> &Vec<f64>| -> Vec<T> {
-        let lane = |k: usize| of(&states[k.min(states.len() - 1)]);
-        (0..states[0].dof()).map(|j| T::from_lanes(|k| lane(k)[j])).collect()
-    };
-    let state = State::new(pack(|state| &state.q), pack(|state| &state.p))?;
-    let initial: Vec<Quad> =
-        states.iter().map(|state| total(&*exact, state.state_ref(), |x| x)).collect();
-    let off = |state: StateRef<'_, T>, k: usize| {
-        deviation(total(&*exact, state, |x: T| x.lane(k)), initial[k])
-    };
-    let seen = windows(method, setup.h, state, states.len(), ends, progress, off)?;
-    if seen.result.is_err() {
-        return Ok(None);
-    }
-    let ending = seen.ending(progress);
-    Ok(Some(seen.windows.into_iter().map(|windows| (windows, ending.clone())).collect()))
-}
-
-/// The completed windows of each run, and how the runs ended.
-struct Seen {
-    windows: Vec<Vec<Window>>,
-    result: Result<(), IntegrateError>,
-}
-
-impl Seen {
-    fn ending(&self, progress: &dyn Progress) -> Ending {
-        Ending::of(&self.result, 1, u64::from(!progress.stopped()))
-    }
-}
-
-/// Carries `count` runs in one state through the windows. `off` computes the deviation of one of
-/// them.
-fn windows<T: Scalar>(
-    method: &Run<T>,
-    h: f64,
-    mut state: State<Vec<T>>,
-    count: usize,
-    ends: &[u64],
-    progress: &dyn Progress,
-    off: impl Fn(StateRef<'_, T>, usize) -> f64,
-) -> Result<Seen, IntegrateError> {
-    let (mut all, mut done) = (vec![Vec::with_capacity(ends.len()); count], 0);
-    let (mut piece, last) = (Piece::several(progress, count), ends.last().copied().unwrap_or(0));
-    for &end in ends {
-        let mut seen = vec![Window::default(); count];
-        let stride = (end - done).div_ceil(SAMPLES);
-        let grid = Grid::<T>::of(h, end - done)?;
-        let result = method.run(grid, &mut state, stride, &mut |step, state| {
-            piece.reach(done + step, last);
-            // The state at the start of a window was sampled at the end of the one before.
-            if step > 0 {
-                seen.iter_mut().enumerate().for_each(|(k, window)| window.see(off(state, k)));
-            }
-            if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        if result.is_err() || progress.stopped() {
-            return Ok(Seen { windows: all, result: result.map(drop) });
+    see: &mut dyn FnMut(StateRef<'_, T>),
+) -> Result<(), IntegrateError> {
+    let of_window = begin - window;
+    let first = of_window.next_multiple_of(stride) - of_window;
+    let part = Part { grid: Grid::<T>::of(h, end - begin)?, first, stride, remainder };
+    let result = method.run_part(part, state, &mut |step, state| {
+        reach(begin + step);
+        // The state at the start of a leg was sampled at the end of the one before.
+        if step > 0 {
+            see(state);
         }
-        all.iter_mut().zip(seen).for_each(|(all, seen)| all.push(seen));
-        done = end;
-    }
-    Ok(Seen { windows: all, result: Ok(()) })
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    result.map(drop).map_err(|error| match error {
+        IntegrateError::Run(RunError { step, t, failure }) => {
+            RunError { step: begin + step, t, failure }.into()
+        }
+        error => error,
+    })
 }
 
 /// (K - K0)/|K0|
@@ -367,7 +504,7 @@ fn total<T: Scalar>(
 }
 
 /// One row per window, over all starts in order.
-fn gathered(setup: Setup, ends: &[u64], of: &[Followed]) -> LongRun {
+fn gathered(setup: Setup, ends: &[u64], of: &[(Vec<Window>, Ending)]) -> LongRun {
     let Setup { row: &Row { name: method, .. }, h, compensated } = setup;
     let reached = of.iter().map(|(windows, _)| windows.len()).min().unwrap_or(0);
     let row = |(i, &steps): (usize, &u64)| {
@@ -389,6 +526,8 @@ fn gathered(setup: Setup, ends: &[u64], of: &[Followed]) -> LongRun {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
+    use crate::scene::Scene;
     use afterbay_methods::registry::FIXED;
 
     const STEPS: u64 = 100_000;
@@ -445,5 +584,47 @@ mod tests {
     fn windows_are_four_a_decade() {
         assert_eq!(ends(1000), [100, 178, 316, 562, 1000]);
         assert_eq!(ends(50), [50]);
+    }
+
+    #[test]
+    fn legs_go_on_from_what_was_kept_to_the_bit() {
+        let text = r#"
+            [system]
+            name = "duffing"
+            parameters = { alpha = 1.0, beta = 1.0, c = 1e-7 }
+            [initial]
+            q = [1.0]
+            p = [0.5]
+            [time]
+            end = 1.0
+            step = 0.1
+        "#;
+        let start = Scene::read(text).expect("a scene").problem;
+        let row = afterbay_methods::registry::find("moddg").expect("a method");
+        // In lanes the last window takes three legs; a single run goes on alone.
+        for (count, steps) in [(8, 10_000_000), (1, 20_000)] {
+            let setup = Setup { row, h: 0.1, compensated: count == 1 };
+            let study = LongRuns::new(vec![start.clone(); count], vec![setup], steps);
+            let study = study.expect("a study");
+            let (mut so_far, mut legs) = (None, 0);
+            let resumed = loop {
+                legs += 1;
+                match study.advance(&(), 0, so_far, &Silent).expect("a leg") {
+                    Leg::Last(followed) => break followed,
+                    Leg::Further(followed) => {
+                        let mut bytes = Vec::new();
+                        ciborium::into_writer(&followed, &mut bytes).expect("bytes");
+                        so_far = Some(ciborium::from_reader(&bytes[..]).expect("the same"));
+                    }
+                }
+            };
+            let windows = study.ends.len();
+            assert_eq!(legs, if count == 1 { windows } else { windows + 2 });
+            let once = study.compute(&(), 0, &Silent).expect("a cell");
+            assert_eq!(format!("{resumed:?}"), format!("{once:?}"));
+            let [run] = &study.gather(&[once])[..] else { panic!("one setup") };
+            assert!(run.ending.is_completed(), "{:?}", run.ending);
+            assert_eq!(run.rows.last().expect("rows").steps, steps);
+        }
     }
 }

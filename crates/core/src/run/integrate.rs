@@ -3,14 +3,11 @@
 use super::grid::Grid;
 use super::method::{Effort, Method};
 use super::observer::Observer;
+use super::reservoir::{Reservoir, STEPS_OF_BLOCK};
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
-
-/// Steps between two checks whether the state has come to rest. A choice: so many that the checks
-/// cost little beside the steps.
-const STEPS_BETWEEN_CHECKS: u64 = 1024;
 
 /// Integrates over the grid from `state` and passes the states that `observer` asks for. The times
 /// are `t + n h`, with t the time of the initial state.
@@ -33,11 +30,16 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
-    integrate_in(method, system, grid, state, &mut method.workspace(system)?, observer)
+    let (mut workspace, mut remainder) = (method.workspace(system)?, V::zeros(system.dof()));
+    integrate_in(method, system, grid, (state, &mut remainder), &mut workspace, observer)
 }
 
 /// [`integrate`] in a given workspace for the method and the system. It must be new, unless the
 /// method is memoryless ([`Method::is_memoryless`]).
+///
+/// `remainder` is the part of w that is below its rounding: 0 at the start, and at the end what a
+/// further run needs to continue this one. A run in parts of a multiple of [`STEPS_OF_BLOCK`] steps
+/// gives the same w as a run in one.
 ///
 /// # Errors
 /// Those of [`integrate`].
@@ -46,7 +48,7 @@ pub fn integrate_in<V, S, M, O>(
     method: &M,
     system: &S,
     grid: Grid<V::Scalar>,
-    state: &mut State<V>,
+    (state, remainder): (&mut State<V>, &mut V),
     workspace: &mut M::Workspace,
     observer: &mut O,
 ) -> Result<Effort, IntegrateError>
@@ -57,25 +59,50 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
-    let mut effort = Effort::default();
-    let start = state.t;
-    let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
-    let end = time(grid.steps);
+    let end = V::Scalar::from_f64(grid.steps as f64).mul_add(grid.h, state.t);
     if end + grid.h == end || !end.is_finite().all() {
         return Err(InputError::TimeStalled { t: end.to_f64(), h: grid.h.to_f64() }.into());
     }
     if observer.observe(0, state).is_break() {
-        return Ok(effort);
+        return Ok(Effort::default());
     }
-    if system.may_be_singular() && !method.refuses_singularities() {
-        return integrate_examined(method, system, grid, state, workspace, observer);
-    }
-    let mut done = 0;
+    let in_parts = !system.dissipation_form().zero && !method.sums_reservoir();
+    let mut reservoir = Reservoir::begin(state, remainder, in_parts);
+    let parts = (&mut *state, &mut reservoir);
+    let outcome = if system.may_be_singular() && !method.refuses_singularities() {
+        examined_blocks(method, system, grid, parts, workspace, observer)
+    } else {
+        blocks(method, system, grid, parts, workspace, observer)
+    };
+    reservoir.end(state, remainder);
+    outcome
+}
+
+/// The time loop. The state holds the part of w that `reservoir` does not.
+#[inline(always)]
+fn blocks<V, S, M, O>(
+    method: &M,
+    system: &S,
+    grid: Grid<V::Scalar>,
+    (state, reservoir): (&mut State<V>, &mut Reservoir<V>),
+    workspace: &mut M::Workspace,
+    observer: &mut O,
+) -> Result<Effort, IntegrateError>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+    O: Observer<V> + ?Sized,
+{
+    let (mut effort, mut done) = (Effort::default(), 0);
+    let start = state.t;
+    let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
+    let failed = |step, good, failure| RunError { step, t: time(good).to_f64(), failure };
     let mut before = state.clone();
     // The work of a step, once steps leave the state unchanged.
     let mut idle = None;
     while done < grid.steps {
-        let settled = grid.steps.min(done + STEPS_BETWEEN_CHECKS);
+        let settled = grid.steps.min(done + STEPS_OF_BLOCK);
         // A local copy whose address is not shared lets small states stay in registers.
         let mut current = std::mem::replace(state, State::vacant());
         let mut outcome = Ok(ControlFlow::Continue(()));
@@ -91,18 +118,22 @@ where
                     effort += spent;
                     done += count;
                     current.t = time(done);
-                    outcome = Ok(observer.observe(done, &current));
+                    let seen = reservoir.show(&mut current, |state| observer.observe(done, state));
+                    outcome = seen.map_err(|failure| failed(done, done, failure));
                 }
                 Err((good, failure)) => {
                     done += good;
                     current.t = time(done);
-                    outcome = Err(RunError { step: done + 1, t: current.t.to_f64(), failure });
+                    outcome = Err(failed(done + 1, done, failure));
                 }
             }
         }
         *state = current;
+        let added = reservoir.end_block(state).map_err(|failure| failed(done, done, failure));
+        let seen = outcome?;
+        added?;
         state.settle();
-        if outcome?.is_break() {
+        if seen.is_break() {
             break;
         }
         if idle.is_none()
@@ -120,11 +151,11 @@ where
 /// The time loop for a system that may be singular: it refuses the first step that crosses a
 /// singularity of H.
 #[inline(never)]
-fn integrate_examined<V, S, M, O>(
+fn examined_blocks<V, S, M, O>(
     method: &M,
     system: &S,
     grid: Grid<V::Scalar>,
-    state: &mut State<V>,
+    (state, reservoir): (&mut State<V>, &mut Reservoir<V>),
     workspace: &mut M::Workspace,
     observer: &mut O,
 ) -> Result<Effort, IntegrateError>
@@ -143,18 +174,27 @@ where
         let examined = taken.and_then(|spent| {
             check_between(system, before.q.as_slice(), state.q.as_slice()).map(|()| spent)
         });
+        let failed = |t: V::Scalar, failure| RunError { step, t: t.to_f64(), failure };
         match examined {
             Ok(spent) => effort += spent,
             Err(failure) => {
                 state.copy(&before);
-                return Err(RunError { step, t: before.t.to_f64(), failure }.into());
+                // A sum that overflows here was shown and refused before.
+                reservoir.end_block(state).map_err(|failure| failed(before.t, failure))?;
+                return Err(failed(before.t, failure).into());
             }
         }
         state.t = V::Scalar::from_f64(step as f64).mul_add(grid.h, start);
-        if observer.observe(step, state).is_break() {
+        let seen = reservoir.show(state, |state| observer.observe(step, state));
+        let seen = seen.map_err(|failure| failed(state.t, failure))?;
+        let last = seen.is_break() || step == grid.steps;
+        if last || step % STEPS_OF_BLOCK == 0 {
+            reservoir.end_block(state).map_err(|failure| failed(state.t, failure))?;
+        }
+        if seen.is_break() {
             break;
         }
-        if step % STEPS_BETWEEN_CHECKS == 0 {
+        if step % STEPS_OF_BLOCK == 0 {
             state.settle();
         }
     }

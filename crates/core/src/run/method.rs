@@ -36,6 +36,14 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
         false
     }
 
+    /// Whether a step by itself keeps w to a rounding over a long run, and needs all of w for it.
+    /// Other methods find in w what the steps since the start of a block have added, so that small
+    /// increments are not lost in the rounding of w.
+    #[inline(always)]
+    fn sums_reservoir(&self) -> bool {
+        false
+    }
+
     /// Whether a step refuses by itself to cross a singularity of H. The time loop examines the
     /// steps of every other method ([`System::is_singular_between`]).
     #[inline(always)]

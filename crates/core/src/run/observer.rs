@@ -38,7 +38,7 @@ impl<V: Vector, F: FnMut(u64, &State<V>) -> ControlFlow<()>> Observer<V> for F {
     }
 }
 
-/// An observer that passes on every `stride`-th step, the initial state included.
+/// An observer that passes on every `stride`-th step, by default from the initial state on.
 #[derive(Clone, Debug)]
 pub struct Every<O> {
     stride: u64,
@@ -49,7 +49,12 @@ pub struct Every<O> {
 impl<O> Every<O> {
     /// Every `stride`-th step (0 counts as 1) goes to `inner`.
     pub fn new(stride: u64, inner: O) -> Self {
-        Self { stride: stride.max(1), next: 0, inner }
+        Self::starting(0, stride, inner)
+    }
+
+    /// Step `first` and every `stride`-th step after it go to `inner`.
+    pub fn starting(first: u64, stride: u64, inner: O) -> Self {
+        Self { stride: stride.max(1), next: first, inner }
     }
 }
 

@@ -112,6 +112,11 @@ where
         true
     }
 
+    #[inline(always)]
+    fn sums_reservoir(&self) -> bool {
+        true
+    }
+
     fn step(
         &self,
         system: &S,

@@ -1,6 +1,6 @@
 //! A method and its system behind one trait, for runs of every kind of method.
 
-use super::run::{Run, Show};
+use super::run::{Part, Run, Show};
 use afterbay_core::{
     Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar,
     State, StateRef, Statistics, System, Tolerance, Vector, integrate_in, integrate_within,
@@ -47,9 +47,8 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
 
     fn run(
         &self,
-        _grid: Grid<T>,
+        _part: Part<'_, T>,
         _place: Place<'_, T>,
-        _stride: u64,
         _show: Show<'_, T>,
     ) -> Result<Effort, IntegrateError> {
         Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
@@ -129,18 +128,19 @@ where
 
     fn run(
         &self,
-        grid: Grid<V::Scalar>,
+        Part { grid, first, stride, remainder }: Part<'_, V::Scalar>,
         place: Place<'_, V::Scalar>,
-        stride: u64,
         show: Show<'_, V::Scalar>,
     ) -> Result<Effort, IntegrateError> {
-        let mut state = place.take::<V>();
+        let (mut state, mut left) = (place.take::<V>(), V::filled(remainder, |x| x));
         let look = |step: u64, state: &State<V>| show(step, state.state_ref());
-        let mut observer = Every::new(stride, look);
+        let mut observer = Every::starting(first, stride, look);
         let outcome = self.within(|workspace| {
-            integrate_in(&self.method, &*self.system, grid, &mut state, workspace, &mut observer)
+            let state = (&mut state, &mut left);
+            integrate_in(&self.method, &*self.system, grid, state, workspace, &mut observer)
         });
         place.put(&state);
+        remainder.copy_from_slice(left.as_slice());
         outcome
     }
 
@@ -148,9 +148,9 @@ where
         let mut workspace = self.workspace.clone();
         Box::new(move |h, place| {
             let (mut state, system) = (place.take::<V>(), &*self.system);
-            let grid = Grid { h, steps: 1 };
-            let effort =
-                integrate_in(&self.method, system, grid, &mut state, &mut workspace, &mut ())?;
+            let (grid, mut remainder) = (Grid { h, steps: 1 }, V::zeros(system.dof()));
+            let states = (&mut state, &mut remainder);
+            let effort = integrate_in(&self.method, system, grid, states, &mut workspace, &mut ())?;
             place.put(&state);
             Ok(effort)
         })

@@ -3,7 +3,9 @@
 
 use super::binding::Form;
 use super::{Row, Run};
+use crate::Composition;
 use crate::increment::Increments;
+use crate::moddg::ModDg;
 use afterbay_core::{
     Abilities, Corrected, InputError, Lanewise, Quad, Quantity, Scalar, Separable, f64x4, f64x8,
 };
@@ -100,14 +102,21 @@ fn in_colours<T: Lanewise>(
     exact: Arc<dyn Separable<Corrected<T>>>,
 ) -> Result<Run<T>, InputError> {
     let target = row.target(system);
-    match row.method::<Increments>() {
-        Some(increments) => increments.compensated(&target, exact),
-        None => Err(target.refused("only coordinate increments can be compensated")),
+    // The scheme for one degree of freedom is a sweep over one coordinate.
+    let sweep = Increments(Composition::sweep);
+    match (row.method::<Increments>(), row.method::<ModDg>()) {
+        (Some(increments), _) => increments.compensated(&target, exact),
+        (None, Some(_)) if system.dof() == 1 => sweep.compensated(&target, exact),
+        (None, Some(_)) => Err(target.refused("the scheme applies to one degree of freedom only")),
+        (None, None) => {
+            Err(target.refused("only moddg and coordinate increments can be compensated"))
+        }
     }
 }
 
 /// Binds compensated coordinate increments
-/// ([`Increment::compensated`](crate::Increment::compensated)) with coloured sweeps. `exact` is the
+/// ([`Increment::compensated`](crate::Increment::compensated)) with coloured sweeps, and modDG as one
+/// sweep over one coordinate, which is the same scheme. `exact` is the
 /// same system in [`Corrected`] numbers. The registry has no rows for them, because a row is
 /// independent of the scalar.
 ///

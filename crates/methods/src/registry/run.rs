@@ -22,6 +22,19 @@ impl<T> From<Grid<T>> for Setting<T> {
     }
 }
 
+/// A run with a fixed step, or a part of one that continues another part.
+pub struct Part<'a, T> {
+    /// The steps.
+    pub grid: Grid<T>,
+    /// The step of the first state that is shown, counted from the start of this part.
+    pub first: u64,
+    /// Every so many states from there on are shown.
+    pub stride: u64,
+    /// The part of w_j below its rounding, one entry a degree of freedom: 0 at the start of a run.
+    /// It receives what the next part needs.
+    pub remainder: &'a mut [T],
+}
+
 /// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
@@ -52,27 +65,49 @@ impl<T: Scalar> Run<T> {
         stride: u64,
         show: Show<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
-        state.check(self.bound.dof())?;
-        let place = Place::of(state);
         match setting.into() {
             Setting::Step(grid) => {
-                let mut last = grid.steps;
-                let effort = self.bound.run(grid, place, stride, &mut |step, state| {
-                    let seen = show(step, state);
-                    if seen.is_break() {
-                        last = step;
-                    }
-                    seen
-                })?;
-                let h = grid.h.to_f64();
-                let statistics = Statistics { accepted: last, effort, ..Statistics::default() };
-                Ok(Statistics { least: h, largest: h, ..statistics })
+                let remainder = &mut vec![T::zero(); state.dof()];
+                self.run_part(Part { grid, first: 0, stride, remainder }, state, show)
             }
             Setting::Tolerance(tolerance, end) => {
-                self.bound.run_within(&tolerance, end, place, stride, show)
+                state.check(self.bound.dof())?;
+                let place = Place::of(state);
+                let found = self.bound.run_within(&tolerance, end, place, stride, show);
+                found.map_err(|error| self.named(error))
             }
         }
-        .map_err(|error| self.named(error))
+    }
+
+    /// Integrates `state` over a part of a run with a fixed step. Of parts of a multiple of
+    /// [`STEPS_OF_BLOCK`](afterbay_core::STEPS_OF_BLOCK) steps, w is that of one run.
+    ///
+    /// # Errors
+    /// Those of [`Run::run`], and [`InputError::Length`] if the remainder has another length than
+    /// the state.
+    pub fn run_part<V: Vector<Scalar = T>>(
+        &self,
+        part: Part<'_, T>,
+        state: &mut State<V>,
+        show: Show<'_, T>,
+    ) -> Result<Statistics, IntegrateError> {
+        let dof = self.bound.dof();
+        state.check(dof)?;
+        if part.remainder.len() != dof {
+            let (quantity, found) = (Quantity::Reservoir, part.remainder.len());
+            return Err(InputError::Length { quantity, expected: dof, found }.into());
+        }
+        let (mut last, h) = (part.grid.steps, part.grid.h.to_f64());
+        let outcome = self.bound.run(part, Place::of(state), &mut |step, state| {
+            let seen = show(step, state);
+            if seen.is_break() {
+                last = step;
+            }
+            seen
+        });
+        let effort = outcome.map_err(|error| self.named(error))?;
+        let statistics = Statistics { accepted: last, effort, ..Statistics::default() };
+        Ok(Statistics { least: h, largest: h, ..statistics })
     }
 
     /// Shows the states at the given times, for methods that choose their steps. See

@@ -50,6 +50,7 @@ pub(super) struct ErasedMethod<V: Vector> {
     /// It is copied and never takes a step.
     first: Box<dyn Stepper<V>>,
     memoryless: bool,
+    sums_reservoir: bool,
 }
 
 impl<V: Vector> ErasedMethod<V> {
@@ -64,9 +65,10 @@ impl<V: Vector> ErasedMethod<V> {
         M: Method<V, S> + Send + Sync + 'static,
         M::Workspace: Clone + Send + Sync + 'static,
     {
-        let (workspace, memoryless) = (method.workspace(&system)?, method.is_memoryless());
+        let workspace = method.workspace(&system)?;
+        let (memoryless, sums_reservoir) = (method.is_memoryless(), method.sums_reservoir());
         let first = Box::new(Stepping { method: Arc::new(method), system, workspace });
-        Ok(Self { first, memoryless })
+        Ok(Self { first, memoryless, sums_reservoir })
     }
 }
 
@@ -90,5 +92,9 @@ impl<V: Vector> Method<V, dyn Abilities<V::Scalar>> for ErasedMethod<V> {
 
     fn is_memoryless(&self) -> bool {
         self.memoryless
+    }
+
+    fn sums_reservoir(&self) -> bool {
+        self.sums_reservoir
     }
 }

@@ -1,0 +1,106 @@
+//! The reservoir of a run, which keeps what rounding would cut off its increments.
+//!
+//! An increment of w below half a rounding of w is lost, and those above it lose a part: near rest
+//! w stands still while H falls, and K drifts. A run therefore sums w over a block of steps from 0,
+//! and adds each sum s to the whole with the error of that sum as the start of the next block:
+//!
+//! ```text
+//! a = w + s        b = a - w        e = (w - (a - b)) + (s - b)        w ← a, s ← e        (2Sum)
+//! ```
+//!
+//! Source: D. E. Knuth, *The Art of Computer Programming*, volume 2, section 4.2.2, theorem B. Over
+//! any number of steps w is off by one rounding of itself, and by the roundings of the sums s.
+//! Blocks end at steps that do not depend on the observer, and so neither does w.
+
+use crate::error::StepFailure;
+use crate::numbers::{Mask, Scalar, Vector};
+use crate::quantity::Quantity;
+use crate::system::State;
+
+/// The steps of a block, and between two checks whether the state has come to rest. A choice: so
+/// many that both cost little beside the steps, and so few that s stays far below w.
+pub const STEPS_OF_BLOCK: u64 = 1024;
+
+/// The whole of w while a state holds the sum of its block; `None` if the state holds all of w.
+pub(super) struct Reservoir<V>(Option<Parts<V>>);
+
+struct Parts<V> {
+    whole: V,
+    /// Scratch space for whole + s.
+    shown: V,
+}
+
+impl<V: Vector> Parts<V> {
+    /// Computes whole + s.
+    ///
+    /// # Errors
+    /// [`StepFailure::NonFinite`] if it overflows.
+    #[inline(always)]
+    fn add(&mut self, state: &State<V>) -> Result<(), StepFailure> {
+        let shown = self.shown.as_mut_slice();
+        let sums = self.whole.as_slice().iter().zip(state.w.as_slice());
+        shown.iter_mut().zip(sums).for_each(|(shown, (&w, &s))| *shown = w + s);
+        if shown.iter().all(|x| x.is_finite().all()) {
+            return Ok(());
+        }
+        Err(StepFailure::non_finite(&[(Quantity::Reservoir, shown)]))
+    }
+}
+
+impl<V: Vector> Reservoir<V> {
+    /// If `in_parts`, takes w out of `state`, which receives the part that earlier blocks left.
+    #[inline(always)]
+    pub(super) fn begin(state: &mut State<V>, remainder: &V, in_parts: bool) -> Self {
+        Self(in_parts.then(|| {
+            let (whole, shown) = (state.w.clone(), state.w.clone());
+            state.w.as_mut_slice().copy_from_slice(remainder.as_slice());
+            Parts { whole, shown }
+        }))
+    }
+
+    /// Passes the state with all of w to `look`.
+    ///
+    /// # Errors
+    /// [`StepFailure::NonFinite`] if w overflows.
+    #[inline(always)]
+    pub(super) fn show<R>(
+        &mut self,
+        state: &mut State<V>,
+        look: impl FnOnce(&State<V>) -> R,
+    ) -> Result<R, StepFailure> {
+        let Some(parts) = &mut self.0 else { return Ok(look(state)) };
+        parts.add(state)?;
+        let Parts { shown, .. } = parts;
+        std::mem::swap(&mut state.w, shown);
+        let seen = look(state);
+        std::mem::swap(&mut state.w, shown);
+        Ok(seen)
+    }
+
+    /// Ends a block: adds its sum to the whole.
+    ///
+    /// # Errors
+    /// [`StepFailure::NonFinite`] if w overflows; nothing is added then.
+    #[inline(always)]
+    pub(super) fn end_block(&mut self, state: &mut State<V>) -> Result<(), StepFailure> {
+        let Some(parts) = &mut self.0 else { return Ok(()) };
+        parts.add(state)?;
+        let Parts { whole, shown } = parts;
+        let sums = whole.as_mut_slice().iter_mut().zip(state.w.as_mut_slice());
+        for ((w, s), &sum) in sums.zip(shown.as_slice()) {
+            let of_s = sum - *w;
+            *s = (*w - (sum - of_s)) + (*s - of_s);
+            *w = sum;
+        }
+        Ok(())
+    }
+
+    /// Puts the whole back into `state`, and what is left of it into `remainder`.
+    #[inline(always)]
+    pub(super) fn end(self, state: &mut State<V>, remainder: &mut V) {
+        if let Some(Parts { whole, .. }) = self.0 {
+            remainder.as_mut_slice().copy_from_slice(state.w.as_slice());
+            state.w = whole;
+        }
+    }
+}
