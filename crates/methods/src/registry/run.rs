@@ -2,8 +2,8 @@
 
 use super::erased::{Erased, Place};
 use afterbay_core::{
-    Effort, Grid, InputError, IntegrateError, Scalar, State, StateRef, Statistics, Tolerance,
-    Vector,
+    Effort, Grid, InputError, IntegrateError, Quantity, Scalar, State, StateRef, Statistics,
+    Tolerance, Vector,
 };
 use std::ops::ControlFlow;
 
