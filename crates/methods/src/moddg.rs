@@ -10,9 +10,9 @@
 //! size and any system if the *same* δ stands in all three equations ([`steps`] describes other
 //! choices): `H1 - H0 = p̄/m Δp + (ΔV/Δq) Δq = -δ D̄ p̄/m = -Δw`.
 //!
-//! **Solved** is one scalar equation for the mean momentum v = p̄, `v = p0 - δ(p)/2 (ΔV/Δq +
-//! D̄)(v)`, which is regular at turning points, where Δq = 0. [`ClosedForm`] evaluates the solution
-//! for linear systems. For all others a [`Solver`](afterbay_core::solver::Solver) computes it to
+//! **Solved** is one scalar equation for the mean momentum v = p̄, `v = p0 - δ(p)/2 (ΔV/Δq + D̄)(v)`,
+//! which is regular at turning points, where Δq = 0. [`ClosedForm`] evaluates the solution for
+//! linear systems. For all others a [`Solver`](afterbay_core::solver::Solver) computes it to
 //! rounding: [`Newton`], with continuation from h = 0, or simple iteration
 //! ([`FixedPoint`](afterbay_core::solver::FixedPoint)).
 //!
@@ -37,7 +37,6 @@ use afterbay_core::solver::Newton;
 use afterbay_core::{
     InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, validate,
 };
-use std::hint::cold_path;
 use steps::Plain;
 
 /// The modified discrete gradient with step sizes `D` ([`Plain`], [`steps::Raised`] or
@@ -84,11 +83,8 @@ fn commit<V: Vector>(
     p: V::Scalar,
     w: Option<V::Scalar>,
 ) -> Result<(), StepFailure> {
-    // One test of all numbers, since three branches show in so short a step.
-    let finite = q.is_finite().and(p.is_finite());
-    let finite = w.map_or(finite, |w| finite.and(w.is_finite()));
-    if !finite.all() {
-        cold_path();
+    let finite = |x: V::Scalar| x.is_finite().all();
+    if !(finite(q) && finite(p) && w.is_none_or(finite)) {
         let w = w.unwrap_or(V::Scalar::zero());
         return Err(StepFailure::non_finite(&[
             (Quantity::Coordinate, &[q]),

@@ -31,7 +31,7 @@ use crate::numbers::{Mask, Scalar};
 use branch::continue_from_start;
 use iteration::iterate_to_rounding;
 use std::hint::cold_path;
-use two_corrections::two_corrections;
+use two_corrections::{TwoCorrections, two_corrections};
 
 pub(super) use rounding::{MeasuredRounding, Point, measure_rounding};
 
@@ -121,12 +121,27 @@ impl Solver for Newton {
         if pair.done.all() {
             return Ok(pair.root());
         }
-        let outcome = iterate_to_rounding::<_, _, true>(T::one(), start, pair, &mut equation);
-        if outcome.stalled.any() {
-            return continue_from_start(dof, start, first.value, outcome, &mut equation);
-        }
-        Ok(Root { x: outcome.x, evaluations: outcome.evaluations })
+        solve_with_care(dof, start, first.value, pair, equation)
     }
+}
+
+/// Solves an equation for which two corrections were not enough in every lane, by iteration or by
+/// continuation. It takes the equation itself: an ordinary step would have to keep an equation in
+/// memory to which a reference is passed.
+#[cold]
+#[inline(never)]
+fn solve_with_care<T: Scalar>(
+    dof: usize,
+    start: T,
+    force: T,
+    pair: TwoCorrections<T>,
+    mut equation: impl Equation<T>,
+) -> Result<Root<T>, StepFailure> {
+    let outcome = iterate_to_rounding::<_, _, true>(T::one(), start, pair, &mut equation);
+    if outcome.stalled.any() {
+        return continue_from_start(dof, start, force, outcome, &mut equation);
+    }
+    Ok(Root { x: outcome.x, evaluations: outcome.evaluations })
 }
 
 /// The result of an iteration, lane by lane.
