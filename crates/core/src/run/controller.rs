@@ -164,7 +164,7 @@ impl Controller {
 fn ln(x: f64) -> f64 {
     let bits = x.to_bits();
     let exponent = (bits >> 52) as i64 - 1023;
-    let m = f64::from_bits(bits & 0x000F_FFFF_FFFF_FFFF | 1.0_f64.to_bits()) - 1.0;
+    let m = f64::from_bits((bits & 0x000F_FFFF_FFFF_FFFF) | 1.0_f64.to_bits()) - 1.0;
     std::f64::consts::LN_2.mul_add(exponent as f64, m * polynomial(LOG, m))
 }
 
