@@ -210,7 +210,10 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         self.length = h.to_f64().abs();
-        let allowed = self.budget.allowed_of_equal_steps(state, self.length);
+        let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
+        // Where forces cancel, the roundings of p are small beside those of its slopes.
+        let slope = V::Scalar::EPSILON * largest(&self.stages.start);
+        allowed[1] = allowed[1].max(B::ESTIMATE_ROUNDINGS * slope * self.length);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
         let error = self.error::<B>(allowed.map(f64::recip));

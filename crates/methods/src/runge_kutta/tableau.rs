@@ -13,10 +13,22 @@ pub(crate) trait Tableau {
     const WEIGHTS: Terms;
 }
 
+/// The sum of the absolute coefficients.
+const fn size(terms: Terms) -> f64 {
+    let (mut sum, mut i) = (0.0, 0);
+    while i < terms.len() {
+        sum += terms[i].1[0].abs();
+        i += 1;
+    }
+    sum
+}
+
 /// A method with one or two embedded methods of lower order, for its error estimate.
 pub(crate) trait Embedded: Tableau {
     /// b_i minus the weights of each embedded method, the more accurate one first.
     const DIFFERENCES: &'static [Terms];
+    /// The rounding error of the error estimate, in roundings of the slopes times h.
+    const ESTIMATE_ROUNDINGS: f64 = size(Self::DIFFERENCES[0]);
     /// The power of h with which the error estimate grows.
     const ERROR_ORDER: u32;
     /// The bound imposed on h |λ|, within the half disc |hλ| ≤ r, Re λ ≤ 0 of the stability region.

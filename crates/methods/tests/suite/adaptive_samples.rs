@@ -177,8 +177,10 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     let (counts, more) = ([12, 16, 20, 26, 32, 40, 50], [40, 50, 64, 80, 100, 125]);
     orders("chain", &AdaptiveDop853, &chain, &one, &counts, explicit);
     orders("pendulum", &AdaptiveDop853, &pendulum, &two, &more, explicit);
-    orders("chain", &AdaptiveVerner87, &chain, &one, &counts, explicit);
-    orders("pendulum", &AdaptiveVerner87, &pendulum, &two, &more, explicit);
-    orders("chain", &AdaptiveVerner98, &chain, &one, &counts, nine);
-    orders("pendulum", &AdaptiveVerner98, &pendulum, &two, &more, nine);
+    // The leading error terms of Verner's pairs are small, so that they dominate on short steps only.
+    let many = [80, 100, 125, 160, 200, 250];
+    orders("chain", &AdaptiveVerner87, &chain, &one, &many, explicit);
+    orders("pendulum", &AdaptiveVerner87, &pendulum, &two, &many, explicit);
+    orders("chain", &AdaptiveVerner98, &chain, &one, &many, nine);
+    orders("pendulum", &AdaptiveVerner98, &pendulum, &two, &many, nine);
 }
