@@ -118,11 +118,12 @@ fn five_stages_have_order_9() {
     check_orders::<_, 5>("pendulum", &pendulum, &pendulum.map(Series::constant), &[240, 320, 400]);
 }
 
+/// With more friction than above, so that the leading error term of w is not small beside the next.
+/// The double pendulum reaches the rounding of 31 digits before its errors are asymptotic.
 #[test]
 fn seven_stages_have_order_13() {
-    let (chain, pendulum) = (chain(), pendulum());
-    check_orders::<_, 7>("chain", &chain, &chain.map(Series::constant), &[32, 40, 50]);
-    check_orders::<_, 7>("pendulum", &pendulum, &pendulum.map(Series::constant), &[160, 200, 240]);
+    let chain = FputChain::new(2, 1.0, 1.0).unwrap().map(Quad::from_f64);
+    check_orders::<_, 7>("chain", &chain, &chain.map(Series::constant), &[20, 25, 32, 40]);
 }
 
 /// The energy that a decay of b h = 20 dissipates within one step, by w and by the weights alone. The
