@@ -45,7 +45,6 @@ mod lanes;
 mod linear_exact;
 mod linear_scenes;
 mod locally_exact;
-mod long_runs;
 mod many;
 mod masses;
 mod order_table;

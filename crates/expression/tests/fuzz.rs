@@ -1,0 +1,189 @@
+//! Any text is parsed or refused, without a panic, and what is parsed has the same value, derivative
+//! and divided difference in every way of computing them.
+//!
+//! `AFTERBAY_FUZZ_CASES=10000000 cargo test -p afterbay-expression --test fuzz` looks for hours. The
+//! texts of `corpus/expressions.txt` begin every search, unchanged and with changes.
+
+#![cfg(test)]
+
+use afterbay_core::{Quad, Scalar};
+use afterbay_expression::{Graph, Input, Kinds, Names, Point, Program, parse};
+use proptest::prelude::*;
+use proptest::sample::Index;
+
+const CORPUS: &str = include_str!("corpus/expressions.txt");
+
+/// What is inserted into texts.
+const TOKENS: [&str; 40] = [
+    "q1",
+    "q2",
+    "q[i]",
+    "p1",
+    "v1",
+    "k",
+    "n",
+    "i",
+    "pi",
+    "0",
+    "1",
+    "2",
+    "0.5",
+    "1e-300",
+    "1e308",
+    "nan",
+    "+",
+    "-",
+    "*",
+    "/",
+    "^",
+    "(",
+    ")",
+    ",",
+    "[",
+    "]",
+    "sin(",
+    "exp(",
+    "log(",
+    "sqrt(",
+    "abs(",
+    "min(",
+    "max(",
+    "mod(",
+    "tanh(",
+    "sum(i, 1, n, ",
+    "wrap(",
+    " ",
+    "\n",
+    "é",
+];
+
+/// The number of cases of a test: `usual`, unless the environment asks for another.
+fn cases(usual: u32) -> ProptestConfig {
+    let asked = std::env::var("AFTERBAY_FUZZ_CASES").ok().and_then(|cases| cases.parse().ok());
+    ProptestConfig { cases: asked.unwrap_or(usual), ..ProptestConfig::default() }
+}
+
+/// A text with the grammar of expressions.
+fn expression() -> impl Strategy<Value = String> {
+    let leaf = prop::sample::select(&["q1", "q2", "k", "pi", "0", "1", "2", "0.3", "3", "n"][..]);
+    leaf.prop_map(str::to_owned).prop_recursive(5, 24, 3, |part| {
+        let function = prop::sample::select(
+            &["sin", "cos", "tanh", "exp", "log", "sqrt", "abs", "atan", "sinh", "cosh"][..],
+        );
+        let operator = prop::sample::select(&["+", "-", "*", "/"][..]);
+        prop_oneof![
+            (part.clone(), operator, part.clone()).prop_map(|(a, op, b)| format!("({a}){op}({b})")),
+            (function, part.clone()).prop_map(|(f, a)| format!("{f}({a})")),
+            (part.clone(), 0..5_u32).prop_map(|(a, n)| format!("({a})^{n}")),
+            (part.clone(), part.clone()).prop_map(|(a, b)| format!("max({a}, {b})")),
+            part.prop_map(|a| format!("-({a})")),
+        ]
+    })
+}
+
+/// A text of the corpus or the grammar, with some tokens inserted and some characters taken out.
+fn changed() -> impl Strategy<Value = String> {
+    let lines: Vec<&str> = CORPUS.lines().collect();
+    let good = prop_oneof![prop::sample::select(lines).prop_map(str::to_owned), expression()];
+    let change = (any::<Index>(), prop::option::of(prop::sample::select(&TOKENS[..])));
+    (good, prop::collection::vec(change, 0..5)).prop_map(|(good, changes)| {
+        let mut text: Vec<char> = good.chars().collect();
+        for (at, token) in changes {
+            let at = at.index(text.len() + 1);
+            match token {
+                Some(token) => drop(text.splice(at..at, token.chars())),
+                None if at < text.len() => drop(text.remove(at)),
+                None => {}
+            }
+        }
+        text.into_iter().collect()
+    })
+}
+
+/// The parameter k, an edge of q1 from `a` to `b`, and q2.
+type Place = (f64, f64, f64, f64);
+
+fn place() -> impl Strategy<Value = Place> {
+    let number = prop_oneof![-3.0..3.0, prop::sample::select(&[0.0, 1.0, -1.0, 1e-9][..])];
+    (number.clone(), number.clone(), number.clone(), number)
+}
+
+/// The values at both ends and the divided difference of an expression in 106 bits; none if the text
+/// is refused, or needs more than coordinates. It is evaluated in `f64` as well, with its derivative.
+fn values(text: &str, (k, a, b, q2): Place) -> Result<Option<[Quad; 3]>, TestCaseError> {
+    let mut graph = Graph::default();
+    let parameters = ["k".to_owned()];
+    let names = Names { dof: Some(2), count: Some(2), ..Names::of(&parameters) };
+    let node = match parse(&mut graph, &names, text) {
+        Ok(parsed) => parsed.node,
+        Err(error) => {
+            prop_assert!(text.get(error.span.clone()).is_some(), "{}: {:?}", text, error.span);
+            prop_assert!(!error.problem.to_string().is_empty());
+            return Ok(None);
+        }
+    };
+    if graph.depends(node, Kinds::MOMENTA) || graph.depends(node, Kinds::VELOCITIES) {
+        return Ok(None);
+    }
+    let slope = graph.gradient(node, Kinds::COORDINATES, &[Input::Coordinate(0)])[0];
+    let mean = graph.divided_difference(node, Input::Coordinate(0));
+    let Ok(program) = Program::new(&graph, &[node, mean, slope]) else { return Ok(None) };
+    let frame = program.frame(&graph, &[k]);
+    let [..] =
+        program.results::<f64, 3>(&frame, &Point { end: b, ..Point::new(&[a, q2], &[], &[]) });
+    let [k, a, b, q2] = [k, a, b, q2].map(Quad::from_f64);
+    let frame = program.frame(&graph, &[k]);
+    let at = |from: Quad| -> [Quad; 3] {
+        program.results(&frame, &Point { end: b, ..Point::new(&[from, q2], &[], &[]) })
+    };
+    let ([at_a, mean, _], [at_b, ..]) = (at(a), at(b));
+    Ok(Some([at_a, at_b, mean]))
+}
+
+/// The largest number that the checks of values take.
+const LARGEST: f64 = 1e6;
+
+/// Checks that the divided difference times the edge is the difference of the values, in 106 bits,
+/// where no number is large. Intermediate numbers may be, and 106 bits leave twenty digits for them.
+fn check(text: &str, place: Place) -> Result<(), TestCaseError> {
+    let Some([at_a, at_b, mean]) = values(text, place)? else { return Ok(()) };
+    let (_, a, b, _) = place;
+    let sizes = [at_a, at_b, mean].map(|x| x.to_f64().abs());
+    if sizes.iter().all(|&size| size < LARGEST) {
+        let width = Quad::from_f64(b) - Quad::from_f64(a);
+        let off = (mean * width - (at_b - at_a)).to_f64().abs();
+        prop_assert!(off <= 1e-12, "{} at {:?}: {:e}", text, place, off);
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(cases(3000))]
+
+    #[test]
+    fn any_text_is_parsed_or_refused(
+        tokens in prop::collection::vec(prop::sample::select(&TOKENS[..]), 0..40),
+        place in place(),
+    ) {
+        values(&tokens.concat(), place)?;
+    }
+
+    #[test]
+    fn a_changed_text_is_parsed_or_refused(text in changed(), place in place()) {
+        values(&text, place)?;
+    }
+
+    #[test]
+    fn divided_differences_are_differences(text in expression(), place in place()) {
+        check(&text, place)?;
+    }
+}
+
+#[test]
+fn the_corpus_is_parsed_or_refused() {
+    for text in CORPUS.lines() {
+        for place in [(0.7, 0.3, -1.2, 0.5), (0.0, 0.0, 0.0, 0.0), (2.0, 1.0, 1.0, 1.0)] {
+            assert!(check(text, place).is_ok(), "{text}: {:?}", check(text, place));
+        }
+    }
+}
