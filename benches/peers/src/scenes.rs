@@ -82,7 +82,7 @@ pub fn all() -> [Scene; 7] {
             100.0,
             12,
         ),
-        scene("B", "Duffing, V = -q²/2 + q⁴/4, D = 0.1 p", duffing, vec![1.5], vec![0.5], 50.0, 16),
+        scene("B", "Duffing, two wells, c = 0.1", duffing, vec![1.5], vec![0.5], 50.0, 16),
         scene("C1", "Van der Pol, μ = 1", pol(1.0), vec![2.0], vec![0.0], 50.0, 24),
         scene("C2", "Van der Pol, μ = 1000", pol(1000.0), vec![2.0], vec![0.0], 2000.0, 10_000),
         chain("D64", "FPUT-β chain, N = 64, β = 1, c = 0.01", 64),
