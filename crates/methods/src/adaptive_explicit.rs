@@ -31,6 +31,9 @@ const REFUSED: f64 = 2.0;
 /// A failed projection is attributed to rounding if the error is below this share of the allowed
 /// error,
 const DOUBT: f64 = 0.01;
+/// The rounding error of a slope, in roundings of ∂H/∂q: those of the point of its stage included. A
+/// choice, with which runs at the reach of the scalar are not held back by the estimate.
+const STAGES_ROUNDINGS: f64 = 8.0;
 /// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
 const NOISE_ROUNDINGS: f64 = 64.0;
 /// |λ| is evaluated anew if the bound of h |λ| is less than this factor away,
@@ -213,7 +216,7 @@ impl<V: Vector> Workspace<V> {
         let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
         // Where forces cancel, the roundings of p are small beside those of its slopes.
         let slope = V::Scalar::EPSILON * largest(&self.stages.start);
-        allowed[1] = allowed[1].max(B::ESTIMATE_ROUNDINGS * slope * self.length);
+        allowed[1] = allowed[1].max(STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
         let error = self.error::<B>(allowed.map(f64::recip));
