@@ -75,11 +75,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let Self { tables, trial, gain, .. } = self;
         let (h, gain) = (self.h, gain.as_mut_slice());
         let n = V::LEN.unwrap_or(gain.len());
-        for d in 0..n {
+        for (d, gain) in gain[..n].iter_mut().enumerate() {
             let terms = tables.weights.iter().zip(&trial.loss);
             let sum =
                 terms.fold(V::Scalar::zero(), |sum, (&b, loss)| b.mul_add(loss.as_slice()[d], sum));
-            gain[d] = h * sum;
+            *gain = h * sum;
         }
     }
 
@@ -100,8 +100,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         }
         let ratio = of_energy.to_f64() / of_reservoirs.to_f64();
         let share = 1.0 / ratio.mul_add(ratio, 1.0);
-        // NaN and 0 are shares of nothing.
-        if !(share > 0.0) {
+        // There is nothing to share if no error of w is estimated.
+        if share.is_nan() || share == 0.0 {
             return;
         }
         let share = if share > ALL { 1.0 } else { share };

@@ -16,7 +16,7 @@ use std::array::from_fn;
 #[derive(Clone, Debug)]
 pub(super) enum Equations<const S: usize> {
     /// One degree of freedom.
-    Plane(InPlane<S>),
+    Plane(Box<InPlane<S>>),
     /// Several degrees of freedom.
     Space(Box<InSpace<S>>),
 }
@@ -60,12 +60,12 @@ impl<const S: usize> Equations<S> {
         F: Curvature<V::Scalar> + ?Sized,
     {
         if V::LEN == Some(1) {
-            return Ok(Self::Plane(InPlane {
+            return Ok(Self::Plane(Box::new(InPlane {
                 plane: Plane::default(),
                 real: [0.0; 4],
                 pairs: [[c64::ZERO; 4]; 3],
                 solution: [[0.0; S]; 2],
-            }));
+            })));
         }
         let n = system.dof();
         let space = PhaseSpace::new(system, "adaptive-radau")?;

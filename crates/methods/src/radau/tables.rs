@@ -156,8 +156,8 @@ impl<T: Scalar, const S: usize> Tables<T, S> {
     /// times `offset + ratio c_i`, in multiples of the step. By columns.
     pub(super) fn continuation(&self, offset: T, ratio: T) -> [[T; S]; S] {
         let mut columns = [[T::zero(); S]; S];
-        for i in 0..S {
-            let at = ratio.mul_add(self.nodes[i], offset);
+        for (i, &node) in self.nodes.iter().enumerate() {
+            let at = ratio.mul_add(node, offset);
             // The products of (at - c_k) before and behind each node.
             let mut behind = [T::one(); S];
             for k in (1..S).rev() {
@@ -225,7 +225,7 @@ fn nodes<const S: usize>() -> [Quad; S] {
         let mut x = (at(k) + at(k + 1)).half();
         for _ in 0..CORRECTIONS {
             let [value, slope] = both(x);
-            x = x - value / slope;
+            x -= value / slope;
         }
         *node = (x + Quad::ONE).half();
     }
