@@ -9,6 +9,7 @@
 //! uses them.
 
 use crate::experiment::{Ledger, Task, under_way};
+use crate::record::{remove_abandoned, temporary};
 use crate::scene::Scene;
 use crate::study::cell::Cell;
 use base64::Engine;
@@ -394,7 +395,8 @@ fn keep_scene(parts: &Path, scene: &Scene) -> Result<(), JournalError> {
         return Ok(());
     }
     let text = scene.text().map_err(JournalError::unwritten)?;
-    let mut file = tempfile::NamedTempFile::new_in(parts).map_err(JournalError::file(&path))?;
+    remove_abandoned(parts);
+    let mut file = temporary(parts).map_err(JournalError::file(&path))?;
     file.write_all(text.as_bytes()).map_err(JournalError::file(&path))?;
     file.persist(&path).map_err(|error| JournalError::File { path, source: error.error })?;
     Ok(())
@@ -553,7 +555,30 @@ mod tests {
         prop::collection::vec(cell, 0..6)
     }
 
+    /// The number of cases of a test: 256, unless the environment asks for another.
+    fn cases_asked() -> ProptestConfig {
+        let asked = std::env::var("AFTERBAY_FUZZ_CASES").ok().and_then(|cases| cases.parse().ok());
+        ProptestConfig { cases: asked.unwrap_or(256), ..ProptestConfig::default() }
+    }
+
+    #[test]
+    fn the_corpus_is_read_or_refused() {
+        let corpus = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/journals");
+        let mut count = 0;
+        for file in std::fs::read_dir(corpus).expect("the corpus") {
+            let path = file.expect("a file").path();
+            // None has a line with a right checksum.
+            if let Ok(content) = Content::read(&path) {
+                assert!(content.cells.is_empty(), "{}", path.display());
+            }
+            count += 1;
+        }
+        assert!(count > 5, "{count}");
+    }
+
     proptest! {
+        #![proptest_config(cases_asked())]
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             if let Ok(content) = read(&bytes) {

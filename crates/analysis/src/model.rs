@@ -262,7 +262,7 @@ impl Model {
         registry::bind(row, self.system::<T>()?)
     }
 
-    /// Binds coordinate increments to the system in `f64` or lanes of it, with compensated
+    /// Binds modDG or coordinate increments to the system in `f64` or lanes of it, with compensated
     /// roundings ([`registry::compensated`]).
     ///
     /// # Errors

@@ -9,6 +9,8 @@ pub trait Progress: Sync {
     /// This share of a piece more is done. What is less than 0 is taken back, before the piece is
     /// counted as a whole.
     fn part(&self, _share: f64) {}
+    /// This share of the cost of the stage more is done; what is less than 0 is taken back.
+    fn work(&self, _share: f64) {}
     /// This share of the reference that the pieces of a stage need is done.
     fn reference(&self, _share: f64) {}
     /// Whether the user asked to stop. Runs that have not begun are skipped, and runs under way end
@@ -24,6 +26,48 @@ pub struct Silent;
 impl Progress for Silent {
     fn begin(&self, _stage: &str, _total: usize) {}
     fn advance(&self) {}
+}
+
+/// The progress of one cell of a stage: tells beside its pieces what they cost.
+pub(crate) struct Weighted<'a> {
+    progress: &'a dyn Progress,
+    /// The share of a piece in the cost of the stage.
+    weight: f64,
+}
+
+impl<'a> Weighted<'a> {
+    /// A cell of so many pieces that takes this share of the cost of the stage.
+    pub(crate) fn new(progress: &'a dyn Progress, share: f64, pieces: usize) -> Self {
+        Self { progress, weight: share / pieces.max(1) as f64 }
+    }
+}
+
+impl Progress for Weighted<'_> {
+    fn begin(&self, stage: &str, total: usize) {
+        self.progress.begin(stage, total);
+    }
+
+    fn advance(&self) {
+        self.progress.advance();
+        self.progress.work(self.weight);
+    }
+
+    fn part(&self, share: f64) {
+        self.progress.part(share);
+        self.progress.work(share * self.weight);
+    }
+
+    fn work(&self, share: f64) {
+        self.progress.work(share);
+    }
+
+    fn reference(&self, share: f64) {
+        self.progress.reference(share);
+    }
+
+    fn stopped(&self) -> bool {
+        self.progress.stopped()
+    }
 }
 
 /// The least share of a piece that is told.
@@ -77,6 +121,29 @@ mod tests {
         fn part(&self, share: f64) {
             self.0.lock().expect("a list").push(share);
         }
+    }
+
+    #[test]
+    fn a_cell_tells_what_its_pieces_cost() {
+        struct Work(Mutex<f64>);
+        impl Progress for Work {
+            fn begin(&self, _stage: &str, _total: usize) {}
+            fn advance(&self) {}
+            fn work(&self, share: f64) {
+                *self.0.lock().expect("a sum") += share;
+            }
+        }
+        let work = Work(Mutex::new(0.0));
+        let done = || *work.0.lock().expect("a sum");
+        let cell = Weighted::new(&work, 0.5, 2);
+        let mut piece = Piece::new(&cell);
+        piece.reach(50, 100);
+        assert_eq!(done(), 0.125);
+        drop(piece);
+        cell.advance();
+        assert_eq!(done(), 0.25);
+        cell.advance();
+        assert_eq!(done(), 0.5);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use thiserror::Error;
 
 /// A file of the output, named relative to its folder.
@@ -174,7 +175,8 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
     for below in ["", "data", "figures"] {
         let path = folder.join(below);
         if below.is_empty() || path.symlink_metadata().is_ok() {
-            tempfile::NamedTempFile::new_in(&path).map(drop).map_err(failed(&path))?;
+            temporary(&path).map(drop).map_err(failed(&path))?;
+            remove_abandoned(&path);
         }
     }
     for name in ["run.json", "report.html"] {
@@ -250,10 +252,36 @@ impl Output {
     }
 }
 
+/// How the names of files begin that are not complete.
+const TEMPORARY: &str = ".afterbay-";
+/// The age from which such a file belongs to a command that was killed. A command has each of them for
+/// as long as it writes one file.
+const ABANDONED: Duration = Duration::from_secs(600);
+
+/// A file that gets its name when it is complete.
+pub(crate) fn temporary(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder)
+}
+
+/// Removes the temporary files of commands that were killed, as far as that is possible.
+pub(crate) fn remove_abandoned(folder: &Path) {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let ours = name.to_str().is_some_and(|name| name.starts_with(TEMPORARY));
+        let time = entry.metadata().and_then(|about| about.modified()).ok();
+        let age = time.and_then(|time| time.elapsed().ok()).unwrap_or_default();
+        if ours && age > ABANDONED {
+            // A file that stays does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
 fn write_whole(path: &Path, contents: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    let mut file = temporary(folder)?;
     file.write_all(contents)?;
     // Temporary files are private by default, but others must be able to read the results.
     #[cfg(unix)]
@@ -338,5 +366,25 @@ mod tests {
             std::fs::create_dir_all(&path).unwrap();
             assert_eq!(refused(path.parent().unwrap()), path);
         }
+    }
+
+    #[test]
+    fn the_temporary_files_of_killed_commands_are_removed() {
+        let root = tempfile::tempdir().unwrap();
+        let data = root.path().join("data");
+        std::fs::create_dir(&data).unwrap();
+        let old = std::time::SystemTime::now() - 2 * ABANDONED;
+        let file = |name: &str, time| {
+            let file = std::fs::File::create(data.join(name)).unwrap();
+            file.set_modified(time).unwrap();
+        };
+        file(".afterbay-abandoned", old);
+        file(".afterbay-of-another-command", std::time::SystemTime::now());
+        file("energy.csv", old);
+        prepare(root.path()).unwrap();
+        let left = std::fs::read_dir(&data).unwrap().map(|entry| entry.unwrap().file_name());
+        let mut left: Vec<_> = left.collect();
+        left.sort();
+        assert_eq!(left, [".afterbay-of-another-command", "energy.csv"]);
     }
 }

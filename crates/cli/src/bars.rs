@@ -1,5 +1,5 @@
 //! Progress bars on stderr, shown only if it is a terminal. A bar appears with its stage, and says
-//! how much time is left as soon as a part of the stage is done.
+//! how much time is left, by the planned cost of its pieces, as soon as a part of the stage is done.
 
 use crate::interrupt;
 use afterbay_analysis::progress::Progress;
@@ -28,13 +28,22 @@ struct Stage {
     name: String,
     /// The percentage of a reference that the bar tells of; 0 if it tells of none.
     reference: Arc<AtomicU64>,
+    /// The share of the cost of the stage that is done.
+    work: Arc<Mutex<f64>>,
 }
 
 impl Bars {
     /// Starts without a bar.
     pub(crate) fn new() -> Self {
         let (bar, name) = (ProgressBar::hidden(), String::new());
-        Self { current: Mutex::new(Stage { bar, name, reference: Arc::default() }) }
+        Self {
+            current: Mutex::new(Stage {
+                bar,
+                name,
+                reference: Arc::default(),
+                work: Arc::default(),
+            }),
+        }
     }
 
     fn current(&self) -> MutexGuard<'_, Stage> {
@@ -82,13 +91,16 @@ fn left(elapsed: Duration, share: f64) -> String {
 impl Progress for Bars {
     fn begin(&self, stage: &str, total: usize) {
         let bar = ProgressBar::new(PARTS * total as u64).with_message(stage.to_owned());
-        let reference = Arc::<AtomicU64>::default();
+        let (reference, work) = (Arc::<AtomicU64>::default(), Arc::<Mutex<f64>>::default());
         // The template is a constant. If it were not valid, the plain bar would do.
         if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
-            let percent = Arc::clone(&reference);
+            let (percent, work) = (Arc::clone(&reference), Arc::clone(&work));
             let left = move |state: &ProgressState, text: &mut dyn Write| {
                 let pieces = state.pos() as f64 / state.len().unwrap_or(0).max(1) as f64;
+                let cost = *work.lock().unwrap_or_else(PoisonError::into_inner);
                 let share = match percent.load(Ordering::Relaxed) {
+                    // Not every stage tells the cost of its pieces.
+                    0 if cost > 0.0 => cost,
                     0 => pieces,
                     percent => percent as f64 / 100.0,
                 };
@@ -101,7 +113,7 @@ impl Progress for Bars {
         if !bar.is_hidden() {
             bar.enable_steady_tick(TICK);
         }
-        *current = Stage { bar, name: stage.to_owned(), reference };
+        *current = Stage { bar, name: stage.to_owned(), reference, work };
     }
 
     fn advance(&self) {
@@ -115,6 +127,10 @@ impl Progress for Bars {
         current.pieces();
         let parts = (PARTS as f64 * share.abs()).round() as u64;
         if share > 0.0 { current.bar.inc(parts) } else { current.bar.dec(parts) }
+    }
+
+    fn work(&self, share: f64) {
+        *self.current().work.lock().unwrap_or_else(PoisonError::into_inner) += share;
     }
 
     fn reference(&self, share: f64) {
@@ -164,7 +180,10 @@ mod tests {
         assert_eq!(position(), 1000);
         bars.part(0.5);
         assert_eq!(position(), 1500);
+        bars.work(0.25);
+        let work = || *bars.current().work.lock().expect("a share");
+        assert_eq!(work(), 0.25);
         bars.begin("charts", 1);
-        assert_eq!(position(), 0);
+        assert_eq!((position(), work()), (0, 0.0));
     }
 }

@@ -48,7 +48,9 @@ fn paper_writes_everything_and_says_what_holds() {
     assert_eq!(&orders.headers().expect("a header")[0], "method");
     let leftovers: Vec<_> =
         std::fs::read_dir(out.join("data")).expect("a folder").flatten().collect();
-    assert!(leftovers.iter().all(|file| !file.file_name().to_string_lossy().starts_with(".tmp")));
+    assert!(
+        leftovers.iter().all(|file| !file.file_name().to_string_lossy().starts_with(".afterbay-"))
+    );
 }
 
 #[test]

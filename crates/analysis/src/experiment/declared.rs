@@ -4,7 +4,7 @@
 use super::is_of_reference;
 use super::ledger::{Ledger, checkpoint};
 use crate::journal::JournalError;
-use crate::progress::Progress;
+use crate::progress::{Progress, Weighted};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::cell::{Cell, Leg, Study, map_cells};
 use serde::de::DeserializeOwned;
@@ -205,14 +205,16 @@ pub(super) fn results(
     let wanted: Vec<usize> = (0..cells.len()).filter(missing).collect();
     if !wanted.is_empty() {
         let pieces = wanted.iter().map(|&index| cells[index].pieces).sum();
+        let cost: f64 = wanted.iter().map(|&index| cells[index].cost).sum();
         progress.begin(study.title(), pieces);
         study.prepare(progress)?;
         let compute = |index: usize| {
-            let clock = Instant::now();
-            let part = study.compute(index, (&cells[index].key, ledger), progress)?;
+            let (clock, cell) = (Instant::now(), &cells[index]);
+            let weighted = Weighted::new(progress, cell.cost / cost, cell.pieces);
+            let part = study.compute(index, (&cell.key, ledger), &weighted)?;
             // What an interrupted run gives is not the result of the cell.
             if !progress.stopped() {
-                ledger.keep(&cells[index].key, &part, clock.elapsed())?;
+                ledger.keep(&cell.key, &part, clock.elapsed())?;
             }
             Ok::<_, ReportError>(part)
         };

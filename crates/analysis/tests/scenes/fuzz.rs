@@ -1,6 +1,11 @@
-//! Any bytes are read or refused within a second, without a panic. Nothing is run.
+//! Any bytes are read or refused within a second, without a panic, and what is read is planned.
+//! Nothing is run.
+//!
+//! `AFTERBAY_FUZZ_CASES=10000000 cargo test -p afterbay-analysis --test scenes fuzz` looks for hours. The
+//! scenes of `corpus/scenes` and the valid ones begin every search, unchanged and with changes.
 
 use crate::{SOON, bad, soon};
+use afterbay_analysis::experiment::{Task, plan};
 use afterbay_analysis::scene::{MOST_BYTES, Scene, text};
 use proptest::prelude::*;
 
@@ -94,7 +99,16 @@ fn apply(bytes: &mut Vec<u8>, change: &Change) {
 
 /// Reads the bytes. An error must refer to a place within the text.
 fn read(bytes: &[u8]) -> Result<(), TestCaseError> {
-    let (took, error) = soon(|| text(bytes).and_then(Scene::read).err());
+    let (took, error) = soon(|| {
+        let scene = text(bytes).and_then(Scene::read);
+        if let Ok(scene) = &scene {
+            for task in [Task::Run, Task::Study] {
+                // A refusal is as good as a plan.
+                let _ = plan(task, scene);
+            }
+        }
+        scene.err()
+    });
     if let (Some(error), Ok(text)) = (error, text(bytes)) {
         let place = text.get(error.span.clone());
         prop_assert!(place.is_some(), "{error} at {:?} of {} bytes", error.span, text.len());
@@ -104,8 +118,31 @@ fn read(bytes: &[u8]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// The number of cases of a test: `usual`, unless the environment asks for another.
+fn cases(usual: u32) -> ProptestConfig {
+    let asked = std::env::var("AFTERBAY_FUZZ_CASES").ok().and_then(|cases| cases.parse().ok());
+    ProptestConfig { cases: asked.unwrap_or(usual), ..ProptestConfig::default() }
+}
+
+/// Valid scenes, and those of the corpus.
+fn corpus() -> Vec<Vec<u8>> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/scenes");
+    let files = std::fs::read_dir(folder).expect("the corpus");
+    let mut paths: Vec<_> = files.map(|file| file.expect("a file").path()).collect();
+    paths.sort();
+    let kept = paths.iter().map(|path| std::fs::read(path).expect("a scene"));
+    bad::GOOD.iter().map(|good| good.as_bytes().to_vec()).chain(kept).collect()
+}
+
+#[test]
+fn the_corpus_is_read_or_refused() {
+    for bytes in corpus() {
+        assert!(read(&bytes).is_ok(), "{}: {:?}", String::from_utf8_lossy(&bytes), read(&bytes));
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(cases(2000))]
 
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
@@ -120,11 +157,11 @@ proptest! {
     }
 
     #[test]
-    fn a_good_scene_with_changes_is_read_or_refused(
-        good in 0..bad::GOOD.len(),
-        changes in prop::collection::vec(change(), 1..6),
+    fn a_scene_with_changes_is_read_or_refused(
+        good in prop::sample::select(corpus()),
+        changes in prop::collection::vec(change(), 0..6),
     ) {
-        let mut bytes = bad::GOOD[good].as_bytes().to_vec();
+        let mut bytes = good;
         changes.iter().for_each(|change| apply(&mut bytes, change));
         read(&bytes)?;
     }

@@ -1,0 +1,303 @@
+//! The runs of a cell of a long-run study, side by side or alone, in legs.
+
+use super::{SAMPLES, Setup};
+use crate::progress::{Piece, Progress};
+use crate::study::Problem;
+use crate::study::outcome::Ending;
+use afterbay_core::{
+    Grid, IntegrateError, Lanewise, Quad, RunError, STEPS_OF_BLOCK, Scalar, State, StateRef,
+    System, f64x4, f64x8,
+};
+use afterbay_methods::registry::{Part, Run};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// Sums over the deviations in a window.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Window {
+    pub(super) count: u64,
+    pub(super) sum: f64,
+    pub(super) squares: f64,
+}
+
+impl Window {
+    pub(super) fn see(&mut self, deviation: f64) {
+        self.count += 1;
+        self.sum += deviation;
+        self.squares += deviation * deviation;
+    }
+
+    pub(super) fn and(self, other: &Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            sum: self.sum + other.sum,
+            squares: self.squares + other.squares,
+        }
+    }
+}
+
+/// The number of runs side by side.
+pub(super) const WIDTH: usize = f64x8::LANES;
+/// The steps of a leg, times degrees of freedom. A choice: a leg takes some seconds at most. Each
+/// begins with a fresh workspace, whether runs go side by side or alone.
+const LEG: u64 = 1 << 21;
+
+/// The runs of a cell so far.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Followed {
+    /// The steps done.
+    pub(super) done: u64,
+    /// Whether each run goes on alone, since one of them failed.
+    alone: bool,
+    pub(super) runs: Vec<FollowedRun>,
+}
+
+/// One run so far.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct FollowedRun {
+    /// The windows that are completed.
+    pub(super) windows: Vec<Window>,
+    /// The window under way.
+    under_way: Window,
+    pub(super) ending: Ending,
+    /// q, p, w and the part of w below its rounding; none once the run has failed.
+    state: Option<[Vec<f64>; 4]>,
+}
+
+impl FollowedRun {
+    fn new(start: &Problem) -> Result<Self, IntegrateError> {
+        let State { q, p, w, .. } = start.start()?;
+        let remainder = vec![0.0; w.len()];
+        let (windows, under_way) = (Vec::new(), Window::default());
+        let state = Some([q, p, w, remainder]);
+        Ok(Self { windows, under_way, ending: Ending::interrupted(), state })
+    }
+}
+
+/// A leg: a part of one window.
+#[derive(Clone, Copy)]
+struct Span {
+    begin: u64,
+    end: u64,
+    /// Whether the window ends with the leg, and the run with the window.
+    completes: [bool; 2],
+    /// The first step of the window.
+    window: u64,
+    /// Every so many states of the window are sampled.
+    stride: u64,
+    h: f64,
+}
+
+impl Followed {
+    /// Before the first leg.
+    pub(super) fn new(starts: &[Problem]) -> Result<Self, IntegrateError> {
+        let runs = starts.iter().map(FollowedRun::new).collect::<Result<_, _>>()?;
+        Ok(Self { done: 0, alone: false, runs })
+    }
+
+    /// Computes the next leg, side by side where there are at least two runs and none fails.
+    pub(super) fn advance(
+        &mut self,
+        starts: &[Problem],
+        setup: &Setup,
+        ends: &[u64],
+        progress: &dyn Progress,
+    ) -> Result<(), IntegrateError> {
+        let Some(at) = ends.iter().position(|&end| self.done < end) else { return Ok(()) };
+        let (window, end) = (if at == 0 { 0 } else { ends[at - 1] }, ends[at]);
+        let dof = starts.first().map_or(1, |start| start.model.dof());
+        let steps = (LEG / dof as u64 / STEPS_OF_BLOCK).max(1) * STEPS_OF_BLOCK;
+        let to = end.min(self.done.saturating_add(steps));
+        let completes = [to == end, to == end && at + 1 == ends.len()];
+        let stride = (end - window).div_ceil(SAMPLES);
+        let span = Span { begin: self.done, end: to, completes, window, stride, h: setup.h };
+        let mut piece = Piece::several(progress, starts.len());
+        let last = ends.last().copied().unwrap_or(0);
+        let mut reach = |step: u64| piece.reach(step, last);
+        let together = !self.alone && self.together(starts, setup, span, &mut reach, progress)?;
+        if !together {
+            self.alone = true;
+            for (run, start) in self.runs.iter_mut().zip(starts) {
+                run.advance(start, setup, span, &mut reach, progress)?;
+            }
+        }
+        if !progress.stopped() {
+            self.done = to;
+        }
+        Ok(())
+    }
+
+    /// Computes a leg of all runs in lanes. Returns whether that was done: not for a single run, for a
+    /// method without lanes, or where a step fails, since the lane that failed is not known.
+    fn together(
+        &mut self,
+        starts: &[Problem],
+        setup: &Setup,
+        span: Span,
+        reach: &mut dyn FnMut(u64),
+        progress: &dyn Progress,
+    ) -> Result<bool, IntegrateError> {
+        match starts.len() {
+            1 => Ok(false),
+            2..=4 if setup.compensated => {
+                let method = starts[0].model.bind_compensated::<f64x4>(setup.row)?;
+                self.beside(&method, starts, span, reach, progress)
+            }
+            _ => match lanes(&starts[0], setup)? {
+                Some(method) => self.beside(&method, starts, span, reach, progress),
+                None => Ok(false),
+            },
+        }
+    }
+
+    fn beside<T: Lanewise>(
+        &mut self,
+        method: &Run<T>,
+        starts: &[Problem],
+        span: Span,
+        reach: &mut dyn FnMut(u64),
+        progress: &dyn Progress,
+    ) -> Result<bool, IntegrateError> {
+        let states: Option<Vec<_>> = self.runs.iter().map(|run| run.state.as_ref()).collect();
+        let Some(states) = states else { return Ok(false) };
+        let exact = starts[0].model.system::<Quad>()?;
+        // Lanes without a run repeat the last one.
+        let lane = |k: usize| states[k.min(states.len() - 1)];
+        let pack = |part: usize| -> Vec<T> {
+            let entries = 0..states[0][part].len();
+            entries.map(|j| T::from_lanes(|k| lane(k)[part][j])).collect()
+        };
+        let [q, p, w, mut remainder] = [0, 1, 2, 3].map(pack);
+        let mut state = State { q, p, w, t: T::from_f64(span.begin as f64 * span.h) };
+        let initial = initial(starts, &*exact)?;
+        let mut windows: Vec<Window> = self.runs.iter().map(|run| run.under_way).collect();
+        let mut see = |state: StateRef<'_, T>| {
+            for (k, (window, &initial)) in windows.iter_mut().zip(&initial).enumerate() {
+                window.see(deviation(total(&*exact, state, |x: T| x.lane(k)), initial));
+            }
+        };
+        let result = leg(method, span, (&mut state, &mut remainder), reach, progress, &mut see);
+        if progress.stopped() || result.is_err() {
+            return Ok(progress.stopped());
+        }
+        let parts = [&state.q, &state.p, &state.w, &remainder];
+        for (k, (run, window)) in self.runs.iter_mut().zip(windows).enumerate() {
+            let state = parts.map(|part| part.iter().map(|x| x.lane(k)).collect());
+            run.complete(span, window, Some(state), Ending::of(&result, 1, 1));
+        }
+        Ok(true)
+    }
+}
+
+impl FollowedRun {
+    /// Computes a leg.
+    fn advance(
+        &mut self,
+        start: &Problem,
+        setup: &Setup,
+        span: Span,
+        reach: &mut dyn FnMut(u64),
+        progress: &dyn Progress,
+    ) -> Result<(), IntegrateError> {
+        let Some([q, p, w, mut remainder]) = self.state.clone() else { return Ok(()) };
+        let (Setup { row, compensated, .. }, model) = (*setup, &start.model);
+        let exact = model.system::<Quad>()?;
+        let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
+        let mut state = State { q, p, w, t: span.begin as f64 * span.h };
+        let initial = initial(std::slice::from_ref(start), &*exact)?[0];
+        let mut window = self.under_way;
+        let mut see = |state: StateRef<'_, f64>| {
+            window.see(deviation(total(&*exact, state, |x| x), initial));
+        };
+        let result = leg(&method, span, (&mut state, &mut remainder), reach, progress, &mut see);
+        if progress.stopped() {
+            return Ok(());
+        }
+        let state = result.is_ok().then_some([state.q, state.p, state.w, remainder]);
+        self.complete(span, window, state, Ending::of(&result, 1, 1));
+        Ok(())
+    }
+
+    /// Takes over what a leg gave.
+    fn complete(
+        &mut self,
+        span: Span,
+        window: Window,
+        state: Option<[Vec<f64>; 4]>,
+        ending: Ending,
+    ) {
+        let [window_ends, run_ends] = span.completes;
+        self.under_way = window;
+        if state.is_some() && window_ends {
+            self.windows.push(std::mem::take(&mut self.under_way));
+        }
+        if state.is_none() || run_ends {
+            self.ending = ending;
+        }
+        self.state = state;
+    }
+}
+
+/// Binds the method in lanes; `None` where it has no such form.
+pub(super) fn lanes(
+    problem: &Problem,
+    setup: &Setup,
+) -> Result<Option<Run<f64x8>>, IntegrateError> {
+    let Setup { row, compensated, .. } = *setup;
+    if compensated {
+        return Ok(Some(problem.model.bind_compensated(row)?));
+    }
+    // All lanes have the same parameters.
+    let lanes = problem.model.bind_lanes(row, "", [0.0; WIDTH])?;
+    Ok(lanes.map(|lanes| lanes.run))
+}
+
+/// K at the starts.
+fn initial(starts: &[Problem], exact: &dyn System<Quad>) -> Result<Vec<Quad>, IntegrateError> {
+    let of = |start: &Problem| Ok(total(exact, start.start::<f64>()?.state_ref(), |x| x));
+    starts.iter().map(of).collect()
+}
+
+/// Carries a state over a leg, and passes the samples of the window to `see`.
+fn leg<T: Scalar>(
+    method: &Run<T>,
+    Span { begin, end, window, stride, h, .. }: Span,
+    (state, remainder): (&mut State<Vec<T>>, &mut [T]),
+    reach: &mut dyn FnMut(u64),
+    progress: &dyn Progress,
+    see: &mut dyn FnMut(StateRef<'_, T>),
+) -> Result<(), IntegrateError> {
+    let of_window = begin - window;
+    let first = of_window.next_multiple_of(stride) - of_window;
+    let part = Part { grid: Grid::<T>::of(h, end - begin)?, first, stride, remainder };
+    let result = method.run_part(part, state, &mut |step, state| {
+        reach(begin + step);
+        // The state at the start of a leg was sampled at the end of the one before.
+        if step > 0 {
+            see(state);
+        }
+        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    result.map(drop).map_err(|error| match error {
+        IntegrateError::Run(RunError { step, t, failure }) => {
+            RunError { step: begin + step, t, failure }.into()
+        }
+        error => error,
+    })
+}
+
+/// (K - K0)/|K0|
+fn deviation(total: Quad, initial: Quad) -> f64 {
+    ((total - initial) / initial.abs()).to_f64()
+}
+
+/// K of one of the runs in a state, in 106 bits.
+fn total<T: Scalar>(
+    system: &dyn System<Quad>,
+    state: StateRef<'_, T>,
+    of: impl Fn(T) -> f64,
+) -> Quad {
+    let lift = |part: &[T]| part.iter().map(|&x| Quad::from_f64(of(x))).collect::<Vec<_>>();
+    let t = Quad::from_f64(of(state.t));
+    State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
+}
