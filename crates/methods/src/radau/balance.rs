@@ -11,7 +11,8 @@
 //! resolved, (q, p) is right and the defect is dissipated energy that the weights missed. Where the
 //! system oscillates it is numerical damping. The defect is divided in the ratio of the squares of
 //! the estimated errors, as in least squares: the share of w is added to it, and (q, p) is projected
-//! by the rest.
+//! by the rest. Under a drive all of the defect is projected, since the estimated errors of w are also
+//! those of the energy supplied.
 
 use super::engine::Engine;
 use super::share::Allowed;
@@ -41,7 +42,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     ) -> Result<(), f64> {
         self.place_end(system, state);
         self.sum_gains();
-        if self.dissipative {
+        if self.dissipative && self.undriven {
             self.book(system);
         }
         self.project(system, allowed).or_else(|way| {

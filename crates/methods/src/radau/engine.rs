@@ -16,6 +16,8 @@ const REFUSED: f64 = 2.0;
 pub(crate) struct Engine<V: Vector, const S: usize> {
     pub(super) tables: Tables<V::Scalar, S>,
     pub(super) dissipative: bool,
+    /// Whether w is dissipation alone. Under a drive its errors are also those of the supply.
+    pub(super) undriven: bool,
     /// The stages of the current trial step, and of the last accepted one.
     pub(super) trial: Stages<V, S>,
     pub(super) kept: Stages<V, S>,
@@ -70,6 +72,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         Ok(Self {
             tables: tables.narrow(),
             dissipative: !system.dissipation_form().zero,
+            undriven: !(0..n).any(|motor| system.driven_by(motor).is_some()),
             trial: Stages::new(n),
             kept: Stages::new(n),
             h: zero,
