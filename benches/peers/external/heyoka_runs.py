@@ -69,7 +69,7 @@ SCENES = {
 }
 
 
-@functools.cache
+@functools.lru_cache(maxsize=16)
 def compiled(scene, tolerance):
     equations, start, end = SCENES[scene]()
     # Without its compact mode the code of a long chain takes minutes to compile.
@@ -107,6 +107,6 @@ for line in sys.stdin:
     scene, method, tolerance, repeats, show = line.split()
     try:
         answer(scene, method, float(tolerance), int(repeats), show == "1")
-    except (KeyError, ValueError, RuntimeError) as error:
+    except Exception as error:
         print("failed", str(error).replace("\n", " "))
     sys.stdout.flush()

@@ -111,6 +111,6 @@ for line in sys.stdin:
     scene, method, tolerance, repeats, show = line.split()
     try:
         answer(scene, method, float(tolerance), int(repeats), show == "1")
-    except (KeyError, ValueError, RuntimeError) as error:
+    except Exception as error:
         print("failed", str(error).replace("\n", " "))
     sys.stdout.flush()

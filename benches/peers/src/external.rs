@@ -147,7 +147,7 @@ impl Process {
     ) -> Result<Spent, String> {
         let show = u8::from(watch.is_some());
         writeln!(self.requests, "{request} {repeats} {show}").map_err(|e| e.to_string())?;
-        let mut line = String::new();
+        let (mut line, mut unreadable) = (String::new(), None);
         loop {
             line.clear();
             if self.answers.read_line(&mut line).map_err(|error| error.to_string())? == 0 {
@@ -155,13 +155,12 @@ impl Process {
             }
             let (kind, rest) = line.trim_end().split_once(' ').unwrap_or((line.trim_end(), ""));
             match kind {
-                "state" => {
-                    numbers(rest.split(' '), last)?;
-                    if let Some(watch) = &mut watch {
-                        watch(last);
-                    }
-                }
-                "done" => return done(rest, last),
+                // The answer is read to its end, so that the next request gets its own.
+                "state" => match numbers(rest.split(' '), last) {
+                    Ok(()) => watch.iter_mut().for_each(|watch| watch(last)),
+                    Err(why) => unreadable = unreadable.or(Some(why)),
+                },
+                "done" => return unreadable.map_or_else(|| done(rest, last), Err),
                 _ => return Err(rest.to_owned()),
             }
         }
@@ -182,6 +181,9 @@ fn done(text: &str, last: &mut [f64]) -> Result<Spent, String> {
     let mut words = text.split(' ');
     let mut next = || words.next().ok_or_else(bad);
     let seconds: f64 = next()?.parse().map_err(|_| bad())?;
+    if !(seconds > 0.0 && seconds.is_finite()) {
+        return Err(bad());
+    }
     let steps = next()?.parse().map_err(|_| bad())?;
     let evaluations = next()?.parse().map_err(|_| bad())?;
     numbers(words, last)?;

@@ -114,6 +114,7 @@ struct Timed {
     run: Run,
     first: Duration,
     best: Duration,
+    failure: Option<String>,
 }
 
 /// Computes the rows of a scene. The errors and the drift come from a first, watched run of each
@@ -134,7 +135,13 @@ pub fn all(scene: &Scene, lines: &[Line], patience: Patience) -> Result<Vec<Row>
                 match watched(scene, &exact, line, setting, &mut row) {
                     Ok((run, first)) => {
                         long = first > patience.most;
-                        timed.push(Timed { row: rows.len(), run, first, best: Duration::MAX });
+                        timed.push(Timed {
+                            row: rows.len(),
+                            run,
+                            first,
+                            best: Duration::MAX,
+                            failure: None,
+                        });
                     }
                     Err(why) => (row.outcome, row.failure) = ("failed", Some(why)),
                 }
@@ -148,17 +155,23 @@ pub fn all(scene: &Scene, lines: &[Line], patience: Patience) -> Result<Vec<Row>
             let mut all = Duration::ZERO;
             loop {
                 let clock = Instant::now();
-                let spent = (timed.run)(&mut end, None)?;
-                timed.best = timed.best.min(spent.time(clock));
+                match (timed.run)(&mut end, None) {
+                    Ok(spent) => timed.best = timed.best.min(spent.time(clock)),
+                    Err(why) => timed.failure = Some(why),
+                }
                 all += clock.elapsed();
-                if all >= patience.least / patience.turns {
+                if timed.failure.is_some() || all >= patience.least / patience.turns {
                     break;
                 }
             }
         }
     }
     for timed in timed {
-        rows[timed.row].seconds = Some(timed.best.as_secs_f64());
+        let row = &mut rows[timed.row];
+        match timed.failure {
+            None => row.seconds = Some(timed.best.as_secs_f64()),
+            Some(_) => (row.outcome, row.failure) = ("failed", timed.failure),
+        }
     }
     Ok(rows)
 }

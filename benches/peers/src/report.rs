@@ -104,7 +104,8 @@ fn summary(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Section 
     }
 }
 
-/// The smallest and the largest time of the overview, in units of our time to an error of 1e-8.
+/// The smallest and the largest time of the overview, in units of our time to an error of 1e-8. A
+/// choice.
 const OVERVIEW: std::ops::RangeInclusive<f64> = 0.05..=50.0;
 
 /// The envelope of each library on each scene. Times are relative, so that scenes compare.

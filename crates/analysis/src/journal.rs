@@ -391,11 +391,11 @@ fn keep_scene(parts: &Path, scene: &Scene) -> Result<(), JournalError> {
     let file = scene.title.as_deref().filter(|_| scene.document.title.is_none());
     let name = file.unwrap_or("scene").replace(['/', '\\'], "-");
     let path = parts.join(format!("{name}.toml"));
+    remove_abandoned(parts);
     if path.exists() {
         return Ok(());
     }
     let text = scene.text().map_err(JournalError::unwritten)?;
-    remove_abandoned(parts);
     let mut file = temporary(parts).map_err(JournalError::file(&path))?;
     file.write_all(text.as_bytes()).map_err(JournalError::file(&path))?;
     file.persist(&path).map_err(|error| JournalError::File { path, source: error.error })?;

@@ -252,15 +252,17 @@ impl Output {
     }
 }
 
-/// How the names of files begin that are not complete.
-const TEMPORARY: &str = ".afterbay-";
+/// The prefix of the names of files that are not complete, and the number of letters and digits that
+/// follow it.
+const TEMPORARY: (&str, usize) = (".afterbay-", 6);
 /// The age from which such a file belongs to a command that was killed. A command has each of them for
 /// as long as it writes one file.
 const ABANDONED: Duration = Duration::from_secs(600);
 
 /// A file that gets its name when it is complete.
 pub(crate) fn temporary(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder)
+    let (prefix, random) = TEMPORARY;
+    tempfile::Builder::new().prefix(prefix).rand_bytes(random).tempfile_in(folder)
 }
 
 /// Removes the temporary files of commands that were killed, as far as that is possible.
@@ -268,7 +270,10 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
     for entry in entries.flatten() {
         let name = entry.file_name();
-        let ours = name.to_str().is_some_and(|name| name.starts_with(TEMPORARY));
+        let rest = name.to_str().and_then(|name| name.strip_prefix(TEMPORARY.0));
+        let ours = rest.is_some_and(|rest| {
+            rest.len() == TEMPORARY.1 && rest.bytes().all(|byte| byte.is_ascii_alphanumeric())
+        }) && entry.file_type().is_ok_and(|kind| kind.is_file());
         let time = entry.metadata().and_then(|about| about.modified()).ok();
         let age = time.and_then(|time| time.elapsed().ok()).unwrap_or_default();
         if ours && age > ABANDONED {
@@ -378,13 +383,14 @@ mod tests {
             let file = std::fs::File::create(data.join(name)).unwrap();
             file.set_modified(time).unwrap();
         };
-        file(".afterbay-abandoned", old);
-        file(".afterbay-of-another-command", std::time::SystemTime::now());
+        file(".afterbay-Ab4nDo", old);
+        file(".afterbay-notes.md", old);
+        file(".afterbay-AnOthr", std::time::SystemTime::now());
         file("energy.csv", old);
         prepare(root.path()).unwrap();
         let left = std::fs::read_dir(&data).unwrap().map(|entry| entry.unwrap().file_name());
         let mut left: Vec<_> = left.collect();
         left.sort();
-        assert_eq!(left, [".afterbay-of-another-command", "energy.csv"]);
+        assert_eq!(left, [".afterbay-AnOthr", ".afterbay-notes.md", "energy.csv"]);
     }
 }

@@ -5,6 +5,6 @@ mod budget;
 mod projection;
 mod rates;
 
-pub(crate) use budget::{Budget, largest};
+pub(crate) use budget::{Budget, largest, largest_of_first};
 pub(crate) use projection::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 pub(crate) use rates::Rates;

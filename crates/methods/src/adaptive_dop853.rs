@@ -8,7 +8,7 @@
 //! Order 8 in q, p and w, also between steps. Two weights are negative, so the method is not
 //! passive. The stability region contains the half disc |hλ| < 5.96, Re λ ≤ 0, the largest of the
 //! explicit methods here per evaluation: where the fastest frequency limits the steps, as on long
-//! chains, no other is cheaper. For stiff systems use [`crate::AdaptiveCollocation`].
+//! chains, no other is cheaper. For stiff systems use [`crate::AdaptiveRadau`].
 //!
 //! A run **fails** with the last accepted state, and reports the
 //! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`.

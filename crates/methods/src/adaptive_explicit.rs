@@ -12,8 +12,9 @@
 //! error of the step. K is exact; w is the quadrature, unchanged.
 //!
 //! A sample between steps is a step of its own from the beginning of the current step, with K
-//! exact. Steps stay within a half disc |hλ| ≤ r, Re λ ≤ 0 of the stability region. Steps do not
-//! allocate.
+//! exact. Steps are limited to a half disc |hλ| ≤ r, Re λ ≤ 0 of the stability region by a bound of
+//! |λ|, which is renewed from time to time. Steps do not allocate, except where K differs only by
+//! rounding, near rest.
 
 use crate::adaptive::{Budget, Projection, Rates, largest};
 use crate::bend::bend;
@@ -26,22 +27,25 @@ use afterbay_core::{
 /// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
 /// Wanner, II.10).
 const SHARE: f64 = 0.01;
-/// The smallest error assigned to a step whose projection fails.
+/// The smallest error assigned to a step whose projection fails, as a share of the allowed error;
+/// above 1. A choice.
 const REFUSED: f64 = 2.0;
-/// A failed projection is attributed to rounding if the error is below this share of the allowed
-/// error,
+/// A failed projection may be due to rounding if the error is below this share of the allowed error;
+/// between 0 and 1. A choice.
 const DOUBT: f64 = 0.01;
-/// The rounding error of a slope, in roundings of ∂H/∂q: those of the point of its stage included. A
-/// choice, with which runs at the reach of the scalar are not held back by the estimate.
+/// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included. A
+/// choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
-/// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
+/// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
+/// much. A choice.
 const NOISE_ROUNDINGS: f64 = 64.0;
-/// |λ| is evaluated anew if the bound of h |λ| is less than this factor away,
-const RENEWAL_FACTOR: f64 = 1.25;
-/// at every step while it changes by more than this share of itself from one evaluation to the next,
+/// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
+const NEAR: f64 = 1.25;
+/// A bound of |λ| is steady if it differs from the one before by at most this share. A choice.
 const STEADY: f64 = 0.01;
-/// and else after up to so many steps.
-const MOST_STEPS: u32 = 8;
+/// The largest number of steps with one bound of |λ|: near the limit while it is steady, and
+/// elsewhere. A choice.
+const MOST_STEPS: [u32; 2] = [8, 32];
 
 /// The memory of a step.
 #[derive(Clone, Debug)]
@@ -56,6 +60,8 @@ pub struct Workspace<V: Vector> {
     p: V,
     gain: V,
     end_energy: V::Scalar,
+    /// Whether K is exact at the end, and H there is known.
+    ended: bool,
     /// The length of the step.
     length: f64,
     /// The error of K at the end of a longer step from this state, near an equilibrium.
@@ -86,13 +92,14 @@ impl<V: Vector> Workspace<V> {
             p: zeros(),
             gain: zeros(),
             end_energy: zero,
+            ended: false,
             length: 0.0,
             off: f64::INFINITY,
             fastest: 0.0,
             since: 0,
             until: 1,
             rates: Rates::new(n),
-            budget: Budget::new(tolerance, span),
+            budget: Budget::new(tolerance, span, n - system.motors()),
         }
     }
 
@@ -198,7 +205,7 @@ impl<V: Vector> Workspace<V> {
     fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         let [_, fastest] = self.rates.see(system, &state.q, &state.p);
         let steady = (fastest - self.fastest).abs() <= STEADY * self.fastest;
-        self.until = if steady { MOST_STEPS.min(2 * self.until) } else { 1 };
+        self.until = if steady { MOST_STEPS[0].min(2 * self.until) } else { 1 };
         self.since = 0;
         // A bound that is not finite is discarded.
         self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
@@ -212,14 +219,16 @@ impl<V: Vector> Workspace<V> {
         B: Embedded,
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.length = h.to_f64().abs();
+        (self.length, self.ended) = (h.to_f64().abs(), false);
         let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
         // Where forces cancel, the roundings of p are small beside those of its slopes.
         let slope = V::Scalar::EPSILON * largest(&self.stages.start);
         allowed[1] = allowed[1].max(STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
-        let error = self.error::<B>(allowed.map(f64::recip));
+        let error = self.error::<B>(allowed.map(|allowed| allowed.recip().min(f64::MAX)));
+        // A ratio that overflows is an error that is too large; numbers that are not finite give NaN.
+        let error = if error == f64::INFINITY { f64::MAX } else { error };
         if !error.is_finite() {
             let parts = [
                 (Quantity::Coordinate, self.q.as_slice()),
@@ -228,14 +237,16 @@ impl<V: Vector> Workspace<V> {
             ];
             return Err(StepFailure::non_finite(&parts));
         }
-        if error <= 1.0
-            && let Err(way) = self.project::<B, S>(system, allowed)
-        {
+        if error > 1.0 {
+            return Ok(error);
+        }
+        if let Err(way) = self.project::<B, S>(system, allowed) {
             self.finish::<B>(h, state);
             if error > DOUBT || !self.is_noise(system) {
                 return Ok(way.max(REFUSED));
             }
         }
+        self.ended = true;
         Ok(error)
     }
 
@@ -258,12 +269,13 @@ impl<V: Vector> Workspace<V> {
             let reach = self.reach::<B>(length);
             if reach < 1.0 {
                 let effort = Effort { evaluations: 1, iterations: 0 };
-                return Ok(Attempt { error: REFUSED, order, largest_growth: reach, effort });
+                return Ok(Attempt { error: f64::INFINITY, order, largest_growth: reach, effort });
             }
         }
         let error = self.step::<B, S>(system, h, state)?;
         self.since += 1;
-        let due = self.since >= self.until && self.reach::<B>(length) < RENEWAL_FACTOR;
+        let near = self.since >= self.until && self.reach::<B>(length) < NEAR;
+        let due = near || self.since >= MOST_STEPS[1];
         if error > 1.0 || due {
             self.see_fastest(system, state);
         }
@@ -294,7 +306,8 @@ impl<V: Vector> Workspace<V> {
         self.budget.spend(self.length);
         self.energy = self.end_energy;
         self.off = f64::INFINITY;
-        self.begun = false;
+        // A step across a break is taken whatever its error is. H is then evaluated anew.
+        (self.begun, self.measured) = (false, self.ended);
     }
 
     /// Computes the state at the time h after `before`, which begins a step longer than h.

@@ -20,7 +20,8 @@
 //!
 //! The equations are solved by Newton's method to the accuracy the tolerance requires
 //! (`radau/solve.rs`), decoupled into systems of N unknowns, or 2N if H is not separable
-//! (`linear/phase_space.rs`). Steps do not allocate.
+//! (`linear/phase_space.rs`). Steps do not allocate, except where K differs only by rounding, near
+//! rest.
 //!
 //! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
 //! step tried, or `Vanishes`. Systems whose dense matrix does not fit in memory are refused.

@@ -218,8 +218,9 @@ impl Study for LongRuns {
     }
 }
 
-/// The cost of compensated roundings, relative to a plain run.
+/// The cost of compensated roundings, relative to a plain run; above 1. An estimate, for the plan.
 const COMPENSATED: f64 = 3.0;
+
 /// One row per window, over all starts in order.
 fn gathered(setup: Setup, ends: &[u64], of: &[(Vec<Window>, Ending)]) -> LongRun {
     let Setup { row: &Row { name: method, .. }, h, compensated } = setup;

@@ -70,7 +70,8 @@ pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
 /// The estimates for an attempted step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attempt {
-    /// The error as a share of the error allowed for a step of its length; accepted up to 1.
+    /// The error as a share of the error allowed for the step; accepted up to 1. Infinite if the
+    /// end of the step was not computed.
     pub error: f64,
     /// The power of h by which this share grows.
     pub order: u32,
@@ -125,7 +126,7 @@ where
 /// [`integrate_within`] with other options of the step size control.
 ///
 /// # Errors
-/// Those of [`integrate_within`], and [`InputError::Tolerance`] if an option is out of range.
+/// Those of [`integrate_within`], and [`InputError::Parameter`] if an option is out of range.
 pub fn integrate_controlled<V, S, M, O>(
     method: &M,
     system: &S,
@@ -239,7 +240,7 @@ where
         }
         let workspace = method.workspace(system, tolerance, span)?;
         let h = control.initial.unwrap_or_else(|| first(system, state, tolerance)).min(span);
-        let statistics = Statistics { least: f64::INFINITY, ..Statistics::default() };
+        let statistics = Statistics::default();
         let tolerance = *tolerance;
         Ok(Self {
             method,
@@ -314,7 +315,7 @@ where
                 }
                 Ok(attempt) => {
                     self.statistics.effort += attempt.effort;
-                    let taken = attempt.error <= 1.0 || crosses;
+                    let taken = attempt.error <= 1.0 || (crosses && attempt.error.is_finite());
                     self.controller.update(attempt, h.to_f64(), taken, cuts > 0, M::LEAST_GROWTH);
                     if taken {
                         if at_break && last {
@@ -325,8 +326,11 @@ where
                         state.t = if last && !at_break { self.end } else { state.t + h };
                         let h = h.to_f64();
                         let Statistics { accepted, least, largest, .. } = &mut self.statistics;
-                        (*accepted, *least, *largest) =
-                            (*accepted + 1, least.min(h), largest.max(h));
+                        (*accepted, *least, *largest) = (
+                            *accepted + 1,
+                            if *accepted == 0 { h } else { least.min(h) },
+                            largest.max(h),
+                        );
                         return Ok(());
                     }
                     self.statistics.rejected += 1;

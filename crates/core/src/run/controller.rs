@@ -1,7 +1,7 @@
 //! The control of the step size.
 //!
 //! A controller that sees how the error changes from step to step (K. Gustafsson, ACM TOMS 20
-//! (1994) 496-517). All errors are shares of the error allowed for a step of that length.
+//! (1994) 496-517). All errors are shares of the error allowed for the step.
 
 use super::adaptive::Attempt;
 use super::tolerance::Tolerance;
@@ -14,7 +14,7 @@ use crate::system::{State, System};
 const TARGET_ERROR: f64 = 0.2;
 /// The largest factor by which a step grows; above 1. Values from 1.5 to 5 are usual (ibid.).
 const LARGEST_GROWTH: f64 = 5.0;
-/// The largest factor by which a step shrinks.
+/// The largest factor by which a step shrinks; above 1. The value of [`LARGEST_GROWTH`].
 const LARGEST_SHRINKAGE: f64 = 5.0;
 /// The largest factor for the step after a rejected one; below 1, so that it is shorter.
 const LARGEST_AFTER_REJECTION: f64 = 0.9;
@@ -38,16 +38,16 @@ pub(super) const LAST_STRETCH: f64 = 1.01;
 /// Options of the step size control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepControl {
-    /// The length of the first step. Without it, it follows from the tolerance and the initial
-    /// state.
+    /// The length of the first step, from the least to the largest. Without it, it follows from the
+    /// tolerance and the initial state.
     pub initial: Option<f64>,
     /// The least length of a step, at least 0. A run that needs a shorter one for its tolerance
-    /// fails with [`StepFailure::Vanishes`]; the last step, and one that ends at a break, may be
-    /// shorter.
+    /// fails with [`StepFailure::Vanishes`]; the last two steps, and those that end at a break, may
+    /// be shorter.
     ///
     /// [`StepFailure::Vanishes`]: crate::StepFailure::Vanishes
     pub least: f64,
-    /// The largest length of a step; above 0.
+    /// The largest length of a step; above the least. The last step may be 1 % longer.
     pub largest: f64,
     /// The error a step aims at, as a share of the error allowed; above 0 and below 1.
     pub safety: f64,
@@ -71,18 +71,26 @@ impl StepControl {
     /// Checks the range of each option.
     ///
     /// # Errors
-    /// [`InputError::Tolerance`], with the option that is out of range.
+    /// [`InputError::Parameter`], with the option that is out of range.
     pub fn check(&self) -> Result<(), InputError> {
-        let initial = self.initial.unwrap_or(1.0);
+        let Self { initial, least, largest, safety, largest_growth } = *self;
+        let first = initial.unwrap_or(largest);
+        let starts = initial.is_none() || (first > 0.0 && first.is_finite());
         let parts = [
-            ("initial step", initial, 0.0, initial > 0.0 && initial.is_finite()),
-            ("least step", self.least, 0.0, self.least >= 0.0 && self.least.is_finite()),
-            ("largest step", self.largest, self.least, self.largest > self.least),
-            ("safety", self.safety, 0.0, self.safety > 0.0 && self.safety < 1.0),
-            ("largest growth", self.largest_growth, 1.0, self.largest_growth > 1.0),
+            (least >= 0.0 && least.is_finite(), "least step", least, "0 or more, and finite"),
+            (largest > least, "largest step", largest, "above the least step"),
+            (starts, "initial step", first, "above 0, and finite"),
+            (
+                (least..=largest).contains(&first),
+                "initial step",
+                first,
+                "from the least to the largest step",
+            ),
+            (safety > 0.0 && safety < 1.0, "safety", safety, "above 0 and below 1"),
+            (largest_growth > 1.0, "largest growth", largest_growth, "above 1"),
         ];
-        match parts.into_iter().find(|part| !part.3) {
-            Some((name, value, least, _)) => Err(InputError::Tolerance { name, value, least }),
+        match parts.into_iter().find(|part| !part.0) {
+            Some((_, name, value, range)) => Err(InputError::Parameter { name, value, range }),
             None => Ok(()),
         }
     }
@@ -103,7 +111,7 @@ pub(super) struct Controller {
 impl Controller {
     /// A controller that begins with the step h.
     pub(super) fn new(h: f64, options: StepControl) -> Self {
-        let h = h.min(options.largest);
+        let h = h.max(options.least).min(options.largest);
         Self { options, h, log_error: f64::INFINITY, last_h: h }
     }
 
@@ -124,6 +132,8 @@ impl Controller {
         least_growth: f64,
     ) {
         let h = h * self.factor(attempt, h, accepted, cut, least_growth);
+        // A step that was rejected has to be shorter.
+        let h = if accepted { h.max(self.options.least) } else { h };
         self.h = h.min(self.options.largest);
     }
 
@@ -158,8 +168,8 @@ impl Controller {
     }
 }
 
-/// ln, to 2e-4, of a positive normal number: by the exponent and a polynomial of the mantissa. A step
-/// size needs no more, and the next step waits for it.
+/// ln, to 2e-4, of a positive normal number: by the exponent and a polynomial of the mantissa. A
+/// step size needs no more, and the next step waits for it.
 #[inline]
 fn ln(x: f64) -> f64 {
     let bits = x.to_bits();
@@ -193,13 +203,15 @@ pub(super) fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
     state: &State<V>,
     tolerance: &Tolerance,
 ) -> f64 {
-    let n = state.dof();
+    let (n, free) = (state.dof(), state.dof() - system.motors());
     let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
     system.gradient(state.q.as_slice(), state.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
     system.dissipation(state.q.as_slice(), state.p.as_slice(), hp.as_slice(), d.as_mut_slice());
-    let largest = |x: &V| x.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
-    let size = largest(&state.q).max(largest(&state.p)).max(LEAST_SIZE);
-    let rate = largest(&hq).max(largest(&hp)).max(largest(&d));
+    let largest = |x: &[V::Scalar]| x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+    // The coordinates of motors are the time.
+    let (q, p) = (&state.q.as_slice()[..free], state.p.as_slice());
+    let size = largest(q).max(largest(p)).max(LEAST_SIZE);
+    let rate = [&hq, &hp, &d].map(|x| largest(x.as_slice())).into_iter().fold(0.0, f64::max);
     let h = FIRST_SHARE * tolerance.relative.powf(0.125) * size / rate;
     if h.is_finite() { h } else { f64::MAX }
 }
@@ -228,6 +240,8 @@ mod tests {
         assert!(good.check().is_ok());
         for (bad, named) in [
             (StepControl { initial: Some(0.0), ..good }, "initial step"),
+            (StepControl { initial: Some(0.1), least: 0.2, ..good }, "initial step"),
+            (StepControl { initial: Some(3.0), largest: 2.0, ..good }, "initial step"),
             (StepControl { least: -1.0, ..good }, "least step"),
             (StepControl { least: 2.0, largest: 1.0, ..good }, "largest step"),
             (StepControl { safety: 1.0, ..good }, "safety"),
@@ -236,7 +250,7 @@ mod tests {
         ] {
             let refused = bad.check();
             assert!(
-                matches!(refused, Err(InputError::Tolerance { name, .. }) if name == named),
+                matches!(refused, Err(InputError::Parameter { name, .. }) if name == named),
                 "{named}: {refused:?}"
             );
         }

@@ -6,8 +6,8 @@ use crate::numbers::Scalar;
 /// The error allowed at the end of a run, for (q, p) and for w: `absolute + relative · size`, where
 /// the largest |q_j|, |p_j| and |w_j| are the sizes of q, p and w.
 ///
-/// Each step may take a share in proportion to its length, so that the errors of all steps add up
-/// to about the tolerance. A system in which solutions diverge magnifies them, and one in which
+/// Each method divides the error among its steps, so that their errors add up to about the
+/// tolerance. Of a driven system the time does not count as a coordinate. A system in which solutions diverge magnifies them, and one in which
 /// they converge reduces them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {

@@ -19,6 +19,8 @@ const LANES: usize = 8;
 pub(crate) struct Budget {
     tolerance: Tolerance,
     span: f64,
+    /// The degrees of freedom without the motors, whose coordinates are the time.
+    free: usize,
     /// [`SHARES`] over the span.
     rate: f64,
     /// The time passed in steps, their number, and 1 over the number of the next.
@@ -28,10 +30,11 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    pub(crate) fn new(tolerance: &Tolerance, span: f64) -> Self {
+    pub(crate) fn new(tolerance: &Tolerance, span: f64, free: usize) -> Self {
         Self {
             tolerance: *tolerance,
             span,
+            free,
             rate: SHARES / span,
             passed: 0.0,
             steps: 0.0,
@@ -50,8 +53,8 @@ impl Budget {
 
     /// The errors of q, p and w allowed of a step of this length if all steps are allowed the same:
     /// that of a step of mean length, the next one included, and at least a few roundings. The sum
-    /// over the steps is that of [`Self::allowed`], and the number of steps is smaller: it is least
-    /// where all steps have the same error.
+    /// over the steps is about that of [`Self::allowed`], more where the first steps are the longest.
+    /// The number of steps is smaller: it is least where all steps have the same error.
     #[inline]
     pub(crate) fn allowed_of_equal_steps<V: Vector>(
         &self,
@@ -61,14 +64,13 @@ impl Budget {
         let share =
             if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES };
         let Tolerance { relative, absolute, w } = self.tolerance;
-        let allowed = |part: &V, relative: f64, absolute: f64| {
-            let size = largest(part);
+        let allowed = |size: f64, relative: f64, absolute: f64| {
             (share * (relative * size + absolute)).max(ROUNDINGS * V::Scalar::EPSILON * size)
         };
         [
-            allowed(&state.q, relative, absolute),
-            allowed(&state.p, relative, absolute),
-            allowed(&state.w, w.0, w.1),
+            allowed(largest_of_first(&state.q, self.free), relative, absolute),
+            allowed(largest(&state.p), relative, absolute),
+            allowed(largest(&state.w), w.0, w.1),
         ]
     }
 
@@ -86,16 +88,27 @@ impl Budget {
     pub(crate) fn scales<V: Vector>(&self, state: &State<V>, allowed: f64) -> [f64; 3] {
         let Tolerance { relative, absolute, w } = self.tolerance;
         let rounding = ROUNDINGS * V::Scalar::EPSILON / allowed;
-        let scale = |part: &V, relative: f64, absolute: f64| {
-            let size = largest(part);
+        let scale = |size: f64, relative: f64, absolute: f64| {
             (relative * size + absolute).max(rounding * size)
         };
         [
-            scale(&state.q, relative, absolute),
-            scale(&state.p, relative, absolute),
-            scale(&state.w, w.0, w.1),
+            scale(largest_of_first(&state.q, self.free), relative, absolute),
+            scale(largest(&state.p), relative, absolute),
+            scale(largest(&state.w), w.0, w.1),
         ]
     }
+}
+
+/// max |x_j| over the first `count` entries, or NaN if one of them is not finite.
+#[inline(always)]
+pub(crate) fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
+    let entries = x.as_slice();
+    if count == entries.len() {
+        return largest(x);
+    }
+    let sizes = entries[..count].iter().map(|x| x.to_f64().abs());
+    // Comparisons ignore NaN.
+    sizes.fold(0.0, |most, size| if size <= most { most } else { size })
 }
 
 /// max |x_j|, or NaN if an entry is not finite.

@@ -1,5 +1,5 @@
-//! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive stay
-//! where they are: they are at the time, and they have supplied what they have supplied.
+//! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive are
+//! not moved: their coordinate is the time, and their momentum the energy supplied.
 
 use afterbay_core::{Mask, Scalar, System};
 
@@ -43,13 +43,15 @@ impl<T: Scalar> Projection<'_, T> {
         let mut steep = zero;
         let supplied = p[n..].iter().fold(zero, |sum, p| sum + p.abs());
         let mut terms = supplied;
-        let squares = self.scales.map(|s| T::from_f64(s * s));
+        // In units of the larger scale, so that squares stay within the range of the scalar.
+        let unit = self.scales[0].max(self.scales[1]);
+        let squares = self.scales.map(|s| T::from_f64((s / unit) * (s / unit)));
         for j in 0..n {
             steep += squares[0] * (hq[j] * hq[j]) + squares[1] * (hp[j] * hp[j]);
             terms += (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs();
         }
         let rounding = T::EPSILON * (self.size + (energy.abs() + terms).to_f64());
-        let length = steep.to_f64().sqrt();
+        let length = steep.to_f64().sqrt() / unit;
         let (mut way, mut before) = (0.0, f64::INFINITY);
         // The derivative of H along the line: first by the given slope, then by the secant, as far
         // as the two agree.

@@ -95,7 +95,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             fastest: 0.0,
             rates: Rates::new(n),
             contraction: 0.0,
-            budget: Budget::new(tolerance, span),
+            budget: Budget::new(tolerance, span, n - system.motors()),
             spare: None,
         }
     }

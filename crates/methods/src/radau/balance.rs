@@ -21,12 +21,13 @@ use crate::bend::bend;
 use crate::grain::grain_at;
 use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
 
-/// The share of the reservoirs from which they take all of the defect.
+/// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
 const ALL: f64 = 0.999;
-/// A failed projection is attributed to rounding if the error is below this share of the allowed
-/// error,
+/// A failed projection may be due to rounding if the error is below this share of the allowed error;
+/// between 0 and 1. A choice.
 const DOUBT: f64 = 0.01;
-/// K is off by no more than this number of roundings of H, and a shorter step leaves as much.
+/// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
+/// much. A choice.
 const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
@@ -53,7 +54,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// The end of the step as the stages give it.
     #[inline(always)]
-    fn place_end<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+    pub(super) fn place_end<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        state: &State<V>,
+    ) {
         let Self { q, p, trial, .. } = self;
         for (to, from, by) in [(&mut *q, &state.q, &trial.q), (&mut *p, &state.p, &trial.p)] {
             let steps = from.as_slice().iter().zip(by[S - 1].as_slice());
@@ -72,7 +77,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// Δw_j = h Σ b_i D_j v_j
     #[inline(always)]
-    fn sum_gains(&mut self) {
+    pub(super) fn sum_gains(&mut self) {
         let Self { tables, trial, gain, .. } = self;
         let (h, gain) = (self.h, gain.as_mut_slice());
         let n = V::LEN.unwrap_or(gain.len());

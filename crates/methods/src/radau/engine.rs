@@ -97,7 +97,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             renew: true,
             eta: 1.0,
             rejected: true,
-            share: Share::new(tolerance, span),
+            share: Share::new(tolerance, span, n - system.motors()),
             off: f64::INFINITY,
         })
     }
@@ -128,6 +128,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 Ok(()) => self.rejected = false,
                 Err(excess) => error = excess.max(REFUSED),
             }
+        } else {
+            // A step across a break is taken whatever its error is.
+            self.place_end(system, state);
+            self.sum_gains();
         }
         let order = 2 * S as u32;
         Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort })

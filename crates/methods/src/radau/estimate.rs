@@ -70,7 +70,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let ratios = estimates.into_iter().zip(allowed.relative).map(|(estimate, relative)| {
             CAUTION * estimate * relative / power(relative * allowed.share, exponent)
         });
-        power(ratios.fold(0.0, f64::max), exponent.recip())
+        // Comparisons ignore NaN. A ratio that overflows is an error that is too large.
+        let most = ratios.fold(0.0, |most, ratio| if ratio <= most { most } else { ratio });
+        let error = power(most, exponent.recip());
+        if error == f64::INFINITY { f64::MAX } else { error }
     }
 
     /// Estimates the errors again, with the slopes at the start moved by the first estimate. The

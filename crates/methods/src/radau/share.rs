@@ -11,7 +11,7 @@
 //!
 //! The exponent expresses that the first steps say little about the later ones.
 
-use crate::adaptive::largest;
+use crate::adaptive::{largest, largest_of_first};
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 
 /// The number of steps before those taken count for more than a guess. A choice.
@@ -26,6 +26,8 @@ const ROUNDINGS: f64 = 4.0;
 pub(super) struct Share {
     tolerance: Tolerance,
     span: f64,
+    /// The degrees of freedom without the motors, whose coordinates are the time.
+    free: usize,
     /// The time at the start.
     from: Option<f64>,
     steps: f64,
@@ -39,15 +41,15 @@ pub(super) struct Allowed {
     pub(super) scales: [f64; 3],
     /// the share of them allowed of this step,
     pub(super) share: f64,
-    /// and the relative tolerances of the three.
+    /// and the relative tolerances of q, p and w.
     pub(super) relative: [f64; 3],
     /// A rounding of q and p, in units of the scales.
     pub(super) rounding: f64,
 }
 
 impl Share {
-    pub(super) fn new(tolerance: &Tolerance, span: f64) -> Self {
-        Self { tolerance: *tolerance, span, from: None, steps: 0.0, longest: 0.0 }
+    pub(super) fn new(tolerance: &Tolerance, span: f64, free: usize) -> Self {
+        Self { tolerance: *tolerance, span, free, from: None, steps: 0.0, longest: 0.0 }
     }
 
     /// Records that a step has been accepted.
@@ -68,7 +70,8 @@ impl Share {
         let share = SHARES / steps;
         let Tolerance { relative, absolute, w } = self.tolerance;
         let rounding = ROUNDINGS * V::Scalar::EPSILON / share;
-        let sizes = [&state.q, &state.p, &state.w].map(largest);
+        let size_of_q = largest_of_first(&state.q, self.free);
+        let sizes = [size_of_q, largest(&state.p), largest(&state.w)];
         let scale = |size: f64, relative: f64, absolute: f64| {
             (relative * size + absolute).max(rounding * size)
         };
@@ -87,8 +90,9 @@ impl Share {
     }
 }
 
-/// x^y in single precision, which suffices for a step size.
+/// x^y for x ≥ 0, to single precision, which suffices for a step size.
 #[inline(always)]
 pub(super) fn power(x: f64, y: f64) -> f64 {
-    f64::from((x as f32).powf(y as f32))
+    let (single, power) = (x as f32, (x as f32).powf(y as f32));
+    if single.is_normal() && power.is_normal() { f64::from(power) } else { x.powf(y) }
 }

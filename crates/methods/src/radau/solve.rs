@@ -2,7 +2,7 @@
 //!
 //! It ends when the remaining correction, η |ΔZ| with η = θ/(1-θ) and θ the ratio of the last two
 //! corrections, is a tenth of the error allowed of the step (Hairer, Wanner II, IV.8). The Jacobian
-//! is that at a stage predicted near the middle of the step. It is kept while corrections contract
+//! is that at a predicted stage in the first half of the step. It is kept while corrections contract
 //! fast, and the factorised matrices as long as h does not change.
 
 use super::engine::Engine;
@@ -12,15 +12,17 @@ use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of a step, and that for scalars of more than 53 bits.
 const CORRECTIONS: [u32; 2] = [10, 60];
-/// The error of the iteration relative to the error allowed of the step.
+/// The error of the iteration relative to the error allowed of the step; between 0.01 and 0.1 in
+/// RADAU5 (Hairer, Wanner II, IV.8).
 const SOLVED: f64 = 0.1;
-/// Corrections below this number of roundings of z end the iteration, and below the second one if
-/// they no longer shrink by the factor `SHRINKING`.
+/// Corrections below the first number of roundings of z end the iteration, and below the second if
+/// they no longer shrink by the factor `SHRINKING`. A choice.
 const ROUNDINGS: [f64; 2] = [2.0, 64.0];
 const SHRINKING: f64 = 0.3;
-/// A ratio of successive corrections above which the iteration is given up.
+/// The ratio of successive corrections above which the iteration is given up; below 1. A choice.
 const DIVERGING: f64 = 0.9;
-/// A ratio of successive corrections up to which the Jacobian is kept for the next step.
+/// The ratio of successive corrections up to which the Jacobian is kept for the next step; above 0
+/// and below 1. A choice.
 const CONTRACTING: f64 = 0.02;
 /// The least η that is remembered.
 const LEAST_ETA: f64 = 1e-16;

@@ -104,8 +104,8 @@ fn agrees<S: Curvature<f64> + Clone + 'static>(
     }
 }
 
-/// Three half periods for μ up to 1e6, whose jumps take 1e-12 of a period. At the end w = K - H of the
-/// slow part, whatever w has been in the jumps: 1e6 and more.
+/// Three half periods for μ up to 1e5, whose jumps take a small part of a period. At the end w = K - H
+/// of the slow part, whatever w has been in the jumps: 1e6 and more.
 #[test]
 fn relaxation_oscillations_are_right_in_q_p_and_w() {
     for mu in [1e3, 1e4, 1e5] {

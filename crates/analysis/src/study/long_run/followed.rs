@@ -47,7 +47,8 @@ const LEG: u64 = 1 << 21;
 pub struct Followed {
     /// The steps done.
     pub(super) done: u64,
-    /// Whether each run goes on alone, since one of them failed.
+    /// Whether the runs go on one by one: there is only one, the method has no lanes, or a run has
+    /// failed.
     alone: bool,
     pub(super) runs: Vec<FollowedRun>,
 }
@@ -72,6 +73,16 @@ impl FollowedRun {
         let state = Some([q, p, w, remainder]);
         Ok(Self { windows, under_way, ending: Ending::interrupted(), state })
     }
+}
+
+/// How a leg of runs side by side ended.
+enum Beside {
+    /// All runs have finished it.
+    Finished,
+    /// The study was stopped.
+    Stopped,
+    /// The runs have to go on one by one.
+    Apart,
 }
 
 /// A leg: a part of one window.
@@ -114,21 +125,29 @@ impl Followed {
         let mut piece = Piece::several(progress, starts.len());
         let last = ends.last().copied().unwrap_or(0);
         let mut reach = |step: u64| piece.reach(step, last);
-        let together = !self.alone && self.together(starts, setup, span, &mut reach, progress)?;
-        if !together {
-            self.alone = true;
-            for (run, start) in self.runs.iter_mut().zip(starts) {
-                run.advance(start, setup, span, &mut reach, progress)?;
+        // A leg counts once every run has finished it.
+        let mut next = self.clone();
+        let beside = match self.alone {
+            true => Beside::Apart,
+            false => next.together(starts, setup, span, &mut reach, progress)?,
+        };
+        let mut finished = matches!(beside, Beside::Finished);
+        if matches!(beside, Beside::Apart) {
+            next.alone = true;
+            finished = true;
+            for (run, start) in next.runs.iter_mut().zip(starts) {
+                finished = finished && run.advance(start, setup, span, &mut reach, progress)?;
             }
         }
-        if !progress.stopped() {
-            self.done = to;
+        if finished {
+            next.done = to;
+            *self = next;
         }
         Ok(())
     }
 
-    /// Computes a leg of all runs in lanes. Returns whether that was done: not for a single run, for a
-    /// method without lanes, or where a step fails, since the lane that failed is not known.
+    /// Computes a leg of all runs in lanes. They go on apart if there is a single run, if the method
+    /// has no lanes, or where a step fails, since the lane that failed is not known.
     fn together(
         &mut self,
         starts: &[Problem],
@@ -136,16 +155,16 @@ impl Followed {
         span: Span,
         reach: &mut dyn FnMut(u64),
         progress: &dyn Progress,
-    ) -> Result<bool, IntegrateError> {
+    ) -> Result<Beside, IntegrateError> {
         match starts.len() {
-            1 => Ok(false),
+            1 => Ok(Beside::Apart),
             2..=4 if setup.compensated => {
                 let method = starts[0].model.bind_compensated::<f64x4>(setup.row)?;
                 self.beside(&method, starts, span, reach, progress)
             }
             _ => match lanes(&starts[0], setup)? {
                 Some(method) => self.beside(&method, starts, span, reach, progress),
-                None => Ok(false),
+                None => Ok(Beside::Apart),
             },
         }
     }
@@ -157,9 +176,9 @@ impl Followed {
         span: Span,
         reach: &mut dyn FnMut(u64),
         progress: &dyn Progress,
-    ) -> Result<bool, IntegrateError> {
+    ) -> Result<Beside, IntegrateError> {
         let states: Option<Vec<_>> = self.runs.iter().map(|run| run.state.as_ref()).collect();
-        let Some(states) = states else { return Ok(false) };
+        let Some(states) = states else { return Ok(Beside::Apart) };
         let exact = starts[0].model.system::<Quad>()?;
         // Lanes without a run repeat the last one.
         let lane = |k: usize| states[k.min(states.len() - 1)];
@@ -177,20 +196,23 @@ impl Followed {
             }
         };
         let result = leg(method, span, (&mut state, &mut remainder), reach, progress, &mut see);
-        if progress.stopped() || result.is_err() {
-            return Ok(progress.stopped());
+        if progress.stopped() {
+            return Ok(Beside::Stopped);
+        }
+        if result.is_err() {
+            return Ok(Beside::Apart);
         }
         let parts = [&state.q, &state.p, &state.w, &remainder];
         for (k, (run, window)) in self.runs.iter_mut().zip(windows).enumerate() {
             let state = parts.map(|part| part.iter().map(|x| x.lane(k)).collect());
             run.complete(span, window, Some(state), Ending::of(&result, 1, 1));
         }
-        Ok(true)
+        Ok(Beside::Finished)
     }
 }
 
 impl FollowedRun {
-    /// Computes a leg.
+    /// Computes a leg. Returns whether it was finished.
     fn advance(
         &mut self,
         start: &Problem,
@@ -198,8 +220,8 @@ impl FollowedRun {
         span: Span,
         reach: &mut dyn FnMut(u64),
         progress: &dyn Progress,
-    ) -> Result<(), IntegrateError> {
-        let Some([q, p, w, mut remainder]) = self.state.clone() else { return Ok(()) };
+    ) -> Result<bool, IntegrateError> {
+        let Some([q, p, w, mut remainder]) = self.state.clone() else { return Ok(true) };
         let (Setup { row, compensated, .. }, model) = (*setup, &start.model);
         let exact = model.system::<Quad>()?;
         let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
@@ -211,11 +233,11 @@ impl FollowedRun {
         };
         let result = leg(&method, span, (&mut state, &mut remainder), reach, progress, &mut see);
         if progress.stopped() {
-            return Ok(());
+            return Ok(false);
         }
         let state = result.is_ok().then_some([state.q, state.p, state.w, remainder]);
         self.complete(span, window, state, Ending::of(&result, 1, 1));
-        Ok(())
+        Ok(true)
     }
 
     /// Takes over what a leg gave.
