@@ -1,5 +1,6 @@
-//! Studies of attractors of the driven Duffing oscillator: a bifurcation diagram, in lanes and one run
-//! at a time, beside loops written by hand for this equation; section points; and a map of basins.
+//! Studies of attractors of the driven Duffing oscillator: a bifurcation diagram, in lanes and one
+//! run at a time, beside loops written by hand for this equation; section points; and a map of
+//! basins.
 //!
 //! The two of a ratio are run in turn, and each figure is the minimum over the turns.
 

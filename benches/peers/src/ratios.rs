@@ -126,7 +126,8 @@ pub fn fastest(rows: &[Row], part: Part, which: impl Fn(&Row) -> bool) -> [Faste
     })
 }
 
-/// The method that applies only to linear systems. It is shown apart from the fastest of the others.
+/// The method that applies only to linear systems. It is shown apart from the fastest of the
+/// others.
 const LINEAR: &str = "linear-exact";
 
 /// Whether a row is of one of the project's methods that conserve K and take any system.

@@ -1,4 +1,5 @@
-//! Charts as SVG text or PNG pictures: curves on linear or logarithmic axes, and maps of cells over two parameters.
+//! Charts as SVG text or PNG pictures: curves on linear or logarithmic axes, and maps of cells over
+//! two parameters.
 //!
 //! The crate kuva draws axes, titles and SVG elements. This module adds logarithmic axes far below
 //! 1e-10, curves of twenty thousand points, styles of curves that remain distinct in print and for

@@ -80,8 +80,8 @@ pub fn study(scene: &Scene, progress: &dyn Progress) -> Result<Results, ReportEr
     finish(Task::Study, scene, sheets(Task::Study, scene, &Afresh, progress)?.0)
 }
 
-/// The cells of a task: the trajectories of all methods, the cells of all studies, or the points of a
-/// sweep. Nothing is run.
+/// The cells of a task: the trajectories of all methods, the cells of all studies, or the points of
+/// a sweep. Nothing is run.
 ///
 /// # Errors
 /// [`ReportError`] for a method that does not apply.
@@ -124,8 +124,8 @@ impl<'a> Cells<'a> {
         &self.plan
     }
 
-    /// The result of a cell, as a ledger keeps it. What the cells of a study have in common is computed
-    /// with the first of them. A long cell keeps its checkpoints in the ledger.
+    /// The result of a cell, as a ledger keeps it. What the cells of a study have in common is
+    /// computed with the first of them. A long cell keeps its checkpoints in the ledger.
     ///
     /// # Errors
     /// As for [`perform`].
@@ -144,7 +144,8 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Computes the cells that `ledger` takes and does not have. Returns the results if it then has all.
+/// Computes the cells that `ledger` takes and does not have. Returns the results if it then has
+/// all.
 ///
 /// # Errors
 /// As for [`study`], and a ledger that cannot be written.

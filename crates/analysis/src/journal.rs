@@ -267,8 +267,8 @@ impl Journal {
         Ok(Self { file, found, own, reused, damaged, mixed, _lock: lock })
     }
 
-    /// Opens the journals of all shards of a folder, to join their cells. Also returns the command and
-    /// the scene. A folder without studies is asked for runs.
+    /// Opens the journals of all shards of a folder, to join their cells. Also returns the command
+    /// and the scene. A folder without studies is asked for runs.
     ///
     /// # Errors
     /// [`JournalError`] where there is nothing to join, a command still runs, or journals belong to
@@ -613,7 +613,10 @@ mod tests {
         }
 
         #[test]
-        fn shards_have_each_cell_once(costs in prop::collection::vec(0.0..9.0, 0..40), count in 1_usize..9) {
+        fn shards_have_each_cell_once(
+            costs in prop::collection::vec(0.0..9.0, 0..40),
+            count in 1_usize..9,
+        ) {
             let cell = |(index, &cost): (usize, &f64)| Cell::new(index.to_string(), cost);
             let plan: Vec<Cell> = costs.iter().enumerate().map(cell).collect();
             let mut found: Vec<&str> = (1..=count)

@@ -189,8 +189,8 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
 }
 
 impl Output {
-    /// Writes all results below `folder`, with tables in a format. Each file gets its name only when
-    /// it is complete; the report comes last.
+    /// Writes all results below `folder`, with tables in a format. Each file gets its name only
+    /// when it is complete; the report comes last.
     ///
     /// # Errors
     /// [`StorageError`] with the file that could not be written.
@@ -252,11 +252,11 @@ impl Output {
     }
 }
 
-/// The prefix of the names of files that are not complete, and the number of letters and digits that
-/// follow it.
+/// The prefix of the names of files that are not complete, and the number of letters and digits
+/// that follow it.
 const TEMPORARY: (&str, usize) = (".afterbay-", 6);
-/// The age from which such a file belongs to a command that was killed. A command has each of them for
-/// as long as it writes one file.
+/// The age from which such a file belongs to a command that was killed. A command has each of them
+/// for as long as it writes one file.
 const ABANDONED: Duration = Duration::from_secs(600);
 
 /// A file that gets its name when it is complete.

@@ -49,8 +49,8 @@ pub struct Scene {
     pub document: Document,
     /// The system, the initial state and the end of time.
     pub problem: Problem,
-    /// The step h, a divisor of the end. Where the scene gives none, it is the spacing of the states
-    /// shown.
+    /// The step h, a divisor of the end. Where the scene gives none, it is the spacing of the
+    /// states shown.
     pub step: f64,
     /// Trajectories.
     pub run: Option<RunPlan>,
@@ -130,8 +130,8 @@ impl Scene {
         hash_of(&self.json())
     }
 
-    /// The document as TOML, with the contents of the files that it names. Reading it gives the same
-    /// scene.
+    /// The document as TOML, with the contents of the files that it names. Reading it gives the
+    /// same scene.
     ///
     /// # Errors
     /// Values that TOML does not have.

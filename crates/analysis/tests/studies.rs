@@ -102,7 +102,8 @@ fn books_tell_the_methods_that_keep_k() {
         .expect("runs");
     for (row, books) in FIXED.iter().zip(&books) {
         assert!(books.ending.is_completed(), "{}: {}", row.name, books.ending.describe());
-        // H is quadratic, and implicit-midpoint keeps a quadratic K without claiming to keep others.
+        // H is quadratic, and implicit-midpoint keeps a quadratic K without claiming to keep
+        // others.
         let keeps_k = row.keeps_k || row.name == "implicit-midpoint";
         assert_eq!(books.drift < 1e-12, keeps_k, "{}: {:e}", row.name, books.drift);
         if row.passive {

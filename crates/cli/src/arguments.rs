@@ -262,8 +262,8 @@ pub(crate) struct SceneArguments {
     pub(crate) resume: bool,
     /// Compute the K-th of N shares of the cells and keep them for `afterbay merge`.
     ///
-    /// `auto` takes K and N from a job array of SLURM (SLURM_ARRAY_TASK_ID, _COUNT, _MIN and _STEP),
-    /// `auto/N` takes K from HyperQueue (HQ_TASK_ID, from 1).
+    /// `auto` takes K and N from a job array of SLURM (SLURM_ARRAY_TASK_ID, _COUNT, _MIN and
+    /// _STEP), `auto/N` takes K from HyperQueue (HQ_TASK_ID, from 1).
     #[arg(long, value_name = "K/N")]
     pub(crate) shard: Option<ShardArgument>,
     /// Print the cells with their estimated costs, and compute nothing.

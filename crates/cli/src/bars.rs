@@ -1,5 +1,6 @@
 //! Progress bars on stderr, shown only if it is a terminal. A bar appears with its stage, and says
-//! how much time is left, by the planned cost of its pieces, as soon as a part of the stage is done.
+//! how much time is left, by the planned cost of its pieces, as soon as a part of the stage is
+//! done.
 
 use crate::interrupt;
 use afterbay_analysis::progress::Progress;

@@ -1,5 +1,5 @@
-//! Shares of a study: which one this command computes, the plan of all cells, and what is said at the
-//! end of a share.
+//! Shares of a study: which one this command computes, the plan of all cells, and what is said at
+//! the end of a share.
 
 use crate::arguments::{Format, ShardArgument};
 use crate::exit_code;

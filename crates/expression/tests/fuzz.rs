@@ -145,8 +145,8 @@ fn values(text: &str, (k, a, b, q2): Place) -> Result<Option<[Quad; 3]>, TestCas
 const LARGEST: f64 = 1e6;
 
 /// Checks that the divided difference times the edge is the difference of the values, in 106 bits,
-/// where no number is large. Intermediate numbers may be, and 106 bits leave twenty digits for them.
-/// Returns whether the text has values.
+/// where no number is large. Intermediate numbers may be, and 106 bits leave twenty digits for
+/// them. Returns whether the text has values.
 fn check(text: &str, place: Place) -> Result<bool, TestCaseError> {
     let Some([at_a, at_b, mean]) = values(text, place)? else { return Ok(false) };
     let (_, a, b, _) = place;

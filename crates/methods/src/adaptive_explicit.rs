@@ -30,11 +30,11 @@ const SHARE: f64 = 0.01;
 /// The smallest error assigned to a step whose projection fails, as a share of the allowed error;
 /// above 1. A choice.
 const REFUSED: f64 = 2.0;
-/// A failed projection may be due to rounding if the error is below this share of the allowed error;
-/// between 0 and 1. A choice.
+/// A failed projection may be due to rounding if the error is below this share of the allowed
+/// error; between 0 and 1. A choice.
 const DOUBT: f64 = 0.01;
-/// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included. A
-/// choice: the estimate then does not reject steps whose error is rounding.
+/// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included.
+/// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
 /// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
 /// much. A choice.
@@ -227,7 +227,8 @@ impl<V: Vector> Workspace<V> {
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
         let error = self.error::<B>(allowed.map(|allowed| allowed.recip().min(f64::MAX)));
-        // A ratio that overflows is an error that is too large; numbers that are not finite give NaN.
+        // A ratio that overflows is an error that is too large; numbers that are not finite give
+        // NaN.
         let error = if error == f64::INFINITY { f64::MAX } else { error };
         if !error.is_finite() {
             let parts = [

@@ -5,16 +5,16 @@
 //! z1 = Z_s          w1_j = w0_j + h Σ_i b_i D_j(Z_i) v_j(Z_i) + share of the defect of K
 //! ```
 //!
-//! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8; J. Comput. Appl.
-//! Math. 111 (1999) 93-111. Order 2s - 1 in q, p and w, also between steps: a sample is a step of its
-//! own from the beginning of the current step, with K exact. Order 5 (s = 3) for a tolerance above
-//! 1e-3, 13 (s = 7) up to 1e-8, and 9 (s = 5) between; the smaller of the relative tolerances of (q,
-//! p) and w counts.
+//! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8; J. Comput.
+//! Appl. Math. 111 (1999) 93-111. Order 2s - 1 in q, p and w, also between steps: a sample is a
+//! step of its own from the beginning of the current step, with K exact. Order 5 (s = 3) for a
+//! tolerance above 1e-3, 13 (s = 7) up to 1e-8, and 9 (s = 5) between; the smaller of the relative
+//! tolerances of (q, p) and w counts.
 //!
-//! The defect of K, of the size of the error of the step, is divided by the estimated errors: w takes
-//! the energy that a fast decay dissipates unresolved, and (q, p) is projected along ∇H by the rest
-//! (`radau/balance.rs`). K is exact, and Δw ≥ 0 where the system is passive. On linear passive
-//! systems H ≥ 0 then cannot grow at any h. The step before K is restored is L-stable; the
+//! The defect of K, of the size of the error of the step, is divided by the estimated errors: w
+//! takes the energy that a fast decay dissipates unresolved, and (q, p) is projected along ∇H by
+//! the rest (`radau/balance.rs`). K is exact, and Δw ≥ 0 where the system is passive. On linear
+//! passive systems H ≥ 0 then cannot grow at any h. The step before K is restored is L-stable; the
 //! projection may give back a part of what has decayed, and then it is as large as the error and
 //! rejects the step.
 //!

@@ -5,11 +5,11 @@
 //! z = (q, p, w)        f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)
 //! ```
 //!
-//! Source: E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential Equations I, section
-//! II.5. Order 8, explicit, applies to any system, also to eight side by side. K is not kept. The
-//! studies of driven systems take their references from it. A step is made of several where the
-//! forces of a drive jump in t or have a kink. It **fails** and leaves the state unchanged where a
-//! number is not finite.
+//! Source: E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential Equations I,
+//! section II.5. Order 8, explicit, applies to any system, also to eight side by side. K is not
+//! kept. The studies of driven systems take their references from it. A step is made of several
+//! where the forces of a drive jump in t or have a kink. It **fails** and leaves the state
+//! unchanged where a number is not finite.
 
 use crate::commit::commit;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};

@@ -47,8 +47,8 @@ fn largest_drift(
     most
 }
 
-/// Every method that keeps K, apart from relaxation: near rest, where a step changes H by a rounding,
-/// that finds no root.
+/// Every method that keeps K, apart from relaxation: near rest, where a step changes H by a
+/// rounding, that finds no root.
 fn methods() -> impl Iterator<Item = &'static Row> {
     FIXED.iter().filter(|row| row.keeps_k && !row.name.starts_with("relaxed"))
 }

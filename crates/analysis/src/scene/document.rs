@@ -236,8 +236,8 @@ pub struct RunTable {
     /// which are shown at the same times. If none of them is named, adaptive-collocation runs too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// The spacing in time of the states that are kept, instead of `every`. States between two steps
-    /// are computed by shorter steps.
+    /// The spacing in time of the states that are kept, instead of `every`. States between two
+    /// steps are computed by shorter steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sample: Option<f64>,
     /// Events, each under its name: zeros of functions of the state, found to rounding.

@@ -21,8 +21,8 @@ const MOST_PARAMETERS: usize = 1000;
 
 /// Makes the system of a table.
 ///
-/// `known` are its parameters as numbers, and `count` is the number of entries of the initial state,
-/// if it is given.
+/// `known` are its parameters as numbers, and `count` is the number of entries of the initial
+/// state, if it is given.
 pub(super) fn model(
     source: &Source<'_>,
     table: &SystemTable,

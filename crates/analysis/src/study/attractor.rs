@@ -46,8 +46,8 @@ impl Attractor {
         Some(Self { points, kind, size })
     }
 
-    /// The largest distance of a point of one attractor from the nearest point of the other, relative
-    /// to the size of this one.
+    /// The largest distance of a point of one attractor from the nearest point of the other,
+    /// relative to the size of this one.
     pub fn distance(&self, other: &Self) -> f64 {
         let [a, b] = [self, other].map(Self::compared);
         beyond(&a, &b).max(beyond(&b, &a)) / self.size.max(f64::MIN_POSITIVE)

@@ -1,9 +1,9 @@
 //! Basins of attraction: the attractor that each of a grid of initial states reaches.
 //!
-//! No attractor is known beforehand. A run that has settled shows one: the states that repeat on the
-//! section, or, if none repeats, the boxes that a long run visits. The other runs are compared with
-//! the attractors found so far, and the first one that reaches none of them is followed until it
-//! shows a new one (in the spirit of Datseris and Wagemakers 2022, with runs side by side).
+//! No attractor is known beforehand. A run that has settled shows one: the states that repeat on
+//! the section, or, if none repeats, the boxes that a long run visits. The other runs are compared
+//! with the attractors found so far, and the first one that reaches none of them is followed until
+//! it shows a new one (in the spirit of Datseris and Wagemakers 2022, with runs side by side).
 
 mod known;
 
@@ -25,8 +25,8 @@ use known::{Found, Nearby};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// The most attractors that are told apart. Where there are more, as in a system without friction, the
-/// other runs are unsettled.
+/// The most attractors that are told apart. Where there are more, as in a system without friction,
+/// the other runs are unsettled.
 const MOST_ATTRACTORS: usize = 24;
 /// The most new attractors that are looked for between two comparisons of all runs.
 const NEW_AT_ONCE: usize = 8;
@@ -317,9 +317,9 @@ impl BasinMap {
         (0..self.attractors.len()).map(share).collect()
     }
 
-    /// The uncertainty exponent α of the boundary (Grebogi and others 1983): the share of cells with
-    /// a cell of another attractor beside them at a distance ε grows like ε^α, and the dimension of
-    /// the boundary is 2 - α. None if there is no boundary.
+    /// The uncertainty exponent α of the boundary (Grebogi and others 1983): the share of cells
+    /// with a cell of another attractor beside them at a distance ε grows like ε^α, and the
+    /// dimension of the boundary is 2 - α. None if there is no boundary.
     pub fn uncertainty(&self, width: usize) -> Option<f64> {
         let at = |i: usize| self.cells[i].attractor;
         let share = |apart: usize| {

@@ -1,5 +1,5 @@
-//! Studies as lists of cells: pieces of work that share nothing. A cell has a key that is the same in
-//! every command, so that cells can be computed on several machines, kept, and joined.
+//! Studies as lists of cells: pieces of work that share nothing. A cell has a key that is the same
+//! in every command, so that cells can be computed on several machines, kept, and joined.
 
 use crate::progress::Progress;
 use rayon::prelude::*;
@@ -104,8 +104,8 @@ pub fn compute_all<S: Study>(study: &S, progress: &dyn Progress) -> Result<Vec<S
     map_cells(&cells, &indices, |index| study.compute(&shared, index, progress))
 }
 
-/// Maps cells in parallel, and those that are timed one after another behind the others. The results
-/// are in the order of the indices.
+/// Maps cells in parallel, and those that are timed one after another behind the others. The
+/// results are in the order of the indices.
 pub(crate) fn map_cells<T: Send, E: Send>(
     cells: &[Cell],
     indices: &[usize],

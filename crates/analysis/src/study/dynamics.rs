@@ -15,8 +15,8 @@ pub trait Dynamics: Sync {
     /// The result of a method and a step.
     type Found;
 
-    /// The name of each piece, its cost in units of time over all runs, and the number of runs that it
-    /// reports to [`Progress`].
+    /// The name of each piece, its cost in units of time over all runs, and the number of runs that
+    /// it reports to [`Progress`].
     fn pieces(&self) -> Vec<(String, f64, usize)>;
 
     /// Computes a piece with steps of nearly h.

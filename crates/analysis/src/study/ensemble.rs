@@ -1,9 +1,9 @@
 //! Runs of one method from section to section: eight side by side where the method can, else one by
 //! one.
 //!
-//! A run that ends makes room for the next one. Where a step fails in one of eight runs, the rest of
-//! the interval is taken run by run, so that each ends as it would alone. Results do not depend on
-//! the number of threads: runs are grouped by index.
+//! A run that ends makes room for the next one. Where a step fails in one of eight runs, the rest
+//! of the interval is taken run by run, so that each ends as it would alone. Results do not depend
+//! on the number of threads: runs are grouped by index.
 
 mod alone;
 mod lanes;

@@ -83,8 +83,8 @@ pub struct Pick {
     /// Every run that was tried, method after method.
     pub tried: Vec<Trial>,
     /// The largest differences of (q, p) and of w between the winner and a run of twice as many
-    /// steps, over common times (at the end only, where errors count there only or steps follow from
-    /// a tolerance).
+    /// steps, over common times (at the end only, where errors count there only or steps follow
+    /// from a tolerance).
     pub check: Option<[f64; 2]>,
     /// The largest doubt of the reference.
     pub doubt: Doubt,

@@ -1,8 +1,8 @@
 //! Resonance: amplitude and energy per period of the steady motion, against the frequency of the
 //! drive.
 //!
-//! Each frequency begins where the one before ended, upwards and downwards, so that both branches of
-//! a hysteresis are seen. In a steady motion the energy supplied in a period is the energy
+//! Each frequency begins where the one before ended, upwards and downwards, so that both branches
+//! of a hysteresis are seen. In a steady motion the energy supplied in a period is the energy
 //! dissipated. A motion that does not repeat over the measured periods is marked as unsteady.
 
 use super::Problem;
@@ -74,8 +74,8 @@ pub struct ResonanceRow {
     pub failure: Option<String>,
 }
 
-/// The names of the columns: `method,h,frequency,branch,amplitude_1..amplitude_N,supplied,dissipated,
-/// value,outcome`.
+/// The names of the columns:
+/// `method,h,frequency,branch,amplitude_1..amplitude_N,supplied,dissipated, value,outcome`.
 pub fn columns(model: &Model) -> Vec<String> {
     let names = ["method", "h", "frequency", "branch"].map(String::from).into_iter();
     let last = ["supplied", "dissipated", "value", "outcome"].map(String::from);

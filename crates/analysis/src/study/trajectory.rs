@@ -146,8 +146,8 @@ impl Legs {
         self.state.is_none()
     }
 
-    /// Computes the next leg: with steps of size h, or within the tolerance of a method that chooses
-    /// its steps. Every `every`-th state of the grid of h is kept.
+    /// Computes the next leg: with steps of size h, or within the tolerance of a method that
+    /// chooses its steps. Every `every`-th state of the grid of h is kept.
     ///
     /// # Errors
     /// Invalid input. The trajectory of a run that fails ends with its last good state.
@@ -296,9 +296,9 @@ pub fn run(
     methods.par_iter().map(of_method).collect()
 }
 
-/// Runs a method with steps of size h and keeps the states at the times `0, spacing, 2 spacing, ..`.
-/// A state between two steps is the end of a shorter step from the first of them, or of a run within
-/// the tolerance: it has the accuracy of the method, and K is kept if the method keeps it.
+/// Runs a method with steps of size h and keeps the states at the times `0, spacing, 2 spacing,
+/// ..`. A state between two steps is the end of a shorter step from the first of them, or of a run
+/// within the tolerance: it has the accuracy of the method, and K is kept if the method keeps it.
 ///
 /// # Errors
 /// Invalid input. The trajectory of a run that fails ends with its last good state.

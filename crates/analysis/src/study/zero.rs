@@ -3,8 +3,8 @@
 use afterbay_core::{State, StateRef, zero_within};
 use afterbay_methods::registry::Run;
 
-/// The state between two states, h apart, at which `distance` is zero: the end of a shorter step from
-/// the first.
+/// The state between two states, h apart, at which `distance` is zero: the end of a shorter step
+/// from the first.
 pub(in crate::study) fn at_zero(
     run: &Run<f64>,
     h: f64,

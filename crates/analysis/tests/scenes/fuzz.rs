@@ -1,8 +1,9 @@
 //! Any bytes are read or refused within a second, without a panic, and what is read is planned.
 //! Nothing is run.
 //!
-//! `AFTERBAY_FUZZ_CASES=10000000 cargo test -p afterbay-analysis --test scenes fuzz` looks for hours. The
-//! scenes of `corpus/scenes` and the valid ones begin every search, unchanged and with changes.
+//! `AFTERBAY_FUZZ_CASES=10000000 cargo test -p afterbay-analysis --test scenes fuzz` looks for
+//! hours. The scenes of `corpus/scenes` and the valid ones begin every search, unchanged and with
+//! changes.
 
 use crate::{SOON, bad, soon};
 use afterbay_analysis::experiment::{Task, plan};

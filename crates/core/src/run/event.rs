@@ -25,8 +25,8 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Whether a function with these values crosses zero. A value of 0 counts for the step that ends
-    /// there, not for the next.
+    /// Whether a function with these values crosses zero. A value of 0 counts for the step that
+    /// ends there, not for the next.
     pub fn crosses(self, before: f64, after: f64) -> bool {
         let rises = before < 0.0 && after >= 0.0;
         let falls = before > 0.0 && after <= 0.0;
@@ -61,11 +61,11 @@ pub struct EventState<'a> {
 /// Receives event number i of the list and the state there. `Break` ends the run.
 pub type Happen<'a> = &'a mut dyn FnMut(usize, EventState<'_>) -> ControlFlow<()>;
 
-/// The share in (0, 1] of a step after which a function is zero, and what `at` gives there. `off` and
-/// `beyond` are its values at the ends, which differ in sign, and `end` belongs to the second.
+/// The share in (0, 1] of a step after which a function is zero, and what `at` gives there. `off`
+/// and `beyond` are its values at the ends, which differ in sign, and `end` belongs to the second.
 ///
-/// Regula falsi with the rule of Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168-174) finds the
-/// share to rounding. Where `at` fails, the nearest value so far is taken.
+/// Regula falsi with the rule of Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168-174) finds
+/// the share to rounding. Where `at` fails, the nearest value so far is taken.
 pub fn zero_within<R>(
     (mut off, mut beyond): (f64, f64),
     end: R,
@@ -96,19 +96,20 @@ pub fn zero_within<R>(
     found
 }
 
-/// Takes a step of the given length. The state is unchanged after an error, and its time is not set.
+/// Takes a step of the given length. The state is unchanged after an error, and its time is not
+/// set.
 pub type Step<'a> = &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effort, IntegrateError>;
 
 /// [`integrate`](super::integrate) with events. An event within a step is the end of a shorter step
-/// of the same method: it has the accuracy of the method, and K is kept if the method keeps it. After
-/// an event the run goes on to the next time of the grid.
+/// of the same method: it has the accuracy of the method, and K is kept if the method keeps it.
+/// After an event the run goes on to the next time of the grid.
 ///
 /// A function that crosses zero twice within one step shows no event there.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`StepFailure::EventsAccumulate`] where more than
-/// [`MOST_EVENTS`] events fall into one step of the grid, and [`InputError`] where an event leaves a
-/// state that is not finite.
+/// [`MOST_EVENTS`] events fall into one step of the grid, and [`InputError`] where an event leaves
+/// a state that is not finite.
 pub fn integrate_with_events(
     step: Step<'_>,
     grid: Grid<f64>,
@@ -192,8 +193,8 @@ enum First {
     None,
 }
 
-/// Looks for the first event on the way to `next`. `within` gives the state after a share of the step,
-/// and `changed` is the event at its start that changed the state.
+/// Looks for the first event on the way to `next`. `within` gives the state after a share of the
+/// step, and `changed` is the event at its start that changed the state.
 fn first(
     events: &[Event<'_>],
     before: &[f64],

@@ -53,8 +53,8 @@ impl Budget {
 
     /// The errors of q, p and w allowed of a step of this length if all steps are allowed the same:
     /// that of a step of mean length, the next one included, and at least a few roundings. The sum
-    /// over the steps is about that of [`Self::allowed`], more where the first steps are the longest.
-    /// The number of steps is smaller: it is least where all steps have the same error.
+    /// over the steps is about that of [`Self::allowed`], more where the first steps are the
+    /// longest. The number of steps is smaller: it is least where all steps have the same error.
     #[inline]
     pub(crate) fn allowed_of_equal_steps<V: Vector>(
         &self,

@@ -10,9 +10,9 @@
 //! since Radau IIA is algebraically stable (Hairer, Wanner II, IV.12). Where a fast decay is not
 //! resolved, (q, p) is right and the defect is dissipated energy that the weights missed. Where the
 //! system oscillates it is numerical damping. The defect is divided in the ratio of the squares of
-//! the estimated errors, as in least squares: the share of w is added to it, and (q, p) is projected
-//! by the rest. Under a drive all of the defect is projected, since the estimated errors of w are also
-//! those of the energy supplied.
+//! the estimated errors, as in least squares: the share of w is added to it, and (q, p) is
+//! projected by the rest. Under a drive all of the defect is projected, since the estimated errors
+//! of w are also those of the energy supplied.
 
 use super::engine::Engine;
 use super::share::Allowed;
@@ -23,8 +23,8 @@ use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
 
 /// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
 const ALL: f64 = 0.999;
-/// A failed projection may be due to rounding if the error is below this share of the allowed error;
-/// between 0 and 1. A choice.
+/// A failed projection may be due to rounding if the error is below this share of the allowed
+/// error; between 0 and 1. A choice.
 const DOUBT: f64 = 0.01;
 /// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
 /// much. A choice.

@@ -1,10 +1,10 @@
 //! The linear equations of the simplified Newton iteration.
 //!
-//! With J the Jacobian at the start of a step, the correction ΔZ for the residual R solves
-//! `(1 - h A ⊗ J) ΔZ = R`. The eigenvectors of A decouple the stages: for each eigenvalue μ, the
-//! component x of ΔZ along it satisfies `(1 - h μ J) x = left · R` ([`PhaseSpace`]), and ΔZ is the
-//! real part of Σ right x. (Hairer, Wanner II, IV.8.) The equations are solved in `f64`, whatever the
-//! scalar: an approximate Jacobian costs corrections but no accuracy.
+//! With J the Jacobian at the start of a step, the correction ΔZ for the residual R solves `(1 - h
+//! A ⊗ J) ΔZ = R`. The eigenvectors of A decouple the stages: for each eigenvalue μ, the component
+//! x of ΔZ along it satisfies `(1 - h μ J) x = left · R` ([`PhaseSpace`]), and ΔZ is the real part
+//! of Σ right x. (Hairer, Wanner II, IV.8.) The equations are solved in `f64`, whatever the scalar:
+//! an approximate Jacobian costs corrections but no accuracy.
 
 use super::tables::Tables;
 use crate::linear::{Matrix, Number, PhaseSpace, Plane};
@@ -159,8 +159,8 @@ impl<const S: usize> Equations<S> {
         }
     }
 
-    /// Replaces (a, b) by the solution x of `(1 - h μ J) x = (a, b)` with the real eigenvalue μ, and
-    /// passes to `see` the parts (x_q, x_p) of each degree of freedom with Dq x_q + Dp x_p.
+    /// Replaces (a, b) by the solution x of `(1 - h μ J) x = (a, b)` with the real eigenvalue μ,
+    /// and passes to `see` the parts (x_q, x_p) of each degree of freedom with Dq x_q + Dp x_p.
     #[inline(always)]
     pub(super) fn filter<T: Scalar>(
         &mut self,

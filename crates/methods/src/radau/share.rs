@@ -1,9 +1,9 @@
 //! The share of a step in the error allowed of the run.
 //!
 //! The steps of a stiff run differ by factors of 1e6 and more, so that a share by length would ask
-//! of its many short steps far more accuracy than the run needs. The share of a step is one over the
-//! number of steps. That number is estimated from the n steps taken and from the number m of steps
-//! as long as the longest that the rest of the run has room for:
+//! of its many short steps far more accuracy than the run needs. The share of a step is one over
+//! the number of steps. That number is estimated from the n steps taken and from the number m of
+//! steps as long as the longest that the rest of the run has room for:
 //!
 //! ```text
 //! n + 8 + m^(n / (n + 8))

@@ -2,8 +2,8 @@
 //!
 //! It ends when the remaining correction, η |ΔZ| with η = θ/(1-θ) and θ the ratio of the last two
 //! corrections, is a tenth of the error allowed of the step (Hairer, Wanner II, IV.8). The Jacobian
-//! is that at a predicted stage in the first half of the step. It is kept while corrections contract
-//! fast, and the factorised matrices as long as h does not change.
+//! is that at a predicted stage in the first half of the step. It is kept while corrections
+//! contract fast, and the factorised matrices as long as h does not change.
 
 use super::engine::Engine;
 use super::share::{Allowed, power};

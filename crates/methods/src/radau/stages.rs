@@ -127,8 +127,8 @@ impl<V: Vector, const S: usize> Stages<V, S> {
         from_fn(|i| h.mul_add(sums[i], -increments[i].as_slice()[d]).to_f64())
     }
 
-    /// Initialises the stages by a polynomial, given by its values at the stages of `from`, relative
-    /// to its value at the end of that step if the new step begins there.
+    /// Initialises the stages by a polynomial, given by its values at the stages of `from`,
+    /// relative to its value at the end of that step if the new step begins there.
     #[inline(always)]
     pub(super) fn follow(
         &mut self,

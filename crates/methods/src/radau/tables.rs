@@ -1,16 +1,16 @@
 //! The coefficients of the Radau IIA methods, computed in 31 digits.
 //!
 //! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5. The nodes c_i are the
-//! zeros of `P_s - P_{s-1}`, where P_k is the Legendre polynomial on [0, 1], orthonormal and of degree
-//! k. With W_ik = P_k(c_i), `b_i = 1/Σ_k W_ik²` and the W-transformation
+//! zeros of `P_s - P_{s-1}`, where P_k is the Legendre polynomial on [0, 1], orthonormal and of
+//! degree k. With W_ik = P_k(c_i), `b_i = 1/Σ_k W_ik²` and the W-transformation
 //!
 //! ```text
 //! A = W X Wᵀ diag(b)        X = tridiag(ξ_k, x_k, -ξ_{k+1})        ξ_k = 1/(2 √(4k² - 1))
 //! x_0 = 1/2        x_{s-1} = 1/(4s - 2)        the other x_k are 0
 //! ```
 //!
-//! X has one real eigenvalue μ and (s-1)/2 complex pairs. Except for its diagonal it is skew, so its
-//! left eigenvectors are the right ones with the sign of every second entry reversed.
+//! X has one real eigenvalue μ and (s-1)/2 complex pairs. Except for its diagonal it is skew, so
+//! its left eigenvectors are the right ones with the sign of every second entry reversed.
 
 use afterbay_core::{Quad, Scalar};
 use faer::{Mat, c64};
@@ -24,8 +24,8 @@ const CORRECTIONS: usize = 6;
 /// Intervals in which the zeros of a polynomial of degree 7 at most are searched.
 const INTERVALS: u32 = 2000;
 
-/// An eigenvalue of A from the upper half-plane, with its right and left eigenvectors. With `x_k` the
-/// product of the left eigenvector with x, a vector x is `Re Σ x_k right_k`.
+/// An eigenvalue of A from the upper half-plane, with its right and left eigenvectors. With `x_k`
+/// the product of the left eigenvector with x, a vector x is `Re Σ x_k right_k`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<const S: usize> {
     pub(super) value: c64,

@@ -126,8 +126,9 @@ fn seven_stages_have_order_13() {
     check_orders::<_, 7>("chain", &chain, &chain.map(Series::constant), &[20, 25, 32, 40]);
 }
 
-/// The energy that a decay of b h = 20 dissipates within one step, by w and by the weights alone. The
-/// exact value and the share of the weights are those of the oscillator with b = 200 from (1, 1).
+/// The energy that a decay of b h = 20 dissipates within one step, by w and by the weights alone.
+/// The exact value and the share of the weights are those of the oscillator with b = 200 from (1,
+/// 1).
 #[test]
 fn w_takes_the_dissipation_that_the_weights_miss() {
     let system = DampedOscillator::new(1.0, 200.0).unwrap();

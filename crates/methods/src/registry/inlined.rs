@@ -90,8 +90,8 @@ where
 }
 
 /// Binds a method to any system with few degrees of freedom. States are stored in `V` while the
-/// method steps, and in `W` for the explicit methods with step size control. Returns `None` where [`bind`](super::bind) is as
-/// fast.
+/// method steps, and in `W` for the explicit methods with step size control. Returns `None` where
+/// [`bind`](super::bind) is as fast.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).

@@ -115,10 +115,10 @@ fn in_colours<T: Lanewise>(
 }
 
 /// Binds compensated coordinate increments
-/// ([`Increment::compensated`](crate::Increment::compensated)) with coloured sweeps, and modDG as one
-/// sweep over one coordinate, which is the same scheme. `exact` is the
-/// same system in [`Corrected`] numbers. The registry has no rows for them, because a row is
-/// independent of the scalar.
+/// ([`Increment::compensated`](crate::Increment::compensated)) with coloured sweeps, and modDG as
+/// one sweep over one coordinate, which is the same scheme. `exact` is the same system in
+/// [`Corrected`] numbers. The registry has no rows for them, because a row is independent of the
+/// scalar.
 ///
 /// # Errors
 /// [`InputError::Unsupported`] if the row is another method or the system is not separable,

@@ -124,8 +124,8 @@ impl<V: Vector> Stages<V> {
         combine::<V, PART>(terms, &self.slopes, factor, &self.zero, to);
     }
 
-    /// The largest absolute entry of the sum of the slopes of q, p or w with these coefficients, NaN
-    /// if one is not finite.
+    /// The largest absolute entry of the sum of the slopes of q, p or w with these coefficients,
+    /// NaN if one is not finite.
     #[inline(always)]
     pub(crate) fn largest_sum<const PART: usize>(&self, terms: Terms) -> f64 {
         largest_sum::<V, PART>(terms, &self.slopes)

@@ -177,7 +177,8 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     let (counts, more) = ([12, 16, 20, 26, 32, 40, 50], [40, 50, 64, 80, 100, 125]);
     orders("chain", &AdaptiveDop853, &chain, &one, &counts, explicit);
     orders("pendulum", &AdaptiveDop853, &pendulum, &two, &more, explicit);
-    // The leading error terms of Verner's pairs are small, so that they dominate on short steps only.
+    // The leading error terms of Verner's pairs are small, so that they dominate on short steps
+    // only.
     let many = [80, 100, 125, 160, 200, 250];
     let short = [160, 200, 250, 320, 400, 500];
     orders("chain", &AdaptiveVerner87, &chain, &one, &many, explicit);

@@ -37,7 +37,8 @@ fn run<S: Curvature<f64> + Clone + 'static>(
     (state, done)
 }
 
-/// The exact solution of q'' + b q' + q = 0 for b > 2: q, p, and the energy dissipated since (1, 1).
+/// The exact solution of q'' + b q' + q = 0 for b > 2: q, p, and the energy dissipated since (1,
+/// 1).
 fn overdamped(b: f64, t: f64) -> [f64; 3] {
     let root = (b * b / 4.0 - 1.0).sqrt();
     let fast = -(b / 2.0 + root);
@@ -104,8 +105,8 @@ fn agrees<S: Curvature<f64> + Clone + 'static>(
     }
 }
 
-/// Three half periods for μ up to 1e5, whose jumps take a small part of a period. At the end w = K - H
-/// of the slow part, whatever w has been in the jumps: 1e6 and more.
+/// Three half periods for μ up to 1e5, whose jumps take a small part of a period. At the end w = K
+/// - H of the slow part, whatever w has been in the jumps: 1e6 and more.
 #[test]
 fn relaxation_oscillations_are_right_in_q_p_and_w() {
     for mu in [1e3, 1e4, 1e5] {

@@ -4,8 +4,8 @@ use afterbay_core::{Grid, State, System, integrate};
 use afterbay_methods::{Composition, Increment, Tiled};
 use afterbay_systems::{Custom, Description, DissipationText, FputChain};
 
-/// Toda's chain with free ends, the chain of Fermi, Pasta, Ulam and Tsingou between walls, and rings
-/// of rotors and of Van der Pol oscillators.
+/// Toda's chain with free ends, the chain of Fermi, Pasta, Ulam and Tsingou between walls, and
+/// rings of rotors and of Van der Pol oscillators.
 const TEXTS: [(&str, &str); 4] = [
     ("sum(i, 1, n-1, exp(q[i+1] - q[i]) - (q[i+1] - q[i]) - 1)", "0.1*p[i]"),
     (

@@ -40,6 +40,7 @@ pub enum ActionName {
     Record,
     /// It is recorded, and the run ends.
     Stop,
-    /// It is recorded, and the momentum of the coordinate that `of` names is reversed, as at a wall.
+    /// It is recorded, and the momentum of the coordinate that `of` names is reversed, as at a
+    /// wall.
     Bounce,
 }

@@ -10,8 +10,8 @@ pub struct FigureTable {
     /// The title [default: the quantities].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// The quantity of the horizontal axis: t, q1, p1, w1, .., W (the sum of all w), s1, .. and S of
-    /// a drive, st of V(q, t), H, K or "K - K0" [default: t].
+    /// The quantity of the horizontal axis: t, q1, p1, w1, .., W (the sum of all w), s1, .. and S
+    /// of a drive, st of V(q, t), H, K or "K - K0" [default: t].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<String>,
     /// The quantity of the vertical axis, or a list of them.

@@ -35,12 +35,12 @@ pub struct Known {
 }
 
 impl Known {
-    /// The largest distance of attractors of two methods that count as one, relative to their size. A
-    /// coarse choice: at large steps a method shifts an attractor by its phase, too.
+    /// The largest distance of attractors of two methods that count as one, relative to their size.
+    /// A coarse choice: at large steps a method shifts an attractor by its phase, too.
     pub(super) const ALIKE: f64 = 0.5;
 
-    /// The distance from another attractor, relative to the size of this one; infinite if they are of
-    /// different kinds.
+    /// The distance from another attractor, relative to the size of this one; infinite if they are
+    /// of different kinds.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         match (self.attractor.kind, other.attractor.kind) {
             (Kind::Period(a), Kind::Period(b)) if a == b => {

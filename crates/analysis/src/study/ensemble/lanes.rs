@@ -11,8 +11,8 @@ const WIDTH: usize = 8;
 /// The least number of runs for which lanes are used.
 const FEWEST: usize = 3;
 
-/// Takes the runs of a group side by side, as long as there are enough of them. Those left over have
-/// no ending.
+/// Takes the runs of a group side by side, as long as there are enough of them. Those left over
+/// have no ending.
 pub(super) fn together<W: Watch>(
     ensemble: &Ensemble<'_>,
     jobs: &mut [Job<W>],

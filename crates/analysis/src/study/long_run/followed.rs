@@ -146,8 +146,8 @@ impl Followed {
         Ok(())
     }
 
-    /// Computes a leg of all runs in lanes. They go on apart if there is a single run, if the method
-    /// has no lanes, or where a step fails, since the lane that failed is not known.
+    /// Computes a leg of all runs in lanes. They go on apart if there is a single run, if the
+    /// method has no lanes, or where a step fails, since the lane that failed is not known.
     fn together(
         &mut self,
         starts: &[Problem],

@@ -30,8 +30,8 @@ impl<'a> Tiles<'a> {
         Ok(Self { map, methods, looks, batches })
     }
 
-    /// The rows of the table, ordered by method, value and step, from the results of all tiles. Those
-    /// of an interrupted study are left out.
+    /// The rows of the table, ordered by method, value and step, from the results of all tiles.
+    /// Those of an interrupted study are left out.
     pub fn rows(&self, parts: Vec<Vec<(usize, StabilityRow)>>) -> Vec<StabilityRow> {
         let mut rows: Vec<(usize, StabilityRow)> = parts.into_iter().flatten().collect();
         rows.sort_by_key(|row| row.0);
