@@ -306,7 +306,7 @@ fn parts_of_something_else_are_refused_by_name() {
     assert_eq!(code, Some(4), "{stderr}");
     assert!(stderr.contains("cells are missing"), "{stderr}");
     for (from, to, word) in [
-        ("\"journal\":1", "\"journal\":0", "format"),
+        ("\"journal\":2", "\"journal\":1", "format"),
         ("\"version\":\"", "\"version\":\"0.0.", "version"),
         ("\"scene\":\"", "\"scene\":\"ab", "scene"),
     ] {
