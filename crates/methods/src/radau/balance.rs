@@ -52,19 +52,26 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         })
     }
 
-    /// The end of the step as the stages give it.
+    /// The end of the step as the stages give it. The momenta of motors, which are energies, are
+    /// summed by the weights, as w is: what is supplied and not dissipated then leaves w unchanged.
     #[inline(always)]
     pub(super) fn place_end<F: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &F,
         state: &State<V>,
     ) {
-        let Self { q, p, trial, .. } = self;
+        let Self { q, p, trial, tables, h, .. } = self;
         for (to, from, by) in [(&mut *q, &state.q, &trial.q), (&mut *p, &state.p, &trial.p)] {
             let steps = from.as_slice().iter().zip(by[S - 1].as_slice());
             for (to, (&from, &by)) in to.as_mut_slice().iter_mut().zip(steps) {
                 *to = from + by;
             }
+        }
+        let n = p.as_slice().len();
+        for d in n - system.motors()..n {
+            let terms = tables.weights.iter().zip(&trial.f);
+            let sum = terms.fold(V::Scalar::zero(), |sum, (&b, f)| b.mul_add(f.as_slice()[d], sum));
+            p.as_mut_slice()[d] = h.mul_add(sum, state.p.as_slice()[d]);
         }
         self.end_energy = system.energy(q.as_slice(), p.as_slice());
         self.unmoved = true;

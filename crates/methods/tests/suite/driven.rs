@@ -244,7 +244,7 @@ fn check_frictionless<F: Formulas + Copy + 'static>(formulas: F, which: &'static
 
 #[test]
 fn motors_keep_the_time_and_nothing_is_lost_without_friction() {
-    assert_eq!(check_frictionless(Single, &[0]), 24);
-    assert_eq!(check_frictionless(Pair, &[0, 1]), 23);
-    assert_eq!(check_frictionless(Pair, &[1]), 23);
+    assert_eq!(check_frictionless(Single, &[0]), 26);
+    assert_eq!(check_frictionless(Pair, &[0, 1]), 25);
+    assert_eq!(check_frictionless(Pair, &[1]), 25);
 }
