@@ -83,13 +83,14 @@ fn under_a_square_wave(force: f64, end: f64) -> [f64; 3] {
 
 #[test]
 fn a_force_that_jumps_is_followed_to_rounding() {
-    // With the larger force, a step across a jump has an error far above the allowed one.
-    for force in [F, 1e6] {
-        a_jump_is_followed(force);
-    }
+    a_jump_is_followed(F, 1e-13);
+    // A step across a jump is up to 256 roundings of t long. With this force its error is far above
+    // the allowed one, and it is taken without a projection: K is off by up to h F v, which over
+    // the six jumps is 4e-12 to 8e-12 of F².
+    a_jump_is_followed(1e6, 1e-11);
 }
 
-fn a_jump_is_followed(force: f64) {
+fn a_jump_is_followed(force: f64, off_by: f64) {
     let end = 20.3;
     let mut scene = resonance(1.0, 1.0);
     scene.problem = Scene::read(&format!(
@@ -118,7 +119,7 @@ fn a_jump_is_followed(force: f64) {
             assert!(qp < 10.0 * tolerance * size, "{name}: {qp:e}");
             assert!(w < 10.0 * tolerance * size * size, "{name}: w {w:e}");
             let k = row.k_drift / (size * size);
-            assert!(k < 1e-13, "{name}: K is off by {k:e} of its size");
+            assert!(k < off_by, "{name}: K is off by {k:e} of its size");
         }
     }
 }

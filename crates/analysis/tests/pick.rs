@@ -205,7 +205,9 @@ fn a_pick_with_a_kink_is_honest() {
     // The reported error agrees with the one measured, and with that of a finer run.
     let said =
         winner.run.error_qp.zip(winner.run.error_w).map(|(qp, w)| qp.max(w)).expect("errors");
-    assert!((off - said).abs() <= 0.05 * said, "{off:e}, said {said:e}");
+    // With a tolerance the check looks at about twenty states, which may miss the largest error.
+    let least = if winner.run.tolerance.is_some() { 0.5 } else { 0.95 };
+    assert!((least * said..=1.05 * said).contains(&off), "{off:e}, said {said:e}");
     let [qp, w] = found.check.expect("a finer run");
     assert!((qp.max(w) - said).abs() <= 0.8 * said, "{qp:e} {w:e}, said {said:e}");
     for candidate in &found.qualified {
