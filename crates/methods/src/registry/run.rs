@@ -133,8 +133,8 @@ impl<T: Scalar> Run<T> {
     ///
     /// # Errors
     /// [`InputError::Unsupported`] if the method chooses its steps, the errors of [`State::check`],
-    /// and those of [`Method::step`] reported as step 1 of a run. The state is unchanged after an
-    /// error.
+    /// and those of [`Method::step`](afterbay_core::Method::step) reported as step 1 of a run. The
+    /// state is unchanged after an error.
     pub fn step<V: Vector<Scalar = T>>(
         &self,
         h: T,
