@@ -209,7 +209,8 @@ fn a_pick_with_a_kink_is_honest() {
     let least = if winner.run.tolerance.is_some() { 0.5 } else { 0.95 };
     assert!((least * said..=1.05 * said).contains(&off), "{off:e}, said {said:e}");
     let [qp, w] = found.check.expect("a finer run");
-    assert!((qp.max(w) - said).abs() <= 0.8 * said, "{qp:e} {w:e}, said {said:e}");
+    // Beside the kink of D a finer run has a part of the same error.
+    assert!((0.1 * said..=1.8 * said).contains(&qp.max(w)), "{qp:e} {w:e}, said {said:e}");
     for candidate in &found.qualified {
         assert_eq!(candidate.run.passivity_violations, Some(0), "{}", candidate.run.method);
         assert!(candidate.run.k_drift < 1e-9, "{}", candidate.run.method);
