@@ -44,8 +44,8 @@ fn along(problem: &Problem, method: &str, steps: u64) -> f64 {
     worst
 }
 
-/// The same at about twenty states of a run whose steps follow from a tolerance.
-fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
+/// The same at about `most` states of a run whose steps follow from a tolerance.
+fn along_within(problem: &Problem, method: &str, tolerance: f64, most: usize) -> f64 {
     let run = problem.model.bind(find(method).expect("a method")).expect("it applies");
     let mut seen: Vec<(f64, Vec<f64>)> = Vec::new();
     let mut state = problem.start().expect("a state");
@@ -55,7 +55,7 @@ fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
     };
     run.run(Setting::Tolerance(Tolerance::all(tolerance), problem.end), &mut state, 1, look)
         .expect("it runs");
-    let every = seen.len().div_ceil(20);
+    let every = seen.len().div_ceil(most);
     let some = seen.iter().rev().step_by(every).filter(|(t, _)| *t > 0.0);
     let off = |(t, z): &(f64, Vec<f64>)| {
         let exact = problem.solution(*t, 1, &Silent).expect("a reference");
@@ -68,10 +68,15 @@ fn along_within(problem: &Problem, method: &str, tolerance: f64) -> f64 {
 
 /// The largest error of a candidate, computed without `pick`.
 fn checked(problem: &Problem, candidate: &Candidate) -> f64 {
+    checked_at(problem, candidate, 20)
+}
+
+/// The same, at about `most` states if its steps follow from a tolerance.
+fn checked_at(problem: &Problem, candidate: &Candidate, most: usize) -> f64 {
     let run = &candidate.run;
     match run.tolerance {
         None => along(problem, run.method, run.steps),
-        Some(tolerance) => along_within(problem, run.method, tolerance),
+        Some(tolerance) => along_within(problem, run.method, tolerance, most),
     }
 }
 
@@ -199,18 +204,15 @@ fn a_pick_with_a_kink_is_honest() {
     let asked = Wanted { error: 1e-6, at_end: false, keep_k: true, passive: true };
     let found = pick::run(&problem, asked, &Silent).expect("a pick");
     let winner = found.qualified.first().expect("some qualify");
-    let off = checked(&problem, winner);
+    let off = checked_at(&problem, winner, usize::MAX);
     println!("{}: {off:e}", says(&found));
     assert!(off <= 1e-6 && off > 1e-9, "{off:e}");
     // The reported error agrees with the one measured, and with that of a finer run.
     let said =
         winner.run.error_qp.zip(winner.run.error_w).map(|(qp, w)| qp.max(w)).expect("errors");
-    // With a tolerance the check looks at about twenty states, which may miss the largest error.
-    let least = if winner.run.tolerance.is_some() { 0.5 } else { 0.95 };
-    assert!((least * said..=1.05 * said).contains(&off), "{off:e}, said {said:e}");
+    assert!((0.95 * said..=1.05 * said).contains(&off), "{off:e}, said {said:e}");
     let [qp, w] = found.check.expect("a finer run");
-    // Beside the kink of D a finer run has a part of the same error.
-    assert!((0.1 * said..=1.8 * said).contains(&qp.max(w)), "{qp:e} {w:e}, said {said:e}");
+    assert!((0.2 * said..=1.8 * said).contains(&qp.max(w)), "{qp:e} {w:e}, said {said:e}");
     for candidate in &found.qualified {
         assert_eq!(candidate.run.passivity_violations, Some(0), "{}", candidate.run.method);
         assert!(candidate.run.k_drift < 1e-9, "{}", candidate.run.method);

@@ -2,9 +2,11 @@
 //! system's frequencies. The projection onto K, which implicit methods of fixed step use too.
 
 mod budget;
+mod kinks;
 mod projection;
 mod rates;
 
 pub(crate) use budget::{Budget, largest, largest_of_first};
-pub(crate) use projection::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
+pub(crate) use kinks::{KINK_ORDER, Sides};
+pub(crate) use projection::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS, settle_by_motor};
 pub(crate) use rates::Rates;

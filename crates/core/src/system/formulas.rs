@@ -35,6 +35,11 @@ pub trait Formulas: Send + Sync {
         DissipationForm::GENERAL
     }
 
+    /// Passes to `put` every x(q, v) at whose zeros the slopes of V or D may not be analytic, such as
+    /// v_j if D contains |v_j|. Methods of high order take shorter steps across them, and references
+    /// are not continued across them ([`System::kinks`]).
+    fn kinks<T: Scalar>(&self, _q: &[T], _v: &[T], _put: &mut dyn FnMut(T)) {}
+
     /// Whether V may be singular where q is finite. Steps are then examined, by V in intervals, and
     /// refused across a singularity; a V without any is spared the time by `false`.
     fn may_be_singular(&self) -> bool {
@@ -152,6 +157,11 @@ impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
 
     fn dissipation_form(&self) -> DissipationForm {
         self.0.dissipation_form()
+    }
+
+    fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        let v = |j: usize| p[j] / T::from_f64(self.0.mass(j));
+        with_entries(p.len(), v, |v| self.0.kinks(q, v, put));
     }
 
     fn may_be_singular(&self) -> bool {

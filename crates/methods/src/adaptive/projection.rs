@@ -86,3 +86,22 @@ impl<T: Scalar> Projection<'_, T> {
         }
     }
 }
+
+/// Moves the momentum of the last motor, an account of energy with ∂H/∂p = 1, so that H equals the
+/// target, and returns H. Returns `None`, and moves nothing, if the system has no motor.
+///
+/// A step across a jump of the drive is taken whatever its error is, and no change of (q, p) of
+/// the size of the tolerance may then restore K. The account is in error by as much anyway.
+pub(crate) fn settle_by_motor<T: Scalar, S: System<T> + ?Sized>(
+    system: &S,
+    target: T,
+    q: &[T],
+    p: &mut [T],
+) -> Option<T> {
+    if system.motors() == 0 {
+        return None;
+    }
+    let missing = target - system.energy(q, p);
+    *p.last_mut()? += missing;
+    Some(system.energy(q, p))
+}

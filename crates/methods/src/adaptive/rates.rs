@@ -46,6 +46,9 @@ impl<V: Vector> Rates<V> {
     /// r λ + k = 0, where the Rayleigh quotients r and k of x, weighted with Hpp⁻¹, are real with
     /// |r| ≤ d and 0 ≤ k ≤ b c. This bound does not hold for skew friction or for concave
     /// potentials.
+    ///
+    /// Rows and columns of motors are left out: their coordinates are the time and no slope depends
+    /// on their momenta, so that J is block triangular and its other eigenvalues are 0.
     #[inline]
     pub(crate) fn see<S>(&mut self, system: &S, q: &V, p: &V) -> [f64; 2]
     where
@@ -67,7 +70,11 @@ impl<V: Vector> Rates<V> {
             sums.fill(zero);
         }
         let (mut coupled, mut backward) = (false, false);
+        let free = system.dof() - system.motors();
         system.curvature(q.as_slice(), p.as_slice(), |block, i, j, value| {
+            if i >= free || j >= free {
+                return;
+            }
             let size = value.abs();
             match block {
                 Block::Hqq => {

@@ -10,7 +10,7 @@ use super::end::End;
 use super::gauss::{Columns, Gauss};
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
-use crate::adaptive::{Budget, Rates};
+use crate::adaptive::{Budget, KINK_ORDER, Rates, Sides, settle_by_motor};
 use crate::collocation;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
@@ -66,6 +66,7 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) rates: Rates<V>,
     /// The geometric mean of the contraction factors of the last step's sweeps.
     pub(super) contraction: f64,
+    sides: Sides,
     pub(super) budget: Budget,
     /// The solver that iterates to rounding, allocated when it is first needed.
     pub(super) spare: Option<Box<collocation::Workspace<V>>>,
@@ -95,6 +96,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             fastest: 0.0,
             rates: Rates::new(n),
             contraction: 0.0,
+            sides: Sides::default(),
             budget: Budget::new(tolerance, span, n - system.motors()),
             spare: None,
         }
@@ -123,7 +125,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if self.stiff.on {
             let effort = self.rounded(system, h, state)?;
             self.see_fastest(system);
-            let error = self.error(n, scales)? / allowed;
+            let smooth = !self.passes_kink(system, state);
+            let error = self.error(n, scales, smooth)? / allowed;
+            let order = if smooth { order } else { KINK_ORDER };
             self.stiff.see_long(length);
             return Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort });
         }
@@ -131,7 +135,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let mut effort = Self::spent(sweeps);
         self.finish(system, state);
         self.see_fastest(system);
-        let mut error = self.error(n, scales)? / allowed;
+        let smooth = !self.passes_kink(system, state);
+        let order = if smooth { order } else { KINK_ORDER };
+        let mut error = self.error(n, scales, smooth)? / allowed;
         if error <= 1.0 {
             match self.restore(system, before, scales, allowed) {
                 Ok(()) => {}
@@ -141,12 +147,38 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
         }
+        if error > 1.0 {
+            self.settle(system, before);
+        }
         let reach = (BEST_CONTRACTION / self.contraction)
             .sqrt()
             .min(LARGEST_PHASE / (length * self.fastest));
         let reach = reach.clamp(STRETCHES[0], STRETCHES[1]);
         self.stiff.see_short(length, reach <= 1.0, error < UNLIMITED_SHARE);
         Ok(Attempt { error, order, largest_growth: reach, effort })
+    }
+
+    /// Makes K exact at the end of a step with too large an error, if the system is driven.
+    #[cold]
+    fn settle<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, before: V::Scalar) {
+        let End { q, p, gain, energy, .. } = &mut self.end;
+        let target = gain.as_slice().iter().fold(before, |energy, &gain| energy - gain);
+        let settled = settle_by_motor(system, target, q.as_slice(), p.as_mut_slice());
+        *energy = settled.unwrap_or(*energy);
+    }
+
+    /// Whether the start, the nodes and the end of the step are on both sides of a kink.
+    fn passes_kink<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+    ) -> bool {
+        let Self { sides, trial, end, .. } = self;
+        if !sides.begin(system, state.q.as_slice(), state.p.as_slice()) {
+            return false;
+        }
+        let nodes = trial.q.iter().zip(&trial.p).chain([(&end.q, &end.p)]);
+        nodes.into_iter().any(|(q, p)| sides.passed(system, q.as_slice(), p.as_slice()))
     }
 
     /// Computes the state the time h after `before`, with which the accepted step began.

@@ -13,9 +13,15 @@ use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the error allowed of the whole run.
+    /// The error estimate of the step relative to the error allowed of the whole run. Across a kink
+    /// the error is of the size of the defect.
     #[inline]
-    pub(super) fn error(&self, n: usize, scales: [f64; 3]) -> Result<f64, StepFailure> {
+    pub(super) fn error(
+        &self,
+        n: usize,
+        scales: [f64; 3],
+        smooth: bool,
+    ) -> Result<f64, StepFailure> {
         let Self { gauss, trial, start, end, h, unit_mass, .. } = self;
         // The difference between a slope and its polynomial at both ends, and the size of the
         // slope.
@@ -40,7 +46,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
         // ω, which need not be excited.
         let fastest = if self.stiff.on { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
-        let kernel = share(force).max(share(velocity)).max(fastest);
+        let kernel = if smooth { share(force).max(share(velocity)).max(fastest) } else { 1.0 };
         // In a stiff system the effect of a defect is damped: it is the defect divided by the
         // Jacobian.
         let forgets = if self.stiff.on {

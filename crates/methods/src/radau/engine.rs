@@ -4,8 +4,10 @@ use super::equations::Equations;
 use super::share::Share;
 use super::stages::{Columns, Point, Stages};
 use super::tables::Tables;
+use crate::adaptive::{KINK_ORDER, Sides, settle_by_motor};
 use afterbay_core::{
-    Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, Tolerance, Vector,
+    Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, System, Tolerance,
+    Vector,
 };
 
 /// The smallest error assigned to a step that is rejected because K cannot be restored.
@@ -54,6 +56,7 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     pub(super) eta: f64,
     /// Whether the last attempt was not accepted, or there was none.
     rejected: bool,
+    sides: Sides,
     pub(super) share: Share,
     /// The defect of K at the end of a longer step from this state, near an equilibrium.
     pub(super) off: f64,
@@ -97,6 +100,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             renew: true,
             eta: 1.0,
             rejected: true,
+            sides: Sides::default(),
             share: Share::new(tolerance, span, n - system.motors()),
             off: f64::INFINITY,
         })
@@ -115,9 +119,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let way = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let rejected = std::mem::replace(&mut self.rejected, true);
         self.solve(system, h, state, allowed, way, &mut effort)?;
-        let mut error = self.estimate(h, allowed);
+        let smooth = !self.passes_kink(system, state);
+        let mut error = self.estimate(h, allowed, smooth);
         if rejected && error > 1.0 && error.is_finite() {
-            error = self.estimate_again(system, h, state, allowed);
+            error = self.estimate_again(system, h, state, allowed, smooth);
             effort.evaluations += 1;
         }
         if !error.is_finite() {
@@ -128,12 +133,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 Ok(()) => self.rejected = false,
                 Err(excess) => error = excess.max(REFUSED),
             }
-        } else {
-            // A step across a break is taken whatever its error is.
-            self.place_end(system, state);
-            self.sum_gains();
         }
-        let order = 2 * S as u32;
+        if error > 1.0 {
+            self.settle(system, state);
+        }
+        let order = if smooth { 2 * S as u32 } else { KINK_ORDER };
         Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort })
     }
 
@@ -158,7 +162,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         (self.eta, self.renew) = (eta, renew);
         (self.begun, self.fresh, self.factorised) = (false, false, 0.0);
         outcome?;
-        self.estimate(h, allowed);
+        self.estimate(h, allowed, true);
         // There is no longer step to compare with.
         self.off = 0.0;
         if self.balance(system, before, allowed, 0.0).is_err() {
@@ -188,6 +192,28 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         // With one degree of freedom a new Jacobian costs less than a correction.
         self.renew |= V::LEN == Some(1) && !self.fresh;
         effort
+    }
+
+    /// Whether the stages are on both sides of a kink.
+    fn passes_kink<F: System<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) -> bool {
+        if !self.sides.begin(system, state.q.as_slice(), state.p.as_slice()) {
+            return false;
+        }
+        (0..S).any(|stage| {
+            self.place(stage, state);
+            let [q, p] = &self.at;
+            self.sides.passed(system, q.as_slice(), p.as_slice())
+        })
+    }
+
+    /// Computes the end of a step with too large an error, with K exact if the system is driven.
+    #[cold]
+    fn settle<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+        self.place_end(system, state);
+        self.sum_gains();
+        let target = self.target();
+        let settled = settle_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
+        self.end_energy = settled.unwrap_or(self.end_energy);
     }
 
     /// Accepts the trial step.

@@ -20,8 +20,9 @@ const CAUTION: f64 = 10.0;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Estimates the errors of q, p and w, and returns the largest relative to the allowed one.
+    /// Across a kink the step is of no higher order than the estimate.
     #[inline(always)]
-    pub(super) fn estimate(&mut self, h: V::Scalar, allowed: Allowed) -> f64 {
+    pub(super) fn estimate(&mut self, h: V::Scalar, allowed: Allowed, smooth: bool) -> f64 {
         let Self { tables, trial, equations, start, errors, dissipative, .. } = self;
         let [of_q, of_p, of_w, raw_of_w] = errors.each_mut().map(V::as_mut_slice);
         let Point { v, f, d: drag, loss, .. } = start;
@@ -61,7 +62,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 }
             },
         );
-        Self::raised(most, allowed) + poison
+        if smooth {
+            return Self::raised(most, allowed) + poison;
+        }
+        let most = most.into_iter().fold(0.0, f64::max);
+        (most / allowed.share).min(f64::MAX) + poison
     }
 
     /// The error relative to the allowed one, from estimates of order S+1 in units of the scales.
@@ -86,6 +91,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         h: V::Scalar,
         state: &State<V>,
         allowed: Allowed,
+        smooth: bool,
     ) -> f64 {
         let Self { at, errors, moved, dissipative, .. } = self;
         for ((to, from), by) in at.iter_mut().zip([&state.q, &state.p]).zip(&*errors) {
@@ -96,7 +102,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         }
         moved.look(system, *dissipative, &at[0], &at[1]);
         std::mem::swap(&mut self.start, &mut self.moved);
-        let error = self.estimate(h, allowed);
+        let error = self.estimate(h, allowed, smooth);
         std::mem::swap(&mut self.start, &mut self.moved);
         error
     }

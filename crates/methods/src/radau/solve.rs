@@ -78,7 +78,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// Writes the point of a stage to `at`.
     #[inline(always)]
-    fn place(&mut self, stage: usize, state: &State<V>) {
+    pub(super) fn place(&mut self, stage: usize, state: &State<V>) {
         let Self { at, trial, .. } = self;
         let parts = [(&state.q, &trial.q[stage]), (&state.p, &trial.p[stage])];
         for (to, (from, by)) in at.iter_mut().zip(parts) {

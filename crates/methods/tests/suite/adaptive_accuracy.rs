@@ -6,7 +6,8 @@
 use crate::bind::curved;
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Adaptive, Curvature, Series, State, Statistics, System, Tolerance, integrate_within,
+    Adaptive, Curvature, Formulas, FromFormulas, Scalar, Series, State, Statistics, System,
+    Tolerance, integrate_within,
 };
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
 use afterbay_methods::{AdaptiveCollocation, AdaptiveRadau};
@@ -132,6 +133,44 @@ fn errors_are_within_ten_times_the_tolerance() {
     let q = sine(8);
     let start: [&[f64]; 2] = [&q, &[0.0; 8]];
     lines("chain of 8", &d8, start, 50.0, &series(&d8.map(Series::constant), start, 50.0));
+}
+
+/// Two coupled pendulums in a fluid, with the drag c|v|v: its second derivative jumps where a
+/// pendulum turns.
+#[derive(Clone, Copy)]
+struct InFluid {
+    c: f64,
+}
+
+impl Formulas for InFluid {
+    fn dof(&self) -> usize {
+        2
+    }
+
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let twist = q[1] - q[0];
+        (twist * twist).half() - q[0].sin_cos().1 - q[1].sin_cos().1
+    }
+
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        T::from_f64(self.c) * v[j].abs() * v[j]
+    }
+
+    fn kinks<T: Scalar>(&self, _q: &[T], v: &[T], put: &mut dyn FnMut(T)) {
+        v.iter().for_each(|&v| put(v));
+    }
+}
+
+/// Across a kink the order of a method is lost.
+#[test]
+fn errors_are_within_ten_times_the_tolerance_across_kinks() {
+    head();
+    for c in [0.1, 2.0] {
+        let system = FromFormulas(InFluid { c });
+        let start: [&[f64]; 2] = [&[2.5, -0.5], &[0.0, 1.0]];
+        let exact = series(&system, start, 20.0);
+        lines(&format!("two pendulums in a fluid, c = {c}"), &system, start, 20.0, &exact);
+    }
 }
 
 /// On an oscillator without friction errors are not damped and have one sign: averaged over the
