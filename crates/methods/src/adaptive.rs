@@ -2,9 +2,13 @@
 //! system's frequencies. The projection onto K, which implicit methods of fixed step use too.
 
 mod budget;
+mod noise;
+mod orders;
 mod projection;
 mod rates;
 
 pub(crate) use budget::{Budget, largest, largest_of_first};
+pub(crate) use noise::{DOUBT, is_noise};
+pub(crate) use orders::adaptive_of_orders;
 pub(crate) use projection::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
 pub(crate) use rates::Rates;

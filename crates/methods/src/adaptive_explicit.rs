@@ -16,9 +16,7 @@
 //! |λ|, which is renewed from time to time. Steps do not allocate, except where K differs only by
 //! rounding, near rest.
 
-use crate::adaptive::{Budget, Projection, Rates, largest};
-use crate::bend::bend;
-use crate::grain::grain_at;
+use crate::adaptive::{Budget, DOUBT, Projection, Rates, is_noise, largest};
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Quantity, Scalar, State, StepFailure, System, Tolerance, Vector,
@@ -30,15 +28,9 @@ const SHARE: f64 = 0.01;
 /// The smallest error assigned to a step whose projection fails, as a share of the allowed error;
 /// above 1. A choice.
 const REFUSED: f64 = 2.0;
-/// A failed projection may be due to rounding if the error is below this share of the allowed
-/// error; between 0 and 1. A choice.
-const DOUBT: f64 = 0.01;
 /// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
-/// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
-/// much. A choice.
-const NOISE_ROUNDINGS: f64 = 64.0;
 /// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
 const NEAR: f64 = 1.25;
 /// A bound of |λ| is steady if it differs from the one before by at most this share. A choice.
@@ -179,19 +171,12 @@ impl<V: Vector> Workspace<V> {
         projection.apply(system, [q, p], end_energy).map(|_| ())
     }
 
-    /// Whether the error of K is within the rounding of z in H, and not reduced by a shorter step.
-    /// Near an equilibrium away from the origin no small change of z can correct it.
+    /// Whether the error of K at the end is rounding. H there is evaluated anew.
     #[cold]
     fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
-        let (q, p) = (self.q.as_slice(), self.p.as_slice());
-        let (found, target) = (system.energy(q, p), self.target());
-        let z = largest(&self.q).max(largest(&self.p));
-        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
-        let off = (found - target).abs().to_f64();
-        let before = std::mem::replace(&mut self.off, off);
-        self.end_energy = found;
-        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
-        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+        self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
+        let energies = [self.energy, self.end_energy, self.target()];
+        is_noise(system, [&self.q, &self.p], energies, &mut self.off)
     }
 
     /// The largest factor by which the step may be lengthened while staying stable.
