@@ -206,7 +206,7 @@ impl<V: Vector> Workspace<V> {
     {
         (self.length, self.ended) = (h.to_f64().abs(), false);
         let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
-        // Where forces cancel, the roundings of p are small beside those of its slopes.
+        // If forces cancel, the roundings of p are small compared with those of its slopes.
         let slope = V::Scalar::EPSILON * largest(&self.stages.start);
         allowed[1] = allowed[1].max(STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length);
         self.stages.advance::<B, S>(system, h, state);

@@ -72,7 +72,7 @@ pub struct BasinRow {
     pub attractor: usize,
     /// Returns until the attractor was known.
     pub periods: u64,
-    /// How the run ended: `completed`, `unsettled`, or its failure.
+    /// The outcome of the run: `completed`, `unsettled`, or its failure.
     pub outcome: &'static str,
 }
 
@@ -108,7 +108,7 @@ pub struct Cell {
     pub attractor: Option<usize>,
     /// Returns until it was known.
     pub periods: u64,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 

@@ -8,7 +8,7 @@ use afterbay_methods::registry::Row;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What a method shows with one step. It consists of pieces that share nothing, at least one.
+/// The study of a method with one step. It consists of pieces that share nothing, at least one.
 pub trait Dynamics: Sync {
     /// The result of a piece.
     type Piece: Serialize + DeserializeOwned + Send;

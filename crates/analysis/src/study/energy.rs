@@ -82,7 +82,7 @@ pub struct Books {
     pub drift: f64,
     /// Steps that violate passivity; none where the system is active.
     pub violations: Option<u64>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 

@@ -10,7 +10,7 @@ pub const COMPLETED: &str = "completed";
 /// The word of a run that was stopped.
 pub const INTERRUPTED: &str = "interrupted";
 
-/// How a run ended.
+/// The outcome of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {
     /// One word.

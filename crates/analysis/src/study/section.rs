@@ -14,7 +14,7 @@ pub enum Section {
         /// The interval [default: the period of the drive].
         interval: Option<f64>,
     },
-    /// Where a coordinate or a momentum crosses a value.
+    /// The crossing of a value by a coordinate or a momentum.
     Crossing(Crossing),
 }
 
@@ -47,7 +47,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The same direction, of an event.
+    /// The direction of the event that locates the crossing.
     pub fn of_core(self) -> afterbay_core::Direction {
         match self {
             Self::Rising => afterbay_core::Direction::Rising,

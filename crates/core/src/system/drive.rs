@@ -38,7 +38,7 @@ pub trait Drive<T: Scalar>: Send + Sync {
     fn force(&self, k: usize, q: &[T], t: T) -> T;
 
     /// Passes the slopes of that F_j to `put`: ∂F_j/∂q_i with `Some(i)`, and ∂F_j/∂t with `None`.
-    /// Which slopes are passed, and in which order, must not depend on the state.
+    /// The slopes passed, and their order, must not depend on the state.
     fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T));
 
     /// Whether F_j for entry k of [`Drive::driven`] depends on q_j itself. Where it does not,

@@ -2,7 +2,7 @@
 //! is made.
 //!
 //! The unknowns of a step are the corrections a of q and b of p. If H has no mixed derivatives and
-//! Hpp is diagonal, a is eliminated. The N unknowns b then have a matrix that is tridiagonal if only
+//! Hpp is diagonal, a is eliminated; the matrix of the N unknowns b is tridiagonal if only
 //! neighbours in a row are coupled. Otherwise the 2 N unknowns are ordered a_0, b_0, a_1, ..
 
 use super::{LinearSolver, Matrix, Number, SMALL};

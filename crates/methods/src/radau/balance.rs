@@ -1,4 +1,4 @@
-//! What makes K exact.
+//! The restoration of K after a step.
 //!
 //! The stages give the end of the step and `Δw_j = h Σ b_i D_j v_j`. The defect `H0 - H1 - Σ Δw_j`
 //! is of the size of the error of the step. It belongs to (q, p) or to w. For quadratic H it is
