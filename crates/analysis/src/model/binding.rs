@@ -33,7 +33,10 @@ impl Model {
     ///
     /// # Errors
     /// Those of [`Model::bind`].
-    pub fn bind_in<T: Number + registry::Number>(&self, row: &Row) -> Result<Run<T>, InputError> {
+    pub(crate) fn bind_in<T: Number + registry::Number>(
+        &self,
+        row: &Row,
+    ) -> Result<Run<T>, InputError> {
         registry::bind(row, self.system::<T>()?)
     }
 

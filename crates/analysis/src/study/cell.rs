@@ -97,7 +97,10 @@ pub(crate) fn reference_bytes(degrees: usize, times: f64) -> f64 {
 ///
 /// # Errors
 /// The first error of the study.
-pub fn compute_all<S: Study>(study: &S, progress: &dyn Progress) -> Result<Vec<S::Part>, S::Error> {
+pub(crate) fn compute_all<S: Study>(
+    study: &S,
+    progress: &dyn Progress,
+) -> Result<Vec<S::Part>, S::Error> {
     let cells = study.cells();
     let shared = study.share(progress)?;
     let indices: Vec<usize> = (0..cells.len()).collect();

@@ -78,7 +78,7 @@ pub fn word<T>(result: &Result<T, IntegrateError>) -> &'static str {
 }
 
 /// One word for the failure of a step.
-pub fn step_word(failure: &StepFailure) -> &'static str {
+pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
     match failure {
         StepFailure::NonFinite { .. } => "not-finite",
         StepFailure::NotContracting { .. } => "not-contracting",

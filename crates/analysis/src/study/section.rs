@@ -48,7 +48,7 @@ pub enum Direction {
 
 impl Direction {
     /// The direction of the event that locates the crossing.
-    pub fn of_core(self) -> afterbay_core::Direction {
+    pub(crate) fn of_core(self) -> afterbay_core::Direction {
         match self {
             Self::Rising => afterbay_core::Direction::Rising,
             Self::Falling => afterbay_core::Direction::Falling,
@@ -58,7 +58,7 @@ impl Direction {
 }
 
 /// The most steps between two crossings. A run that takes more does not return.
-pub const MOST_STEPS_BETWEEN: u64 = 1_000_000;
+pub(crate) const MOST_STEPS_BETWEEN: u64 = 1_000_000;
 
 impl Section {
     /// The steps between two states of the section. A stroboscopic interval is divided into whole

@@ -75,7 +75,7 @@ impl<T: Scalar> Updates<T> {
 
     /// The number of updates since the last one that was the smallest so far in every lane.
     #[inline(always)]
-    pub fn waited(&self) -> u32 {
+    pub(crate) fn waited(&self) -> u32 {
         self.waited
     }
 }

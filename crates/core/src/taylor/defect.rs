@@ -103,7 +103,7 @@ impl<S, const M: usize> Enclosed<S, M> {
 }
 
 /// An interval that contains the number.
-pub fn enclosing<T: Scalar>(c: T) -> Interval {
+fn enclosing<T: Scalar>(c: T) -> Interval {
     let near = c.to_f64();
     if T::from_f64(near) == c {
         Interval::from_f64(near)
