@@ -73,8 +73,8 @@ pub trait Drive<T: Scalar>: Send + Sync {
     }
 
     /// The length of the next step from t, at most h > 0, that contains no break: an instant at
-    /// which F jumps in t or has a kink. The step ends just before the next break; one that starts
-    /// there is some roundings long and ends just behind it.
+    /// which F jumps in t or has a kink. A step that starts before the next break ends just before
+    /// it; one that starts at a break is a few roundings long and ends just after it.
     fn step_between_breaks(&self, _t: T, h: T) -> T {
         h
     }
