@@ -19,8 +19,8 @@ pub enum Model {
     Listed(&'static SystemRow, Vec<f64>),
     /// A system given by expressions.
     Custom(Described),
-    /// A system with a drive. Its motors ([`Driven`]) are the last degrees of freedom, behind the
-    /// clock of a custom system that has one.
+    /// A system with a drive. Its motors ([`afterbay_core::Driven`]) are the last degrees of
+    /// freedom, after the clock of a custom system that has one.
     Driven(Box<Model>, CustomDrive<f64>),
 }
 

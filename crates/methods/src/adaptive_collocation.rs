@@ -29,8 +29,8 @@
 //! Steps do not allocate, with one exception: the first step that uses Newton's method, or is taken
 //! near an equilibrium, allocates the workspace of [`crate::Collocation`]. Most runs never need it.
 //!
-//! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
-//! step tried, or `Vanishes`.
+//! A run **fails** with the last accepted state, and reports the
+//! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`.
 
 mod end;
 mod engine;

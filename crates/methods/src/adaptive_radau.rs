@@ -23,8 +23,8 @@
 //! (`linear/phase_space.rs`). Steps do not allocate, except where K differs only by rounding, near
 //! rest.
 //!
-//! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
-//! step tried, or `Vanishes`. Systems whose dense matrix does not fit in memory are refused.
+//! A run **fails** with the last accepted state, and reports the
+//! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`. Systems whose dense matrix does not fit in memory are refused.
 
 use crate::adaptive::adaptive_of_orders;
 use crate::radau::{Engine, Tables};
