@@ -237,7 +237,7 @@ mod tests {
         assert!(ended.run("A x 1", 1, &mut last, None).is_err());
     }
 
-    /// Where Boost is installed, its equations are those of the scenes.
+    /// If Boost is installed, its programs integrate the equations of the scenes.
     #[test]
     fn boost_solves_the_scenes() {
         let folder = tempfile::tempdir().unwrap();

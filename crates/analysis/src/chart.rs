@@ -20,4 +20,5 @@ pub use axis::{Axis, Scale};
 pub use drawing::Drawing;
 pub use heat::{Cells, HeatMap};
 pub use line::{Curve, LineChart, Style};
-pub use panels::{Maps, Panels, coincide, dwarf};
+pub(crate) use panels::dwarf;
+pub use panels::{Maps, Panels, coincide};

@@ -1,16 +1,16 @@
 //! A system by name, with its parameters.
 
-use afterbay_core::{
-    Abilities, Corrected, Drive, Driven, InputError, Interval, Motors, Passive, Scalar, Series,
-    System, f64x8,
-};
-use afterbay_methods::registry::{self, Row, Run};
-use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
+mod binding;
+mod serialize;
+
+use afterbay_core::{Drive, InputError, Motors, Passive};
+use afterbay_systems::catalog::SystemRow;
 use afterbay_systems::{CustomDrive, CustomError, Described};
-use serde::ser::{SerializeMap, SerializeStruct};
-use serde::{Serialize, Serializer};
-use std::sync::Arc;
 use thiserror::Error;
+
+pub use binding::Lanes;
+pub(crate) use binding::is_linear;
+use binding::split;
 
 /// A system and its parameters.
 #[derive(Clone, Debug)]
@@ -19,8 +19,8 @@ pub enum Model {
     Listed(&'static SystemRow, Vec<f64>),
     /// A system given by expressions.
     Custom(Described),
-    /// A system with a drive. Its motors ([`Driven`]) are the last degrees of freedom, behind the
-    /// clock of a custom system that has one.
+    /// A system with a drive. Its motors ([`afterbay_core::Driven`]) are the last degrees of
+    /// freedom, after the clock of a custom system that has one.
     Driven(Box<Model>, CustomDrive<f64>),
 }
 
@@ -50,14 +50,6 @@ pub enum ModelError {
     /// A custom system that is not valid with this value.
     #[error(transparent)]
     Custom(#[from] CustomError),
-}
-
-/// Eight runs of one method side by side.
-pub struct Lanes {
-    /// The method, bound to the systems.
-    pub run: Run<f64x8>,
-    /// The systems.
-    pub system: Arc<dyn Abilities<f64x8>>,
 }
 
 impl Model {
@@ -96,7 +88,7 @@ impl Model {
     /// The number of degrees of freedom without clock and motors.
     pub fn degrees(&self) -> usize {
         match self {
-            Self::Listed(row, values) => row.dof.unwrap_or(first(values).0),
+            Self::Listed(row, values) => split(row, values).0,
             Self::Custom(custom) => custom.dof(),
             Self::Driven(model, _) => model.degrees(),
         }
@@ -132,7 +124,7 @@ impl Model {
     /// Whether the reservoir can only fill, apart from the work of a drive.
     ///
     /// # Errors
-    /// As for [`Model::system`].
+    /// Those of [`Model::system`].
     pub(crate) fn passive(&self) -> Result<Passive, InputError> {
         match self {
             Self::Driven(model, _) => model.passive(),
@@ -198,7 +190,7 @@ impl Model {
         }
     }
 
-    /// The same model with another value of a parameter.
+    /// This model with another value of a parameter.
     ///
     /// # Errors
     /// [`ModelError::NoParameter`], [`ModelError::Whole`] for n, and [`ModelError::Custom`] where a
@@ -241,132 +233,7 @@ impl Model {
         };
         Ok(Self::Driven(Box::new(model), drive))
     }
-
-    /// Binds a method to the system in `f64`, in the fastest form available.
-    ///
-    /// # Errors
-    /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
-    pub fn bind(&self, row: &Row) -> Result<Run<f64>, InputError> {
-        let system = self.system()?;
-        if !self.motors().is_empty() {
-            return registry::bind(row, system);
-        }
-        afterbay_inlined::bind(row, &system).unwrap_or_else(|| registry::bind(row, system))
-    }
-
-    /// Binds a method to the system in a scalar.
-    ///
-    /// # Errors
-    /// As for [`Model::bind`].
-    pub fn bind_in<T: Number + registry::Number>(&self, row: &Row) -> Result<Run<T>, InputError> {
-        registry::bind(row, self.system::<T>()?)
-    }
-
-    /// Binds modDG or coordinate increments to the system in `f64` or lanes of it, with compensated
-    /// roundings ([`registry::compensated`]).
-    ///
-    /// # Errors
-    /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
-    pub fn bind_compensated<T>(&self, row: &Row) -> Result<Run<T>, InputError>
-    where
-        T: Compensable + registry::Compensable,
-    {
-        let exact = match self {
-            Self::Listed(row, values) => {
-                let (n, values) = split(row, values);
-                let values: Vec<_> =
-                    values.iter().map(|&x| Corrected::exact(T::from_f64(x))).collect();
-                T::corrected(row, n, &values)?
-            }
-            Self::Custom(custom) => T::custom_corrected(custom),
-            Self::Driven(..) => None,
-        };
-        let why = "H is not separable or depends on the time, or the system has a drive";
-        let exact = exact.ok_or(InputError::Unsupported { method: row.name, why })?;
-        registry::compensated(row, self.system()?, exact)
-    }
-
-    /// Binds a method to eight systems side by side, which differ in the parameter `name`. Returns
-    /// `None` where the system or the method does not run in lanes.
-    ///
-    /// # Errors
-    /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
-    pub fn bind_lanes(
-        &self,
-        row: &Row,
-        name: &str,
-        values: [f64; 8],
-    ) -> Result<Option<Lanes>, InputError> {
-        let lift = |parameter: &str, x| {
-            if parameter == name { f64x8::from(values) } else { f64x8::splat(x) }
-        };
-        let system = self.lifted(&lift)?;
-        if !row.has_lanes() || system.clone().separable().is_none() {
-            return Ok(None);
-        }
-        let run = registry::bind(row, system.clone())?;
-        Ok(Some(Lanes { run, system }))
-    }
-
-    /// The system in a scalar, with its abilities.
-    ///
-    /// # Errors
-    /// [`InputError::Parameter`] for a parameter out of range.
-    pub fn system<T: Number>(&self) -> Result<Arc<dyn Abilities<T>>, InputError> {
-        self.lifted(&|_, x| T::from_f64(x))
-    }
-
-    fn lifted<T: Number>(
-        &self,
-        lift: &dyn Fn(&str, f64) -> T,
-    ) -> Result<Arc<dyn Abilities<T>>, InputError> {
-        match self {
-            Self::Listed(row, values) => {
-                let (n, values) = split(row, values);
-                let names =
-                    row.parameters[row.parameters.len().saturating_sub(values.len())..].iter();
-                let lifted: Vec<T> =
-                    names.zip(values).map(|(name, &x)| lift(name.name, x)).collect();
-                T::system(row, n, &lifted)
-            }
-            Self::Custom(custom) => Ok(T::custom(custom, lift)),
-            Self::Driven(model, drive) => {
-                let drive: Arc<dyn Drive<T>> = Arc::new(drive.lift(lift));
-                Ok(Arc::new(Driven::new(model.lifted(lift)?, drive)?))
-            }
-        }
-    }
-
-    /// The system in Taylor series of a scalar, and in series of intervals.
-    ///
-    /// # Errors
-    /// [`InputError::Parameter`] for a parameter out of range.
-    pub(crate) fn expanded<T: Expandable>(&self) -> Result<Expanded<T>, InputError> {
-        match self {
-            Self::Listed(row, values) => {
-                let (n, values) = split(row, values);
-                let series: Vec<_> =
-                    values.iter().map(|&x| Series::constant(T::from_f64(x))).collect();
-                Ok((T::series(row, n, &series)?, catalog::ranges(row, n, values)?))
-            }
-            Self::Custom(custom) => Ok((T::custom_series(custom), catalog::custom_ranges(custom))),
-            Self::Driven(model, drive) => {
-                let (system, ranges) = model.expanded::<T>()?;
-                let of_series: Arc<dyn Drive<Series<T, TERMS>>> =
-                    Arc::new(drive.lift(|_, x| Series::constant(T::from_f64(x))));
-                let of_ranges: Arc<dyn Drive<Ranges>> =
-                    Arc::new(drive.lift(|_, x| Series::constant(Interval::from_f64(x))));
-                Ok((
-                    Arc::new(Driven::new(system, of_series)?),
-                    Arc::new(Driven::new(ranges, of_ranges)?),
-                ))
-            }
-        }
-    }
 }
-
-/// A system in Taylor series of a scalar, and in series of intervals.
-type Expanded<T> = (Arc<dyn System<Series<T, TERMS>>>, Arc<dyn System<Ranges>>);
 
 /// The longer of two periods, if it is a multiple of the other.
 fn common_period(a: f64, b: f64) -> Option<f64> {
@@ -375,52 +242,4 @@ fn common_period(a: f64, b: f64) -> Option<f64> {
     const WHOLE_RATIO_TOLERANCE: f64 = 1e-9;
     let (long, ratio) = (a.max(b), a.max(b) / a.min(b));
     ((ratio - ratio.round()).abs() <= WHOLE_RATIO_TOLERANCE * ratio).then_some(long)
-}
-
-/// The number of degrees of freedom, which is the first parameter, and the other parameters.
-fn first(values: &[f64]) -> (usize, &[f64]) {
-    values.split_first().map_or((0, values), |(&n, rest)| (n as usize, rest))
-}
-
-/// The number of degrees of freedom and the other parameters.
-fn split<'a>(row: &SystemRow, values: &'a [f64]) -> (usize, &'a [f64]) {
-    row.dof.map_or_else(|| first(values), |n| (n, values))
-}
-
-/// Whether the equations of a system are linear, so that a step of a linear method is a matrix.
-pub(crate) fn is_linear(system: &Arc<dyn Abilities<f64>>) -> bool {
-    system.clone().second_derivatives().is_some_and(|system| system.is_constant())
-}
-
-/// Serializes the name and the parameters. The expressions of a custom system are part of the
-/// scene.
-impl Serialize for Model {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut model = serializer.serialize_struct("Model", 2)?;
-        model.serialize_field("name", self.name())?;
-        model.serialize_field("parameters", &Parameters(self))?;
-        model.end()
-    }
-}
-
-struct Parameters<'a>(&'a Model);
-
-impl Serialize for Parameters<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self.0 {
-            Model::Listed(row, values) => {
-                let mut map = serializer.serialize_map(Some(values.len()))?;
-                for (i, (parameter, &value)) in row.parameters.iter().zip(values).enumerate() {
-                    if row.is_count(i) {
-                        map.serialize_entry(parameter.name, &(value as u64))?;
-                    } else {
-                        map.serialize_entry(parameter.name, &value)?;
-                    }
-                }
-                map.end()
-            }
-            Model::Custom(custom) => serializer.collect_map(custom.parameters()),
-            Model::Driven(model, _) => Parameters(model).serialize(serializer),
-        }
-    }
 }

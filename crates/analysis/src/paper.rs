@@ -46,13 +46,13 @@ const STEPS: [f64; 6] = [0.036, 0.03, 0.028, 0.02, 0.017, 0.01];
 /// The step of the figures over time; the paper does not say which it took.
 const FIGURE_STEP: f64 = 0.01;
 
-/// How much of it to run.
+/// The extent of the paper's experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Extent {
     /// All of it.
     Full,
-    /// The same studies on coarser maps and with fewer steps.
+    /// All studies, on coarser maps and with fewer steps.
     Quick,
 }
 
@@ -65,7 +65,7 @@ impl Extent {
     }
 }
 
-/// What is run: how much of it, by which methods, and who is told how far it is.
+/// The experiment to run: its extent, its methods, and the receiver of its progress.
 #[derive(Clone, Copy)]
 struct Paper<'a> {
     extent: Extent,
@@ -117,7 +117,7 @@ pub fn run(extent: Extent, progress: &dyn Progress) -> Result<(Output, Vec<Findi
 /// it before anything is computed.
 ///
 /// # Errors
-/// As for [`run`], and [`ReportError::Method`] where a name is missing.
+/// Those of [`run`], and [`ReportError::Method`] where a name is missing.
 pub fn run_with(
     registry: &'static [Row],
     extent: Extent,

@@ -85,11 +85,11 @@ pub struct Manifest {
     pub cpu: String,
     /// The number of threads.
     pub threads: usize,
-    /// How every run ended.
+    /// The outcome of every run.
     pub runs: Vec<RunOutcome>,
 }
 
-/// How one run ended.
+/// The outcome of one run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunOutcome {
     /// The study it belongs to.

@@ -98,7 +98,7 @@ impl Scene {
     /// Reads and checks a scene whose files are relative to a folder.
     ///
     /// # Errors
-    /// As for [`Scene::read`].
+    /// Those of [`Scene::read`].
     pub fn read_in(folder: &Path, text: &str) -> Result<Self, SceneError> {
         let source = Source::parse(text)?;
         source.check(&schema()).map_err(|error| system::in_friction(&source, error))?;

@@ -17,7 +17,7 @@ pub struct Solution<T> {
 
 impl<T: Scalar> Solution<T> {
     /// An empty solution with room for `count` states of `dof` degrees of freedom.
-    pub fn with_room(dof: usize, count: usize) -> Self {
+    pub(crate) fn with_room(dof: usize, count: usize) -> Self {
         let (numbers, doubts) =
             (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
         Self { dof, motors: Motors::default(), numbers, doubts }
@@ -111,7 +111,7 @@ impl<T: Scalar> Solution<T> {
     }
 
     /// Raises the doubt of state i to at least `doubt`.
-    pub fn raise_doubt(&mut self, i: usize, doubt: Doubt) {
+    pub(crate) fn raise_doubt(&mut self, i: usize, doubt: Doubt) {
         self.doubts[i] = self.doubts[i].larger(doubt);
     }
 

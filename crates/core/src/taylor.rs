@@ -15,7 +15,7 @@ mod reach;
 mod trajectory;
 
 pub use corrections::corrections;
-pub use defect::{Defect, Enclosed, SAMPLES, Sampled, enclosing};
+pub use defect::{Defect, Enclosed, SAMPLES, Sampled};
 pub use expansion::{Expansion, expand};
 pub use trajectory::{Pace, Route, follow, trajectory};
 

@@ -1,4 +1,4 @@
-//! Validation: the functions of a system against each other, for those who write one.
+//! Tests for authors of systems: derivatives, divided differences and D against the energy H.
 //!
 //! ```text
 //! H(b) - H(a) = ∫ ∂H/∂q_j dq_j along an edge from a to b

@@ -179,7 +179,7 @@ impl Program {
         })
     }
 
-    /// The program with other inputs read in the place of its own.
+    /// This program with its inputs replaced.
     fn reading(mut self, other: impl Fn(Input) -> Input) -> Self {
         self.inputs.iter_mut().for_each(|input| *input = other(*input));
         for instruction in &mut self.code {

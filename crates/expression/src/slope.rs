@@ -8,8 +8,9 @@
 //! √u[] = u[] / (√u(a) + √u(b))        φ(u)[] = φ[u(a), u(b)] u[]        ū = (u(a) + u(b))/2
 //! ```
 //!
-//! with the φ[a, b] of [`afterbay_core::divided`], so that every expression has its mean slope over
-//! an edge to a few roundings however short or long the edge, and a derivative where there is none.
+//! with the φ[a, b] of [`afterbay_core::divided`], so that the mean slope of every expression
+//! over an edge is exact to a few roundings, however short or long the edge is. Over an edge of
+//! length 0 it is the derivative.
 //! (Slopes as in Krawczyk and Neumaier, SIAM J. Numer. Anal. 22 (1985) 604, for one real edge.)
 
 use crate::function::Function;

@@ -13,7 +13,7 @@ use proptest::sample::Index;
 
 const CORPUS: &str = include_str!("corpus/expressions.txt");
 
-/// What is inserted into texts.
+/// The tokens that a mutation inserts into a text.
 const TOKENS: [&str; 40] = [
     "q1",
     "q2",

@@ -29,8 +29,8 @@
 //! Steps do not allocate, with one exception: the first step that uses Newton's method, or is taken
 //! near an equilibrium, allocates the workspace of [`crate::Collocation`]. Most runs never need it.
 //!
-//! A run **fails** with the last accepted state, and reports the [`StepFailure`] of the shortest
-//! step tried, or `Vanishes`.
+//! A run **fails** with the last accepted state, and reports the
+//! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`.
 
 mod end;
 mod engine;
@@ -40,10 +40,8 @@ mod gauss;
 mod stages;
 mod stiffness;
 
-use crate::registry::binding::{AdaptiveBinding, Bound, Target};
-use afterbay_core::{
-    Adaptive, Attempt, Curvature, Effort, InputError, Quad, State, StepFailure, Tolerance, Vector,
-};
+use crate::adaptive::adaptive_of_orders;
+use afterbay_core::{Curvature, InputError, Quad, Tolerance, Vector};
 use engine::Engine;
 use gauss::Gauss;
 use std::sync::LazyLock;
@@ -53,92 +51,26 @@ use std::sync::LazyLock;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveCollocation;
 
+/// The least factor by which a step grows, since the matrix that continues the polynomial of a step
+/// is kept as long as the step is. A choice.
+const LEAST_GROWTH: f64 = 1.1;
 /// The relative tolerance above which 4 nodes are used. A choice: there order 8 costs less.
 const LEAST_COARSE_TOLERANCE: f64 = 1e-5;
 
 static FOUR: LazyLock<Gauss<Quad, 4>> = LazyLock::new(Gauss::new);
 static EIGHT: LazyLock<Gauss<Quad, 8>> = LazyLock::new(Gauss::new);
 
-/// The workspace, of order 8 or 16.
-#[derive(Clone, Debug)]
-pub struct Workspace<V: Vector>(Order<V>);
+adaptive_of_orders!(AdaptiveCollocation, Engine, { Eight: 4, Sixteen: 8 }, LEAST_GROWTH);
 
-#[derive(Clone, Debug)]
-enum Order<V: Vector> {
-    Eight(Box<Engine<V, 4>>),
-    Sixteen(Box<Engine<V, 8>>),
-}
-
-macro_rules! with {
-    ($workspace:expr, $engine:ident => $body:expr) => {
-        match &mut $workspace.0 {
-            Order::Eight($engine) => $body,
-            Order::Sixteen($engine) => $body,
-        }
-    };
-}
-
-impl AdaptiveBinding for AdaptiveCollocation {
-    fn bind(&self, target: &Target<'_, f64>) -> Bound<f64> {
-        let system = target.curvature()?;
-        match target.system.dof() {
-            1 => target.chosen::<[f64; 1], _, _>(*self, system),
-            _ => target.chosen::<Vec<f64>, _, _>(*self, system),
-        }
-    }
-}
-
-impl<V, S> Adaptive<V, S> for AdaptiveCollocation
-where
-    V: Vector,
-    S: Curvature<V::Scalar> + ?Sized,
-{
-    type Workspace = Workspace<V>;
-
-    const LEAST_GROWTH: f64 = 1.1;
-
-    fn workspace(
-        &self,
-        system: &S,
-        tolerance: &Tolerance,
-        span: f64,
-    ) -> Result<Workspace<V>, InputError> {
-        Ok(Workspace(if tolerance.relative > LEAST_COARSE_TOLERANCE {
-            Order::Eight(Box::new(Engine::new(system, &FOUR, tolerance, span)))
+impl<V: Vector> Order<V> {
+    fn new<S>(system: &S, tolerance: &Tolerance, span: f64) -> Result<Self, InputError>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        Ok(if tolerance.relative > LEAST_COARSE_TOLERANCE {
+            Self::Eight(Box::new(Engine::new(system, &FOUR, tolerance, span)))
         } else {
-            Order::Sixteen(Box::new(Engine::new(system, &EIGHT, tolerance, span)))
-        }))
-    }
-
-    fn attempt(
-        &self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        workspace: &mut Workspace<V>,
-    ) -> Result<Attempt, StepFailure> {
-        with!(workspace, engine => engine.attempt(system, h, state))
-    }
-
-    fn end<'a>(&self, workspace: &'a Workspace<V>) -> &'a [V::Scalar] {
-        match &workspace.0 {
-            Order::Eight(engine) => engine.end_of_attempt(),
-            Order::Sixteen(engine) => engine.end_of_attempt(),
-        }
-    }
-
-    fn accept(&self, state: &mut State<V>, workspace: &mut Workspace<V>) {
-        with!(workspace, engine => engine.accept(state));
-    }
-
-    fn between(
-        &self,
-        system: &S,
-        h: V::Scalar,
-        before: &State<V>,
-        workspace: &mut Workspace<V>,
-        to: &mut State<V>,
-    ) -> Result<Effort, StepFailure> {
-        with!(workspace, engine => engine.between(system, h, before, to))
+            Self::Sixteen(Box::new(Engine::new(system, &EIGHT, tolerance, span)))
+        })
     }
 }

@@ -16,9 +16,9 @@
 //! |λ|, which is renewed from time to time. Steps do not allocate, except where K differs only by
 //! rounding, near rest.
 
-use crate::adaptive::{Budget, KINK_ORDER, Projection, Rates, Sides, largest, settle_by_motor};
-use crate::bend::bend;
-use crate::grain::grain_at;
+use crate::adaptive::{
+    Budget, DOUBT, KINK_ORDER, Projection, Rates, Sides, is_noise, largest, settle_by_motor,
+};
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Quantity, Scalar, State, StepFailure, System, Tolerance, Vector,
@@ -34,15 +34,9 @@ const KINK_CAUTION: f64 = 10.0;
 /// The smallest error assigned to a step whose projection fails, as a share of the allowed error;
 /// above 1. A choice.
 const REFUSED: f64 = 2.0;
-/// A failed projection may be due to rounding if the error is below this share of the allowed
-/// error; between 0 and 1. A choice.
-const DOUBT: f64 = 0.01;
 /// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
-/// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
-/// much. A choice.
-const NOISE_ROUNDINGS: f64 = 64.0;
 /// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
 const NEAR: f64 = 1.25;
 /// A bound of |λ| is steady if it differs from the one before by at most this share. A choice.
@@ -198,19 +192,12 @@ impl<V: Vector> Workspace<V> {
         projection.apply(system, [q, p], end_energy).map(|_| ())
     }
 
-    /// Whether the error of K is within the rounding of z in H, and not reduced by a shorter step.
-    /// Near an equilibrium away from the origin no small change of z can correct it.
+    /// Whether the error of K at the end is rounding. H there is evaluated anew.
     #[cold]
     fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
-        let (q, p) = (self.q.as_slice(), self.p.as_slice());
-        let (found, target) = (system.energy(q, p), self.target());
-        let z = largest(&self.q).max(largest(&self.p));
-        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
-        let off = (found - target).abs().to_f64();
-        let before = std::mem::replace(&mut self.off, off);
-        self.end_energy = found;
-        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
-        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+        self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
+        let energies = [self.energy, self.end_energy, self.target()];
+        is_noise(system, [&self.q, &self.p], energies, &mut self.off)
     }
 
     /// Makes K exact at the end of a step with too large an error, if the system is driven.
@@ -249,7 +236,7 @@ impl<V: Vector> Workspace<V> {
     {
         (self.length, self.ended) = (h.to_f64().abs(), false);
         let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
-        // Where forces cancel, the roundings of p are small beside those of its slopes.
+        // If forces cancel, the roundings of p are small compared with those of its slopes.
         let slope = V::Scalar::EPSILON * largest(&self.stages.start);
         allowed[1] = allowed[1].max(STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length);
         self.stages.advance::<B, S>(system, h, state);

@@ -23,6 +23,7 @@
 
 use crate::commit::commit;
 use crate::gonzalez::equation::{Lambda, Workspace};
+use crate::kernels::reductions::max_norm;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFailure, Vector};
 
@@ -85,6 +86,7 @@ where
     }
 
     let Workspace { dq, dp, q_mean, p_mean, hq, v, d, missing, gain, .. } = found;
+    let largest = |z: &V| max_norm(z.as_slice());
     let length = h.to_f64().abs();
     let [q, p] = [largest(q_mean), largest(p_mean)];
     let made_of = [
@@ -97,9 +99,4 @@ where
         let allowed = LARGEST_DEFECT.mul_add(made_of, rounding * rounded);
         missing.iter().all(|x| x.abs() <= allowed)
     })
-}
-
-/// The largest absolute value.
-fn largest<V: Vector>(z: &V) -> f64 {
-    z.as_slice().iter().fold(0.0, |most, z| most.max(z.to_f64().abs()))
 }

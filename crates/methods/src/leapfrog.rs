@@ -13,8 +13,8 @@
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
-    validate,
+    Dissipation, DissipationForm, Effort, InputError, Mask, Method, Quantity, Scalar, Separable,
+    State, StepFailure, Vector, validate,
 };
 use std::hint::cold_path;
 
@@ -100,55 +100,95 @@ where
         state: &mut State<V>,
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
-        let n = state.dof();
-        let damping = system.dissipation_form();
-        let (half_h, one) = (h.half(), V::Scalar::one());
-        let Workspace { at, force, rate, velocity, p_half, drag, q: q1, p: p1, w: w1, .. } =
-            workspace;
-        let Workspace { pushes, motors, first_motor, .. } = workspace;
-        let (at, force, rate) = (at.as_mut_slice(), force.as_mut_slice(), rate.as_mut_slice());
-        let (velocity, p_half, drag) =
-            (velocity.as_mut_slice(), p_half.as_mut_slice(), drag.as_mut_slice());
-        let (q1, p1, w1) = (q1.as_mut_slice(), p1.as_mut_slice(), w1.as_mut_slice());
-        let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
-        let unit_mass = system.unit_mass();
-        let over_mass = |x: V::Scalar, j: usize| if unit_mass { x } else { x / system.mass(j) };
-        // With several degrees of freedom the forces are computed together and stored. A single
-        // force stays in a register; recomputing it costs less than checking whether the stored
-        // value is valid.
-        let single = V::LEN == Some(1);
-        // With a motor there are two.
-        let first_motor = if single { n } else { *first_motor };
-        let known = !single && at == q0;
-        let friction = |q: &[V::Scalar], p: &[V::Scalar], j: usize, is_driven: bool| {
-            if is_driven { system.friction_of(q, p, j) } else { system.dissipation_of(q, p, j) }
-        };
-        let mut effort = Effort { evaluations: if known { 1 } else { 2 }, iterations: 0 };
-
-        if !single && !known {
-            at.copy_from_slice(q0);
-            system.gradient(q0, p0, force, velocity);
-            (0..n).for_each(|j| rate[j] = system.dissipation_of(q0, p0, j).by_p);
+        let (unit_mass, damping) = (system.unit_mass(), system.dissipation_form());
+        let mut step = Step { workspace, system, unit_mass, damping, h, state };
+        let evaluations = step.find_forces();
+        let iterations = step.kick_and_drift()?;
+        let finite = step.kick();
+        step.supply();
+        if !finite {
+            return Err(step.failure());
         }
+        let Workspace { q, p, w, .. } = workspace;
+        state.q.as_mut_slice().copy_from_slice(q.as_slice());
+        state.p.as_mut_slice().copy_from_slice(p.as_slice());
+        if !damping.zero {
+            state.w.as_mut_slice().copy_from_slice(w.as_slice());
+        }
+        Ok(Effort { evaluations, iterations })
+    }
+}
+
+/// A step of size h from `state`.
+struct Step<'a, V: Vector, S: ?Sized> {
+    workspace: &'a mut Workspace<V>,
+    system: &'a S,
+    unit_mass: bool,
+    damping: DissipationForm,
+    h: V::Scalar,
+    state: &'a State<V>,
+}
+
+impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
+    /// A single force stays in a register; recomputing it costs less than checking whether a stored
+    /// value is valid. With several degrees of freedom the forces are computed together and stored.
+    const SINGLE: bool = matches!(V::LEN, Some(1));
+
+    /// The number of degrees of freedom before the motors. With a motor there are at least two.
+    #[inline(always)]
+    fn free(&self) -> usize {
+        if Self::SINGLE { self.state.dof() } else { self.workspace.first_motor }
+    }
+
+    /// Computes the forces at q0, unless the last step did. Returns the number of evaluations of
+    /// the step.
+    #[inline(always)]
+    fn find_forces(&mut self) -> u64 {
+        let Self { workspace: Workspace { at, force, rate, velocity, .. }, system, .. } = self;
+        let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
+        if !Self::SINGLE && at.as_slice() == q {
+            return 1;
+        }
+        if !Self::SINGLE {
+            at.as_mut_slice().copy_from_slice(q);
+            system.gradient(q, p, force.as_mut_slice(), velocity.as_mut_slice());
+            let rates = rate.as_mut_slice().iter_mut().enumerate();
+            rates.for_each(|(j, rate)| *rate = system.dissipation_of(q, p, j).by_p);
+        }
+        2
+    }
+
+    /// p½ = p0 - h/2 (V'(q0) + D(q0, p½)), q1 = q0 + h p½/m. Returns the number of iterations.
+    #[inline(always)]
+    fn kick_and_drift(&mut self) -> Result<u64, StepFailure> {
+        let (n, first_motor) = (self.state.dof(), self.free());
+        let Self { workspace, system, unit_mass, damping, h, state } = self;
+        let Workspace { force, rate, p_half, drag, q: q1, pushes: [pushes, _], .. } =
+            &mut **workspace;
+        let (force, rate, p_half) = (force.as_slice(), rate.as_slice(), p_half.as_mut_slice());
+        let (drag, q1, pushes) = (drag.as_mut_slice(), q1.as_mut_slice(), pushes.as_mut_slice());
+        let (q0, p0, half_h) = (state.q.as_slice(), state.p.as_slice(), h.half());
+        let mut iterations = 0;
         for j in 0..n {
-            let force = if single { system.partial(q0, j, q0[j]) } else { force[j] };
+            let force = if Self::SINGLE { system.partial(q0, j, q0[j]) } else { force[j] };
             let mut kicked = (-half_h).mul_add(force, p0[j]);
             let push = if first_motor < n { system.supply(q0, j) } else { None };
             if let Some(push) = push {
                 kicked = half_h.mul_add(push.force, kicked);
-                pushes[0].as_mut_slice()[j] = push.force;
+                pushes[j] = push.force;
             }
-            let step = over_mass(h, j);
+            let step = if *unit_mass { *h } else { *h / system.mass(j) };
             if damping.linear {
-                let by_p = if single { system.dissipation_of(q0, p0, j).by_p } else { rate[j] };
-                let keep = half_h.mul_add(by_p, one).recip();
+                let by_p =
+                    if Self::SINGLE { system.dissipation_of(q0, p0, j).by_p } else { rate[j] };
+                let keep = half_h.mul_add(by_p, V::Scalar::one()).recip();
                 p_half[j] = kicked * keep;
                 drag[j] = by_p * p_half[j];
                 q1[j] = (step * keep).mul_add(kicked, q0[j]);
             } else {
                 let root = Newton.solve(j, kicked, |s, p| {
                     p_half[j] = p;
-                    let drag = friction(q0, p_half, j, push.is_some());
+                    let drag = friction(*system, q0, p_half, j, push.is_some());
                     Sample {
                         value: s * half_h * drag.value,
                         slope: s * half_h * drag.by_p,
@@ -157,63 +197,109 @@ where
                     }
                 })?;
                 p_half[j] = root.x;
-                let value = friction(q0, p_half, j, push.is_some()).value;
+                let value = friction(*system, q0, p_half, j, push.is_some()).value;
                 drag[j] = push.map_or(value, |push| value - push.force);
                 q1[j] = step.mul_add(p_half[j], q0[j]);
-                effort.iterations += u64::from(root.evaluations);
+                iterations += u64::from(root.evaluations);
             }
         }
         for motor in first_motor..n {
-            q1[motor] = q0[motor] + h;
+            q1[motor] = q0[motor] + *h;
+        }
+        Ok(iterations)
+    }
+
+    /// p1 = p½ - h/2 (V'(q1) + D(q1, p½)), w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m. Returns
+    /// whether the new state is finite.
+    #[inline(always)]
+    fn kick(&mut self) -> bool {
+        let (n, first_motor, half_h) = (self.state.dof(), self.free(), self.h.half());
+        let Self { workspace, system, unit_mass, damping, state, .. } = self;
+        let Workspace { at, force, rate, velocity, p_half, drag, q, p, w, pushes, .. } =
+            &mut **workspace;
+        let (force, rate, p_half) = (force.as_mut_slice(), rate.as_mut_slice(), p_half.as_slice());
+        let (drag, pushes, w0) = (drag.as_slice(), pushes[1].as_mut_slice(), state.w.as_slice());
+        let (q1, p1, w1) = (q.as_slice(), p.as_mut_slice(), w.as_mut_slice());
+        if !Self::SINGLE {
+            at.as_mut_slice().copy_from_slice(q1);
+            system.gradient(q1, p_half, force, velocity.as_mut_slice());
         }
         let mut finite = V::Scalar::zero().is_finite();
-        if !single {
-            at.copy_from_slice(q1);
-            system.gradient(q1, p_half, force, velocity);
-        }
         for j in 0..n {
-            let force = if single { system.partial(q1, j, q1[j]) } else { force[j] };
+            let force = if Self::SINGLE { system.partial(q1, j, q1[j]) } else { force[j] };
             let push = if first_motor < n { system.supply(q1, j) } else { None };
-            let mut drag1 = friction(q1, p_half, j, push.is_some());
+            let mut drag1 = friction(*system, q1, p_half, j, push.is_some());
             if let Some(push) = push {
                 drag1.value -= push.force;
-                pushes[1].as_mut_slice()[j] = push.force;
+                pushes[j] = push.force;
             }
-            if !single {
+            if !Self::SINGLE {
                 rate[j] = drag1.by_p;
             }
             let dragged = if damping.linear {
-                p_half[j] * (-half_h).mul_add(drag1.by_p, one)
+                p_half[j] * (-half_h).mul_add(drag1.by_p, V::Scalar::one())
             } else {
                 (-half_h).mul_add(drag1.value, p_half[j])
             };
             p1[j] = (-half_h).mul_add(force, dragged);
             if !damping.zero {
-                w1[j] = (over_mass(half_h, j) * (drag[j] + drag1.value)).mul_add(p_half[j], w0[j]);
+                let half_step = if *unit_mass { half_h } else { half_h / system.mass(j) };
+                w1[j] = (half_step * (drag[j] + drag1.value)).mul_add(p_half[j], w0[j]);
                 finite = finite.and(w1[j].is_finite());
             }
             finite = finite.and(p1[j].is_finite()).and(q1[j].is_finite());
         }
-        if first_motor < n {
-            for (j, &p) in p_half[..first_motor].iter().enumerate() {
-                if let Some(motor) = motors.get(j).copied().flatten() {
-                    let [start, end] = pushes.each_ref().map(|push| push.as_slice()[j]);
-                    let work = over_mass(half_h, j) * (start + end) * p;
-                    p1[motor] += work;
-                    w1[motor] -= work;
-                }
+        finite.all()
+    }
+
+    /// Books the work of a drive, h/2 (F(q0) + F(q1)) p½/m, on its motors.
+    #[inline(always)]
+    fn supply(&mut self) {
+        let (first_motor, half_h) = (self.free(), self.h.half());
+        if first_motor == self.state.dof() {
+            return;
+        }
+        let Workspace { p_half, p, w, pushes, motors, .. } = &mut *self.workspace;
+        for (j, motor) in motors.iter().enumerate() {
+            let Some(motor) = *motor else { continue };
+            let [start, end] = pushes.each_ref().map(|push| push.as_slice()[j]);
+            let step = if self.unit_mass { half_h } else { half_h / self.system.mass(j) };
+            let work = step * (start + end) * p_half.as_slice()[j];
+            p.as_mut_slice()[motor] += work;
+            w.as_mut_slice()[motor] -= work;
+        }
+    }
+
+    /// Reports why the new state is not finite. Inlining keeps the state in registers: its address
+    /// does not escape from the loop.
+    #[inline(always)]
+    fn failure(&self) -> StepFailure {
+        cold_path();
+        for j in 0..self.state.dof() {
+            let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
+            let drag = self.system.dissipation_of(q, p, j);
+            if self.h.half().mul_add(drag.by_p, V::Scalar::one()) == V::Scalar::zero() {
+                return StepFailure::Singular { dof: j, slope: 0.0 };
             }
         }
-        if !finite.all() {
-            return Err(failure(system, half_h, state, [q1, p1, w1]));
-        }
-        state.q.as_mut_slice().copy_from_slice(q1);
-        state.p.as_mut_slice().copy_from_slice(p1);
-        if !damping.zero {
-            state.w.as_mut_slice().copy_from_slice(w1);
-        }
-        Ok(effort)
+        StepFailure::non_finite(&[
+            (Quantity::Coordinate, self.workspace.q.as_slice()),
+            (Quantity::Momentum, self.workspace.p.as_slice()),
+            (Quantity::Reservoir, self.workspace.w.as_slice()),
+        ])
     }
+}
+
+/// D_j(q, p), without the force of a drive.
+#[inline(always)]
+fn friction<T: Scalar, S: Separable<T> + ?Sized>(
+    system: &S,
+    q: &[T],
+    p: &[T],
+    j: usize,
+    is_driven: bool,
+) -> Dissipation<T> {
+    if is_driven { system.friction_of(q, p, j) } else { system.dissipation_of(q, p, j) }
 }
 
 /// The motor of each degree of freedom, if it is driven; empty without a drive.
@@ -222,32 +308,4 @@ fn motors<T: Scalar, S: Separable<T> + ?Sized>(system: &S) -> Vec<Option<usize>>
     let origin = vec![T::zero(); system.dof()];
     let motor = |j| system.supply(&origin, j).map(|supply| supply.motor);
     if system.motors() > 0 { (0..first).map(motor).collect() } else { Vec::new() }
-}
-
-/// Reports why the new state is not finite. Inlining keeps the state in registers: its address does
-/// not escape from the loop.
-#[inline(always)]
-fn failure<V, S>(
-    system: &S,
-    half_h: V::Scalar,
-    state: &State<V>,
-    [q, p, w]: [&[V::Scalar]; 3],
-) -> StepFailure
-where
-    V: Vector,
-    S: Separable<V::Scalar> + ?Sized,
-{
-    cold_path();
-    for j in 0..state.dof() {
-        let drag = system.dissipation_of(state.q.as_slice(), state.p.as_slice(), j);
-        let slope = half_h.mul_add(drag.by_p, V::Scalar::one());
-        if slope == V::Scalar::zero() {
-            return StepFailure::Singular { dof: j, slope: 0.0 };
-        }
-    }
-    StepFailure::non_finite(&[
-        (Quantity::Coordinate, q),
-        (Quantity::Momentum, p),
-        (Quantity::Reservoir, w),
-    ])
 }

@@ -5,6 +5,7 @@
 //! allocated once; filling, factorising and solving do not allocate.
 
 mod dense;
+mod derivatives;
 mod gmres;
 mod number;
 mod phase_space;
@@ -14,9 +15,10 @@ mod tridiagonal;
 
 use afterbay_core::InputError;
 use dense::Dense;
+pub(crate) use derivatives::{Derivative, Derivatives};
 pub(crate) use gmres::Gmres;
 pub(crate) use number::Number;
-pub(crate) use phase_space::{PhaseSpace, Plane};
+pub(crate) use phase_space::{PhaseSpace, Plane, Unsolvable};
 use small::Small;
 use sparse::Sparse;
 use std::fmt::Debug;
@@ -79,6 +81,18 @@ impl<T: Number> Matrix<T> {
     ) -> Result<Self, InputError> {
         Ok(Self(T::matrix(solver, size, pattern)?))
     }
+
+    /// Replaces (a, b) by the solution. The unknowns x, in the order a_0, b_0, a_1, .., are
+    /// overwritten.
+    pub(crate) fn solve_pairs(&mut self, [a, b]: [&mut [T]; 2], x: &mut [T]) {
+        for ((x, a), b) in x.as_chunks_mut::<2>().0.iter_mut().zip(&*a).zip(&*b) {
+            *x = [*a, *b];
+        }
+        self.solve(x);
+        for ((x, a), b) in x.as_chunks::<2>().0.iter().zip(a).zip(b) {
+            [*a, *b] = *x;
+        }
+    }
 }
 
 impl<T> Clone for Matrix<T> {
@@ -133,6 +147,9 @@ fn usable<T: Number>(pivot: T) -> bool {
 mod tests {
     use super::*;
 
+    const SOLVERS: [LinearSolver; 4] =
+        [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense];
+
     /// A tridiagonal matrix that is not symmetric and has one small pivot.
     fn entries(n: usize) -> Vec<(usize, usize, f64)> {
         let value = |i: usize, j: usize| match (i, j) {
@@ -149,12 +166,7 @@ mod tests {
         for n in [1, 2, 3, 10, 70] {
             let entries = entries(n);
             let exact: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
-            for solver in [
-                LinearSolver::Small,
-                LinearSolver::Chain,
-                LinearSolver::Sparse,
-                LinearSolver::Dense,
-            ] {
+            for solver in SOLVERS {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::<f64>::new(solver, n, pattern).unwrap();
                 // The second factorisation overwrites the first.
@@ -181,12 +193,7 @@ mod tests {
         for n in [1, 2, 3, 10, 70] {
             let entries = entries(n);
             let a: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
-            for solver in [
-                LinearSolver::Small,
-                LinearSolver::Chain,
-                LinearSolver::Sparse,
-                LinearSolver::Dense,
-            ] {
+            for solver in SOLVERS {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::new(solver, n, pattern).unwrap();
                 let mut values = vec![0.0; matrix.values().len()];
@@ -205,9 +212,7 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_is_said_to_be_singular() {
-        for solver in
-            [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense]
-        {
+        for solver in SOLVERS {
             let pattern = (0..40).map(|i| (i, i)).collect();
             let mut matrix = Matrix::<f64>::new(solver, 40, pattern).unwrap();
             matrix.values().fill(0.0);

@@ -1,6 +1,6 @@
 //! Radau IIA methods, one idea a file: their tables, the stages, the linear equations, Newton's
-//! method, the error estimate, the share of a step in the error of the run, what makes K exact, and
-//! the step.
+//! method, the error estimate, the share of a step in the error of the run, the restoration of K,
+//! and the step.
 
 mod balance;
 mod engine;

@@ -4,6 +4,7 @@
 pub(crate) mod binding;
 mod cost;
 mod erased;
+mod families;
 pub mod inlined;
 mod number;
 mod run;
@@ -116,9 +117,9 @@ pub enum Needs {
     Linear,
     /// H = Σ p²/(2m) + V(q), and D_j independent of the other momenta.
     Separable,
-    /// As `Separable`, or D linear in the momenta that it couples; or any H that provides the means
-    /// of its derivatives in the plane of each (q_j, p_j) (`PhasePlane`), with D_j independent of
-    /// the other velocities.
+    /// H and D as for `Separable`, or D linear in the momenta that it couples; or any H that
+    /// provides the means of its derivatives in the plane of each (q_j, p_j) (`PhasePlane`), with
+    /// D_j independent of the other velocities.
     SeparableOrPlanes,
     /// H = p²/(2m) + V(q), one degree of freedom.
     OneDegree,

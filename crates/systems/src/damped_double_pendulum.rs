@@ -260,7 +260,7 @@ mod tests {
         let pi = std::f64::consts::PI;
         assert_eq!(system.energy(&[pi, 0.0], &[0.0; 2]), 2.0 * 5.0 * 8.0 * 0.5);
         assert_eq!(system.energy(&[0.0, pi], &[0.0; 2]), 2.0 * 3.0 * 8.0 * 0.25);
-        // As small as its square, where 1 - cos q would be 0.
+        // V is proportional to q², where 1 - cos q would round to 0.
         assert_eq!(system.energy(&[1e-20, 0.0], &[0.0; 2]), 5.0 * 8.0 * 0.5 * 1e-40 / 2.0);
     }
 

@@ -1,4 +1,4 @@
-//! What a system made of expressions knows of itself from their form.
+//! The properties of a custom system that follow from the form of its expressions.
 
 #![cfg(test)]
 

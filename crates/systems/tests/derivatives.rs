@@ -1,4 +1,4 @@
-//! What a system says of its derivatives against dual numbers, and of its edges against 31 digits.
+//! The derivatives of systems against dual numbers, and divided differences against 31 digits.
 
 #![cfg(test)]
 

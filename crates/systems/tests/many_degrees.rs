@@ -1,4 +1,4 @@
-//! What a system with many degrees of freedom says of its derivatives, against dual numbers; of its
+//! The derivatives of systems with many degrees of freedom, against dual numbers; their
 //! edges, against divided differences of 31 digits; and of who acts on whom.
 
 #![cfg(test)]

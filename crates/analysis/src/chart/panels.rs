@@ -89,7 +89,7 @@ fn extents_differ(panels: &[Vec<Vec<Point>>]) -> bool {
 }
 
 /// Whether a curve would be flat in a plot that shows all of another.
-pub fn dwarf(curves: &[Curve]) -> bool {
+pub(crate) fn dwarf(curves: &[Curve]) -> bool {
     uneven(curves.iter().map(|curve| extent(curve.points.iter().map(|p| p.1))))
 }
 

@@ -1,6 +1,6 @@
 //! Thinning of long curves.
 
-/// How many times more points a curve that runs back, such as an orbit, may keep.
+/// The factor by which a curve that runs back, such as an orbit, may keep more points. A choice.
 const OF_ORBITS: usize = 3;
 
 /// At most `most` of the points, in their order. The curve is cut into equal stretches, and the

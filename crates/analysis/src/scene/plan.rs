@@ -46,7 +46,7 @@ pub struct FigurePlan {
     pub title: Option<String>,
     /// The methods whose runs are shown.
     pub methods: Vec<&'static str>,
-    /// What is shown.
+    /// The states that are shown.
     pub shown: Shown,
 }
 

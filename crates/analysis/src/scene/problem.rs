@@ -163,7 +163,7 @@ pub enum SceneProblem {
     /// An end that is no whole number of steps away.
     #[error("the end {end:?} is no multiple of {name} = {h:?}")]
     Indivisible {
-        /// Which step.
+        /// The name of the step.
         name: &'static str,
         /// The end asked for.
         end: f64,
@@ -197,7 +197,7 @@ pub enum SceneProblem {
         size: f64,
         /// The limit.
         limit: f64,
-        /// What to change.
+        /// The advice: what to change in the scene.
         change: &'static str,
     },
     /// The scene declares nothing to do.
@@ -284,7 +284,7 @@ pub enum SceneProblem {
     Custom(CustomError),
 }
 
-/// Why a text is no number.
+/// The reason why a text is not a number.
 fn no_number(text: &str) -> &'static str {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => "is too small to be told from 0",

@@ -109,7 +109,7 @@ struct Schema<'s> {
 }
 
 impl<'s> Schema<'s> {
-    /// What is meant, references followed.
+    /// The schema at a place, with references followed.
     fn of(self, at: &'s Value) -> Self {
         let referred =
             at["$ref"].as_str().and_then(|path| self.root.pointer(path.trim_start_matches('#')));

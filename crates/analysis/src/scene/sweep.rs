@@ -16,7 +16,7 @@ const MOST_POINTS: f64 = 100_000.0;
 /// A sweep.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// What is varied, in the order of the values of a point.
+    /// The names of the quantities that are varied, in the order of the values of a point.
     pub names: Vec<String>,
     /// The points. The last name varies fastest, then the draws of random values.
     pub points: Vec<Point>,

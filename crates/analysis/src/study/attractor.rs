@@ -54,7 +54,7 @@ impl Attractor {
     }
 
     /// Whether both are of one kind and lie in one place.
-    pub fn is_like(&self, other: &Self) -> bool {
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
         match (self.kind, other.kind) {
             (Kind::Period(a), Kind::Period(b)) => a == b && self.distance(other) <= ALIKE,
             // Two stretches of one chaotic attractor share no point: their extents are compared.

@@ -72,7 +72,7 @@ pub struct BasinRow {
     pub attractor: usize,
     /// Returns until the attractor was known.
     pub periods: u64,
-    /// How the run ended: `completed`, `unsettled`, or its failure.
+    /// The outcome of the run: `completed`, `unsettled`, or its failure.
     pub outcome: &'static str,
 }
 
@@ -85,7 +85,7 @@ pub fn columns(model: &Model) -> Vec<String> {
 }
 
 /// The outcome of a run that reaches no attractor in time.
-pub const UNSETTLED: &str = "unsettled";
+pub(crate) const UNSETTLED: &str = "unsettled";
 
 /// The map of a method and a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -108,7 +108,7 @@ pub struct Cell {
     pub attractor: Option<usize>,
     /// Returns until it was known.
     pub periods: u64,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 

@@ -67,7 +67,7 @@ pub struct BifurcationRow {
     pub q: Vec<Option<f64>>,
     /// Momenta.
     pub p: Vec<Option<f64>>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub outcome: &'static str,
 }
 
@@ -89,7 +89,7 @@ pub struct Column {
     pub way: Way,
     /// The points (q, p).
     pub points: Vec<[Vec<f64>; 2]>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// A cell of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
-    /// What it computes, such as `energy/moddg`.
+    /// The name of its computation, such as `energy/moddg`.
     pub key: String,
     /// Its estimated cost: steps times degrees of freedom. Steps that follow from a tolerance are
     /// guessed.
@@ -31,11 +31,11 @@ impl Cell {
 
 /// A study that consists of cells.
 pub trait Study: Sync {
-    /// What all cells need, such as a reference.
+    /// The data that all cells need, such as a reference.
     type Shared: Send + Sync;
     /// The result of a cell. It is the same to the bit when it is written and read back.
     type Part: Serialize + DeserializeOwned + Send;
-    /// What prevents the study.
+    /// The error that prevents the study.
     type Error: Send;
 
     /// The cells, in the order in which their results are joined.
@@ -67,7 +67,7 @@ pub trait Study: Sync {
     /// depend on which command computed those. A cell without legs is done at once.
     ///
     /// # Errors
-    /// As for [`Study::compute`].
+    /// Those of [`Study::compute`].
     fn advance(
         &self,
         shared: &Self::Shared,
@@ -79,11 +79,11 @@ pub trait Study: Sync {
     }
 }
 
-/// What a cell gives after one leg more.
+/// The result of one leg of a cell.
 pub enum Leg<P> {
-    /// Its result.
+    /// The result of the cell, after its last leg.
     Last(P),
-    /// What the next leg goes on from.
+    /// The state from which the next leg continues.
     Further(P),
 }
 
@@ -97,7 +97,10 @@ pub(crate) fn reference_bytes(degrees: usize, times: f64) -> f64 {
 ///
 /// # Errors
 /// The first error of the study.
-pub fn compute_all<S: Study>(study: &S, progress: &dyn Progress) -> Result<Vec<S::Part>, S::Error> {
+pub(crate) fn compute_all<S: Study>(
+    study: &S,
+    progress: &dyn Progress,
+) -> Result<Vec<S::Part>, S::Error> {
     let cells = study.cells();
     let shared = study.share(progress)?;
     let indices: Vec<usize> = (0..cells.len()).collect();

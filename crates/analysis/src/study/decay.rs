@@ -50,11 +50,6 @@ impl Decay {
             (false, false) => Self::Wrong,
         }
     }
-
-    /// Whether the loss of energy is right.
-    pub fn is_right(self) -> bool {
-        matches!(self, Self::Right | Self::RightWithoutK)
-    }
 }
 
 impl std::fmt::Display for Decay {

@@ -8,7 +8,7 @@ use afterbay_methods::registry::Row;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What a method shows with one step. It consists of pieces that share nothing, at least one.
+/// The study of a method with one step. It consists of pieces that share nothing, at least one.
 pub trait Dynamics: Sync {
     /// The result of a piece.
     type Piece: Serialize + DeserializeOwned + Send;
@@ -37,7 +37,7 @@ pub trait Dynamics: Sync {
 
 impl<S: Dynamics> DynamicsPlan<S> {
     /// The result of each method with each step, from the results of all cells.
-    pub fn gather(&self, parts: Vec<S::Piece>) -> Vec<S::Found> {
+    pub(crate) fn gather(&self, parts: Vec<S::Piece>) -> Vec<S::Found> {
         let (mut parts, pieces) = (parts.into_iter(), self.study.pieces().len());
         let join = |(row, h)| self.study.join(row, h, parts.by_ref().take(pieces).collect());
         self.settings().map(join).collect()

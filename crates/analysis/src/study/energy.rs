@@ -48,12 +48,12 @@ pub struct EnergyRow {
 
 impl EnergyRow {
     /// |w_error| with its doubt.
-    pub fn measured_w(&self) -> Measured {
+    pub(crate) fn measured_w(&self) -> Measured {
         Measured { error: self.w_error.abs(), doubt: self.doubt_w }
     }
 
     /// |d_R| with its doubt.
-    pub fn measured_ratio(&self) -> Option<Measured> {
+    pub(crate) fn measured_ratio(&self) -> Option<Measured> {
         let (error, doubt) = self.ratio_error.zip(self.doubt_ratio)?;
         Some(Measured { error: error.abs(), doubt })
     }
@@ -82,7 +82,7 @@ pub struct Books {
     pub drift: f64,
     /// Steps that violate passivity; none where the system is active.
     pub violations: Option<u64>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 

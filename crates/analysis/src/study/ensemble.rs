@@ -42,7 +42,7 @@ pub(super) trait Watch: Send {
     const WANTS_STEPS: bool = false;
 }
 
-/// What all runs of an ensemble have in common.
+/// The properties that all runs of an ensemble share.
 #[derive(Clone, Copy)]
 pub(super) struct Ensemble<'a> {
     pub(super) row: &'static Row,

@@ -27,7 +27,7 @@ pub struct EventPlan {
     pub function: Function,
     /// The direction in which the function crosses zero.
     pub direction: Direction,
-    /// What happens.
+    /// The action taken.
     pub action: Action,
 }
 
@@ -40,7 +40,7 @@ pub enum Function {
     Expression(String, Vec<(String, String)>),
 }
 
-/// What happens at an event.
+/// The action taken at an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
     /// It is recorded.

@@ -28,9 +28,9 @@ pub struct GlobalRow {
     pub order: Option<f64>,
     /// The largest doubt of the reference over the run.
     pub doubt: f64,
-    /// How the run ended.
+    /// The outcome of the run.
     pub outcome: &'static str,
-    /// What went wrong, in words.
+    /// The failure, in words.
     pub failure: Option<String>,
 }
 

@@ -88,7 +88,7 @@ pub struct CycleRow {
     pub amplitude: Vec<Option<f64>>,
     /// Real and imaginary part of each multiplier, the largest first.
     pub multipliers: Vec<Option<f64>>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub outcome: &'static str,
     /// The bifurcation.
     pub event: Option<Event>,
@@ -115,7 +115,7 @@ pub struct Cycles {
     pub h: f64,
     /// The cycles, in the order of the branch.
     pub points: Vec<Point>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 

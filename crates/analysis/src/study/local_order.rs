@@ -9,11 +9,13 @@
 //! same state, plus the rounding of the two states compared, both divided by h. They are estimated
 //! at a sample of the grid and at the points with the largest T.
 
+mod statistic;
+mod table;
+
 use super::cell::{Cell, Study, compute_all, reference_bytes};
-use super::{Problem, VARIABLES, distance};
+use super::{Problem, distance};
 use crate::Solution;
 use crate::progress::{Progress, Silent};
-use crate::statistics::{Fit, fit, median};
 use crate::words::by_name;
 use afterbay_core::{Grid, InputError, IntegrateError, Quad, Scalar, State, StateRef};
 use afterbay_methods::moddg::steps::Equation;
@@ -21,6 +23,13 @@ use afterbay_methods::registry::{Number, Row, Run};
 use afterbay_systems::catalog::Expandable;
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
+
+pub use statistic::{Statistic, Summary};
+pub use table::{OrderRow, order, rows};
+
+/// The number of grid points at which roundings are estimated, besides those with the largest T. A
+/// choice.
+const SAMPLES: usize = 48;
 
 /// A scalar for local errors, in which methods run and solutions are expanded.
 pub trait Working: Number + Expandable {}
@@ -34,71 +43,6 @@ pub struct LocalOrder {
     pub base_step: f64,
     /// The steps h.
     pub steps: Vec<f64>,
-}
-
-/// A statistic of all |T_i|.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Statistic {
-    /// The maximum.
-    Max,
-    /// The median.
-    Median,
-    /// The root mean square.
-    Rms,
-}
-
-impl Statistic {
-    /// All statistics, in the order of the tables.
-    pub const ALL: [Self; 3] = [Self::Max, Self::Median, Self::Rms];
-
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Max => "max",
-            Self::Median => "median",
-            Self::Rms => "rms",
-        }
-    }
-}
-
-/// Statistics of |T| of one variable over the grid.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Summary {
-    max: f64,
-    median: f64,
-    rms: f64,
-    /// The grid point of the maximum.
-    worst: usize,
-}
-
-/// The least ratio of a statistic to that of its roundings at which it is used.
-const ABOVE: f64 = 10.0;
-/// The number of grid points at which roundings are estimated, besides those with the largest T.
-const SAMPLES: usize = 48;
-
-impl Summary {
-    /// The statistics of values at grid points.
-    fn of(points: impl Iterator<Item = (usize, f64)>) -> Self {
-        let (mut sizes, mut worst, mut max, mut squares) = (Vec::new(), 0, 0.0, 0.0);
-        for (i, size) in points {
-            if size > max {
-                (worst, max) = (i, size);
-            }
-            squares += size * size;
-            sizes.push(size);
-        }
-        let rms = (squares / sizes.len().max(1) as f64).sqrt();
-        Self { max, median: median(&mut sizes), rms, worst }
-    }
-
-    /// The value of a statistic.
-    pub fn get(&self, statistic: Statistic) -> f64 {
-        match statistic {
-            Statistic::Max => self.max,
-            Statistic::Median => self.median,
-            Statistic::Rms => self.rms,
-        }
-    }
 }
 
 /// The local errors of one method at one step size.
@@ -118,41 +62,6 @@ pub struct LocalErrors {
     /// The time of the grid point with the largest |T|, and its distance to the pole of δ, for each
     /// variable.
     pub worst: [(f64, Option<f64>); 3],
-}
-
-/// A row of `local_orders.csv`.
-#[derive(Clone, Debug, Serialize)]
-pub struct OrderRow {
-    /// Name of the method.
-    pub method: &'static str,
-    /// q, p or w.
-    pub variable: &'static str,
-    /// max, median or rms.
-    pub statistic: &'static str,
-    /// The slope; none if fewer than two steps are ten times above rounding.
-    pub order: Option<f64>,
-    /// Lower end of its 95 % confidence interval.
-    pub ci_low: Option<f64>,
-    /// Upper end.
-    pub ci_high: Option<f64>,
-    /// The number of steps used, which are at least ten times above rounding.
-    pub points: usize,
-    /// The order printed in the paper.
-    pub printed: Option<f64>,
-    /// Time of the worst grid point at the largest step.
-    pub worst_t: f64,
-    /// Its distance to the nearest pole: |p/m| for δ(q), |V' + D| for δ(p).
-    pub pole_distance: Option<f64>,
-    /// The number of failed steps over the grid and all step sizes.
-    pub failed: usize,
-}
-
-impl LocalErrors {
-    /// Whether a statistic is at least ten times that of its roundings.
-    pub fn is_seen(&self, variable: usize, statistic: Statistic) -> bool {
-        let [size, floor] = [&self.variables, &self.floors].map(|of| of[variable].get(statistic));
-        size > 0.0 && size >= ABOVE * floor
-    }
 }
 
 /// Local errors with |T| per grid point; `None` where the step failed.
@@ -189,7 +98,7 @@ impl LocalOrder {
     /// |T| at every grid point for one method and step, computed in `T`.
     ///
     /// # Errors
-    /// As for [`LocalOrder::run`].
+    /// Those of [`LocalOrder::run`].
     pub fn trace<T: Working>(
         &self,
         problem: &Problem,
@@ -370,51 +279,4 @@ fn lost<T: Scalar>(
     exact.step(Quad::from_f64(h.to_f64()), &mut state).ok()?;
     let found = State { q: lift(&rounded.q), p: lift(&rounded.p), w: lift(&rounded.w), t };
     Some(distance(found.state_ref(), state.state_ref()).map(Scalar::to_f64))
-}
-
-/// Fits log statistic against log h for one method and variable, over the steps at least ten times
-/// above rounding.
-pub fn order(errors: &[&LocalErrors], variable: usize, statistic: Statistic) -> Option<Fit> {
-    let seen = errors.iter().filter(|errors| errors.is_seen(variable, statistic));
-    let point =
-        |errors: &&LocalErrors| (errors.h.ln(), errors.variables[variable].get(statistic).ln());
-    fit(&seen.map(point).collect::<Vec<_>>())
-}
-
-/// The rows of the table, in the order in which the methods were run. `printed` returns the order
-/// printed in the paper.
-pub fn rows(
-    errors: &[LocalErrors],
-    printed: impl Fn(&str, &str, Statistic) -> Option<f64>,
-) -> Vec<OrderRow> {
-    let mut rows = Vec::new();
-    for group in errors.chunk_by(|a, b| a.method.name == b.method.name) {
-        let Some(widest) = group.iter().max_by(|a, b| a.h.total_cmp(&b.h)) else { continue };
-        let group: Vec<_> = group.iter().collect();
-        for (variable, name) in VARIABLES.into_iter().enumerate() {
-            for statistic in Statistic::ALL {
-                let fit = order(&group, variable, statistic);
-                let margin = fit.and_then(|fit| fit.margin);
-                let slope = fit.map(|fit| fit.slope);
-                let (worst_t, pole_distance) = widest.worst[variable];
-                rows.push(OrderRow {
-                    method: widest.method.name,
-                    variable: name,
-                    statistic: statistic.name(),
-                    order: slope,
-                    ci_low: slope.zip(margin).map(|(slope, margin)| slope - margin),
-                    ci_high: slope.zip(margin).map(|(slope, margin)| slope + margin),
-                    points: group
-                        .iter()
-                        .filter(|errors| errors.is_seen(variable, statistic))
-                        .count(),
-                    printed: printed(widest.method.name, name, statistic),
-                    worst_t,
-                    pole_distance,
-                    failed: group.iter().map(|errors| errors.failed).sum(),
-                });
-            }
-        }
-    }
-    rows
 }

@@ -77,7 +77,7 @@ pub struct LyapunovRow {
     pub mean_log_det: Option<f64>,
     /// The mean of -Σ ∂D_j/∂p_j over the states; none for a system without second derivatives.
     pub mean_divergence: Option<f64>,
-    /// How the run ended.
+    /// The outcome of the run.
     #[serde(deserialize_with = "word")]
     pub outcome: Word,
 }
@@ -102,7 +102,7 @@ pub struct Spectrum {
     pub h: f64,
     /// One row for each time.
     pub rows: Vec<LyapunovRow>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub ending: Ending,
 }
 
@@ -258,7 +258,7 @@ impl<'a> Walk<'a> {
     /// bits.
     ///
     /// # Errors
-    /// How the run ended before all steps were done.
+    /// The failure that ended the run before all steps were done.
     fn take(
         &mut self,
         steps: u64,

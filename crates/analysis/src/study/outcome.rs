@@ -10,7 +10,7 @@ pub const COMPLETED: &str = "completed";
 /// The word of a run that was stopped.
 pub const INTERRUPTED: &str = "interrupted";
 
-/// How a run ended.
+/// The outcome of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {
     /// One word.
@@ -78,7 +78,7 @@ pub fn word<T>(result: &Result<T, IntegrateError>) -> &'static str {
 }
 
 /// One word for the failure of a step.
-pub fn step_word(failure: &StepFailure) -> &'static str {
+pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
     match failure {
         StepFailure::NonFinite { .. } => "not-finite",
         StepFailure::NotContracting { .. } => "not-contracting",

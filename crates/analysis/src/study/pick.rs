@@ -60,7 +60,7 @@ pub struct Candidate {
     /// The run at this setting.
     #[serde(flatten)]
     pub run: Trial,
-    /// Why the method does not qualify; none if it does.
+    /// The requirement that the method does not meet, in words; none if it qualifies.
     pub why_not: Option<String>,
     /// The check of neighbouring settings; none if the search did not get that far.
     pub checked: Option<Checked>,

@@ -64,7 +64,7 @@ pub struct Portrait {
     pub h: f64,
     /// The points of each start, one start after another.
     pub rows: Vec<PoincareRow>,
-    /// How the run of each start ended.
+    /// The outcome of the run from each start.
     pub endings: Vec<Ending>,
 }
 

@@ -14,7 +14,7 @@ pub enum Section {
         /// The interval [default: the period of the drive].
         interval: Option<f64>,
     },
-    /// Where a coordinate or a momentum crosses a value.
+    /// The crossing of a value by a coordinate or a momentum.
     Crossing(Crossing),
 }
 
@@ -47,8 +47,8 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The same direction, of an event.
-    pub fn of_core(self) -> afterbay_core::Direction {
+    /// The direction of the event that locates the crossing.
+    pub(crate) fn of_core(self) -> afterbay_core::Direction {
         match self {
             Self::Rising => afterbay_core::Direction::Rising,
             Self::Falling => afterbay_core::Direction::Falling,
@@ -58,7 +58,7 @@ impl Direction {
 }
 
 /// The most steps between two crossings. A run that takes more does not return.
-pub const MOST_STEPS_BETWEEN: u64 = 1_000_000;
+pub(crate) const MOST_STEPS_BETWEEN: u64 = 1_000_000;
 
 impl Section {
     /// The steps between two states of the section. A stroboscopic interval is divided into whole

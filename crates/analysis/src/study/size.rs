@@ -16,7 +16,7 @@ pub struct SizeRow {
     pub n: usize,
     /// The step.
     pub h: f64,
-    /// How the run ended.
+    /// The outcome of the run.
     pub outcome: &'static str,
     /// H at t = 0.
     pub initial_energy: f64,

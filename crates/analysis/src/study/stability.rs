@@ -27,7 +27,7 @@ mod walk;
 
 pub use atlas::{AtlasRow, atlas};
 pub use map::{MOST_STEPS, Map, MapError};
-pub use measure::{KEPT, MOST_LOOKS, MOST_STATIONS};
+pub use measure::KEPT;
 pub use piece::StabilityRow;
 pub use reference::References;
 pub use tiles::Tiles;

@@ -26,7 +26,7 @@ pub struct WorkRow {
     pub method: Word,
     /// The step.
     pub h: f64,
-    /// How the run ended.
+    /// The outcome of the run.
     #[serde(deserialize_with = "word")]
     pub outcome: Word,
     /// max(|Δq|, |Δp|) over the degrees of freedom at the end; none if the run did not reach it.

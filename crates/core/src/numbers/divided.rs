@@ -29,7 +29,7 @@ pub(super) mod elementary;
 
 pub use arcs::{acos, asin};
 pub use edge::{by_quadrature, of_potential};
-pub use elementary::{abs, atan, cos, cosh, exp, ln, sin, sinh, sinh_cosh, sqrt, tanh};
+pub use elementary::{abs, atan, cos, cosh, exp, ln, sin, sinh, sqrt, tanh};
 
 #[cfg(test)]
 mod tests;

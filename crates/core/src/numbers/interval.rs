@@ -149,7 +149,7 @@ impl Interval {
     }
 
     /// The least interval that contains both.
-    pub fn hull(self, other: Self) -> Self {
+    pub(crate) fn hull(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
@@ -161,7 +161,7 @@ impl Interval {
         Self::bounded(below(least).max(0.0), above(most))
     }
 
-    /// Of an increasing function of the standard library, whose values lie in [least, most].
+    /// The values of an increasing function of the standard library, which lie in [least, most].
     fn increasing(self, f: impl Fn(f64) -> f64, [least, most]: [f64; 2]) -> Self {
         if !self.is_bounded() {
             return Self::WHOLE;

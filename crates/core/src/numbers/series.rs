@@ -48,7 +48,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
 
     /// The derivative by τ at τ.
     #[inline]
-    pub fn rate_at(&self, tau: T) -> T {
+    pub(crate) fn rate_at(&self, tau: T) -> T {
         let terms = self.0.iter().enumerate().skip(1).rev();
         terms.fold(T::zero(), |sum, (k, &c)| sum.mul_add(tau, c * T::from_f64(k as f64)))
     }

@@ -75,7 +75,7 @@ impl<T: Scalar> Updates<T> {
 
     /// The number of updates since the last one that was the smallest so far in every lane.
     #[inline(always)]
-    pub fn waited(&self) -> u32 {
+    pub(crate) fn waited(&self) -> u32 {
         self.waited
     }
 }
@@ -105,7 +105,7 @@ mod tests {
     fn an_iteration_stalls_without_a_new_smallest_update() {
         assert!(!after(&[1.0, 0.5, 0.25]).stalled(1));
         assert!(after(&[1.0, 2.0, 1.5, 4.0]).stalled(3) && !after(&[1.0, 2.0, 1.5]).stalled(3));
-        // A new smallest update begins the wait anew; NaN is none.
+        // A new smallest update restarts the count. NaN does not.
         assert!(!after(&[1.0, 2.0, 1.5, 0.5, 0.7, 0.6]).stalled(3));
         assert!(after(&[1.0, f64::NAN, f64::NAN]).stalled(2));
     }

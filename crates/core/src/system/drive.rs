@@ -38,7 +38,7 @@ pub trait Drive<T: Scalar>: Send + Sync {
     fn force(&self, k: usize, q: &[T], t: T) -> T;
 
     /// Passes the slopes of that F_j to `put`: ∂F_j/∂q_i with `Some(i)`, and ∂F_j/∂t with `None`.
-    /// Which slopes are passed, and in which order, must not depend on the state.
+    /// The slopes passed, and their order, must not depend on the state.
     fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T));
 
     /// Whether F_j for entry k of [`Drive::driven`] depends on q_j itself. Where it does not,
@@ -73,8 +73,8 @@ pub trait Drive<T: Scalar>: Send + Sync {
     }
 
     /// The length of the next step from t, at most h > 0, that contains no break: an instant at
-    /// which F jumps in t or has a kink. The step ends just before the next break; one that starts
-    /// there is some roundings long and ends just behind it.
+    /// which F jumps in t or has a kink. A step that starts before the next break ends just before
+    /// it; one that starts at a break is a few roundings long and ends just after it.
     fn step_between_breaks(&self, _t: T, h: T) -> T {
         h
     }

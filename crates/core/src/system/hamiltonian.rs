@@ -61,7 +61,7 @@ pub trait System<T: Scalar>: Send + Sync {
         true
     }
 
-    /// As [`System::dissipation`], with the `forces` that [`System::motor_forces`] wrote at q.
+    /// Computes [`System::dissipation`] from the `forces` that [`System::motor_forces`] wrote at q.
     #[inline(always)]
     fn dissipation_under(&self, _forces: &[T], q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         self.dissipation(q, p, v, d);

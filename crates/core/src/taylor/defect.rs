@@ -22,7 +22,7 @@ pub(super) const ALLOWED_ROUNDINGS: f64 = 16.0;
 /// The accuracy with which the polynomial of a stride solves the equations.
 pub trait Defect<V: Vector, const M: usize>: Sync {
     /// The share of the stride τ, which may be negative, from its beginning, over which the defect
-    /// is known to add no more than a few roundings to the error; 0 if it is not known for any.
+    /// is known to add no more than a few roundings to the error; 0 if nothing is known.
     fn solved(&self, expansion: &Expansion<V, M>, tau: f64) -> f64;
 
     /// The longest time of a feature that may be missed within a stride of this length.
@@ -103,7 +103,7 @@ impl<S, const M: usize> Enclosed<S, M> {
 }
 
 /// An interval that contains the number.
-pub fn enclosing<T: Scalar>(c: T) -> Interval {
+fn enclosing<T: Scalar>(c: T) -> Interval {
     let near = c.to_f64();
     if T::from_f64(near) == c {
         Interval::from_f64(near)

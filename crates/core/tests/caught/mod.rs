@@ -1,4 +1,4 @@
-//! What a check has found, compared with the lie; and the state it starts from.
+//! The findings of a check, compared with the error put in; and the initial state.
 
 use afterbay_core::{Block, InputError, Quantity};
 

@@ -46,7 +46,7 @@ pub enum Problem {
     /// A number outside the range of `f64`.
     #[error("{text} is too large or too small for a number")]
     Number {
-        /// As it was written.
+        /// The text as written.
         text: String,
     },
     /// A coordinate, momentum or velocity with an invalid index.
@@ -56,13 +56,13 @@ pub enum Problem {
         MOST_DEGREES
     )]
     Index {
-        /// As it was written.
+        /// The text as written.
         name: String,
     },
     /// A degree of freedom beyond the last.
     #[error("{name} is beyond the last of {dof} degree{} of freedom", if *dof == 1 { "" } else { "s" })]
     BeyondLast {
-        /// As it was written.
+        /// The text as written.
         name: String,
         /// N
         dof: usize,
@@ -71,7 +71,7 @@ pub enum Problem {
     /// allow it.
     #[error("{name} has no place here: {rule}")]
     NoPlace {
-        /// As it was written.
+        /// The text as written.
         name: String,
         /// The rule.
         rule: &'static str,

@@ -1,6 +1,7 @@
 //! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive are
 //! not moved: their coordinate is the time, and their momentum the energy supplied.
 
+use crate::kernels::reductions::max_norm;
 use afterbay_core::{Mask, Scalar, System};
 
 /// The error of K, in roundings, that is not corrected, and the error accepted where corrections no
@@ -26,7 +27,20 @@ pub(crate) struct Projection<'a, T> {
     pub(crate) allowed: f64,
 }
 
-impl<T: Scalar> Projection<'_, T> {
+impl<'a, T: Scalar> Projection<'a, T> {
+    /// The projection of the end (q, p) of a step that is solved to rounding, by at most the given
+    /// share of its largest entry.
+    pub(crate) fn short(
+        slope: [&'a [T]; 2],
+        target: T,
+        size: f64,
+        share: f64,
+        [q, p]: [&[T]; 2],
+    ) -> Self {
+        let allowed = share * max_norm(q).max(max_norm(p));
+        Self { slope, target, size, scales: [1.0; 2], allowed }
+    }
+
     /// Moves (q, p), at which H is `energy`, onto the target by the smallest change in the scaled
     /// norm. Returns whether (q, p) moved. If the change exceeds the allowed one, returns the ratio
     /// of the two as the error.

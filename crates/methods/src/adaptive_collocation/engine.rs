@@ -10,7 +10,7 @@ use super::end::End;
 use super::gauss::{Columns, Gauss};
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
-use crate::adaptive::{Budget, KINK_ORDER, Rates, Sides, settle_by_motor};
+use crate::adaptive::{Budget, DOUBT, KINK_ORDER, Rates, Sides, settle_by_motor};
 use crate::collocation;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
@@ -32,9 +32,6 @@ const LARGEST_PHASE: f64 = 4.0;
 const STRETCHES: [f64; 2] = [0.5, 2.0];
 /// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
 const SOLVER_SHARE: f64 = 0.1;
-/// The error of a step, relative to the allowed one, below which a failed projection is attributed
-/// to rounding. A choice, between 0 and 1.
-const ROUNDING_SHARE: f64 = 0.01;
 /// The smallest error, relative to the allowed one, assigned to a step whose projection fails;
 /// above 1, so that the step is rejected.
 const REFUSED_ERROR: f64 = 2.0;
@@ -143,7 +140,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
-                Err(way) if error > ROUNDING_SHARE => error = way.max(REFUSED_ERROR),
+                Err(way) if error > DOUBT => error = way.max(REFUSED_ERROR),
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
         }

@@ -3,7 +3,7 @@
 //! The defect is `H1 - H0 + Σ Δw_j` in units of the rounding of these terms. Where the iteration
 //! ends in rounding noise, [`Workspace::restore`] projects the new state onto the old value of K.
 
-use super::iteration::{Problem, Workspace, largest};
+use super::iteration::{Problem, Workspace};
 use super::nodes::losses;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, StepFailure, Vector};
@@ -77,13 +77,9 @@ impl<V: Vector> Workspace<V> {
         let Self { slopes, q, p, gained, .. } = self;
         let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
         let mut end = system.energy(q, p);
-        let projection = Projection {
-            slope: [slopes.hq[0].as_slice(), slopes.hp[0].as_slice()],
-            target: start - *gained,
-            size: start.abs().to_f64() + gained.abs().to_f64(),
-            scales: [1.0; 2],
-            allowed: LARGEST_PROJECTION * largest(q).max(largest(p)),
-        };
+        let slope = [slopes.hq[0].as_slice(), slopes.hp[0].as_slice()];
+        let (target, size) = (start - *gained, start.abs().to_f64() + gained.abs().to_f64());
+        let projection = Projection::short(slope, target, size, LARGEST_PROJECTION, [&*q, &*p]);
         let moved = projection.apply(system, [q, p], &mut end).is_ok();
         self.weigh(system, start);
         // NaN counts as worse.

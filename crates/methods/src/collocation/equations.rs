@@ -3,43 +3,14 @@
 //! With J the derivative of (∂H/∂p, -∂H/∂q - D) at the middle of the step and
 //! `X_ij = ∫ P_i(τ) ∫_0^τ P_j`, the correction δγ for the residual `missing` solves
 //! `(1 - h X ⊗ J) δγ = missing` with 2 s N unknowns. Diagonalising X (`spectrum.rs`) decouples the
-//! equations. For each eigenvalue μ, with m = h μ, the 2 N components (a, b) of γ_q and -γ_p along
-//! its eigenvector satisfy
-//!
-//! ```text
-//! a - m Hpq a + m Hpp b = missing_a
-//! b - m S a + m (Hqp + Dp) b = missing_b        S = Hqq + Dq
-//! ```
-//!
-//! If H has no mixed derivatives and Hpp is diagonal, `a = missing_a - m Hpp b` is eliminated, and
-//! N unknowns remain:
-//!
-//! ```text
-//! (1 + m Dp + m² S Hpp) b = missing_b + m S missing_a
-//! ```
-//!
-//! The matrix is tridiagonal if only neighbours in a row are coupled, sparse if it has few entries,
-//! and dense otherwise.
+//! equations: for each eigenvalue μ, the components (a, b) of γ_q and -γ_p along its eigenvector
+//! satisfy the equations of [`PhaseSpace`] with m = h μ.
 
 use super::rule::Modes;
 use super::spectrum::{self, Eigenvalue};
-use crate::linear::{LinearSolver, Matrix, Number, SMALL};
-use afterbay_core::{Block, Curvature, Scalar, StepFailure};
+use crate::linear::{Matrix, PhaseSpace, Unsolvable};
+use afterbay_core::{Curvature, Scalar, StepFailure};
 use faer::c64;
-
-/// The memory limit for the matrices of all eigenvalues, in bytes. A choice.
-const MOST_BYTES: f64 = 4e9;
-/// A matrix is treated as sparse if fewer than one in this many entries is nonzero. A choice.
-const ENTRIES_A_NONZERO: usize = 8;
-
-/// A derivative provided by the system, and its positions in the matrix; only Hqp has a second one.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    block: Block,
-    i: usize,
-    j: usize,
-    slots: [usize; 2],
-}
 
 /// The matrices, one for each eigenvalue, and their right-hand sides.
 #[derive(Clone, Debug)]
@@ -47,15 +18,12 @@ pub(super) struct Equations {
     stages: usize,
     n: usize,
     spectrum: &'static [Eigenvalue],
-    entries: Vec<Entry>,
-    values: Vec<f64>,
-    /// Hpp, present if a is eliminated
-    inertia: Option<Vec<f64>>,
-    diagonal: Vec<usize>,
+    space: PhaseSpace,
     matrices: Vec<Matrix<c64>>,
     /// h
     h: f64,
     a: Vec<c64>,
+    b: Vec<c64>,
     unknowns: Vec<c64>,
     /// The right-hand side by parts, degrees of freedom and coefficients; then the solution
     pub(super) missing: Vec<f64>,
@@ -75,64 +43,24 @@ impl Equations {
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let n = system.dof();
-        let origin = vec![T::zero(); n];
-        let mut entries = Vec::new();
-        system.curvature(&origin, &origin, |block, i, j, _| {
-            entries.push(Entry { block, i, j, slots: [0; 2] });
-        });
-        Self::with_entries(n, entries, stages)
-    }
-
-    fn with_entries(n: usize, mut entries: Vec<Entry>, stages: usize) -> Result<Self, StepFailure> {
-        let most = entries.iter().map(|entry| entry.i.max(entry.j)).max().unwrap_or(0);
-        if most >= n {
-            return Err(StepFailure::Singular { dof: most, slope: f64::NAN });
-        }
-        let eliminate = entries.iter().all(|entry| match entry.block {
-            Block::Hqp => false,
-            Block::Hpp => entry.i == entry.j,
-            Block::Hqq | Block::Dq | Block::Dp => true,
-        });
-        let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
-        let size = if eliminate { n } else { 2 * n };
-        let spectrum = spectrum::of(stages);
-        let dense = !chain
-            && (size <= SMALL || entries.len().saturating_mul(ENTRIES_A_NONZERO) >= size * size);
-        let bytes = 16.0 * (spectrum.len() * size) as f64 * size as f64;
-        if dense && bytes > MOST_BYTES {
-            return Err(StepFailure::TooLarge { unknowns: size, bytes });
-        }
-        let solver = match dense {
-            _ if chain => LinearSolver::Chain,
-            true if size <= SMALL => LinearSolver::Small,
-            true => LinearSolver::Dense,
-            false => LinearSolver::Sparse,
-        };
-        let places =
-            |entry: &Entry| if eliminate { [(entry.i, entry.j); 2] } else { places(entry) };
-        let pattern: Vec<_> =
-            entries.iter().flat_map(places).chain((0..size).map(|i| (i, i))).collect();
-        let first = Matrix::new(solver, size, pattern)
-            .map_err(|_| StepFailure::TooLarge { unknowns: size, bytes })?;
-        let slot = |(row, column)| first.slot(row, column).unwrap_or(0);
-        for entry in &mut entries {
-            entry.slots = places(entry).map(slot);
-        }
-        let diagonal = (0..size).map(|i| slot((i, i))).collect();
-        let zero = c64::ZERO;
+        let (n, spectrum) = (system.dof(), spectrum::of(stages));
+        let space = PhaseSpace::new(system, spectrum.len()).map_err(|reason| match reason {
+            Unsolvable::NoSuchDof(dof) => StepFailure::Singular { dof, slope: f64::NAN },
+            Unsolvable::TooLarge { unknowns, bytes } => StepFailure::TooLarge { unknowns, bytes },
+        })?;
+        let unknowns = space.size();
+        let bytes = 16.0 * (spectrum.len() * unknowns) as f64 * unknowns as f64;
+        let first = space.matrix().map_err(|_| StepFailure::TooLarge { unknowns, bytes })?;
         Ok(Self {
             stages,
             n,
             spectrum,
-            values: vec![0.0; entries.len()],
-            entries,
-            inertia: eliminate.then(|| vec![0.0; n]),
-            diagonal,
+            space,
             matrices: vec![first; spectrum.len()],
             h: 0.0,
-            a: vec![zero; n],
-            unknowns: vec![zero; size],
+            a: vec![c64::ZERO; n],
+            b: vec![c64::ZERO; n],
+            unknowns: vec![c64::ZERO; unknowns],
             missing: vec![0.0; 2 * stages * n],
             solution: vec![0.0; 2 * stages * n],
             gain: 0.0,
@@ -152,96 +80,36 @@ impl Equations {
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let mut next = self.values.iter_mut();
-        system.curvature(q, p, |_, _, _, value| {
-            if let Some(place) = next.next() {
-                *place = value.to_f64();
-            }
-        });
-        self.factorise_values(h)
-    }
-
-    fn factorise_values(&mut self, h: f64) -> Result<(), usize> {
-        let Self { entries, values, inertia, diagonal, matrices, spectrum, gain, .. } = self;
-        let most = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        (*gain, self.h) = (h.abs() * most, h);
-        let given = || entries.iter().zip(values.iter());
-        if let Some(inertia) = inertia {
-            inertia.fill(0.0);
-            for (entry, value) in given().filter(|(entry, _)| entry.block == Block::Hpp) {
-                inertia[entry.i] += value;
-            }
-        }
-        for (matrix, eigenvalue) in matrices.iter_mut().zip(*spectrum) {
-            let (m, to) = (eigenvalue.value * h, matrix.values());
-            let square = m * m;
-            to.fill(c64::ZERO);
-            diagonal.iter().for_each(|&slot| to[slot] = c64::real(1.0));
-            for (&Entry { block, j, slots: [first, second], .. }, &value) in given() {
-                match (block, &*inertia) {
-                    (Block::Hqq | Block::Dq, Some(inertia)) => {
-                        to[first] += square * (value * inertia[j]);
-                    }
-                    (Block::Dp, _) => to[first] += m * value,
-                    (Block::Hpp, Some(_)) => {}
-                    (Block::Hpp, None) => to[first] += m * value,
-                    (Block::Hqq | Block::Dq, None) => to[first] -= m * value,
-                    (Block::Hqp, _) => {
-                        to[first] -= m * value;
-                        to[second] += m * value;
-                    }
-                }
-            }
-            let rows = if inertia.is_some() { 1 } else { 2 };
-            matrix.factorise().map_err(|row| row / rows)?;
-        }
-        Ok(())
+        self.space.evaluate(system, q, p);
+        (self.gain, self.h) = (h.abs() * self.space.largest(), h);
+        let pairs = self.matrices.iter_mut().zip(self.spectrum);
+        pairs.into_iter().try_for_each(|(matrix, Eigenvalue { value, .. })| {
+            self.space.factorise(*value * h, matrix)
+        })
     }
 
     /// Solves the equations in place of `missing`.
     pub(super) fn solve(&mut self) {
-        let Self { stages, n, spectrum, matrices, missing, solution, a, unknowns, .. } = self;
+        let Self { stages, n, spectrum, space, matrices, h, .. } = self;
+        let Self { missing, solution, a, b, unknowns, .. } = self;
         let (stages, n) = (*stages, *n);
         solution.fill(0.0);
         for (matrix, Eigenvalue { value, right, left }) in matrices.iter_mut().zip(*spectrum) {
-            let m = *value * self.h;
             let part = |rows: &[f64]| {
                 rows.iter().zip(left).fold(c64::ZERO, |sum, (&x, &left)| sum + left * x)
             };
             let (q, p) = missing.split_at(stages * n);
-            let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages)).enumerate();
-            if let Some(inertia) = &self.inertia {
-                for (d, (q, p)) in rows {
-                    (a[d], unknowns[d]) = (part(q), part(p));
-                }
-                for (&Entry { block, i, j, .. }, &value) in self.entries.iter().zip(&self.values) {
-                    if matches!(block, Block::Hqq | Block::Dq) {
-                        unknowns[i] += m * a[j] * value;
-                    }
-                }
-                matrix.solve(unknowns);
-                for ((a, b), &inertia) in a.iter_mut().zip(&*unknowns).zip(inertia) {
-                    *a -= m * *b * inertia;
-                }
-            } else {
-                for (d, (q, p)) in rows {
-                    (unknowns[2 * d], unknowns[2 * d + 1]) = (part(q), part(p));
-                }
-                matrix.solve(unknowns);
+            let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages));
+            for ((a, b), (q, p)) in a.iter_mut().zip(&mut *b).zip(rows) {
+                (*a, *b) = (part(q), -part(p));
             }
-            let eliminated = self.inertia.is_some();
+            space.solve(*value * *h, matrix, [a, b], unknowns);
             let (q, p) = solution.split_at_mut(stages * n);
-            for (d, (q, p)) in
-                q.chunks_exact_mut(stages).zip(p.chunks_exact_mut(stages)).enumerate()
-            {
-                let [x, y] = if eliminated {
-                    [a[d], unknowns[d]]
-                } else {
-                    [unknowns[2 * d], unknowns[2 * d + 1]]
-                };
+            let rows = q.chunks_exact_mut(stages).zip(p.chunks_exact_mut(stages));
+            for ((a, b), (q, p)) in a.iter().zip(&*b).zip(rows) {
                 for ((q, p), right) in q.iter_mut().zip(p).zip(right) {
-                    *q += right.re * x.re - right.im * x.im;
-                    *p += right.re * y.re - right.im * y.im;
+                    *q += right.re * a.re - right.im * a.im;
+                    *p -= right.re * b.re - right.im * b.im;
                 }
             }
         }
@@ -287,17 +155,5 @@ impl Equations {
             }
             (most, at / self.stages)
         })
-    }
-}
-
-/// The positions of a derivative in the matrix, with rows and columns a_0, b_0, a_1, ..
-fn places(&Entry { block, i, j, .. }: &Entry) -> [(usize, usize); 2] {
-    match block {
-        Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
-        Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
-        Block::Hpp => [(2 * i, 2 * j + 1); 2],
-        // ∂²H/∂q_i∂p_j is the derivative of ∂H/∂p_j with respect to q_i, and of ∂H/∂q_i with
-        // respect to p_j.
-        Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
     }
 }

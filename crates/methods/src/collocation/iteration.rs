@@ -10,6 +10,7 @@ use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
+use crate::kernels::reductions::max_norm;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
@@ -264,7 +265,7 @@ impl<V: Vector> Workspace<V> {
     ) -> Result<u32, u32> {
         let epsilon = V::Scalar::EPSILON;
         let Problem { state, level, .. } = *problem;
-        let sizes = [largest(state.q.as_slice()), largest(state.p.as_slice())];
+        let sizes = [max_norm(state.q.as_slice()), max_norm(state.p.as_slice())];
         let (mut updates, mut rate, mut left) = (Updates::none(), 1.0_f64, f64::INFINITY);
         place_q(&self.rules[level], &mut self.nodes, problem.starts()[0], &self.q_modes);
         for sweeps in 1..=MOST_ITERATIONS {
@@ -351,9 +352,4 @@ fn exchange<T: Scalar>(from: &[Modes<T>], to: &mut [Modes<T>], size: f64, h: f64
     let sum = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     let relative = if most == 0.0 { 0.0 } else { h * most / h.mul_add(reach, size) };
     relative + 0.0 * sum
-}
-
-#[inline]
-pub(super) fn largest<T: Scalar>(x: &[T]) -> f64 {
-    x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()))
 }

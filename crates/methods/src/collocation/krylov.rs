@@ -7,11 +7,12 @@
 //! is halved until it reduces the residual. If the iteration does not converge from a constant, the
 //! solution is continued from h = 0.
 
-use super::iteration::{Workspace, largest};
+use super::iteration::Workspace;
 use super::newton::Step;
 use super::progress::Progress;
 use super::rule::Modes;
 use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
+use crate::kernels::reductions::max_norm;
 use crate::linear::Gmres;
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
@@ -246,7 +247,7 @@ impl<V: Vector, S: ?Sized> Step<'_, V, S> {
         [(&state.q, q_modes), (&state.p, p_modes)].map(|(start, modes)| {
             let most =
                 modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
-            let size = largest(start.as_slice()) + length * most;
+            let size = max_norm(start.as_slice()) + length * most;
             if size > 0.0 { length / size } else { 1.0 }
         })
     }

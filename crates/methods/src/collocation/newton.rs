@@ -6,12 +6,13 @@
 //! converges slowly, the exact derivative is used (`krylov.rs`).
 
 use super::equations::Equations;
-use super::iteration::{Problem, Workspace, largest};
+use super::iteration::{Problem, Workspace};
 use super::krylov::{Exact, Krylov};
 use super::nodes::{forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::Modes;
 use crate::iteration::{Correction, Iteration, Verdict};
+use crate::kernels::reductions::max_norm;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Quantity, Scalar, StepFailure, Vector};
 
@@ -197,6 +198,6 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
 /// The change of z due to the largest change of γ, relative to the size of z.
 fn share<V: Vector>(change: f64, h: f64, start: &V, modes: &[Modes<V::Scalar>]) -> f64 {
     let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
-    let size = largest(start.as_slice()) + h.abs() * most;
+    let size = max_norm(start.as_slice()) + h.abs() * most;
     if change == 0.0 { 0.0 } else { h.abs() * change / size }
 }

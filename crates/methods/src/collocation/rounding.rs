@@ -1,8 +1,9 @@
 //! Bounds of the change of K that is due to rounding over a step.
 
-use super::iteration::{Problem, Workspace, largest};
+use super::iteration::{Problem, Workspace};
 use crate::bend::bend;
 use crate::grain::grain_at;
+use crate::kernels::reductions::max_norm;
 use afterbay_core::{Curvature, Scalar, Vector};
 
 /// The largest change of the coefficients, in roundings, that may be noise.
@@ -29,7 +30,7 @@ impl<V: Vector> Workspace<V> {
             let (q, p) = (q.as_slice(), p.as_slice());
             system.gradient(q, p, hq, hp);
             system.dissipation(q, p, hp, d);
-            let (bend, z) = (bend(system, q, p), largest(q).max(largest(p)));
+            let (bend, z) = (bend(system, q, p), max_norm(q).max(max_norm(p)));
             let slopes = total(hq) + total(hp) + total(d);
             let reach = (1.0 + h.to_f64().abs() * bend) * z;
             // At an equilibrium the slopes vanish, and a rounding of z changes H in second order.
@@ -57,8 +58,8 @@ impl<V: Vector> Workspace<V> {
         let length = h.to_f64().abs();
         let reach =
             self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
-        let size = largest(p) + length * reach;
-        let terms = size + length * bend(system, q, p) * largest(q).max(largest(p));
+        let size = max_norm(p) + length * reach;
+        let terms = size + length * bend(system, q, p) * max_norm(q).max(max_norm(p));
         change * size <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms
     }
 }

@@ -17,17 +17,8 @@
 //! C is replaced by c Dp. If δq is not eliminated, hλR is omitted: obtaining R from Dp would
 //! require a linear solve, and the omission only costs corrections.
 
-use crate::linear::{LinearSolver, Matrix, SMALL};
+use crate::linear::{Derivative, Derivatives, LinearSolver, Matrix, SMALL};
 use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
-
-/// A derivative provided by the system, and its positions in the matrix.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    block: Block,
-    i: usize,
-    j: usize,
-    slots: [usize; 2],
-}
 
 /// The data for the elimination of δq.
 #[derive(Clone, Debug)]
@@ -41,8 +32,7 @@ struct Eliminated {
 /// The matrix, its factors, and the derivatives it is made of.
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian {
-    entries: Vec<Entry>,
-    values: Vec<f64>,
+    derivatives: Derivatives,
     /// Present if δq is eliminated.
     eliminated: Option<Eliminated>,
     /// The positions of ∂a_i/∂q_i, ∂b_i/∂p_i, ∂a_i/∂p_i, ∂b_i/∂q_i; four equal positions if δq is
@@ -68,22 +58,11 @@ impl Jacobian {
         S: Curvature<T> + ?Sized,
     {
         let n = system.dof();
-        let origin = vec![T::zero(); n];
-        let mut entries = Vec::new();
-        system.curvature(&origin, &origin, |block, i, j, _| {
-            entries.push(Entry { block, i, j, slots: [0; 2] });
-        });
         let unsupported = |why| InputError::Unsupported { method, why };
-        if entries.iter().any(|entry| entry.i >= n || entry.j >= n) {
-            return Err(unsupported("a second derivative belongs to no degree of freedom"));
-        }
-        let eliminate = entries.iter().all(|entry| match entry.block {
-            Block::Hqp => false,
-            Block::Hpp => entry.i == entry.j,
-            Block::Hqq | Block::Dq | Block::Dp => true,
-        });
-        let chain = eliminate && entries.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
-        let size = if eliminate { n } else { 2 * n };
+        let mut derivatives = Derivatives::new(system)
+            .map_err(|_| unsupported("a second derivative belongs to no degree of freedom"))?;
+        let (eliminate, chain) = (derivatives.eliminate(), derivatives.is_chain());
+        let size = derivatives.size();
         let solver = wanted.unwrap_or(match system.coupling() {
             _ if chain => LinearSolver::Chain,
             _ if size <= SMALL => LinearSolver::Small,
@@ -94,26 +73,19 @@ impl Jacobian {
             return Err(unsupported("Thomas' algorithm is for chains with separable H"));
         }
 
-        let places = |entry: &Entry| match eliminate {
-            true => [(entry.i, entry.j); 2],
-            false => places(entry),
-        };
         let own = |i: usize| match eliminate {
             true => [(i, i); 4],
             false => {
                 [(2 * i, 2 * i), (2 * i + 1, 2 * i + 1), (2 * i, 2 * i + 1), (2 * i + 1, 2 * i)]
             }
         };
-        let pattern = entries.iter().flat_map(places).chain((0..n).flat_map(own)).collect();
+        let pattern = derivatives.pattern().chain((0..n).flat_map(own)).collect();
         let mut matrix = Matrix::new(solver, size, pattern)?;
+        derivatives.locate(&matrix);
         let slot = |(row, column)| matrix.slot(row, column).unwrap_or(0);
-        for entry in &mut entries {
-            entry.slots = places(entry).map(slot);
-        }
         let diagonal = (0..n).map(|i| own(i).map(slot)).collect();
         Ok(Self {
-            values: vec![0.0; entries.len()],
-            entries,
+            derivatives,
             eliminated: eliminate
                 .then(|| Eliminated { c: vec![[0.0; 2]; n], s: vec![0.0; matrix.values().len()] }),
             diagonal,
@@ -138,30 +110,21 @@ impl Jacobian {
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let Self { entries, values, matrix, .. } = self;
         (self.half_h, self.h_lambda) = (0.5 * h, h * lambda);
         let (half_h, h_lambda) = (self.half_h, self.h_lambda);
-        let mut next = values.iter_mut();
-        system.curvature(q, p, |_, _, _, value| {
-            if let Some(place) = next.next() {
-                *place = value.to_f64();
-            }
-        });
-        let given = entries.iter().zip(values.iter());
-        let to = matrix.values();
+        self.derivatives.evaluate(system, q, p);
+        let to = self.matrix.values();
         to.fill(0.0);
         if let Some(Eliminated { c, s }) = &mut self.eliminated {
             c.fill([0.0; 2]);
             s.fill(0.0);
-            for (entry, value) in given.clone().filter(|(entry, _)| entry.block == Block::Hpp) {
-                c[entry.i][0] += value;
-            }
+            self.derivatives.inertia().for_each(|(i, value)| c[i][0] += value);
             for [c, share] in &mut c[..self.free] {
                 *share = if *c == 0.0 { half_h } else { half_h + h_lambda / *c };
                 *c = half_h.mul_add(*c, h_lambda);
             }
             c[self.free..].fill([0.0, half_h]);
-            for (&Entry { block, j, slots: [slot, _], .. }, value) in given {
+            for (Derivative { block, j, slots: [slot, _], .. }, value) in self.derivatives.iter() {
                 match block {
                     Block::Hqq | Block::Dq => {
                         let value = half_h * value;
@@ -179,14 +142,14 @@ impl Jacobian {
             }
             return self.matrix.factorise();
         }
-        for (Entry { block, slots: [first, second], .. }, value) in given {
+        for (Derivative { block, slots: [first, second], .. }, value) in self.derivatives.iter() {
             let value = half_h * value;
             match block {
-                Block::Hqq | Block::Dq | Block::Dp => to[*first] += value,
-                Block::Hpp => to[*first] -= value,
+                Block::Hqq | Block::Dq | Block::Dp => to[first] += value,
+                Block::Hpp => to[first] -= value,
                 Block::Hqp => {
-                    to[*first] -= value;
-                    to[*second] += value;
+                    to[first] -= value;
+                    to[second] += value;
                 }
             }
         }
@@ -203,14 +166,7 @@ impl Jacobian {
     pub(super) fn solve(&mut self, a: &mut [f64], b: &mut [f64]) {
         let x = &mut self.unknowns;
         let Some(Eliminated { c, s }) = &self.eliminated else {
-            for ((x, a), b) in x.as_chunks_mut::<2>().0.iter_mut().zip(&*a).zip(&*b) {
-                *x = [*a, *b];
-            }
-            self.matrix.solve(x);
-            for ((x, a), b) in x.as_chunks::<2>().0.iter().zip(a).zip(b) {
-                [*a, *b] = *x;
-            }
-            return;
+            return self.matrix.solve_pairs([a, b], x);
         };
         x.copy_from_slice(b);
         self.matrix.subtract(s, a, x);
@@ -223,7 +179,7 @@ impl Jacobian {
 
     /// Adds ½ ∇∇H (x, y) to (u, v).
     pub(super) fn add_half_hessian(&self, [x, y]: [&[f64]; 2], [u, v]: [&mut [f64]; 2]) {
-        for (&Entry { block, i, j, .. }, value) in self.entries.iter().zip(&self.values) {
+        for (Derivative { block, i, j, .. }, value) in self.derivatives.iter() {
             let half = 0.5 * value;
             match block {
                 Block::Hqq => u[i] = half.mul_add(x[j], u[i]),
@@ -240,18 +196,6 @@ impl Jacobian {
     /// h/2 times the largest derivative: the relative change of z in one step caused by a change of
     /// z.
     pub(super) fn gain(&self) -> f64 {
-        self.half_h.abs() * self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
-    }
-}
-
-/// The positions of a derivative, with rows a_0, b_0, a_1, .. and columns q_0, p_0, q_1, ..
-fn places(&Entry { block, i, j, .. }: &Entry) -> [(usize, usize); 2] {
-    match block {
-        Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
-        Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
-        Block::Hpp => [(2 * i, 2 * j + 1); 2],
-        // ∂²H/∂q_i∂p_j is the derivative of ∂H/∂p_j with respect to q_i, and of ∂H/∂q_i with
-        // respect to p_j.
-        Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
+        self.half_h.abs() * self.derivatives.largest()
     }
 }

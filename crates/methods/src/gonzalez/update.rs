@@ -3,6 +3,7 @@
 
 use super::equation::{Lambda, Workspace};
 use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
+use crate::kernels::reductions::max_norm;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// A solution is rejected if K changes by more than this share of H, of the terms of H and of Δw.
@@ -97,8 +98,6 @@ impl<V: Vector> Workspace<V> {
     where
         S: System<V::Scalar> + ?Sized,
     {
-        let largest =
-            |z: &V| z.as_slice().iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
         let [hq, hp] = &mut self.ends;
         let slopes = |q: &V, p: &V, hq: &mut V, hp: &mut V| {
             system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
@@ -110,7 +109,8 @@ impl<V: Vector> Workspace<V> {
         let off = (self.energy - start + gained).abs();
         // At an equilibrium these terms vanish, and a rounding of z changes H in second order: H''
         // is 2/h times the gain.
-        let grain = V::Scalar::EPSILON * largest(&self.q_mean).max(largest(&self.p_mean));
+        let grain = V::Scalar::EPSILON
+            * max_norm(self.q_mean.as_slice()).max(max_norm(self.p_mean.as_slice()));
         let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
         let most = V::Scalar::from_f64(LARGEST_DEFECT) * size + square;
         let unbalanced = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
@@ -119,16 +119,11 @@ impl<V: Vector> Workspace<V> {
         if unbalanced.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
             return false;
         }
-        let projection = Projection {
-            slope: [hq.as_slice(), hp.as_slice()],
-            target: start - gained,
-            size: (start.abs() + spent).to_f64(),
-            scales: [1.0; 2],
-            allowed: LARGEST_PROJECTION * largest(&self.q).max(largest(&self.p)),
-        };
-        let energy = self.energy;
-        let end = [self.q.as_mut_slice(), self.p.as_mut_slice()];
-        if projection.apply(system, end, &mut self.energy).is_err() {
+        let (slope, target) = ([hq.as_slice(), hp.as_slice()], start - gained);
+        let (size, energy) = ((start.abs() + spent).to_f64(), self.energy);
+        let [q, p] = [self.q.as_mut_slice(), self.p.as_mut_slice()];
+        let projection = Projection::short(slope, target, size, LARGEST_PROJECTION, [&*q, &*p]);
+        if projection.apply(system, [q, p], &mut self.energy).is_err() {
             self.energy = energy;
             self.place(state);
         }

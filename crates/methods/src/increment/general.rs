@@ -27,6 +27,7 @@ mod plane;
 use super::before::Before;
 use super::{Composition, ordering};
 use crate::balance::{self, Account};
+use crate::kernels::reductions::largest;
 use afterbay_core::{
     Effort, InputError, Method, PhasePlane, Scalar, Slopes, State, StepFailure, Vector,
 };
@@ -147,10 +148,6 @@ where
 {
     let dissipative = !system.dissipation_form().zero;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
-    let largest = |part: &[V::Scalar]| {
-        part.iter()
-            .fold(V::Scalar::zero(), |most, x| V::Scalar::select(most.lt(x.abs()), x.abs(), most))
-    };
     let reach = [largest(q), largest(p)];
     let mut evaluations = 0;
     for j in order {

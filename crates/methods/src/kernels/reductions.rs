@@ -9,7 +9,14 @@ pub(crate) fn larger<T: Scalar>(most: T, x: &T) -> T {
     T::select(most.lt(x.abs()), x.abs(), most)
 }
 
-/// The largest |x_j|, 0 for no numbers.
+/// The largest |x_j| as an `f64`, 0 for no numbers. NaN is ignored.
+#[inline]
+pub(crate) fn max_norm<T: Scalar>(x: &[T]) -> f64 {
+    largest(x).to_f64()
+}
+
+/// The largest |x_j|, 0 for no numbers. NaN is ignored.
+#[inline]
 pub(crate) fn largest<T: Scalar>(x: &[T]) -> T {
     let (chunks, rest) = x.as_chunks::<16>();
     let most = rest.iter().fold(T::zero(), larger);
@@ -108,7 +115,7 @@ mod tests {
             for at in 0..count {
                 let mut x = numbers(count, 1.0);
                 x[at] = -17.0;
-                assert_eq!(largest(&x), 17.0);
+                assert_eq!((largest(&x), max_norm(&x)), (17.0, 17.0));
             }
         }
         assert_eq!(largest::<f64>(&[]), 0.0);

@@ -110,7 +110,7 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         Ok(evaluations)
     }
 
-    /// Updates the first or the last member of a chain, which obeys a law of its own.
+    /// Updates the first or the last member of a chain, whose equation differs from the others'.
     #[cold]
     fn end(
         &self,

@@ -24,6 +24,9 @@ pub(crate) trait Number:
     /// `x`
     fn real(x: f64) -> Self;
 
+    /// `x · self`
+    fn scaled(self, x: f64) -> Self;
+
     /// `self · a + b`, with a single rounding for real numbers.
     fn fused(self, a: Self, b: Self) -> Self;
 
@@ -50,6 +53,10 @@ impl Number for f64 {
     #[inline(always)]
     fn real(x: f64) -> Self {
         x
+    }
+    #[inline(always)]
+    fn scaled(self, x: f64) -> Self {
+        self * x
     }
     #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {
@@ -80,6 +87,10 @@ impl Number for c64 {
     #[inline(always)]
     fn real(x: f64) -> Self {
         Self { re: x, im: 0.0 }
+    }
+    #[inline(always)]
+    fn scaled(self, x: f64) -> Self {
+        Self { re: self.re * x, im: self.im * x }
     }
     #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {

@@ -15,99 +15,69 @@
 //! The matrix is tridiagonal if only neighbours in a row are coupled, sparse if it has few entries,
 //! and dense otherwise. With one degree of freedom a [`Plane`] solves the equations in closed form.
 
-use super::{LinearSolver, Matrix, Number, SMALL};
+use super::{Derivative, Derivatives, LinearSolver, Matrix, Number};
 use afterbay_core::{Block, Curvature, InputError, Scalar};
 
-/// The memory limit of one matrix, in bytes.
-const MEMORY: f64 = 1e9;
-/// A matrix is treated as sparse if fewer than one in this many entries is nonzero.
-const FEW: usize = 8;
+/// The memory limit for the dense matrices of a step, in bytes. A choice.
+const MOST_BYTES: f64 = 4e9;
 
-/// A derivative of the system, and its positions among the entries of the matrix. Only Hqp has a
-/// second one.
-#[derive(Clone, Copy, Debug)]
-struct Derivative {
-    block: Block,
-    i: usize,
-    j: usize,
-    slots: [usize; 2],
+/// The reason why the equations of a system are not solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Unsolvable {
+    /// A derivative names this degree of freedom, which does not exist.
+    NoSuchDof(usize),
+    /// The matrices do not fit in memory.
+    TooLarge { unknowns: usize, bytes: f64 },
 }
 
 /// The second derivatives of H and the derivatives of D at a point.
 #[derive(Clone, Debug)]
 pub(crate) struct PhaseSpace {
-    size: usize,
     solver: LinearSolver,
-    derivatives: Vec<Derivative>,
-    values: Vec<f64>,
+    derivatives: Derivatives,
     /// Hpp, present if a is eliminated.
     inertia: Option<Vec<f64>>,
     diagonal: Vec<usize>,
 }
 
 impl PhaseSpace {
-    /// Chooses the unknowns and the solver for a system.
-    ///
-    /// # Errors
-    /// [`InputError::Unsupported`] if the matrix does not fit in memory, or a derivative names a
-    /// degree of freedom that does not exist.
-    pub(crate) fn new<T, S>(system: &S, method: &'static str) -> Result<Self, InputError>
+    /// Chooses the unknowns and the solver for a system. `count` is the number of matrices that
+    /// will be allocated.
+    pub(crate) fn new<T, S>(system: &S, count: usize) -> Result<Self, Unsolvable>
     where
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let n = system.dof();
-        let origin = vec![T::zero(); n];
-        let mut derivatives = Vec::new();
-        system.curvature(&origin, &origin, |block, i, j, _| {
-            derivatives.push(Derivative { block, i, j, slots: [0; 2] });
-        });
-        if derivatives.iter().any(|entry| entry.i.max(entry.j) >= n) {
-            let why = "a second derivative names a degree of freedom that does not exist";
-            return Err(InputError::Unsupported { method, why });
+        let derivatives = Derivatives::new(system).map_err(Unsolvable::NoSuchDof)?;
+        let (size, solver) = (derivatives.size(), derivatives.solver());
+        let bytes = 16.0 * (count * size) as f64 * size as f64;
+        if solver == LinearSolver::Dense && bytes > MOST_BYTES {
+            return Err(Unsolvable::TooLarge { unknowns: size, bytes });
         }
-        let eliminates = derivatives.iter().all(|entry| match entry.block {
-            Block::Hqp => false,
-            Block::Hpp => entry.i == entry.j,
-            Block::Hqq | Block::Dq | Block::Dp => true,
-        });
-        let chain = eliminates && derivatives.iter().all(|entry| entry.i.abs_diff(entry.j) <= 1);
-        let size = if eliminates { n } else { 2 * n };
-        let dense = size <= SMALL || derivatives.len().saturating_mul(FEW) >= size * size;
-        let solver = match dense {
-            _ if chain => LinearSolver::Chain,
-            true if size <= SMALL => LinearSolver::Small,
-            true => LinearSolver::Dense,
-            false => LinearSolver::Sparse,
-        };
-        if solver == LinearSolver::Dense && 16.0 * (size as f64).powi(2) > MEMORY {
-            let why = "the dense matrix of its step does not fit in memory";
-            return Err(InputError::Unsupported { method, why });
-        }
-        let values = vec![0.0; derivatives.len()];
-        let inertia = eliminates.then(|| vec![0.0; n]);
-        let mut space =
-            Self { size, solver, derivatives, values, inertia, diagonal: (0..size).collect() };
-        let matrix = space.matrix::<f64>()?;
-        let slot = |(row, column)| matrix.slot(row, column).unwrap_or(0);
-        for entry in &mut space.derivatives {
-            entry.slots = places(entry, eliminates).map(slot);
-        }
-        space.diagonal.iter_mut().for_each(|row| *row = slot((*row, *row)));
+        let inertia = derivatives.eliminate().then(|| vec![0.0; size]);
+        let mut space = Self { solver, derivatives, inertia, diagonal: Vec::new() };
+        let too_large = |_| Unsolvable::TooLarge { unknowns: size, bytes };
+        let matrix = space.matrix::<f64>().map_err(too_large)?;
+        space.derivatives.locate(&matrix);
+        space.diagonal = (0..size).map(|row| matrix.slot(row, row).unwrap_or(0)).collect();
         Ok(space)
     }
 
     /// Allocates a matrix of the pattern of 1 - m J.
     pub(crate) fn matrix<T: Number>(&self) -> Result<Matrix<T>, InputError> {
-        let eliminates = self.inertia.is_some();
-        let pattern = self.derivatives.iter().flat_map(|entry| places(entry, eliminates));
-        let diagonal = (0..self.size).map(|row| (row, row));
-        Matrix::new(self.solver, self.size, pattern.chain(diagonal).collect())
+        let size = self.size();
+        let diagonal = (0..size).map(|row| (row, row));
+        Matrix::new(self.solver, size, self.derivatives.pattern().chain(diagonal).collect())
     }
 
     /// The number of unknowns of the matrix.
     pub(crate) fn size(&self) -> usize {
-        self.size
+        self.derivatives.size()
+    }
+
+    /// The largest absolute derivative.
+    pub(crate) fn largest(&self) -> f64 {
+        self.derivatives.largest()
     }
 
     /// Evaluates the derivatives at (q, p).
@@ -116,19 +86,10 @@ impl PhaseSpace {
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let mut next = self.values.iter_mut();
-        system.curvature(q, p, |_, _, _, value| {
-            if let Some(place) = next.next() {
-                *place = value.to_f64();
-            }
-        });
+        self.derivatives.evaluate(system, q, p);
         if let Some(inertia) = &mut self.inertia {
             inertia.fill(0.0);
-            for (entry, value) in self.derivatives.iter().zip(&self.values) {
-                if entry.block == Block::Hpp {
-                    inertia[entry.i] += value;
-                }
-            }
+            self.derivatives.inertia().for_each(|(i, value)| inertia[i] += value);
         }
     }
 
@@ -137,19 +98,18 @@ impl PhaseSpace {
         let (to, square) = (matrix.values(), m * m);
         to.fill(T::ZERO);
         self.diagonal.iter().for_each(|&slot| to[slot] = T::real(1.0));
-        for (&Derivative { block, j, slots: [first, second], .. }, &value) in
-            self.derivatives.iter().zip(&self.values)
+        for (Derivative { block, j, slots: [first, second], .. }, value) in self.derivatives.iter()
         {
             match (block, &self.inertia) {
                 (Block::Hqq | Block::Dq, Some(inertia)) => {
-                    to[first] += square * T::real(value * inertia[j]);
+                    to[first] += square.scaled(value * inertia[j]);
                 }
                 (Block::Hpp, Some(_)) => {}
-                (Block::Hpp, None) => to[first] -= m * T::real(value),
-                (Block::Hqq | Block::Dq | Block::Dp, _) => to[first] += m * T::real(value),
+                (Block::Hpp, None) => to[first] -= m.scaled(value),
+                (Block::Hqq | Block::Dq | Block::Dp, _) => to[first] += m.scaled(value),
                 (Block::Hqp, _) => {
-                    to[first] -= m * T::real(value);
-                    to[second] += m * T::real(value);
+                    to[first] -= m.scaled(value);
+                    to[second] += m.scaled(value);
                 }
             }
         }
@@ -165,50 +125,28 @@ impl PhaseSpace {
         [a, b]: [&mut [T]; 2],
         unknowns: &mut [T],
     ) {
-        let Some(inertia) = &self.inertia else {
-            for ((pair, a), b) in unknowns.as_chunks_mut::<2>().0.iter_mut().zip(&*a).zip(&*b) {
-                *pair = [*a, *b];
-            }
-            matrix.solve(unknowns);
-            for ((pair, a), b) in unknowns.as_chunks::<2>().0.iter().zip(a).zip(b) {
-                [*a, *b] = *pair;
-            }
-            return;
-        };
-        for (&Derivative { block, i, j, .. }, &value) in self.derivatives.iter().zip(&self.values) {
-            if matches!(block, Block::Hqq | Block::Dq) {
-                b[i] -= m * a[j] * T::real(value);
+        let Some(inertia) = &self.inertia else { return matrix.solve_pairs([a, b], unknowns) };
+        for (entry, value) in self.derivatives.iter() {
+            if matches!(entry.block, Block::Hqq | Block::Dq) {
+                b[entry.i] -= (m * a[entry.j]).scaled(value);
             }
         }
         matrix.solve(b);
         for ((a, b), &inertia) in a.iter_mut().zip(&*b).zip(inertia) {
-            *a += m * *b * T::real(inertia);
+            *a += (m * *b).scaled(inertia);
         }
     }
 
     /// Writes Dq a + Dp b to `to`.
     pub(crate) fn friction(&self, a: &[f64], b: &[f64], to: &mut [f64]) {
         to.fill(0.0);
-        for (&Derivative { block, i, j, .. }, value) in self.derivatives.iter().zip(&self.values) {
-            match block {
-                Block::Dq => to[i] += value * a[j],
-                Block::Dp => to[i] += value * b[j],
+        for (entry, value) in self.derivatives.iter() {
+            match entry.block {
+                Block::Dq => to[entry.i] += value * a[entry.j],
+                Block::Dp => to[entry.i] += value * b[entry.j],
                 Block::Hqq | Block::Hqp | Block::Hpp => {}
             }
         }
-    }
-}
-
-/// The positions of a derivative in the matrix: those of b if a is eliminated, and otherwise in the
-/// order a_0, b_0, a_1, ..
-fn places(&Derivative { block, i, j, .. }: &Derivative, eliminates: bool) -> [(usize, usize); 2] {
-    match block {
-        _ if eliminates => [(i, j); 2],
-        Block::Hqq | Block::Dq => [(2 * i + 1, 2 * j); 2],
-        Block::Dp => [(2 * i + 1, 2 * j + 1); 2],
-        Block::Hpp => [(2 * i, 2 * j + 1); 2],
-        // ∂²H/∂q_i∂p_j is the derivative of ∂H/∂p_j by q_i, and of ∂H/∂q_i by p_j.
-        Block::Hqp => [(2 * j, 2 * i), (2 * i + 1, 2 * j + 1)],
     }
 }
 

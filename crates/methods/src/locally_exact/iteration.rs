@@ -6,6 +6,7 @@ use crate::bend::bend;
 use crate::commit;
 use crate::grain::grain_at;
 use crate::iteration::{Correction, Iteration, Verdict};
+use crate::kernels::reductions::max_norm;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -171,15 +172,8 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         if roundings(energy) <= RESTORED_ROUNDINGS {
             return Ok(());
         }
-        let largest =
-            |z: &[V::Scalar]| z.iter().fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
-        let projection = Projection {
-            slope: [hq, hp],
-            target,
-            size: size.to_f64(),
-            scales: [1.0; 2],
-            allowed: furthest * largest(q).max(largest(p)),
-        };
+        let slope: [&[V::Scalar]; 2] = [hq, hp];
+        let projection = Projection::short(slope, target, size.to_f64(), furthest, [&*q, &*p]);
         let restored = projection.apply(system, [q, p], &mut energy).is_ok();
         if restored || roundings(energy) <= KEPT_ROUNDINGS {
             return Ok(());
@@ -197,7 +191,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     #[cold]
     fn is_noise(&self) -> bool {
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
-        let z = q.iter().chain(p).fold(0.0, |most: f64, z| most.max(z.to_f64().abs()));
+        let z = max_norm(q).max(max_norm(p));
         let amplified = 1.0 + self.h.to_f64().abs() * bend(self.system, q, p);
         self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * amplified * z
     }
@@ -256,8 +250,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         if *linear {
             return 0.0;
         }
-        let largest =
-            |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let largest = |part: &V| max_norm(part.as_slice());
         let moved = largest(&dz[0]).max(largest(&dz[1]));
         let size = largest(&state.q).min(largest(&state.p)) + moved;
         if moved == 0.0 {

@@ -17,6 +17,7 @@
 //! The row of a motor has one entry: R_mj = -F_j, because D_m = -F_j v_j. So p of the motor and w_j
 //! change by the same energy.
 
+use crate::kernels::reductions::max_norm;
 use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
 
 /// The error of R v, in roundings, up to which friction counts as linear in the velocities.
@@ -194,7 +195,7 @@ impl<V: Vector> Slopes<V> {
         ask: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
     ) {
         let (zero, one) = (V::Scalar::zero(), V::Scalar::one());
-        let largest = v.iter().fold(0.0, |most: f64, v| most.max(v.to_f64().abs()));
+        let largest = max_norm(v);
         if self.damping.passive == Passive::Each {
             self.kind = Kind::Diagonal;
             let small = V::Scalar::EPSILON.sqrt() * largest;

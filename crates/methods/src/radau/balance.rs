@@ -1,4 +1,4 @@
-//! What makes K exact.
+//! The restoration of K after a step.
 //!
 //! The stages give the end of the step and `Δw_j = h Σ b_i D_j v_j`. The defect `H0 - H1 - Σ Δw_j`
 //! is of the size of the error of the step. It belongs to (q, p) or to w. For quadratic H it is
@@ -16,19 +16,11 @@
 
 use super::engine::Engine;
 use super::share::Allowed;
-use crate::adaptive::{Projection, largest};
-use crate::bend::bend;
-use crate::grain::grain_at;
+use crate::adaptive::{DOUBT, Projection, is_noise};
 use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
 
 /// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
 const ALL: f64 = 0.999;
-/// A failed projection may be due to rounding if the error is below this share of the allowed
-/// error; between 0 and 1. A choice.
-const DOUBT: f64 = 0.01;
-/// It is, if K is off by no more than this number of roundings of H, and a shorter step leaves as
-/// much. A choice.
-const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Computes the end of the step with K exact. If no allowed change makes it so, returns the
@@ -48,7 +40,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         }
         self.project(system, allowed).or_else(|way| {
             self.place_end(system, state);
-            if error <= DOUBT && self.is_noise(system) { Ok(()) } else { Err(way) }
+            let energies = [self.energy, self.end_energy, self.target()];
+            let end = [&self.q, &self.p];
+            let noise = error <= DOUBT && is_noise(system, end, energies, &mut self.off);
+            if noise { Ok(()) } else { Err(way) }
         })
     }
 
@@ -154,17 +149,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         Ok(())
     }
 
-    /// Whether the defect of K is within the rounding of z in H, and not reduced by a shorter step.
-    /// Near an equilibrium away from the origin no small change of z can correct it.
-    #[cold]
-    fn is_noise<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) -> bool {
-        let (q, p) = (self.q.as_slice(), self.p.as_slice());
-        let (found, target) = (self.end_energy, self.target());
-        let z = largest(&self.q).max(largest(&self.p));
-        let terms = self.energy.abs().to_f64() + found.abs().to_f64() + bend(system, q, p) * z * z;
-        let off = (found - target).abs().to_f64();
-        let before = std::mem::replace(&mut self.off, off);
-        let within = |terms: f64| off <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
-        (off > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+    /// The coordinates at the end of the trial step.
+    #[inline]
+    pub(crate) fn end_of_attempt(&self) -> &[V::Scalar] {
+        self.q.as_slice()
     }
 }

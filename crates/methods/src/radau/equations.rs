@@ -7,7 +7,7 @@
 //! an approximate Jacobian costs corrections but no accuracy.
 
 use super::tables::Tables;
-use crate::linear::{Matrix, Number, PhaseSpace, Plane};
+use crate::linear::{Matrix, Number, PhaseSpace, Plane, Unsolvable};
 use afterbay_core::{Curvature, InputError, Scalar, StepFailure, Vector};
 use faer::c64;
 use std::array::from_fn;
@@ -53,7 +53,8 @@ impl<const S: usize> Equations<S> {
     /// Allocates the equations of a system.
     ///
     /// # Errors
-    /// Those of [`PhaseSpace::new`].
+    /// [`InputError::Unsupported`] if the matrices do not fit in memory, or a derivative names a
+    /// degree of freedom that does not exist.
     pub(super) fn new<V, F>(system: &F) -> Result<Self, InputError>
     where
         V: Vector,
@@ -68,7 +69,17 @@ impl<const S: usize> Equations<S> {
             })));
         }
         let n = system.dof();
-        let space = PhaseSpace::new(system, "adaptive-radau")?;
+        let space = PhaseSpace::new(system, S / 2 + 1).map_err(|reason| {
+            let why = match reason {
+                Unsolvable::NoSuchDof(_) => {
+                    "a second derivative names a degree of freedom that does not exist"
+                }
+                Unsolvable::TooLarge { .. } => {
+                    "the dense matrix of its step does not fit in memory"
+                }
+            };
+            InputError::Unsupported { method: "adaptive-radau", why }
+        })?;
         let pair = space.matrix()?;
         let zeros = || vec![c64::ZERO; n];
         Ok(Self::Space(Box::new(InSpace {

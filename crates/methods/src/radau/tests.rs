@@ -23,7 +23,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         self.begin(system, state);
         let way = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         self.solve(system, h, state, allowed(solved), way, &mut Effort::default()).unwrap();
-        self.estimate(h, allowed(LOOSE));
+        self.estimate(h, allowed(LOOSE), true);
         assert!(self.balance(system, state, allowed(LOOSE), 0.0).is_ok());
         self.accept(state);
     }

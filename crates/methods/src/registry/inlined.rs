@@ -30,7 +30,7 @@ where
     Some(fixed::<V, S, M>(row.name, *row.method::<M>()?, system.clone()))
 }
 
-/// As [`fixed_if`], for a method with step size control.
+/// Binds the method of the row, which has step size control, to `system` if it is an `M`.
 fn chosen_if<V, M, S>(row: &Row, system: &Arc<S>) -> Form
 where
     V: Vector<Scalar = f64> + 'static,
@@ -40,7 +40,7 @@ where
     Some(chosen::<V, S, M>(row.name, *row.method::<M>()?, system.clone()))
 }
 
-/// As [`chosen_if`], for the explicit methods.
+/// Binds the explicit methods with step size control.
 fn explicit_if<V, S>(row: &Row, system: &Arc<S>) -> Form
 where
     V: Vector<Scalar = f64> + 'static,

@@ -66,35 +66,20 @@ pub trait Compensable: Lanewise {
     ) -> Result<Run<Self>, InputError>;
 }
 
-impl Compensable for f64 {
-    fn bind(
-        row: &Row,
-        system: &Arc<dyn Abilities<Self>>,
-        exact: Arc<dyn Separable<Corrected<Self>>>,
-    ) -> Result<Run<Self>, InputError> {
-        in_colours(row, system, exact)
-    }
+macro_rules! compensable {
+    ($($scalar:ty),+) => {$(
+        impl Compensable for $scalar {
+            fn bind(
+                row: &Row,
+                system: &Arc<dyn Abilities<Self>>,
+                exact: Arc<dyn Separable<Corrected<Self>>>,
+            ) -> Result<Run<Self>, InputError> {
+                in_colours(row, system, exact)
+            }
+        }
+    )+};
 }
-
-impl Compensable for f64x4 {
-    fn bind(
-        row: &Row,
-        system: &Arc<dyn Abilities<Self>>,
-        exact: Arc<dyn Separable<Corrected<Self>>>,
-    ) -> Result<Run<Self>, InputError> {
-        in_colours(row, system, exact)
-    }
-}
-
-impl Compensable for f64x8 {
-    fn bind(
-        row: &Row,
-        system: &Arc<dyn Abilities<Self>>,
-        exact: Arc<dyn Separable<Corrected<Self>>>,
-    ) -> Result<Run<Self>, InputError> {
-        in_colours(row, system, exact)
-    }
-}
+compensable!(f64, f64x4, f64x8);
 
 fn in_colours<T: Lanewise>(
     row: &Row,

@@ -1,11 +1,11 @@
 //! The rows of the registry.
 
-use super::binding::{AdaptiveBinding, Form};
+use super::binding::Form;
+use super::families::{collocation, explicit, increment, printed, raised};
 use super::sources::{
-    BRUGNANO, BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_2010,
-    HAIRER_LUBICH_WANNER_2003, HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER,
-    HAIRER_WANNER_1996, HAIRER_WANNER_1999, ITOH_ABE, KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA,
-    SUZUKI, Source, VERLET, VERNER, YOSHIDA,
+    BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_LUBICH_WANNER_2003,
+    HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, HAIRER_WANNER_1996, HAIRER_WANNER_1999,
+    ITOH_ABE, KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, VERLET, VERNER, YOSHIDA,
 };
 use super::{Cost, EXACT, Needs, Row};
 use crate::explicit_dop853::ExplicitDop853;
@@ -13,7 +13,7 @@ use crate::increment::Increments;
 use crate::moddg::steps::Degree::{Fourth, Third};
 use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
-use crate::moddg::steps::{Placement, Plain, Printed, Raised};
+use crate::moddg::steps::{Plain, Printed, Raised};
 use crate::{
     AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
     Collocation, Composition, Gonzalez, ImplicitMidpoint, Leapfrog, LinearExact, LocallyExact,
@@ -305,123 +305,4 @@ const fn steps() -> usize {
         count += 1;
     }
     count
-}
-
-/// The row of an explicit method that chooses its steps. Each tableau has a negative weight.
-const fn explicit(
-    name: &'static str,
-    about: &'static str,
-    order: u32,
-    evaluations: u32,
-    sources: &'static [Source],
-    method: &'static dyn AdaptiveBinding,
-) -> Row {
-    Row {
-        name,
-        about,
-        local_order: [order; 3],
-        keeps_k: true,
-        passive: false,
-        a_stable: false,
-        l_stable: false,
-        cost: Cost::Explicit(evaluations),
-        needs: Needs::Curvature,
-        sources,
-        form: Form::Adaptive(method),
-    }
-}
-
-const fn collocation(name: &'static str, method: &'static Collocation) -> Row {
-    let stages = method.stages;
-    Row {
-        name,
-        about: "energy-preserving collocation, solved to rounding",
-        local_order: [2 * stages as u32; 3],
-        keeps_k: true,
-        passive: true,
-        a_stable: true,
-        l_stable: false,
-        cost: Cost::Modes(stages as u32),
-        needs: Needs::Curvature,
-        sources: &[BRUGNANO, HAIRER_2010],
-        form: Form::Fixed(method),
-    }
-}
-
-/// The row of a composition of sweeps. A single sweep evaluates the force at a corner of the box:
-/// it has order 1 in p, hence order 2 in q, and order 1 in w if D_j depends on the neighbours. With
-/// one degree of freedom and separable H it is its own adjoint, and all orders are 2. With phase
-/// planes the velocity is evaluated at a corner too, and q also has order 1. If all sweeps go
-/// `forward` in time the method is passive, and since K is conserved H cannot grow.
-const fn increment(
-    name: &'static str,
-    local_order: [u32; 3],
-    sweeps: u32,
-    forward: bool,
-    about: &'static str,
-    sources: &'static [Source],
-    method: &'static Increments,
-) -> Row {
-    Row {
-        name,
-        about,
-        local_order,
-        keeps_k: true,
-        passive: forward,
-        a_stable: forward,
-        l_stable: false,
-        cost: Cost::Sweeps(sweeps),
-        needs: Needs::SeparableOrPlanes,
-        sources,
-        form: Form::Fixed(method),
-    }
-}
-
-const fn raised(name: &'static str, local_order: [u32; 3], method: &'static Raised) -> Row {
-    let Raised(placement, degree) = *method;
-    let about = match (placement, degree) {
-        (Shared(Q), Third) => "moddg with δ₃(q) in all three equations",
-        (Shared(Q), Fourth) => "moddg with δ₄(q) in all three equations",
-        (Shared(P), Third) => "moddg with δ₃(p) in all three equations",
-        (Shared(P), Fourth) => "moddg with δ₄(p) in all three equations",
-        (Single(Q), Third) => "moddg with δ₃(q) in the equation for q alone",
-        (Single(Q), Fourth) => "moddg with δ₄(q) in the equation for q alone",
-        (Single(P), Third) => "moddg with δ₃(p) in the equation for p alone",
-        (Single(P), Fourth) => "moddg with δ₄(p) in the equation for p alone",
-        (Each, Third) => "moddg with δ₃(q) in q, δ₃(p) in p, h in w",
-        (Each, Fourth) => "moddg with δ₄(q) in q, δ₄(p) in p, h in w",
-    };
-    modified(name, about, local_order, placement, Needs::OneDegree, Form::Fixed(method))
-}
-
-const fn printed(name: &'static str, local_order: [u32; 3], method: &'static Printed) -> Row {
-    let about = "the same as the paper prints it";
-    modified(name, about, local_order, method.0, Needs::Printed, Form::Fixed(method))
-}
-
-/// The row of the scheme with δ in place of h. Near a pole δ may be negative, and a shared negative
-/// step returns energy from the reservoir, on linear systems too; hence no shared δ is A-stable.
-/// The others have h in the equation for w.
-const fn modified(
-    name: &'static str,
-    about: &'static str,
-    local_order: [u32; 3],
-    placement: Placement,
-    needs: Needs,
-    form: Form,
-) -> Row {
-    let keeps_k = matches!(placement, Shared(_));
-    Row {
-        name,
-        about,
-        local_order,
-        keeps_k,
-        passive: !keeps_k,
-        a_stable: false,
-        l_stable: false,
-        cost: Cost::Sweeps(1),
-        needs,
-        sources: &[KOBUS],
-        form,
-    }
 }

@@ -1,5 +1,6 @@
 //! The direction of a step: the increments of q, p and w for γ = 1.
 
+use crate::kernels::reductions::max_norm;
 use crate::runge_kutta::{P, Q, Stages, Tableau, W};
 use afterbay_core::{Effort, Scalar, State, System, Vector};
 
@@ -70,8 +71,7 @@ impl<V: Vector> Direction<V> {
 
     /// Whether `change` times d moves the state by more than a rounding.
     pub(super) fn feel(&self, state: &State<V>, change: V::Scalar) -> bool {
-        let largest =
-            |part: &V| part.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let largest = |part: &V| max_norm(part.as_slice());
         let moved =
             |d: &V, z: &V| change.to_f64().abs() * largest(d) > V::Scalar::EPSILON * largest(z);
         moved(&self.q, &state.q) || moved(&self.p, &state.p)

@@ -3,13 +3,11 @@
 
 use crate::bind::curved;
 use afterbay_core::{
-    Adaptive, Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State,
-    StateRef, StepControl, StepFailure, System, Tolerance, integrate_controlled,
+    Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StateRef,
+    StepControl, StepFailure, System, Tolerance, integrate_controlled,
 };
+use afterbay_methods::AdaptiveVerner98;
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_methods::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
-};
 use afterbay_systems::{
     DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
 };
@@ -329,76 +327,6 @@ fn failures_have_names_and_the_last_good_state() {
         assert_eq!((state.clone(), error.t), (last, state.t));
         assert!(state.q[0] > 0.99 && state.q[0] <= 1.0, "{}: {state:?}", row.name);
     }
-}
-
-/// Steps by sweeps or stages do not allocate, whether accepted or rejected.
-#[test]
-fn steps_allocate_nothing() {
-    fn check<S: Curvature<f64>, M: Adaptive<Vec<f64>, S>>(method: &M, system: &S) {
-        for tolerance in [1e-4, 1e-9] {
-            let n = system.dof();
-            let mut state =
-                State::new((0..n).map(|j| (j as f64).sin()).collect(), vec![0.5; n]).unwrap();
-            let mut workspace = method.workspace(system, &Tolerance::all(tolerance), 10.0).unwrap();
-            let allocated = allocation_counter::measure(|| {
-                for i in 0..100 {
-                    let h = if i % 5 == 0 { 0.03 } else { 0.02 };
-                    if method
-                        .attempt(system, h, &state, &mut workspace)
-                        .is_ok_and(|attempt| attempt.error < 1.0)
-                    {
-                        method.accept(&mut state, &mut workspace);
-                    }
-                }
-            });
-            assert_eq!(allocated.count_total, 0);
-        }
-    }
-    fn all<S: Curvature<f64>>(system: &S) {
-        check(&AdaptiveCollocation, system);
-        check(&AdaptiveDop853, system);
-        check(&AdaptiveVerner98, system);
-        check(&AdaptiveVerner87, system);
-        check(&AdaptiveRadau, system);
-    }
-    all(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
-    all(&FputChain::new(20, 0.5, 0.1).unwrap());
-    all(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
-}
-
-/// Newton's method allocates memory when it is first needed, and never again.
-#[test]
-fn only_the_first_step_of_newton_s_method_allocates() {
-    let system = VanDerPol::new(1000.0).unwrap();
-    let mut state = State::new([2.0], [0.0]).unwrap();
-    let method = AdaptiveCollocation;
-    let mut workspace = method.workspace(&system, &Tolerance::all(1e-6), 2000.0).unwrap();
-    let (mut h, mut allocating) = (1e-5, Vec::new());
-    for step in 0..200 {
-        let mut error = 0.0;
-        let allocated = allocation_counter::measure(|| {
-            match method.attempt(&system, h, &state, &mut workspace) {
-                Ok(attempt) => error = attempt.error,
-                Err(_) => error = f64::INFINITY,
-            }
-            if error < 1.0 {
-                Adaptive::<_, VanDerPol<f64>>::accept(&method, &mut state, &mut workspace);
-            }
-        });
-        if allocated.count_total > 0 {
-            allocating.push(step);
-        }
-        h *= if error < 0.1 {
-            1.5
-        } else if error < 1.0 {
-            1.0
-        } else {
-            0.5
-        };
-    }
-    // So long a step requires Newton's method.
-    assert!(h > 1.0, "{h}");
-    assert_eq!(allocating.len(), 1, "{allocating:?}");
 }
 
 /// The lengths of the steps of a run with these options, and its end.

@@ -4,6 +4,7 @@
 
 mod adaptive;
 mod adaptive_accuracy;
+mod adaptive_memory;
 mod adaptive_samples;
 mod adaptive_stiff;
 mod bind;

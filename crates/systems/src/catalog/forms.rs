@@ -100,56 +100,27 @@ fn lifted<T: Scalar>(system: &Described, lift: Lift<'_, T>) -> Arc<dyn Abilities
     }
 }
 
-impl Number for f64 {
-    fn system(
-        row: &SystemRow,
-        n: usize,
-        x: &[Self],
-    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
-        (row.forms.f64)(n, x)
-    }
-    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        lifted(system, lift)
-    }
+macro_rules! numbers {
+    ($($scalar:ty, $form:ident;)+) => {$(
+        impl Number for $scalar {
+            fn system(
+                row: &SystemRow,
+                n: usize,
+                x: &[Self],
+            ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+                (row.forms.$form)(n, x)
+            }
+            fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
+                lifted(system, lift)
+            }
+        }
+    )+};
 }
-
-impl Number for Quad {
-    fn system(
-        row: &SystemRow,
-        n: usize,
-        x: &[Self],
-    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
-        (row.forms.quad)(n, x)
-    }
-    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        lifted(system, lift)
-    }
-}
-
-impl Number for f64x4 {
-    fn system(
-        row: &SystemRow,
-        n: usize,
-        x: &[Self],
-    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
-        (row.forms.four)(n, x)
-    }
-    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        lifted(system, lift)
-    }
-}
-
-impl Number for f64x8 {
-    fn system(
-        row: &SystemRow,
-        n: usize,
-        x: &[Self],
-    ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
-        (row.forms.eight)(n, x)
-    }
-    fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
-        lifted(system, lift)
-    }
+numbers! {
+    f64, f64;
+    Quad, quad;
+    f64x4, four;
+    f64x8, eight;
 }
 
 /// A scalar for compensated increments. Separable systems are made in [`Corrected`] numbers of it.
@@ -176,31 +147,26 @@ fn exact<T: Lanewise>(system: &Described) -> Option<Arc<dyn Separable<Corrected<
     }
 }
 
-impl Compensable for f64 {
-    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
-        (row.forms.corrected)(n, x)
-    }
-    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
-        exact(system)
-    }
+macro_rules! compensable {
+    ($($scalar:ty, $form:ident;)+) => {$(
+        impl Compensable for $scalar {
+            fn corrected(
+                row: &SystemRow,
+                n: usize,
+                x: &[Corrected<Self>],
+            ) -> Made<Corrected<Self>> {
+                (row.forms.$form)(n, x)
+            }
+            fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
+                exact(system)
+            }
+        }
+    )+};
 }
-
-impl Compensable for f64x4 {
-    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
-        (row.forms.corrected_four)(n, x)
-    }
-    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
-        exact(system)
-    }
-}
-
-impl Compensable for f64x8 {
-    fn corrected(row: &SystemRow, n: usize, x: &[Corrected<Self>]) -> Made<Corrected<Self>> {
-        (row.forms.corrected_eight)(n, x)
-    }
-    fn custom_corrected(system: &Described) -> Option<Arc<dyn Separable<Corrected<Self>>>> {
-        exact(system)
-    }
+compensable! {
+    f64, corrected;
+    f64x4, corrected_four;
+    f64x8, corrected_eight;
 }
 
 /// A system in series of a scalar.
@@ -231,30 +197,25 @@ fn expanded<T: Scalar>(system: &Described) -> Field<T> {
     }
 }
 
-impl Expandable for f64 {
-    fn series(
-        row: &SystemRow,
-        n: usize,
-        x: &[Series<Self, TERMS>],
-    ) -> Result<Field<Self>, InputError> {
-        (row.forms.series)(n, x)
-    }
-    fn custom_series(system: &Described) -> Field<Self> {
-        expanded(system)
-    }
+macro_rules! expandable {
+    ($($scalar:ty, $form:ident;)+) => {$(
+        impl Expandable for $scalar {
+            fn series(
+                row: &SystemRow,
+                n: usize,
+                x: &[Series<Self, TERMS>],
+            ) -> Result<Field<Self>, InputError> {
+                (row.forms.$form)(n, x)
+            }
+            fn custom_series(system: &Described) -> Field<Self> {
+                expanded(system)
+            }
+        }
+    )+};
 }
-
-impl Expandable for Quad {
-    fn series(
-        row: &SystemRow,
-        n: usize,
-        x: &[Series<Self, TERMS>],
-    ) -> Result<Field<Self>, InputError> {
-        (row.forms.series_quad)(n, x)
-    }
-    fn custom_series(system: &Described) -> Field<Self> {
-        expanded(system)
-    }
+expandable! {
+    f64, series;
+    Quad, series_quad;
 }
 
 /// The system of a row in series of intervals.

@@ -1,4 +1,4 @@
-//! What a custom system can do.
+//! The abilities of a custom system.
 
 use super::Custom;
 use super::shape::Shape;

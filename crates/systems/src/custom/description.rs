@@ -37,9 +37,9 @@ pub struct GeneralDescription {
     pub hamiltonian: String,
     /// D
     pub dissipation: DissipationText,
-    /// As in a [`Description`].
+    /// The names and values of parameters. Each must be used.
     pub parameters: Vec<(String, f64)>,
-    /// As in a [`Description`].
+    /// Names of expressions; see [`Description::definitions`].
     pub definitions: Vec<(String, String)>,
     /// N, where `n` is used and the dissipation does not give it.
     pub dof: Option<usize>,

@@ -132,7 +132,7 @@ impl CustomDrive<f64> {
     /// of degrees of freedom.
     ///
     /// # Errors
-    /// As for [`super::Custom::with`], and if the period that is given is none with this value.
+    /// Those of [`super::Custom::with`], and an error if the given period is no longer one.
     pub fn with(&self, name: &str, value: f64, dof: usize) -> Result<Self, CustomError> {
         let parameters = checks::replaced(&self.shape.parameters, &self.parameters, name, value)?;
         Self::bind(Arc::clone(&self.shape), parameters).checked(dof)

@@ -71,7 +71,7 @@ pub enum CustomError {
         place: Place,
         /// The bytes of it.
         span: Range<usize>,
-        /// What is wrong.
+        /// The problem found there.
         problem: Problem,
     },
     /// A name that is not allowed for a parameter.

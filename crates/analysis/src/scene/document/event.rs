@@ -22,7 +22,7 @@ pub struct EventTable {
     /// The direction in which zero is crossed [default: both].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub direction: Option<Direction>,
-    /// What happens.
+    /// The action taken.
     #[serde(default)]
     pub action: ActionName,
     /// The factor of the momentum after a bounce, from 0 to 1 [default: 1]. The energy lost goes to
@@ -31,7 +31,7 @@ pub struct EventTable {
     pub restitution: Option<f64>,
 }
 
-/// What happens at an event.
+/// The action taken at an event.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ActionName {

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepTable {
-    /// What is varied: parameters of the system by name, and entries q1, p2, .. of the initial
-    /// state.
+    /// The quantities that are varied: parameters of the system by name, and entries q1, p2, .. of
+    /// the initial state.
     pub vary: BTreeMap<String, Varied>,
     /// The number of draws of the random values.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -73,7 +73,7 @@ pub(super) struct Nearby<'a> {
     longest: u64,
     /// The returns in a row near each cycle.
     near: Vec<usize>,
-    /// Which of the last returns lie in the boxes of each attractor without a period.
+    /// For each attractor without a period, whether each of the last returns lies in its boxes.
     inside: Vec<VecDeque<bool>>,
     /// The index of the attractor that the run has reached.
     pub(super) reached: Option<usize>,

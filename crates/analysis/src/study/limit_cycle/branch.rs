@@ -134,7 +134,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// How a branch goes on.
+/// The continuation of a branch.
 #[derive(PartialEq, Eq)]
 enum Goes {
     /// It is at its end.

@@ -19,7 +19,7 @@ pub(super) enum Stop {
 }
 
 impl Stop {
-    /// The same failure, with the number of its step and its time counted from where the run began:
+    /// This failure, with the number of its step and its time counted from where the run began:
     /// it is told of a run that began after `steps` steps.
     pub(super) fn after(self, steps: u64) -> Self {
         match self {

@@ -304,7 +304,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Which requirement a run within the bound does not meet, if any.
+    /// The requirement that a run within the bound does not meet, in words, if any.
     fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
         let Bench { wanted, dense, problem, .. } = self.bench;
         if wanted.keep_k && trial.k_drift > ROUNDING * dense.scale(problem)? {

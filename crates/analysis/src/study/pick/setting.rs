@@ -111,7 +111,7 @@ impl Choice {
         }
     }
 
-    /// What sets the steps of a run to the end.
+    /// The setting of a run to the end.
     pub(super) fn setting(self, end: f64) -> Result<Setting<f64>, InputError> {
         Ok(match self {
             Self::Steps(_, steps) => Setting::Step(Grid::of(end / steps as f64, steps)?),

@@ -29,7 +29,7 @@ pub struct Trial {
     pub h: f64,
     /// The relative and absolute tolerance of q, p and w, where the steps follow from it.
     pub tolerance: Option<f64>,
-    /// How the run ended.
+    /// The outcome of the run.
     pub outcome: &'static str,
     /// The largest error of (q, p) on the way and at the end; none if the run did not reach it.
     pub error_qp: Option<f64>,

@@ -8,7 +8,7 @@ use afterbay_core::{Grid, InputError, IntegrateError, State, StepFailure, System
 use afterbay_methods::registry::Run;
 use std::ops::ControlFlow;
 
-/// How a run ended.
+/// The outcome of a run.
 pub(super) struct Ending {
     pub(super) seen: Seen<f64>,
     pub(super) steps_done: u64,

@@ -1,4 +1,4 @@
-//! Where each method first fails as h grows.
+//! The least step at which each method fails.
 
 use super::piece::StabilityRow;
 use super::verdict::Verdict;

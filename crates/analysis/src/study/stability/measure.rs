@@ -32,9 +32,9 @@ use crate::study::side::{Side, lane_of, put_lane};
 use afterbay_core::{Passive, Scalar, StateRef, System};
 
 /// The most observations of a run.
-pub const MOST_LOOKS: u64 = 2048;
+pub(crate) const MOST_LOOKS: u64 = 2048;
 /// The most observations that are compared with the exact solution componentwise.
-pub const MOST_STATIONS: u64 = 64;
+pub(crate) const MOST_STATIONS: u64 = 64;
 
 /// An observation of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -35,7 +35,7 @@ pub struct StabilityRow {
     pub spectral_radius: Option<f64>,
     /// Steps done.
     pub steps_done: u64,
-    /// How the run ended.
+    /// The outcome of the run.
     #[serde(deserialize_with = "word")]
     pub outcome: Word,
 }

@@ -129,7 +129,7 @@ fn either<T: Scalar>(
 
 /// sinh x and cosh x, by e^|x| - 1.
 #[inline(always)]
-pub fn sinh_cosh<T: Scalar>(x: T) -> (T, T) {
+fn sinh_cosh<T: Scalar>(x: T) -> (T, T) {
     let less = x.abs().exp_m1();
     let (e, inverse) = (less + T::one(), (less + T::one()).recip());
     let sinh = (less + less * inverse).half();

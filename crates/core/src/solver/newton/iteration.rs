@@ -142,7 +142,7 @@ impl<T: Scalar> Iteration<T> {
         self.rest = missing * missing;
         self.anew = open.and(T::from_f64(MOST_MISSING).le(missing.abs()));
         self.inverse = if DIRECT && evaluations == 2 {
-            // As in `two_corrections`, to the bit. The square of a small inverse would underflow.
+            // Equal to `two_corrections` to the bit. The square of a small inverse would underflow.
             (-f.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse))
         } else {
             inverse.mul_add(missing, inverse)

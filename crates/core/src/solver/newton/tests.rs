@@ -46,8 +46,8 @@ fn random(seed: &mut u64, low: f64, high: f64) -> f64 {
     low + (high - low) * (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Where the solution is small beside the start the second correction is as large as the solution,
-/// and each bit of the inverse counts.
+/// If the solution is small compared with the start, the second correction is as large as the
+/// solution, and every bit of the inverse counts.
 #[test]
 fn two_evaluations_give_what_more_care_gives() {
     let (mut seed, mut taken, mut felt) = (1_u64, 0, 0);

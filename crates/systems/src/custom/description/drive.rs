@@ -10,10 +10,10 @@ use std::ops::Range;
 pub struct DriveDescription {
     /// F_j(q, t), one for each degree of freedom.
     pub forces: Vec<String>,
-    /// As in a [`crate::Description`]; those of the system may stand here too, and need not be
+    /// The names and values of parameters. Parameters of the system are allowed, and need not be
     /// used.
     pub parameters: Vec<(String, f64)>,
-    /// As in a [`crate::Description`].
+    /// Names of expressions; see [`crate::Description::definitions`].
     pub definitions: Vec<(String, String)>,
     /// The period of the forces in t, an expression in the parameters, where it is given.
     pub period: Option<String>,

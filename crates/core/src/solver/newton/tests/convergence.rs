@@ -20,7 +20,7 @@ struct Case {
 }
 
 impl Case {
-    /// What a step of the increments gives to the solver.
+    /// The sample that a step of the increments passes to the solver.
     fn sample(&self, s: f64, v: f64) -> Sample<f64> {
         let Self { force, h, q, beside: [left, right], .. } = *self;
         let by_q = s * h / 2.0;

@@ -1,0 +1,38 @@
+//! Defects of K that are rounding errors, which no projection reduces.
+
+use super::largest;
+use crate::bend::bend;
+use crate::grain::grain_at;
+use afterbay_core::{Curvature, Scalar, Vector};
+
+/// A failed projection may be due to rounding if the error of the step is below this share of the
+/// allowed error; between 0 and 1. A choice.
+pub(crate) const DOUBT: f64 = 0.01;
+/// The largest defect that may be rounding, in roundings of H. A choice.
+const NOISE_ROUNDINGS: f64 = 64.0;
+
+/// Whether H at the end (q, p) of a step differs from its target by no more than the rounding of
+/// (q, p) causes, and a shorter step does not reduce the difference. Near an equilibrium away from
+/// the origin no small change of (q, p) can correct it.
+///
+/// `energies` are H at the start, H at the end, and the target. `off` is the difference that a
+/// longer step from the same state left, and is replaced by that of this step.
+#[cold]
+pub(crate) fn is_noise<V, S>(
+    system: &S,
+    [q, p]: [&V; 2],
+    energies: [V::Scalar; 3],
+    off: &mut f64,
+) -> bool
+where
+    V: Vector,
+    S: Curvature<V::Scalar> + ?Sized,
+{
+    let z = largest(q).max(largest(p));
+    let (q, p, [start, end, target]) = (q.as_slice(), p.as_slice(), energies);
+    let terms = start.abs().to_f64() + end.abs().to_f64() + bend(system, q, p) * z * z;
+    let found = (end - target).abs().to_f64();
+    let before = std::mem::replace(off, found);
+    let within = |terms: f64| found <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
+    (found > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+}
