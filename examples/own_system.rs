@@ -3,8 +3,7 @@
 
 use afterbay_core::{Every, Formulas, FromFormulas, Grid, Scalar, State, integrate};
 use afterbay_methods::{Composition, Increment};
-use std::error::Error;
-use std::ops::ControlFlow;
+use std::{error::Error, ops::ControlFlow};
 
 struct Pendulums {
     /// The moment of inertia of each, in kg m².
@@ -33,6 +32,10 @@ impl Formulas for Pendulums {
         T::from_f64(self.drag) * v[j].abs() * v[j]
     }
 
+    fn kinks<T: Scalar>(&self, _q: &[T], v: &[T], put: &mut dyn FnMut(T)) {
+        v.iter().for_each(|&v| put(v)); // |v_j| is not smooth at 0
+    }
+
     fn mass(&self, j: usize) -> f64 {
         self.inertia[j]
     }
@@ -42,7 +45,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let system = FromFormulas(Pendulums { inertia: [1.0, 1.5], spring: 2.0, drag: 0.1 });
     let mut state = State::new([2.0, 0.0], [0.0, 0.0])?;
     let before = state.total(&system);
-
     println!("  t       q1       q2      H       w1      w2");
     let mut print = Every::new(500, |_, state: &State<[f64; 2]>| {
         let (h, [q1, q2], [w1, w2]) = (state.energy(&system), state.q, state.w);
