@@ -141,7 +141,7 @@ fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError
     header.extend(["topic", "of", "what", "value"].map(str::to_owned));
     let rows: Vec<_> = lines
         .iter()
-        .flat_map(|(index, values, rows)| rows.iter().map(|row| (*index, values, row)))
+        .flat_map(|(index, values, rows)| rows.iter().map(move |row| (*index, values, row)))
         .collect();
     sheet.wide_data(DATA, &header, &rows)?;
     sheet.artifacts.extend(tables.into_iter().map(|(name, joined)| joined.artifact(name)));

@@ -95,7 +95,7 @@ impl Planner<'_> {
             Ok(problem) if problem.model.dof() != dof => {
                 let why = "it is the number of degrees of freedom";
                 let varied = SceneProblem::NotVaried { name: "n".into(), why };
-                self.refuse("sweep.vary", varied).err()
+                self.refuse::<()>("sweep.vary", varied).err()
             }
             found => found.err(),
         };
