@@ -289,7 +289,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let [first, second] = ["1-of-2.", "2-of-2."].map(|name| Shelf::new(folder.path(), name));
         let kept = more(Rows::default(), 0..10_000, Some(&first));
-        let lost = more(kept.clone(), 10_000..30_000, Some(&first));
+        let lost = more(kept.clone(), 50_000..70_000, Some(&first));
         assert!(lost.stored.as_ref().map(|x| x.bytes) > kept.stored.as_ref().map(|x| x.bytes));
         let expected = more(Rows::default(), 0..20_000, None).held;
         // Another command goes on with a copy, and leaves the file as it is.
