@@ -172,7 +172,9 @@ fn sheets(
             break;
         }
         let parts = declared::results(&*study, ledger, progress);
-        match parts.and_then(|parts| parts.map(|parts| study.sheet(&parts)).transpose()) {
+        match parts
+            .and_then(|parts| parts.map(|parts| study.sheet(&parts, ledger.shelf())).transpose())
+        {
             Ok(Some(sheet)) => sheets.push(sheet),
             Ok(None) => whole = false,
             // A study without a reference has nothing to compare with. Other studies may need none,

@@ -11,6 +11,9 @@ pub trait Progress: Sync {
     fn part(&self, _share: f64) {}
     /// This share of the cost of the stage more is done; what is less than 0 is taken back.
     fn work(&self, _share: f64) {}
+    /// This share of a cell, or of the cost of the stage, was done by an earlier command: it took no
+    /// time in this one.
+    fn earlier(&self, _share: f64) {}
     /// This share of the reference that the pieces of a stage need is done.
     fn reference(&self, _share: f64) {}
     /// Whether the user asked to stop. Runs that have not begun are skipped, and runs under way end
@@ -31,14 +34,15 @@ impl Progress for Silent {
 /// The progress of one cell of a stage: tells beside its pieces what they cost.
 pub(crate) struct Weighted<'a> {
     progress: &'a dyn Progress,
-    /// The share of a piece in the cost of the stage.
+    /// The share of the cell in the cost of the stage, and that of one of its pieces.
+    cell: f64,
     weight: f64,
 }
 
 impl<'a> Weighted<'a> {
     /// A cell of so many pieces that takes this share of the cost of the stage.
     pub(crate) fn new(progress: &'a dyn Progress, share: f64, pieces: usize) -> Self {
-        Self { progress, weight: share / pieces.max(1) as f64 }
+        Self { progress, cell: share, weight: share / pieces.max(1) as f64 }
     }
 }
 
@@ -59,6 +63,10 @@ impl Progress for Weighted<'_> {
 
     fn work(&self, share: f64) {
         self.progress.work(share);
+    }
+
+    fn earlier(&self, share: f64) {
+        self.progress.earlier(share * self.cell);
     }
 
     fn reference(&self, share: f64) {

@@ -1,24 +1,32 @@
 //! Files of results: tables, figures, the report and the manifest of a run.
 
+mod files;
+
+pub(crate) use files::{remove_abandoned, temporary};
+
 use crate::chart::Drawing;
 use crate::data::{self, DataError, DataFormat};
+use crate::journal::RowsFile;
 use crate::report::Report;
 use crate::words::{Word, word};
+use files::{write_by, write_whole};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use thiserror::Error;
 
 /// A file of the output, named relative to its folder.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Artifact {
     /// `data/local_orders.csv`, `figures/figure-3-1.svg`, ...
     pub name: String,
-    /// The contents.
+    /// The contents; of a long table, their beginning.
     pub text: String,
+    /// The other rows of a long table.
+    pub rows: Vec<RowsFile>,
     /// The chart of an SVG file. It is written as a PNG file too, beside the SVG.
     pub picture: Option<Drawing>,
 }
@@ -64,9 +72,23 @@ impl Artifact {
             Ok(String::from_utf8_lossy(&bytes).into_owned())
         };
         match write() {
-            Ok(text) => Ok(Self { name, text, picture: None }),
+            Ok(text) => Ok(Self { name, text, ..Self::default() }),
             Err(source) => Err(StorageError::Table { name, source }),
         }
+    }
+}
+
+impl Artifact {
+    /// Reads the contents, whether or not they are in memory.
+    ///
+    /// # Errors
+    /// A file of rows that cannot be opened.
+    pub fn open(&self) -> io::Result<impl Read + '_> {
+        let mut rows: Box<dyn Read + '_> = Box::new(io::empty());
+        for more in &self.rows {
+            rows = Box::new(rows.chain(more.open()?));
+        }
+        Ok(self.text.as_bytes().chain(rows))
     }
 }
 
@@ -203,7 +225,7 @@ impl Output {
         };
         self.artifacts.par_iter().try_for_each(|artifact| {
             if let Some(table) = artifact.name.strip_suffix(".csv") {
-                return self.write_table(table, &artifact.text, format, &put);
+                return self.write_table((table, artifact), format, folder);
             }
             put(&artifact.name, artifact.text.as_bytes())?;
             let Some(picture) = &artifact.picture else { return Ok(()) };
@@ -224,18 +246,17 @@ impl Output {
     /// Writes a table and its sidecar.
     fn write_table(
         &self,
-        name: &str,
-        text: &str,
+        (name, table): (&str, &Artifact),
         format: DataFormat,
-        put: &impl Fn(&str, &[u8]) -> Result<(), StorageError>,
+        folder: &Path,
     ) -> Result<(), StorageError> {
         let file = format!("{name}.{}", format.extension());
         let failed = |source| StorageError::Translation { name: file.clone(), source };
-        let written = data::translate(text, format, &self.manifest).map_err(failed)?;
-        let sidecar =
-            serde_json::to_vec_pretty(&written.sidecar).map_err(|why| failed(why.into()))?;
-        put(&file, &written.table)?;
-        put(&format!("{name}.json"), &sidecar)
+        let write = |to: &mut BufWriter<&File>| data::write(table, format, &self.manifest, to);
+        let sidecar = write_by(&folder.join(&file), write).map_err(failed)?;
+        let sidecar = serde_json::to_vec_pretty(&sidecar).map_err(|why| failed(why.into()))?;
+        let path = folder.join(format!("{name}.json"));
+        write_whole(&path, &sidecar).map_err(|source| StorageError::File { path, source })
     }
 
     /// Removes the tables of this name that an earlier command wrote in another format.
@@ -250,49 +271,6 @@ impl Output {
         }
         Ok(())
     }
-}
-
-/// The prefix of the names of files that are not complete, and the number of letters and digits
-/// that follow it.
-const TEMPORARY: (&str, usize) = (".afterbay-", 6);
-/// The age from which such a file belongs to a command that was killed. A command has each of them
-/// for as long as it writes one file.
-const ABANDONED: Duration = Duration::from_secs(600);
-
-/// A file that gets its name when it is complete.
-pub(crate) fn temporary(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let (prefix, random) = TEMPORARY;
-    tempfile::Builder::new().prefix(prefix).rand_bytes(random).tempfile_in(folder)
-}
-
-/// Removes the temporary files of commands that were killed, as far as that is possible.
-pub(crate) fn remove_abandoned(folder: &Path) {
-    let entries = std::fs::read_dir(folder).into_iter().flatten();
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let rest = name.to_str().and_then(|name| name.strip_prefix(TEMPORARY.0));
-        let ours = rest.is_some_and(|rest| {
-            rest.len() == TEMPORARY.1 && rest.bytes().all(|byte| byte.is_ascii_alphanumeric())
-        }) && entry.file_type().is_ok_and(|kind| kind.is_file());
-        let time = entry.metadata().and_then(|about| about.modified()).ok();
-        let age = time.and_then(|time| time.elapsed().ok()).unwrap_or_default();
-        if ours && age > ABANDONED {
-            // A file that stays does no harm.
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
-}
-
-fn write_whole(path: &Path, contents: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    let mut file = temporary(folder)?;
-    file.write_all(contents)?;
-    // Temporary files are private by default, but others must be able to read the results.
-    #[cfg(unix)]
-    file.as_file().set_permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644))?;
-    file.persist(path)?;
-    Ok(())
 }
 
 /// A failure to write results.
@@ -371,26 +349,5 @@ mod tests {
             std::fs::create_dir_all(&path).unwrap();
             assert_eq!(refused(path.parent().unwrap()), path);
         }
-    }
-
-    #[test]
-    fn the_temporary_files_of_killed_commands_are_removed() {
-        let root = tempfile::tempdir().unwrap();
-        let data = root.path().join("data");
-        std::fs::create_dir(&data).unwrap();
-        let old = std::time::SystemTime::now() - 2 * ABANDONED;
-        let file = |name: &str, time| {
-            let file = std::fs::File::create(data.join(name)).unwrap();
-            file.set_modified(time).unwrap();
-        };
-        file(".afterbay-Ab4nDo", old);
-        file(".afterbay-notes.md", old);
-        file(".afterbay-AnOthr", std::time::SystemTime::now());
-        file("energy.csv", old);
-        prepare(root.path()).unwrap();
-        let left = std::fs::read_dir(&data).unwrap().map(|entry| entry.unwrap().file_name());
-        let mut left: Vec<_> = left.collect();
-        left.sort();
-        assert_eq!(left, [".afterbay-AnOthr", ".afterbay-notes.md", "energy.csv"]);
     }
 }

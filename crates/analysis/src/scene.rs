@@ -24,7 +24,7 @@ pub use plan::{
 pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
 
-pub use sweep::{Point, Sweep};
+pub use sweep::Sweep;
 
 use crate::record::hash_of;
 use crate::study::Problem;
@@ -117,7 +117,7 @@ impl Scene {
         let mut planner =
             Planner { source, document: &document, problem: &problem, steps, points: 1 };
         let sweep = planner.sweep()?.map(Arc::new);
-        planner.points = sweep.as_ref().map_or(1, |sweep| sweep.points.len());
+        planner.points = sweep.as_ref().map_or(1, |sweep| sweep.count());
         let (run, studies) = (planner.run()?, planner.studies()?);
         let figures = planner.figures(run.as_ref())?;
         let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());

@@ -142,7 +142,12 @@ impl Sheet {
     ) -> Figure {
         let (svg, file) = (chart.svg(), format!("figures/{name}.svg"));
         let picture = Some(chart);
-        self.artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture });
+        self.artifacts.push(Artifact {
+            name: file.clone(),
+            text: svg.clone(),
+            picture,
+            rows: Vec::new(),
+        });
         Figure { svg, caption: caption.into(), file, data: format!("data/{data}.csv") }
     }
 

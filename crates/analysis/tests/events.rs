@@ -152,6 +152,27 @@ fn states_between_steps_have_the_order_of_the_method_and_keep_k() {
     }
 }
 
+/// Such runs take legs of 65,536 steps.
+#[test]
+fn failures_and_states_of_later_legs_have_their_steps() {
+    // A ball that comes to rest by bouncing, after 8.6 units of time.
+    let text = BALL.replace("end = 2.0", "end = 10.0").replace("c = 0.05", "c = 0");
+    let (run, impacts) = followed(&text, "moddg", 1e-4);
+    assert_eq!(run.ending.outcome, "events-accumulate");
+    let (last, failure) = (run.rows.last().unwrap(), run.ending.failure.unwrap());
+    assert!(last.step > 80_000 && impacts.len() > 60, "{last:?}");
+    assert!(failure.contains(&format!("step {}", last.step + 1)), "{failure}: {last:?}");
+    let (steps, row) = (Steps { h: 1e-3, every: 1, tolerance: 1e-9 }, find("leapfrog").unwrap());
+    let text = OSCILLATOR.replace("end = 4.0", "end = 100.0").replace("b = 0.2", "b = 0");
+    let scene = Scene::read(&text).unwrap();
+    let run = trajectory::dense(&scene.problem, row, steps, 0.0125, &Silent).unwrap();
+    assert_eq!((run.rows.len(), run.ending.outcome), (8001, "completed"));
+    for (n, row) in run.rows.iter().enumerate() {
+        assert_eq!(row.step, (n as f64 * 12.5).ceil() as u64, "{row:?}");
+        assert!((row.q[0] - row.t.cos() + 0.5 * row.t.sin()).abs() < 1e-4, "{row:?}");
+    }
+}
+
 #[test]
 fn the_tables_of_a_run_hold_its_events_and_its_samples() {
     let file = |text: &str, name: &str| {

@@ -31,6 +31,8 @@ struct Stage {
     reference: Arc<AtomicU64>,
     /// The share of the cost of the stage that is done.
     work: Arc<Mutex<f64>>,
+    /// The part of it that an earlier command has done.
+    earlier: Arc<Mutex<f64>>,
 }
 
 impl Bars {
@@ -43,6 +45,7 @@ impl Bars {
                 name,
                 reference: Arc::default(),
                 work: Arc::default(),
+                earlier: Arc::default(),
             }),
         }
     }
@@ -80,12 +83,14 @@ fn done(state: &ProgressState, text: &mut dyn Write) {
     let _ = write!(text, "{}/{}", state.pos() / PARTS, state.len().unwrap_or(0) / PARTS);
 }
 
-/// The time left, once it can be estimated; the time taken until then.
-fn left(elapsed: Duration, share: f64) -> String {
-    if share < LEAST {
+/// The time left after a share of the work, once it can be estimated; the time taken until then.
+/// What an earlier command has done took none of that time.
+fn left(elapsed: Duration, share: f64, earlier: f64) -> String {
+    let here = share - earlier;
+    if here < LEAST {
         return format!("{} so far", in_words(elapsed));
     }
-    let left = elapsed.mul_f64((1.0 - share).max(0.0) / share).as_secs_f64().ceil();
+    let left = elapsed.mul_f64((1.0 - share).max(0.0) / here).as_secs_f64().ceil();
     format!("{} left", in_words(Duration::from_secs(left as u64)))
 }
 
@@ -93,19 +98,22 @@ impl Progress for Bars {
     fn begin(&self, stage: &str, total: usize) {
         let bar = ProgressBar::new(PARTS * total as u64).with_message(stage.to_owned());
         let (reference, work) = (Arc::<AtomicU64>::default(), Arc::<Mutex<f64>>::default());
+        let earlier = Arc::<Mutex<f64>>::default();
         // The template is a constant. If it were not valid, the plain bar would do.
         if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
             let (percent, work) = (Arc::clone(&reference), Arc::clone(&work));
+            let before = Arc::clone(&earlier);
             let left = move |state: &ProgressState, text: &mut dyn Write| {
                 let pieces = state.pos() as f64 / state.len().unwrap_or(0).max(1) as f64;
                 let cost = *work.lock().unwrap_or_else(PoisonError::into_inner);
-                let share = match percent.load(Ordering::Relaxed) {
+                let before = *before.lock().unwrap_or_else(PoisonError::into_inner);
+                let (share, before) = match percent.load(Ordering::Relaxed) {
                     // Not every stage tells the cost of its pieces.
-                    0 if cost > 0.0 => cost,
-                    0 => pieces,
-                    percent => percent as f64 / 100.0,
+                    0 if cost > 0.0 => (cost, before),
+                    0 => (pieces, 0.0),
+                    percent => (percent as f64 / 100.0, 0.0),
                 };
-                let _ = text.write_str(&left(state.elapsed(), share));
+                let _ = text.write_str(&left(state.elapsed(), share, before));
             };
             bar.set_style(style.with_key("done", done).with_key("left", left));
         }
@@ -114,7 +122,7 @@ impl Progress for Bars {
         if !bar.is_hidden() {
             bar.enable_steady_tick(TICK);
         }
-        *current = Stage { bar, name: stage.to_owned(), reference, work };
+        *current = Stage { bar, name: stage.to_owned(), reference, work, earlier };
     }
 
     fn advance(&self) {
@@ -132,6 +140,10 @@ impl Progress for Bars {
 
     fn work(&self, share: f64) {
         *self.current().work.lock().unwrap_or_else(PoisonError::into_inner) += share;
+    }
+
+    fn earlier(&self, share: f64) {
+        *self.current().earlier.lock().unwrap_or_else(PoisonError::into_inner) += share;
     }
 
     fn reference(&self, share: f64) {
@@ -160,11 +172,15 @@ mod tests {
         {
             assert_eq!(in_words(Duration::from_secs(seconds)), words);
         }
-        let after = |seconds, share| left(Duration::from_secs(seconds), share);
+        let resumed = |seconds, share, earlier| left(Duration::from_secs(seconds), share, earlier);
+        let after = |seconds, share| resumed(seconds, share, 0.0);
         assert_eq!(after(3, 0.0), "3 s so far");
         assert_eq!(after(10, 0.25), "30 s left");
         assert_eq!(after(100, 0.5), "1 min 40 s left");
         assert_eq!(after(7, 1.0), "0 s left");
+        // An eighth of the work took 10 s, and a quarter is left.
+        assert_eq!(resumed(10, 0.75, 0.625), "20 s left");
+        assert_eq!(resumed(1, 0.625, 0.625), "1 s so far");
     }
 
     #[test]
@@ -182,9 +198,12 @@ mod tests {
         bars.part(0.5);
         assert_eq!(position(), 1500);
         bars.work(0.25);
+        bars.earlier(0.125);
+        assert_eq!(*bars.current().earlier.lock().expect("a share"), 0.125);
         let work = || *bars.current().work.lock().expect("a share");
         assert_eq!(work(), 0.25);
         bars.begin("charts", 1);
         assert_eq!((position(), work()), (0, 0.0));
+        assert_eq!(*bars.current().earlier.lock().expect("a share"), 0.0);
     }
 }

@@ -160,7 +160,7 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         add("limit-cycle", &plan.methods, detail);
     }
     if let Some(sweep) = &scene.sweep {
-        let detail = format!("{} points over {}", sweep.points.len(), sweep.names.join(", "));
+        let detail = format!("{} points over {}", sweep.count(), sweep.names.join(", "));
         add("sweep", &[], detail);
     }
     plans

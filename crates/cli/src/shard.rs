@@ -43,6 +43,9 @@ pub(crate) fn of(argument: ShardArgument) -> Result<Shard, Failure> {
     }
 }
 
+/// The most cells of a plan that are listed as a table.
+const MOST_LISTED: usize = 1000;
+
 /// The plan printed as JSON.
 #[derive(Serialize)]
 struct Plan<'a> {
@@ -63,7 +66,11 @@ pub(crate) fn show(scene: &Scene, cells: &Cells<'_>, format: Format) -> Result<E
         Format::Table => {
             let row = |cell: &Cell| vec![cell.key.clone(), format!("{:.3e}", cell.cost)];
             let columns = [Column::words("cell", 0, 24), Column::of("cost", 1)];
-            table::print(&columns, plan.iter().map(row))?;
+            table::print(&columns, plan.iter().take(MOST_LISTED).map(row))?;
+            if plan.len() > MOST_LISTED {
+                let left = plan.len() - MOST_LISTED;
+                table::text(&format!("And {left} more cells (--format json has all)."))?;
+            }
             table::text(&format!(
                 "{} cells of the scene {}. A cost is a number of steps times degrees of freedom; \
                  all are {cost:.3e}. The largest reference takes about {:.1} MB.",

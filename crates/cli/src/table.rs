@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width, presets};
 use serde::Serialize;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use textwrap::{Options, WordSeparator, WordSplitter};
 
 /// The width where there is no terminal.
@@ -128,13 +128,19 @@ pub(crate) fn number(x: f64) -> String {
 
 /// Prints JSON.
 pub(crate) fn json(value: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(value).map_err(Failure::storage)?;
-    line(&text)
+    let mut out = BufWriter::new(io::stdout().lock());
+    let written = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
+    not_closed(written.and_then(|()| writeln!(out)).and_then(|()| out.flush()))
 }
 
-/// Prints lines as they are. A closed pipe is not an error.
+/// Prints lines as they are.
 pub(crate) fn line(text: &str) -> Result<(), Failure> {
-    match writeln!(io::stdout(), "{text}") {
+    not_closed(writeln!(io::stdout(), "{text}"))
+}
+
+/// A closed pipe is not an error.
+fn not_closed(written: io::Result<()>) -> Result<(), Failure> {
+    match written {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::storage(error)),
         _ => Ok(()),
     }

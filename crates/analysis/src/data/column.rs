@@ -1,10 +1,12 @@
 //! The columns of a table: their types, which follow from their cells, and their units.
 
-use super::{DataError, records};
+use super::DataError;
 use crate::scene::UnitsTable;
+use csv::StringRecord;
 use serde::{Deserialize, Serialize};
 use serde_json::{Number, Value};
 use std::collections::HashMap;
+use std::io::Read;
 
 /// The largest integer up to which f64 has all of them.
 const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
@@ -85,12 +87,13 @@ fn is_whole(cell: &str) -> bool {
 
 /// The columns of a table in CSV, and the number of its rows. Cells behind the header belong to
 /// columns named by their places.
-pub(super) fn of_table(text: &str, units: &UnitsTable) -> Result<(Vec<Column>, usize), DataError> {
-    let mut reader = records(text);
+pub(super) fn of_table(
+    mut reader: csv::Reader<impl Read>,
+    units: &UnitsTable,
+) -> Result<(Vec<Column>, usize), DataError> {
     let mut found: Vec<Found> = reader.headers()?.iter().map(Found::new).collect();
-    let mut rows = 0;
-    for record in reader.records() {
-        let record = record?;
+    let (mut rows, mut record) = (0, StringRecord::new());
+    while reader.read_record(&mut record)? {
         while found.len() < record.len() {
             let mut more = Found::new(&format!("column{}", found.len() + 1));
             more.missing = rows > 0;

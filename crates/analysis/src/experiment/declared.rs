@@ -3,7 +3,7 @@
 
 use super::is_of_reference;
 use super::ledger::{Ledger, checkpoint};
-use crate::journal::JournalError;
+use crate::journal::{JournalError, Shelf};
 use crate::progress::{Progress, Weighted};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::cell::{Cell, Leg, Study, map_cells};
@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// The least time between two checkpoints of a cell: what a killed command may lose, beside a leg.
 const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(10);
+/// The same as a share of the time that the cell took: the journal of a run of days stays small.
+const SHARE_BETWEEN: f64 = 0.01;
 
 /// A study of a scene.
 pub(super) trait Declared: Sync {
@@ -41,8 +43,8 @@ pub(super) trait Declared: Sync {
         progress: &dyn Progress,
     ) -> Result<Vec<u8>, ReportError>;
 
-    /// The section of the report, from the results of all cells.
-    fn sheet(&self, parts: &[Vec<u8>]) -> Result<Sheet, ReportError>;
+    /// The section of the report, from the results of all cells, and their rows on the shelf.
+    fn sheet(&self, parts: &[Vec<u8>], shelf: Option<&Shelf>) -> Result<Sheet, ReportError>;
 }
 
 /// A study with the function that makes its section.
@@ -66,6 +68,20 @@ where
     ReportError: From<S::Error>,
     F: Fn(&S, Vec<S::Part>) -> Result<Sheet, ReportError> + Sync + 'a,
 {
+    section_of_rows([name, title], study, move |study, parts, _| sheet(study, parts))
+}
+
+/// A [`section`] of results whose rows are on a shelf.
+pub(super) fn section_of_rows<'a, S, F>(
+    [name, title]: [&'static str; 2],
+    study: S,
+    sheet: F,
+) -> Boxed<'a>
+where
+    S: Study + 'a,
+    ReportError: From<S::Error>,
+    F: Fn(&S, Vec<S::Part>, Option<&Shelf>) -> Result<Sheet, ReportError> + Sync + 'a,
+{
     Box::new(Section { name, title, study, sheet, shared: OnceLock::new() })
 }
 
@@ -81,7 +97,7 @@ impl<S, F> Declared for Section<S, F>
 where
     S: Study,
     ReportError: From<S::Error>,
-    F: Fn(&S, Vec<S::Part>) -> Result<Sheet, ReportError> + Sync,
+    F: Fn(&S, Vec<S::Part>, Option<&Shelf>) -> Result<Sheet, ReportError> + Sync,
 {
     fn name(&self) -> &'static str {
         self.name
@@ -130,13 +146,16 @@ where
             Some(kept) => Some(read(&key, &kept)?),
             None => None,
         };
+        so_far.iter().for_each(|part| progress.earlier(self.study.share_of(part)));
+        let places = (progress, ledger.shelf());
         let (begin, mut kept) = (Instant::now(), Instant::now());
         loop {
-            let part = match self.study.advance(shared, index, so_far.take(), progress)? {
+            let part = match self.study.advance(shared, index, so_far.take(), places)? {
                 Leg::Last(part) => return Ok(written(&Kept::Done(part))?),
                 Leg::Further(part) => part,
             };
-            if kept.elapsed() >= BETWEEN_CHECKPOINTS || progress.stopped() {
+            let between = BETWEEN_CHECKPOINTS.max(begin.elapsed().mul_f64(SHARE_BETWEEN));
+            if kept.elapsed() >= between || progress.stopped() {
                 ledger.keep(&key, &written(&part)?, begin.elapsed())?;
                 kept = Instant::now();
             }
@@ -147,7 +166,7 @@ where
         }
     }
 
-    fn sheet(&self, parts: &[Vec<u8>]) -> Result<Sheet, ReportError> {
+    fn sheet(&self, parts: &[Vec<u8>], shelf: Option<&Shelf>) -> Result<Sheet, ReportError> {
         let mut done = Vec::with_capacity(parts.len());
         for (part, cell) in parts.iter().zip(self.cells()) {
             match read(&cell.key, part)? {
@@ -155,7 +174,7 @@ where
                 Kept::NoReference(why) => return Err(ReportError::NoReference(why)),
             }
         }
-        (self.sheet)(&self.study, done)
+        (self.sheet)(&self.study, done, shelf)
     }
 }
 
@@ -255,12 +274,16 @@ mod tests {
             Ok(0)
         }
 
+        fn share_of(&self, legs: &u64) -> f64 {
+            *legs as f64 / 5.0
+        }
+
         fn advance(
             &self,
             (): &(),
             _index: usize,
             so_far: Option<u64>,
-            progress: &dyn Progress,
+            (progress, _): (&dyn Progress, Option<&Shelf>),
         ) -> Result<Leg<u64>, ReportError> {
             self.computed.fetch_add(1, Ordering::Relaxed);
             progress.advance();
@@ -291,6 +314,20 @@ mod tests {
     #[derive(Default)]
     struct Impatient(AtomicU64);
 
+    /// The share of the cost that is said to be done by an earlier command.
+    #[derive(Default)]
+    struct Earlier(Mutex<f64>);
+
+    impl Progress for Earlier {
+        fn begin(&self, _stage: &str, _total: usize) {}
+
+        fn advance(&self) {}
+
+        fn earlier(&self, share: f64) {
+            *self.0.lock().expect("a share") += share;
+        }
+    }
+
     impl Progress for Impatient {
         fn begin(&self, _stage: &str, _total: usize) {}
 
@@ -305,8 +342,9 @@ mod tests {
 
     fn study(
         study: Count,
-    ) -> Section<Count, impl Fn(&Count, Vec<u64>) -> Result<Sheet, ReportError>> {
-        let sheet = |_: &Count, _| Ok(Sheet::new("a study"));
+    ) -> Section<Count, impl Fn(&Count, Vec<u64>, Option<&Shelf>) -> Result<Sheet, ReportError>>
+    {
+        let sheet = |_: &Count, _, _: Option<&Shelf>| Ok(Sheet::new("a study"));
         Section { name: "study", title: "a study", study, sheet, shared: OnceLock::new() }
     }
 
@@ -319,7 +357,9 @@ mod tests {
         let at: u64 =
             read("", &ledger.recall("study/cell#").expect("a checkpoint")).expect("a number");
         assert_eq!(at, 3);
-        let parts = results(&second, &ledger, &Silent).expect("no error").expect("all cells");
+        let earlier = Earlier::default();
+        let parts = results(&second, &ledger, &earlier).expect("no error").expect("all cells");
+        assert_eq!(*earlier.0.lock().expect("a share"), 0.6, "three of five legs were done");
         assert_eq!(second.study.computed.load(Ordering::Relaxed), 2);
         assert_eq!(ledger.recall("study/cell").as_ref(), parts.first());
         let again = study(Count::default());

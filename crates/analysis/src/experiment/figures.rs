@@ -87,8 +87,8 @@ pub(super) struct Drawn {
     pub(super) wide: bool,
 }
 
-pub(super) fn draw(plan: &FigurePlan, found: &[Trajectory], units: &UnitsTable) -> Drawn {
-    let run = |name: &&str| found.iter().find(|run| run.method == *name);
+pub(super) fn draw(plan: &FigurePlan, found: &[&Trajectory], units: &UnitsTable) -> Drawn {
+    let run = |name: &&str| found.iter().copied().find(|run| run.method == *name);
     let runs: Vec<&Trajectory> = plan.methods.iter().filter_map(run).collect();
     match &plan.shown {
         Shown::Curves { x, y, log } => draw_curves(plan, &runs, (*x, y, *log), units),

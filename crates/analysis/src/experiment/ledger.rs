@@ -1,6 +1,6 @@
 //! Where the results of cells are kept, and which cells are computed here.
 
-use crate::journal::JournalError;
+use crate::journal::{JournalError, Shelf};
 use std::time::Duration;
 
 /// Keeps the results of cells by their keys.
@@ -16,6 +16,11 @@ pub trait Ledger: Sync {
     /// # Errors
     /// [`JournalError`] if it cannot be written.
     fn keep(&self, key: &str, result: &[u8], time: Duration) -> Result<(), JournalError>;
+
+    /// Where the rows of long tables go; none if they stay in memory.
+    fn shelf(&self) -> Option<&Shelf> {
+        None
+    }
 }
 
 /// The mark behind the key of a cell that is under way.

@@ -9,7 +9,7 @@ use crate::claim::{Found, Readings, Said};
 use crate::progress::Progress;
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Verdict};
-use crate::scene::{Point, Scene, Sweep};
+use crate::scene::{Scene, Sweep};
 use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::cell::{Cell, Study};
 use crate::study::outcome::COMPLETED;
@@ -33,12 +33,27 @@ struct Row {
 }
 
 /// The results at a point.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Visit {
     /// The names and the contents of tables.
     tables: Vec<(String, String)>,
     rows: Vec<Row>,
     runs: Vec<RunOutcome>,
+}
+
+impl Visit {
+    /// A point at which nothing could be run.
+    fn refused(scene: &Scene, why: String) -> Self {
+        let outcome = RunOutcome {
+            study: "sweep",
+            system: scene.problem.model.name(),
+            method: "all",
+            h: scene.step,
+            outcome: "not-run".into(),
+            failure: Some(why),
+        };
+        Self { runs: vec![outcome], ..Self::default() }
+    }
 }
 
 /// A task at each point of a sweep.
@@ -58,8 +73,8 @@ pub(super) fn declared<'a>(
     sweep: &'a Sweep,
 ) -> Result<Boxed<'a>, ReportError> {
     let (mut cost, mut timed) = (0.0, false);
-    if let Some(first) = sweep.points.first() {
-        for cell in super::plan(task, &scene.at(first))? {
+    if let Ok(first) = scene.at(0) {
+        for cell in super::plan(task, &first)? {
             cost += cell.cost;
             timed |= cell.timed;
         }
@@ -80,7 +95,7 @@ impl Study for Points<'_> {
             let key = format!("point={index}");
             Cell { timed: self.timed, ..Cell::new(key, self.cost) }
         };
-        (0..self.sweep.points.len()).map(cell).collect()
+        (0..self.sweep.count()).map(cell).collect()
     }
 
     fn share(&self, _progress: &dyn Progress) -> Result<(), ReportError> {
@@ -96,8 +111,10 @@ impl Study for Points<'_> {
         if progress.stopped() {
             return Ok(None);
         }
-        let scene = self.scene.at(&self.sweep.points[index]);
-        let found = visit(self.task, &scene, &Inner(progress))?;
+        let found = match self.scene.at(index) {
+            Ok(scene) => visit(self.task, &scene, &Inner(progress))?,
+            Err(error) => Visit::refused(self.scene, error.problem.to_string()),
+        };
         progress.advance();
         Ok(Some(found))
     }
@@ -107,23 +124,24 @@ impl Study for Points<'_> {
 fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Sweep");
     let (mut tables, mut lines) = (BTreeMap::<String, Joined>::new(), Vec::new());
-    for (index, (point, visit)) in sweep.points.iter().zip(visits).enumerate() {
+    for (index, visit) in visits.into_iter().enumerate() {
         let Some(Visit { tables: found, rows, runs }) = visit else { continue };
+        let values = sweep.values(index);
         for (name, text) in found {
             let joined: &mut Joined = tables.entry(name.clone()).or_default();
-            joined.add(index, &sweep.names, &point.values, (&name, &text))?;
+            joined.add(index, &sweep.names, &values, (&name, &text))?;
         }
-        lines.push((index, point, rows));
+        lines.push((index, values, rows));
         sheet.runs.extend(runs);
     }
-    say(&mut sheet, sweep.points.len(), lines.len());
+    say(&mut sheet, sweep.count(), lines.len());
     charts(&mut sheet, sweep, &lines);
     let mut header = vec!["point".to_owned()];
     header.extend(sweep.names.iter().map(|name| format!("sweep_{name}")));
     header.extend(["topic", "of", "what", "value"].map(str::to_owned));
     let rows: Vec<_> = lines
         .iter()
-        .flat_map(|(index, point, rows)| rows.iter().map(|row| (*index, &point.values, row)))
+        .flat_map(|(index, values, rows)| rows.iter().map(move |row| (*index, values, row)))
         .collect();
     sheet.wide_data(DATA, &header, &rows)?;
     sheet.artifacts.extend(tables.into_iter().map(|(name, joined)| joined.artifact(name)));
@@ -150,19 +168,11 @@ impl Progress for Inner<'_> {
 
 /// The results of a scene. A method that does not apply there is a run that did not complete.
 fn visit(task: Task, scene: &Scene, progress: &dyn Progress) -> Result<Visit, ReportError> {
-    let mut visit = Visit { tables: Vec::new(), rows: Vec::new(), runs: Vec::new() };
+    let mut visit = Visit::default();
     let sheets = match super::sheets(task, scene, &Afresh, progress) {
         Ok((sheets, _)) => sheets,
         Err(ReportError::Study(error)) => {
-            visit.runs.push(RunOutcome {
-                study: "sweep",
-                system: scene.problem.model.name(),
-                method: "all",
-                h: scene.step,
-                outcome: "not-run".into(),
-                failure: Some(error.to_string()),
-            });
-            return Ok(visit);
+            return Ok(Visit::refused(scene, error.to_string()));
         }
         Err(error) => return Err(error),
     };
@@ -232,7 +242,8 @@ impl Joined {
 
     fn artifact(self, name: String) -> Artifact {
         let bytes = self.writer.and_then(|writer| writer.into_inner().ok()).unwrap_or_default();
-        Artifact { name, text: String::from_utf8_lossy(&bytes).into_owned(), picture: None }
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Artifact { name, text, ..Artifact::default() }
     }
 }
 
@@ -240,24 +251,22 @@ impl Joined {
 type Curves<'a> = BTreeMap<&'a str, Vec<(f64, f64)>>;
 
 /// Charts of each number over the points, one curve for each subject, and the range of each.
-fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, &Point, Vec<Row>)]) {
+fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)]) {
     // Over the value if one thing alone takes several, else over the number of the point.
-    let varied: Vec<usize> = (0..sweep.names.len())
-        .filter(|&k| {
-            let mut values = sweep.points.iter().map(|point| point.values[k].to_bits());
-            let first = values.next();
-            values.any(|value| Some(value) != first)
-        })
-        .collect();
-    let (name, places): (&str, Vec<f64>) = match varied[..] {
-        [k] => (&sweep.names[k], sweep.points.iter().map(|point| point.values[k]).collect()),
-        _ => ("point", (0..sweep.points.len()).map(|index| index as f64).collect()),
+    let differ = |k: usize| {
+        let mut values = lines.iter().map(|(_, values, _)| values[k].to_bits());
+        let first = values.next();
+        values.any(|value| Some(value) != first)
     };
+    let varied: Vec<usize> = (0..sweep.names.len()).filter(|&k| differ(k)).collect();
+    let alone = if let [k] = varied[..] { Some(k) } else { None };
+    let name = alone.map_or("point", |k| &*sweep.names[k]);
     let mut numbers: BTreeMap<(&str, &str), Curves<'_>> = BTreeMap::new();
-    for (index, _, rows) in lines {
+    for (index, values, rows) in lines {
+        let place = alone.map_or(*index as f64, |k| values[k]);
         for row in rows {
             let curves = numbers.entry((&row.topic, &row.what)).or_default();
-            curves.entry(&row.of).or_default().push((places[*index], row.value));
+            curves.entry(&row.of).or_default().push((place, row.value));
         }
     }
     let mut ranges = Vec::new();

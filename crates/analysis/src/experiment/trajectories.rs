@@ -1,9 +1,11 @@
 //! Trajectories by each method.
 
-use super::declared::{Boxed, section};
+use super::declared::{Boxed, section_of_rows};
 use super::figures;
 use crate::claim::{Readings, Said};
+use crate::journal::{JournalError, RowWriter, Shelf};
 use crate::progress::Progress;
+use crate::record::Artifact;
 use crate::report::{Block, Figure, Verdict};
 use crate::scene::{RunPlan, Scene};
 use crate::sheet::{ReportError, Sheet, scientific};
@@ -11,15 +13,13 @@ use crate::study::Problem;
 use crate::study::cell::{Cell, Leg, Study};
 use crate::study::events::{self, EventPlan, EventRow, Steps};
 use crate::study::outcome::COMPLETED;
-use crate::study::trajectory::{self, Legs, Trajectory};
+use crate::study::trajectory::{self, Kept, Legs, Tally, Trajectory, stride, thinned};
 use afterbay_core::Passive;
 use afterbay_methods::registry::Row;
 use serde::{Deserialize, Serialize};
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
 const MOST_ENTRIES: usize = 4;
-/// The rise of H, as a share of its size, up to which it counts as rounding.
-const ROUNDING: f64 = 1e-8;
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
@@ -29,16 +29,17 @@ struct Runs<'a> {
     plan: &'a RunPlan,
 }
 
-/// A run, or the first legs of one, and its events.
+/// A run, or the first legs of one, its states and its events.
 #[derive(Serialize, Deserialize)]
 struct Found {
     legs: Legs,
+    kept: Kept,
     events: Vec<EventRow>,
 }
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a RunPlan) -> Boxed<'a> {
-    let made = |_: &Runs<'_>, found| sheet(scene, plan, found);
-    section(["run", "trajectories"], Runs { scene, plan }, made)
+    let made = |_: &Runs<'_>, found, shelf: Option<&Shelf>| sheet(scene, plan, found, shelf);
+    section_of_rows(["run", "trajectories"], Runs { scene, plan }, made)
 }
 
 impl Runs<'_> {
@@ -76,11 +77,15 @@ impl Study for Runs<'_> {
     ) -> Result<Found, ReportError> {
         let mut so_far = None;
         loop {
-            match self.advance(&(), index, so_far, progress)? {
+            match self.advance(&(), index, so_far, (progress, None))? {
                 Leg::Last(found) => return Ok(found),
                 Leg::Further(found) => so_far = Some(found),
             }
         }
+    }
+
+    fn share_of(&self, found: &Found) -> f64 {
+        found.legs.done() as f64 * self.scene.step / self.scene.problem.end
     }
 
     fn advance(
@@ -88,46 +93,105 @@ impl Study for Runs<'_> {
         (): &(),
         index: usize,
         so_far: Option<Found>,
-        progress: &dyn Progress,
+        (progress, shelf): (&dyn Progress, Option<&Shelf>),
     ) -> Result<Leg<Found>, ReportError> {
         let (problem, row, steps) = (&self.scene.problem, self.row(index), self.steps());
+        // Rows that were lost are computed again.
+        let whole = so_far.and_then(|found| {
+            let writer = RowWriter::after(found.kept.rows.clone(), row.name, shelf).ok()?;
+            Some((found, writer))
+        });
+        let (Found { mut legs, kept, mut events }, mut writer) = match whole {
+            Some(found) => found,
+            None => {
+                let kept = Kept::default();
+                let writer = RowWriter::after(kept.rows.clone(), row.name, shelf)?;
+                (Found { legs: Legs::new(problem, row)?, kept, events: Vec::new() }, writer)
+            }
+        };
+        let mut tally = kept.tally;
+        let keep = &mut |row| {
+            let written = writer.push(&row);
+            tally.see(row);
+            written
+        };
         if !self.plan.events.is_empty() {
-            let (run, events) = events::run(problem, row, steps, &self.plan.events, progress)?;
-            return Ok(Leg::Last(Found { legs: Legs::whole(run), events }));
+            let plan = (steps, &self.plan.events[..]);
+            events::advance(&mut legs, (problem, row), plan, (keep, &mut events), progress)?;
+        } else if let Some(spacing) = self.plan.sample {
+            legs.sample(problem, row, (steps, spacing), keep, progress)?;
+        } else {
+            legs.advance(problem, row, steps, keep, progress)?;
         }
-        if let Some(spacing) = self.plan.sample {
-            let run = trajectory::dense(problem, row, steps, spacing, progress)?;
-            return Ok(Leg::Last(Found { legs: Legs::whole(run), events: Vec::new() }));
-        }
-        let begin = || Legs::new(problem, row).map(|legs| Found { legs, events: Vec::new() });
-        let mut found = so_far.map_or_else(begin, Ok)?;
-        found.legs.advance(problem, row, steps, progress)?;
+        let kept = Kept { rows: writer.finish()?, tally };
+        let found = Found { legs, kept, events };
         Ok(if found.legs.has_ended() { Leg::Last(found) } else { Leg::Further(found) })
     }
 }
 
-fn sheet(scene: &Scene, plan: &RunPlan, found: Vec<Found>) -> Result<Sheet, ReportError> {
+/// A run whose table is written: what charts and sentences need.
+struct Run {
+    /// Some of its states.
+    shown: Trajectory,
+    tally: Tally,
+}
+
+/// Makes the table of the states of all runs.
+fn tabled(
+    scene: &Scene,
+    (found, shelf): (Vec<(Legs, Kept)>, Option<&Shelf>),
+    sheet: &mut Sheet,
+) -> Result<(Vec<Run>, u64), ReportError> {
+    let model = &scene.problem.model;
+    let most = found.iter().map(|(_, kept)| kept.rows.count).max().unwrap_or(0);
+    let (stride, mut runs) = (stride(most, model), Vec::new());
+    let mut table =
+        Artifact::wide_table(format!("data/{DATA}.csv"), &trajectory::columns(model), &[(); 0])?;
+    for (Legs { method, ending, .. }, Kept { rows, tally }) in found {
+        let (count, text) = (rows.count, rows.text().map(str::to_owned));
+        let file = rows.located(shelf);
+        let failed = |why: std::io::Error| JournalError::Unreadable {
+            key: format!("run/{method}"),
+            why: why.to_string(),
+        };
+        let shown = thinned(&file, (count, stride), (method, model)).map_err(failed)?;
+        runs.push(Run { shown: Trajectory { method, rows: shown, ending }, tally });
+        match text {
+            Some(text) if table.rows.is_empty() => table.text += &text,
+            _ => table.rows.push(file),
+        }
+    }
+    sheet.artifacts.push(table);
+    Ok((runs, stride))
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &RunPlan,
+    found: Vec<Found>,
+    shelf: Option<&Shelf>,
+) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Trajectories");
     let problem = &scene.problem;
     let (found, events): (Vec<_>, Vec<_>) =
-        found.into_iter().map(|run| (run.legs.trajectory, run.events)).unzip();
+        found.into_iter().map(|run| ((run.legs, run.kept), run.events)).unzip();
     let events = events.concat();
-    let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
-    sheet.wide_data(DATA, &trajectory::columns(&problem.model), &rows)?;
+    let (found, stride) = tabled(scene, (found, shelf), &mut sheet)?;
     if !plan.events.is_empty() {
         sheet.wide_data("events", &events::columns(&problem.model), &events)?;
         tell(&mut sheet, plan, &events);
     }
-    let record =
-        |run: &Trajectory| run.ending.record("run", problem.model.name(), run.method, scene.step);
+    let record = |Run { shown, .. }: &Run| {
+        shown.ending.record("run", problem.model.name(), shown.method, scene.step)
+    };
     sheet.runs.extend(found.iter().map(record));
     let form = problem.model.system::<f64>()?.dissipation_form();
     // What is pumped by V(q, t) may raise H.
     let only_falls = !form.zero && form.passive != Passive::No && !problem.model.has_clock();
     say(&mut sheet, &found, only_falls);
-    for run in &found {
-        let Some(end) = run.rows.last() else { continue };
-        let of_method = |what: &str, value| (run.method.to_owned(), what.to_owned(), value);
+    for Run { shown, tally } in &found {
+        let Some(end) = &tally.last else { continue };
+        let of_method = |what: &str, value| (shown.method.to_owned(), what.to_owned(), value);
         let lost = end.w.iter().sum();
         sheet.numbers.push(of_method("H at the end", end.energy));
         sheet.numbers.push(of_method("Σ w at the end", lost));
@@ -141,8 +205,9 @@ fn sheet(scene: &Scene, plan: &RunPlan, found: Vec<Found>) -> Result<Sheet, Repo
         }
     }
     let mut narrow: Option<Figure> = None;
+    let shown: Vec<&Trajectory> = found.iter().map(|run| &run.shown).collect();
     for figure in figures::plans(scene, plan) {
-        let drawn = figures::draw(&figure, &found, &scene.units);
+        let drawn = figures::draw(&figure, &shown, &scene.units);
         let wide = drawn.wide;
         let figure = sheet.figure(&figure.name, drawn.drawing, drawn.caption, DATA);
         match (wide, narrow.take()) {
@@ -156,16 +221,16 @@ fn sheet(scene: &Scene, plan: &RunPlan, found: Vec<Found>) -> Result<Sheet, Repo
     }
     sheet.section.blocks.extend(narrow.map(Block::Figure));
     let is_driven = !problem.model.driven().is_empty();
-    let last = |run: &Trajectory| {
-        let mut cells = vec![run.method.into(), run.ending.describe()];
-        if let Some(row) = run.rows.last() {
+    let last = |Run { shown, tally }: &Run| {
+        let mut cells = vec![shown.method.into(), shown.ending.describe()];
+        if let Some(row) = &tally.last {
             cells.extend([row.step.to_string(), row.t.to_string(), format!("{:.6}", row.energy)]);
             cells.push(format!("{:.6}", row.w.iter().sum::<f64>()));
             if is_driven {
                 cells.push(format!("{:.6}", row.s.iter().sum::<f64>()));
             }
             cells.extend(row.pumped.iter().map(|pumped| format!("{pumped:.6}")));
-            cells.push(scientific(Some(drift(run))));
+            cells.push(scientific(Some(tally.drift)));
         }
         cells
     };
@@ -178,33 +243,21 @@ fn sheet(scene: &Scene, plan: &RunPlan, found: Vec<Found>) -> Result<Sheet, Repo
         1 => "every state".to_owned(),
         every => format!("one of every {every} states, and the last"),
     };
-    sheet.text(format!("Methods: {}. The table contains {kept}.", plan.names().join(", ")));
+    let thinned = match stride {
+        1 => String::new(),
+        stride => format!(" Charts are made of one in {stride} of its rows."),
+    };
+    let methods = plan.names().join(", ");
+    sheet.text(format!("Methods: {methods}. The table contains {kept}.{thinned}"));
     Ok(sheet)
 }
 
-/// The largest deviation of K in the states that were kept.
-fn drift(run: &Trajectory) -> f64 {
-    let start = run.rows.first().map_or(0.0, |row| row.total);
-    run.rows.iter().fold(0.0, |most: f64, row| most.max((row.total - start).abs()))
-}
-
-/// The largest rise of H between two states that were kept, the first before the second, and none
-/// if it is a rounding of the start.
-fn rise(run: &Trajectory) -> Option<f64> {
-    let (mut least, mut rise, mut size) = (f64::INFINITY, 0.0_f64, 0.0_f64);
-    for row in &run.rows {
-        least = least.min(row.energy);
-        rise = rise.max(row.energy - least);
-        size = size.max(row.energy.abs().min(row.total.abs()));
-    }
-    (rise > ROUNDING * size).then_some(rise)
-}
-
-fn say(sheet: &mut Sheet, found: &[Trajectory], only_falls: bool) {
-    let readings = found.iter().fold(Readings::default(), |r, run| {
-        let r = r.and(run.method, "run", run.ending.outcome).and(run.method, "drift", drift(run));
-        match rise(run).filter(|_| only_falls) {
-            Some(rise) => r.and(run.method, "rise", rise),
+fn say(sheet: &mut Sheet, found: &[Run], only_falls: bool) {
+    let readings = found.iter().fold(Readings::default(), |r, Run { shown, tally }| {
+        let Trajectory { method, ending, .. } = shown;
+        let r = r.and(method, "run", ending.outcome).and(method, "drift", tally.drift);
+        match tally.rise().filter(|_| only_falls) {
+            Some(rise) => r.and(method, "rise", rise),
             None => r,
         }
     });
@@ -251,3 +304,6 @@ fn tell(sheet: &mut Sheet, plan: &RunPlan, events: &[EventRow]) {
     let rows = names.iter().flat_map(|name| plan.events.iter().map(|event| cells(name, event)));
     sheet.table(&["method", "event", "times", "at t ="], rows.collect());
 }
+
+#[cfg(test)]
+mod tests;

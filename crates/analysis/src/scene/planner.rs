@@ -4,21 +4,22 @@ mod budget;
 mod dynamics;
 mod events;
 mod figures;
+mod methods;
+mod stability;
 mod tangents;
 mod values;
 
-use super::document::{Document, Expression, ParameterTable, RunTable, Spacing, Spread};
+use super::document::{Document, RunTable, Spread};
 use super::plan::{
-    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StabilityPlan, StepsPlan, Studies,
-    WorkPrecisionPlan,
+    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StepsPlan, Studies, WorkPrecisionPlan,
 };
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
-use crate::Model;
-use crate::study::{Problem, local_order::LocalOrder, stability, trajectory};
+use crate::study::{Problem, local_order::LocalOrder, trajectory};
 use afterbay_core::{Grid, InputError, Tolerance};
-use afterbay_methods::registry::{self, ADAPTIVE, METHODS, Row};
-use budget::{MOST_CELLS, MOST_TOLERANCES};
+use afterbay_methods::registry::{self, ADAPTIVE, Row};
+use budget::MOST_TOLERANCES;
+use methods::Methods;
 use values::entry;
 
 /// Checks the tables of a scene and makes plans of them.
@@ -67,7 +68,7 @@ impl Planner<'_> {
         self.steps_fit("time.step", self.steps as f64 * methods.len() as f64)?;
         let columns = trajectory::columns(&self.problem.model).len();
         let count = methods.len() + adaptive.len();
-        self.table_fits("run.every", self.steps / every, count * columns)?;
+        self.states_fit("run.every", self.steps / every, count * columns)?;
         if let Some(tolerance) = table.tolerance {
             self.within("run.tolerance", Tolerance::all(tolerance).check::<f64>())?;
         }
@@ -90,7 +91,7 @@ impl Planner<'_> {
             let (name, range) = ("sample", "positive, and at most the end of time");
             return self.refuse(path, SceneProblem::Range { name, value: spacing, range });
         }
-        self.table_fits(path, (self.problem.end / spacing) as u64, columns)?;
+        self.states_fit(path, (self.problem.end / spacing) as u64, columns)?;
         Ok(Some(spacing))
     }
 
@@ -235,93 +236,6 @@ impl Planner<'_> {
         }
     }
 
-    fn stability(&self) -> Planned<Option<StabilityPlan>> {
-        let Some(table) = &self.document.study.stability else { return Ok(None) };
-        let path = "study.stability";
-        let methods = self.fixed_methods(path, table.methods.as_ref())?;
-        let mut steps = self.spread(&format!("{path}.steps"), &table.steps)?;
-        let varied = &table.parameter;
-        let mut values = self.parameter(&format!("{path}.parameter"), varied)?;
-        steps.sort_by(f64::total_cmp);
-        values.sort_by(f64::total_cmp);
-        let cells = (steps.len() * values.len() * methods.len()) as f64;
-        self.budget(
-            path,
-            "the number of cells",
-            (cells, MOST_CELLS),
-            "give fewer steps or values",
-        )?;
-        let end = table.end.unwrap_or(self.problem.end);
-        if end <= 0.0 {
-            return self.refuse(&format!("{path}.end"), InputError::End { end });
-        }
-        if let Some(finest) = steps.first() {
-            let (size, change) = ((end / finest).ceil(), "take larger steps or an earlier end");
-            self.budget(
-                path,
-                "the number of steps of a cell",
-                (size, stability::MOST_STEPS),
-                change,
-            )?;
-        }
-        let all: f64 = steps.iter().map(|h| (end / h).ceil()).sum::<f64>()
-            * (values.len() * methods.len()) as f64;
-        self.steps_fit(path, all)?;
-        let (parameter, spacing) = (varied.name.clone(), varied.scale);
-        let step_spacing = match &table.steps {
-            Spread::List(_) => Spacing::Log,
-            Spread::Range(range) => range.scale,
-        };
-        Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
-    }
-
-    /// The values of a varied parameter, at each of which the system is valid.
-    fn parameter(&self, named: &str, varied: &ParameterTable) -> Planned<Vec<f64>> {
-        let ends = (varied.from, varied.to);
-        let values = self.range(named, ends, varied.count, varied.scale, f64::NEG_INFINITY)?;
-        let known = self.problem.model.parameters();
-        if !known.contains(&varied.name.as_str()) {
-            let known = known.into_iter().map(str::to_owned).collect();
-            let problem =
-                SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
-            return self.refuse(&format!("{named}.name"), problem);
-        }
-        if let Some(other) = self.computed_from(&varied.name) {
-            let problem = SceneProblem::Computed { name: varied.name.clone(), other };
-            return self.refuse(&format!("{named}.name"), problem);
-        }
-        for value in &values {
-            let model = self
-                .problem
-                .model
-                .with(&varied.name, *value)
-                .or_else(|error| self.refuse(named, error))?;
-            self.within(named, model.system::<f64>().map(drop))?;
-            if model.dof() != self.problem.model.dof() {
-                let why =
-                    "it changes the number of degrees of freedom, and with it the initial state";
-                return self
-                    .refuse(&format!("{named}.name"), SceneProblem::Misplaced { key: "n", why });
-            }
-        }
-        Ok(values)
-    }
-
-    /// A parameter of a built-in system that is computed from this one when the scene is read. In a
-    /// system of expressions it follows.
-    fn computed_from(&self, name: &str) -> Option<String> {
-        if matches!(self.problem.model, Model::Custom(_)) {
-            return None;
-        }
-        let mentions = |text: &str| {
-            text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(|word| word == name)
-        };
-        self.document.system.parameters.iter().find_map(|(other, value)| match value {
-            Expression::Text(text) if mentions(text) => Some(other.clone()),
-            _ => None,
-        })
-    }
-
     fn at_steps(
         &self,
         path: &str,
@@ -338,92 +252,4 @@ impl Planner<'_> {
         self.steps_fit(&format!("{path}.steps"), all)?;
         Ok(StepsPlan { methods, steps: spread })
     }
-
-    /// The names of the methods of a study, which are those of [run] unless it has its own, and the
-    /// path of their list.
-    fn names<'n>(
-        &'n self,
-        path: &str,
-        own: Option<&'n Vec<String>>,
-    ) -> Planned<(String, &'n [String])> {
-        match (own, &self.document.run) {
-            (Some(names), _) => Ok((format!("{path}.methods"), names)),
-            (None, Some(run)) => Ok(("run.methods".into(), &run.methods)),
-            (None, None) => self.refuse(path, SceneProblem::NoMethods),
-        }
-    }
-
-    /// The methods of a study at given steps. Methods of [run] that choose their steps are left
-    /// out.
-    fn fixed_methods(&self, path: &str, own: Option<&Vec<String>>) -> Planned<Vec<&'static Row>> {
-        let (at, names) = self.names(path, own)?;
-        let Methods { fixed, adaptive } = self.methods(&at, names)?;
-        if own.is_some() {
-            self.none_adaptive(&at, names, &adaptive)?;
-        }
-        if fixed.is_empty() { self.refuse(path, SceneProblem::NoMethods) } else { Ok(fixed) }
-    }
-
-    /// Refuses a method that chooses its steps where there is no tolerance.
-    fn none_adaptive(&self, path: &str, names: &[String], found: &[&'static Row]) -> Planned<()> {
-        let Some(row) = found.first() else { return Ok(()) };
-        let at = names.iter().position(|name| name == row.name).unwrap_or(0);
-        self.refuse(&format!("{path}.{at}"), SceneProblem::Adaptive { name: row.name })
-    }
-
-    /// Refuses names of no method, all at once.
-    fn known(&self, path: &str, names: &[String]) -> Planned<()> {
-        let is_unknown = |name: &&String| registry::find(name).is_none();
-        let unknown: Vec<String> = names.iter().filter(is_unknown).cloned().collect();
-        let Some(first) = names.iter().position(|name| is_unknown(&name)) else { return Ok(()) };
-        let names_of_all = METHODS.iter().map(|row| row.name.to_owned());
-        let known = names_of_all.filter(|name| !name.ends_with("-printed")).collect();
-        let problem = match &unknown[..] {
-            [name] => SceneProblem::Unknown { what: "method", name: name.clone(), known },
-            _ => SceneProblem::UnknownMethods { names: unknown, known },
-        };
-        self.refuse(&format!("{path}.{first}"), problem)
-    }
-
-    /// Refuses a method that does not apply to the system, and names those that do.
-    fn applies(&self, path: &str, row: &'static Row) -> Planned<()> {
-        let model = &self.problem.model;
-        match model.bind(row) {
-            Err(error @ InputError::Unsupported { .. }) => {
-                let others = METHODS.iter().filter(|row| model.bind(row).is_ok());
-                let others = others.map(|row| row.name).collect();
-                self.refuse(path, SceneProblem::Unsupported { error, others })
-            }
-            bound => self.within(path, bound.map(drop)),
-        }
-    }
-
-    /// The rows of the named methods, if all apply.
-    fn methods(&self, path: &str, names: &[String]) -> Planned<Methods> {
-        self.known(path, names)?;
-        let mut found = Methods { fixed: Vec::new(), adaptive: Vec::new() };
-        for (i, name) in names.iter().enumerate() {
-            let path = format!("{path}.{i}");
-            let Some(row) = registry::find(name) else { continue };
-            let rows = if row.is_adaptive() { &mut found.adaptive } else { &mut found.fixed };
-            if rows.iter().any(|other| other.name == row.name) {
-                return self.refuse(&path, SceneProblem::Twice { name: name.clone() });
-            }
-            rows.push(row);
-            self.applies(&path, row)?;
-        }
-        if names.is_empty() {
-            self.refuse(path, SceneProblem::Empty { what: "method" })
-        } else {
-            Ok(found)
-        }
-    }
-}
-
-/// Methods of a scene.
-struct Methods {
-    /// Those that take a step.
-    fixed: Vec<&'static Row>,
-    /// Those that choose their steps.
-    adaptive: Vec<&'static Row>,
 }

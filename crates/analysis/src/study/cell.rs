@@ -1,6 +1,7 @@
 //! Studies as lists of cells: pieces of work that share nothing. A cell has a key that is the same
 //! in every command, so that cells can be computed on several machines, kept, and joined.
 
+use crate::journal::Shelf;
 use crate::progress::Progress;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -63,8 +64,14 @@ pub trait Study: Sync {
         progress: &dyn Progress,
     ) -> Result<Self::Part, Self::Error>;
 
+    /// The share of a cell that a result contains: less than 1 for one between two legs.
+    fn share_of(&self, _part: &Self::Part) -> f64 {
+        0.0
+    }
+
     /// Computes the next leg of a long cell, from what the legs before gave. The result does not
-    /// depend on which command computed those. A cell without legs is done at once.
+    /// depend on which command computed those. A cell without legs is done at once. Rows that are
+    /// too many to be held go to files of the shelf.
     ///
     /// # Errors
     /// Those of [`Study::compute`].
@@ -73,7 +80,7 @@ pub trait Study: Sync {
         shared: &Self::Shared,
         index: usize,
         _so_far: Option<Self::Part>,
-        progress: &dyn Progress,
+        (progress, _shelf): (&dyn Progress, Option<&Shelf>),
     ) -> Result<Leg<Self::Part>, Self::Error> {
         self.compute(shared, index, progress).map(Leg::Last)
     }

@@ -1,21 +1,23 @@
 //! Runs with events: functions of the state whose zeros are recorded, end the run, or change the
 //! state.
 
+mod function;
+
+pub use function::Function;
+
 use super::outcome::{Ending, INTERRUPTED};
-use super::trajectory::{Trajectory, TrajectoryRow};
+use super::trajectory::{Keep, KeptState, Legs, Trajectory, TrajectoryRow};
 use super::{PUMPED, Problem, numbered};
 use crate::Model;
-use crate::observable::Observable;
 use crate::progress::{Piece, Progress};
-use crate::scene::Variable;
 use crate::words::{Word, word as read_word};
 use afterbay_core::{
-    Abilities, Direction, Event, EventState, Grid, IntegrateError, StateRef, System, Tolerance,
+    Direction, Event, EventState, Grid, IntegrateError, RunError, StateRef, System, Tolerance,
     integrate_with_events,
 };
 use afterbay_methods::registry::Row;
-use afterbay_systems::{CustomFunction, FunctionDescription};
 use serde::{Deserialize, Serialize};
+use std::cell::Cell;
 use std::ops::ControlFlow;
 
 /// An event of a scene.
@@ -29,15 +31,6 @@ pub struct EventPlan {
     pub direction: Direction,
     /// The action taken.
     pub action: Action,
-}
-
-/// A function of the state.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Function {
-    /// A quantity less a value.
-    Quantity(Observable, f64),
-    /// An expression in q1, .., p1, .., t and the parameters; with names of expressions in them.
-    Expression(String, Vec<(String, String)>),
 }
 
 /// The action taken at an event.
@@ -98,6 +91,10 @@ pub struct Steps {
     pub tolerance: f64,
 }
 
+/// The steps of a leg that is computed step by step, times degrees of freedom. A choice: such a
+/// step may be a run within a tolerance.
+pub(super) const SINGLE_STEPS: u64 = 1 << 16;
+
 /// Runs a method and looks for events in every step.
 ///
 /// # Errors
@@ -105,13 +102,32 @@ pub struct Steps {
 pub fn run(
     problem: &Problem,
     row: &'static Row,
-    Steps { h, every, tolerance }: Steps,
+    steps: Steps,
     events: &[EventPlan],
     progress: &dyn Progress,
 ) -> Result<(Trajectory, Vec<EventRow>), IntegrateError> {
-    let (model, grid) = (&problem.model, Grid::<f64>::new(h, problem.end)?);
+    let mut found = Vec::new();
+    let run = Trajectory::of_legs(Legs::new(problem, row)?, |legs, keep| {
+        advance(legs, (problem, row), (steps, events), (keep, &mut found), progress)
+    })?;
+    Ok((run, found))
+}
+
+/// Computes the next leg of a run, and appends the events that it finds.
+///
+/// # Errors
+/// As for [`run`].
+pub fn advance(
+    legs: &mut Legs,
+    (problem, row): (&Problem, &'static Row),
+    (Steps { h, every, tolerance }, events): (Steps, &[EventPlan]),
+    (keep, found): (Keep<'_>, &mut Vec<EventRow>),
+    progress: &dyn Progress,
+) -> Result<(), IntegrateError> {
+    let Some(state) = legs.state.take() else { return Ok(()) };
+    let (model, grid, begin) = (&problem.model, Grid::<f64>::new(h, problem.end)?, legs.done);
     let system = model.system::<f64>()?;
-    let (bound, mut state) = (model.bind(row)?, problem.start()?);
+    let (bound, mut state) = (model.bind(row)?, state.at(begin as f64 * h));
     let mut step = bound.stepper(Tolerance::all(tolerance));
     let functions = events
         .iter()
@@ -124,9 +140,10 @@ pub fn run(
         .collect();
     let record =
         |n: u64, state: StateRef<'_, f64>| TrajectoryRow::of(row.name, n, state, &*system, model);
-    let (mut rows, mut found, mut done, mut stopped) = (Vec::new(), Vec::new(), 0, false);
+    let (mut stopped, happened) = (false, Cell::new(f64::NEG_INFINITY));
     let mut happen = |i: usize, state: EventState<'_>| {
         let EventState { q, p, w, t } = state;
+        happened.set(t);
         let at = record(0, StateRef { q, p, w, t });
         found.push(EventRow {
             method: row.name,
@@ -154,82 +171,51 @@ pub fn run(
             }
         }
     };
-    let mut piece = Piece::new(progress);
+    let (mut piece, leg) = (Piece::new(progress), (SINGLE_STEPS / state.q.len() as u64).max(1));
+    let (mut done, mut leg_ends) = (begin, false);
+    // The time of the last state that was kept.
+    let mut kept = if begin > 0 && begin.is_multiple_of(every) { state.t } else { f64::NAN };
     let mut observe = |n: u64, state: StateRef<'_, f64>| {
-        done = n;
-        piece.reach(n, grid.steps);
-        if n.is_multiple_of(every) || n == grid.steps {
-            rows.push(record(n, state));
+        done = begin + n;
+        piece.reach(done, grid.steps);
+        let mut goes_on = true;
+        if (n > 0 || begin == 0) && (done.is_multiple_of(every) || done == grid.steps) {
+            // The times are those of one grid, whatever the legs.
+            goes_on = keep(record(done, StateRef { t: done as f64 * h, ..state })).is_continue();
+            kept = state.t;
         }
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        goes_on = goes_on && !progress.stopped();
+        // Events at the end of a step are not looked for again in the next, which a new leg would
+        // not know.
+        leg_ends = goes_on && n >= leg && happened.get() < state.t && done < grid.steps;
+        if goes_on && !leg_ends { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
+    let rest = Grid { steps: grid.steps - begin, ..grid };
     let pair = (&watched[..], &mut happen as afterbay_core::Happen<'_>);
-    let result = integrate_with_events(&mut *step, grid, &mut state, pair, &mut observe);
+    let result = integrate_with_events(&mut *step, rest, &mut state, pair, &mut observe);
+    let result = result.map(drop).map_err(|error| match error {
+        IntegrateError::Run(RunError { step, t, failure }) => {
+            RunError { step: begin + step, t, failure }.into()
+        }
+        error => error,
+    });
+    legs.done = done;
+    legs.ending = Ending::of(&result, grid.steps, done);
+    if leg_ends && result.is_ok() && !stopped {
+        legs.state = Some(KeptState::of(state));
+        return Ok(());
+    }
     drop(piece);
     progress.advance();
     if let Err(IntegrateError::Input(error)) = result {
         return Err(error.into());
     }
-    if rows.last().is_none_or(|last| last.t < state.t) {
-        rows.push(record(done, state.state_ref()));
+    if kept != state.t {
+        // The run is over, whether or not the row can be written.
+        let _ = keep(record(done, state.state_ref()));
     }
-    let mut ending = Ending::of(&result, grid.steps, done);
-    if stopped && ending.outcome == INTERRUPTED {
-        ending = Ending::completed();
+    if stopped && legs.ending.outcome == INTERRUPTED {
+        legs.ending = Ending::completed();
     }
-    Ok((Trajectory { method: row.name, rows, ending }, found))
-}
-
-type Value<'a> = Box<dyn Fn(StateRef<'_, f64>) -> f64 + Sync + 'a>;
-
-impl Function {
-    /// The function for a model.
-    fn bind<'a>(
-        &self,
-        model: &'a Model,
-        system: &'a dyn Abilities<f64>,
-    ) -> Result<Value<'a>, IntegrateError> {
-        match self {
-            Self::Quantity(quantity, value) => {
-                let (quantity, value) = (*quantity, *value);
-                Ok(Box::new(move |state| {
-                    let n = model.degrees();
-                    match quantity {
-                        Observable::Time => state.t - value,
-                        Observable::Of(Variable::Q, j) => state.q[j] - value,
-                        Observable::Of(Variable::P, j) => state.p[j] - value,
-                        Observable::Energy => {
-                            state.energy(system) - state.p[n..].iter().sum::<f64>() - value
-                        }
-                        _ => {
-                            let row = TrajectoryRow::of("", 0, state, system, model);
-                            quantity.of(&row, &row).unwrap_or(f64::NAN) - value
-                        }
-                    }
-                }))
-            }
-            Self::Expression(..) => {
-                let (function, n) = (self.compiled(model), model.degrees());
-                // The scene was checked with the same expression.
-                let Some(Ok(function)) = function else {
-                    return Ok(Box::new(|_| f64::NAN));
-                };
-                Ok(Box::new(move |state| function.value(&state.q[..n], &state.p[..n], state.t)))
-            }
-        }
-    }
-
-    /// The expression, compiled with the parameters of a model.
-    pub(crate) fn compiled(
-        &self,
-        model: &Model,
-    ) -> Option<Result<CustomFunction, afterbay_systems::CustomError>> {
-        let Self::Expression(text, definitions) = self else { return None };
-        let description = FunctionDescription {
-            text: text.clone(),
-            parameters: model.values(),
-            definitions: definitions.clone(),
-        };
-        Some(CustomFunction::new(&description, model.degrees()))
-    }
+    Ok(())
 }

@@ -12,6 +12,7 @@ pub use followed::{Followed, Window};
 use super::Problem;
 use super::cell::{Cell, Leg, Study, compute_all};
 use super::outcome::{COMPLETED, Ending};
+use crate::journal::Shelf;
 use crate::progress::Progress;
 use crate::statistics::{Fit, fit};
 use afterbay_core::IntegrateError;
@@ -192,11 +193,15 @@ impl Study for LongRuns {
     ) -> Result<Followed, IntegrateError> {
         let mut so_far = None;
         loop {
-            match self.advance(&(), index, so_far, progress)? {
+            match self.advance(&(), index, so_far, (progress, None))? {
                 Leg::Further(followed) if !progress.stopped() => so_far = Some(followed),
                 Leg::Last(followed) | Leg::Further(followed) => return Ok(followed),
             }
         }
+    }
+
+    fn share_of(&self, followed: &Followed) -> f64 {
+        followed.done as f64 / self.last().max(1) as f64
     }
 
     fn advance(
@@ -204,7 +209,7 @@ impl Study for LongRuns {
         (): &(),
         index: usize,
         so_far: Option<Followed>,
-        progress: &dyn Progress,
+        (progress, _): (&dyn Progress, Option<&Shelf>),
     ) -> Result<Leg<Followed>, IntegrateError> {
         let (setup, starts) = &self.tasks[index];
         let (setup, starts) = (&self.setups[*setup], &self.starts[starts.clone()]);
@@ -327,7 +332,7 @@ mod tests {
             let (mut so_far, mut legs) = (None, 0);
             let resumed = loop {
                 legs += 1;
-                match study.advance(&(), 0, so_far, &Silent).expect("a leg") {
+                match study.advance(&(), 0, so_far, (&Silent, None)).expect("a leg") {
                     Leg::Last(followed) => break followed,
                     Leg::Further(followed) => {
                         let mut bytes = Vec::new();

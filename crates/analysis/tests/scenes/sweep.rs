@@ -32,7 +32,7 @@ fn table<'a>(output: &'a Output, name: &str) -> &'a str {
 
 fn values(scene: &Scene) -> Vec<Vec<f64>> {
     let sweep = scene.sweep.as_ref().expect("a sweep");
-    sweep.points.iter().map(|point| point.values.clone()).collect()
+    (0..sweep.count()).map(|index| sweep.values(index)).collect()
 }
 
 #[test]
@@ -113,6 +113,23 @@ fn a_failure_is_of_its_point() {
     assert!(table(&output, "trajectory").lines().any(|line| line.starts_with("0,0.1,rk4,100,")));
 }
 
+/// The scene at each point is the one that is checked, in whatever order points are asked for.
+#[test]
+fn points_do_not_depend_on_each_other() {
+    let scene = with("vary.c = [0.1, 0.2]\nvary.p1 = [0.5, -1]\nvary.beta = [1, 2]");
+    let at = |index| scene.at(index).expect("a point").problem;
+    let told = |index| format!("{:?}", at(index));
+    for (index, (c, p, beta)) in
+        [(0.1, 0.5, 1.0), (0.1, -1.0, 1.0), (0.2, 0.5, 1.0)].into_iter().enumerate()
+    {
+        let values: Vec<f64> = at(index).model.values().into_iter().map(|x| x.1).collect();
+        assert_eq!(values, [1.0 + c, beta, c]);
+        assert_eq!((at(index).q, at(index).p), (vec![2.0 * c], vec![p]));
+    }
+    let backwards: Vec<String> = (0..8).rev().map(told).collect();
+    assert!((0..8).map(told).eq(backwards.into_iter().rev()));
+}
+
 #[test]
 fn mistakes_are_refused() {
     for (sweep, says) in [
@@ -132,7 +149,7 @@ fn mistakes_are_refused() {
         ("vary.c = { from = 0, to = 1, count = 200000 }", "must be from 1 to 100000"),
         (
             "vary.c = { from = 0, to = 1, count = 1000 }\n\
-             vary.p1 = { from = 0, to = 1, count = 1000 }",
+             vary.p1 = { from = 0, to = 1, count = 1001 }",
             "more than the budget",
         ),
         ("vary = {}", "the list is empty"),
@@ -143,4 +160,8 @@ fn mistakes_are_refused() {
     let singular = SCENE.replace("q = [\"2*c\"]", "q = [\"1/c\"]");
     let error = Scene::read(&format!("{singular}[sweep]\nvary.c = [1, 0]\n")).unwrap_err();
     assert_eq!(error.to_string(), "at c = 0: this is inf");
+    // The first point that is not valid is named, though p1 varies faster.
+    let sweep = "vary.c = [1, 0, 2]\nvary.p1 = { from = 0, to = 1, count = 1000 }";
+    let error = Scene::read(&format!("{singular}[sweep]\n{sweep}\n")).unwrap_err();
+    assert_eq!(error.to_string(), "at c = 0, p1 = 0: this is inf");
 }

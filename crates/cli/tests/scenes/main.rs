@@ -12,6 +12,7 @@ mod ready;
 mod recommended;
 mod refused;
 mod shards;
+mod streams;
 mod threads;
 mod widths;
 

@@ -306,7 +306,7 @@ fn parts_of_something_else_are_refused_by_name() {
     assert_eq!(code, Some(4), "{stderr}");
     assert!(stderr.contains("cells are missing"), "{stderr}");
     for (from, to, word) in [
-        ("\"journal\":2", "\"journal\":1", "format"),
+        ("\"journal\":3", "\"journal\":2", "format"),
         ("\"version\":\"", "\"version\":\"0.0.", "version"),
         ("\"scene\":\"", "\"scene\":\"ab", "scene"),
     ] {

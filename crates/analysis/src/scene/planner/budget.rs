@@ -5,8 +5,10 @@ use crate::scene::problem::SceneProblem;
 
 /// The most steps of a run, and of all runs of a study.
 pub(super) const MOST_STEPS: f64 = 1e11;
-/// The most bytes of a table.
+/// The most bytes of a table that is made in memory.
 pub(super) const MOST_OUTPUT: f64 = 1e9;
+/// The most bytes of the table of a run, which is written as it is computed.
+const MOST_WRITTEN: f64 = 1e12;
 /// Bytes of a number in a table, including its separator.
 pub(super) const BYTES: f64 = 20.0;
 /// The most states kept where a scene does not give `every`, at all points of a sweep together.
@@ -55,11 +57,21 @@ impl Planner<'_> {
 
     /// Refuses a table of too many bytes.
     pub(super) fn table_fits(&self, path: &str, rows: u64, numbers: usize) -> Planned<()> {
+        self.output(path, (rows, numbers), MOST_OUTPUT)
+    }
+
+    /// Refuses a run whose states take too many bytes.
+    pub(super) fn states_fit(&self, path: &str, rows: u64, numbers: usize) -> Planned<()> {
+        let limit = if self.points > 1 { MOST_OUTPUT } else { MOST_WRITTEN };
+        self.output(path, (rows, numbers), limit)
+    }
+
+    fn output(&self, path: &str, (rows, numbers): (u64, usize), limit: f64) -> Planned<()> {
         let size = (rows as f64 + 1.0) * numbers as f64 * BYTES * self.points as f64;
         self.budget(
             path,
             "the output in bytes",
-            (size, MOST_OUTPUT),
+            (size, limit),
             "keep fewer states with `every`, or take larger steps",
         )
     }

@@ -323,3 +323,6 @@ fn total<T: Scalar>(
     let t = Quad::from_f64(of(state.t));
     State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
 }
+
+#[cfg(test)]
+mod tests;

@@ -184,7 +184,7 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     (
         "end = 20.0\nstep = 0.01\n[run]\nmethods = [\"moddg\", \"rk4\"]\nevery = 10",
-        "end = 1e8\nstep = 1\n[run]\nmethods = [\"moddg\"]\nevery = 1",
+        "end = 1e10\nstep = 1\n[run]\nmethods = [\"moddg\"]\nevery = 1",
         "every = 1",
         "the output in bytes would be",
         "`every`",

@@ -1,0 +1,59 @@
+//! The first line of a journal.
+
+use crate::experiment::Task;
+use serde::{Deserialize, Serialize};
+
+/// The version of the format.
+const SCHEMA: u32 = 3;
+
+/// What results must have in common to be joined.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// The version of the format.
+    pub journal: u32,
+    /// The version of afterbay.
+    pub version: String,
+    /// The command.
+    pub task: Task,
+    /// SHA-256 of the scene.
+    pub scene: String,
+    /// The architecture and the operating system.
+    pub target: String,
+    /// The features of the processor that the program is built for. The last digits of results may
+    /// depend on them.
+    pub features: String,
+}
+
+impl Header {
+    /// The header of a task on a scene.
+    pub fn new(task: Task, hash: &str) -> Self {
+        let features = [
+            ("avx2", cfg!(target_feature = "avx2")),
+            ("fma", cfg!(target_feature = "fma")),
+            ("avx512f", cfg!(target_feature = "avx512f")),
+            ("neon", cfg!(target_feature = "neon")),
+        ];
+        let has = features.iter().filter(|feature| feature.1).map(|feature| feature.0);
+        Self {
+            journal: SCHEMA,
+            version: env!("CARGO_PKG_VERSION").into(),
+            task,
+            scene: hash.into(),
+            target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            features: has.collect::<Vec<_>>().join(" "),
+        }
+    }
+
+    /// What differs from another header, and how: both values.
+    pub(super) fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+        let pairs = [
+            ("format of journals", self.journal.to_string(), other.journal.to_string()),
+            ("version of afterbay", self.version.clone(), other.version.clone()),
+            ("command", self.task.name().into(), other.task.name().into()),
+            ("scene", self.scene.clone(), other.scene.clone()),
+            ("machine", self.target.clone(), other.target.clone()),
+            ("features of the processor", self.features.clone(), other.features.clone()),
+        ];
+        pairs.into_iter().find(|(_, ours, theirs)| ours != theirs)
+    }
+}

@@ -1,0 +1,323 @@
+//! A run in legs: a stopped one goes on where a leg ended.
+
+use super::TrajectoryRow;
+use crate::progress::{Piece, Progress};
+use crate::study::Problem;
+use crate::study::events::Steps;
+use crate::study::outcome::Ending;
+use crate::words::{Word, word as read_word};
+use afterbay_core::{Grid, IntegrateError, RunError, STEPS_OF_BLOCK, State, StateRef, Tolerance};
+use afterbay_methods::registry::{Part, Row};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// The steps of a leg, times degrees of freedom. A choice: a leg takes from a hundredth of a second
+/// to some seconds, and what its start costs is small beside that.
+const LEG: u64 = 1 << 20;
+const _: () = assert!(LEG.is_multiple_of(STEPS_OF_BLOCK), "w then does not depend on the legs");
+/// The most steps, times degrees of freedom, between two checks whether to stop.
+const ASKED: u64 = 4096;
+
+/// Receives the states that are kept. `Break` ends the run.
+pub type Keep<'a> = &'a mut dyn FnMut(TrajectoryRow) -> ControlFlow<()>;
+
+/// A run in legs. Each leg begins with a fresh workspace, so that its results are the same to the
+/// bit in one command and in several.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Legs {
+    /// Name of the method.
+    #[serde(deserialize_with = "read_word")]
+    pub method: Word,
+    /// How the run ended; `interrupted` while legs of it are left.
+    pub ending: Ending,
+    /// The steps of size h done.
+    pub(in crate::study) done: u64,
+    /// The state there; none once the run has ended.
+    pub(in crate::study) state: Option<KeptState>,
+    /// The states at given times so far.
+    pub(super) samples: u64,
+}
+
+/// A state of a run, with the motors of a drive.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(in crate::study) struct KeptState {
+    q: Vec<f64>,
+    p: Vec<f64>,
+    w: Vec<f64>,
+    /// The part of w below its rounding ([`Part::remainder`]).
+    remainder: Vec<f64>,
+}
+
+impl KeptState {
+    /// A state whose w is rounded at each step.
+    pub(in crate::study) fn of(State { q, p, w, .. }: State<Vec<f64>>) -> Self {
+        let remainder = vec![0.0; w.len()];
+        Self { q, p, w, remainder }
+    }
+
+    /// The state at a time.
+    pub(in crate::study) fn at(self, t: f64) -> State<Vec<f64>> {
+        State { q: self.q, p: self.p, w: self.w, t }
+    }
+}
+
+impl Legs {
+    /// A run before its first leg.
+    ///
+    /// # Errors
+    /// A start that does not fit the system.
+    pub fn new(problem: &Problem, row: &'static Row) -> Result<Self, IntegrateError> {
+        let state = Some(KeptState::of(problem.start()?));
+        Ok(Self { method: row.name, ending: Ending::interrupted(), done: 0, state, samples: 0 })
+    }
+
+    /// Whether the run has ended.
+    pub fn has_ended(&self) -> bool {
+        self.state.is_none()
+    }
+
+    /// The steps of size h done.
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
+    /// Computes the next leg: with steps of size h, or within the tolerance of a method that
+    /// chooses its steps. Every `every`-th state of the grid of h is kept.
+    ///
+    /// # Errors
+    /// Invalid input. The trajectory of a run that fails ends with its last good state.
+    pub fn advance(
+        &mut self,
+        problem: &Problem,
+        row: &'static Row,
+        Steps { h, every, tolerance }: Steps,
+        keep: Keep<'_>,
+        progress: &dyn Progress,
+    ) -> Result<(), IntegrateError> {
+        let Some(KeptState { q, p, w, mut remainder }) = self.state.take() else { return Ok(()) };
+        let (grid, every) = (Grid::<f64>::new(h, problem.end)?, every.max(1));
+        let steps = LEG / q.len() as u64;
+        let mut state = State { q, p, w, t: self.done as f64 * h };
+        let until = |steps| grid.steps.min(self.done.saturating_add(steps));
+        let (result, end) = if row.is_adaptive() {
+            let end = until((steps / every).max(1).saturating_mul(every));
+            let leg = Leg { grid, every, end };
+            (self.within(problem, row, (leg, tolerance), &mut state, keep, progress)?, end)
+        } else {
+            // Whole blocks of steps, so that w does not depend on the legs.
+            let end = until((steps / STEPS_OF_BLOCK).max(1) * STEPS_OF_BLOCK);
+            let leg = Leg { grid, every, end };
+            (self.by_steps(problem, row, leg, (&mut state, &mut remainder), keep, progress)?, end)
+        };
+        self.ending = Ending::of(&result, grid.steps, self.done);
+        if result.is_ok() && self.done == end && end < grid.steps {
+            let State { q, p, w, .. } = state;
+            self.state = Some(KeptState { q, p, w, remainder });
+        } else {
+            progress.advance();
+        }
+        Ok(())
+    }
+
+    /// A leg of a method with a fixed step.
+    fn by_steps(
+        &mut self,
+        problem: &Problem,
+        row: &'static Row,
+        Leg { grid, every, end }: Leg,
+        (state, remainder): (&mut State<Vec<f64>>, &mut [f64]),
+        keep: Keep<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Result<(), IntegrateError>, IntegrateError> {
+        let system = problem.model.system::<f64>()?;
+        let begin = self.done;
+        let mut record = |step: u64, state: StateRef<'_, f64>| {
+            // The times are those of one grid, whatever the legs.
+            let state = StateRef { t: step as f64 * grid.h, ..state };
+            keep(TrajectoryRow::of(row.name, step, state, &*system, &problem.model))
+        };
+        let (mut done, mut recorded, mut piece) = (begin, begin, Piece::new(progress));
+        let mut stopped = false;
+        let stride = if every <= ASKED / state.q.len() as u64 { every } else { 1 };
+        let first = begin.next_multiple_of(stride) - begin;
+        let part = Part { grid: Grid { steps: end - begin, ..grid }, first, stride, remainder };
+        let result = problem.model.bind(row)?.run_part(part, state, &mut |step, state| {
+            done = begin + step;
+            piece.reach(done, grid.steps);
+            if done % every == 0 && (done > begin || begin == 0) {
+                stopped = record(done, state).is_break();
+                recorded = done;
+            }
+            stopped |= progress.stopped();
+            if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let result = result.map(drop).map_err(|error| match error {
+            IntegrateError::Run(RunError { step, t, failure }) => {
+                RunError { step: begin + step, t, failure }.into()
+            }
+            error => error,
+        });
+        self.done = match &result {
+            Ok(()) if stopped => done,
+            Ok(()) => end,
+            Err(IntegrateError::Run(error)) => error.step - 1,
+            Err(IntegrateError::Input(_) | IntegrateError::Interrupted) => begin,
+        };
+        let ends = result.is_err() || self.done < end || end == grid.steps;
+        if ends && self.done != recorded {
+            // The run is over, whether or not the row can be written.
+            let _ = record(self.done, state.state_ref());
+        }
+        Ok(result)
+    }
+
+    /// A leg of a method that chooses its steps. It keeps the states at the times of every
+    /// `every`-th step of size h, where K is exact too.
+    fn within(
+        &mut self,
+        problem: &Problem,
+        row: &'static Row,
+        (Leg { grid, every, end }, tolerance): (Leg, f64),
+        state: &mut State<Vec<f64>>,
+        keep: Keep<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Result<(), IntegrateError>, IntegrateError> {
+        let system = problem.model.system::<f64>()?;
+        let begin = self.done;
+        let last = (!end.is_multiple_of(every)).then_some(end);
+        let steps: Vec<u64> =
+            (begin / every..=end / every).map(|n| n * every).chain(last).collect();
+        let times: Vec<f64> = steps.iter().map(|&step| step as f64 * grid.h).collect();
+        let (run, mut piece) = (problem.model.bind(row)?, Piece::new(progress));
+        let mut done = begin;
+        let result = run.sample(&Tolerance::all(tolerance), &times, state, &mut |n, state| {
+            done = steps.get(n as usize).copied().unwrap_or(end);
+            piece.reach(done, grid.steps);
+            let kept = match done > begin || begin == 0 {
+                true => keep(TrajectoryRow::of(row.name, done, state, &*system, &problem.model)),
+                false => ControlFlow::Continue(()),
+            };
+            if kept.is_break() || progress.stopped() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        self.done = done;
+        match result {
+            Err(IntegrateError::Input(error)) => Err(error.into()),
+            result => Ok(result.map(drop)),
+        }
+    }
+}
+
+/// The steps of a leg: up to `end` on the grid of the run.
+#[derive(Clone, Copy)]
+struct Leg {
+    grid: Grid<f64>,
+    every: u64,
+    end: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::scene::Scene;
+    use crate::study::trajectory::{Trajectory, run};
+
+    /// A driven oscillator whose runs take three legs, the last of them short.
+    fn scene() -> Scene {
+        let text = r#"
+            [system]
+            name = "duffing"
+            parameters = { alpha = 1.0, beta = 0.5, c = 0.1 }
+            [drive]
+            force = "0.3*cos(1.2*t)"
+            [initial]
+            q = [1.0]
+            p = [0.0]
+            [time]
+            end = 22000.0
+            step = 0.01
+            [run]
+            methods = ["moddg", "adaptive-dop853"]
+            tolerance = 1e-6
+        "#;
+        Scene::read(text).expect("a scene")
+    }
+
+    #[test]
+    fn legs_go_on_from_what_was_kept_to_the_bit() {
+        let scene = scene();
+        let plan = scene.run.as_ref().expect("runs");
+        let steps = Steps { h: scene.step, every: 7001, tolerance: 1e-6 };
+        for row in plan.methods.iter().chain(&plan.adaptive) {
+            let run = |kept: bool| {
+                let (legs, mut count) = (Legs::new(&scene.problem, row).expect("a start"), 0);
+                let run = Trajectory::of_legs(legs, |legs, keep| {
+                    count += 1;
+                    if kept {
+                        let mut bytes = Vec::new();
+                        ciborium::into_writer(&*legs, &mut bytes).expect("bytes");
+                        *legs = ciborium::from_reader(&bytes[..]).expect("the same legs");
+                    }
+                    legs.advance(&scene.problem, row, steps, keep, &Silent)
+                });
+                assert_eq!(count, 5, "the motor of the drive is a second degree of freedom");
+                run.expect("a run")
+            };
+            let (alone, resumed) = (run(false), run(true));
+            assert!(alone.ending.is_completed(), "{:?}", alone.ending);
+            let bits = |run: &Trajectory| format!("{:?}", run.rows);
+            assert_eq!(bits(&alone), bits(&resumed));
+            let numbers: Vec<u64> = alone.rows.iter().map(|row| row.step).collect();
+            let expected: Vec<u64> = (0..=314).map(|n| 7001 * n).chain([2_200_000]).collect();
+            assert_eq!(numbers, expected, "{}", row.name);
+            assert!(alone.rows.iter().all(|row| row.t == row.step as f64 * 0.01));
+            let first = alone.rows[0].total;
+            let off = alone.rows.iter().map(|row| (row.total - first).abs()).fold(0.0, f64::max);
+            assert!(row.name != "moddg" || off < 1e-10, "K is off by {off:e}");
+        }
+    }
+
+    #[test]
+    fn w_does_not_depend_on_the_states_that_are_kept() {
+        let scene = scene();
+        let row = afterbay_methods::registry::find("moddg").expect("a method");
+        let end = |every| {
+            let runs = run(&scene.problem, &[row], scene.step, every, &Silent).expect("runs");
+            format!("{:?}", runs[0].rows.last())
+        };
+        assert_eq!(end(7001), end(100_000));
+    }
+
+    #[test]
+    fn a_run_that_fails_in_a_later_leg_names_its_step() {
+        let text = r#"
+            [system]
+            name = "custom"
+            potential = "-0.5*k*q1^2"
+            dissipation = ["0"]
+            parameters = { k = 1e-7 }
+            [initial]
+            q = [1.0]
+            p = [0.0]
+            [time]
+            end = 2e7
+            step = 1.0
+            [run]
+            methods = ["rk4"]
+        "#;
+        let scene = Scene::read(text).expect("a scene");
+        let row = afterbay_methods::registry::find("rk4").expect("a method");
+        let found = run(&scene.problem, &[row], 1.0, 1000, &Silent).expect("a run");
+        let [run] = &found[..] else { panic!("one run") };
+        assert_eq!(run.ending.outcome, "not-finite", "{:?}", run.ending);
+        let last = run.rows.last().expect("rows").step;
+        assert!(last > LEG, "{last}");
+        let named = format!("step {}", last + 1);
+        let said = run.ending.failure.as_deref().unwrap_or_default();
+        assert!(said.contains(&named), "{said}: {named}");
+    }
+}
