@@ -236,8 +236,10 @@ impl<V: Vector> Workspace<V> {
     {
         (self.length, self.ended) = (h.to_f64().abs(), false);
         let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
-        // If forces cancel, the roundings of p are small compared with those of its slopes.
-        let slope = V::Scalar::EPSILON * largest(&self.stages.start);
+        // If forces cancel, as in a long chain, the slopes of p are small compared with the
+        // roundings that those of q cause in them.
+        let force = self.rates.force([largest(&state.q), largest(&state.p)]);
+        let slope = V::Scalar::EPSILON * force.max(largest(&self.stages.start));
         allowed[1] = allowed[1].max(STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);

@@ -13,6 +13,8 @@ pub(crate) struct Rates<V: Vector> {
     drag: V,
     friction: V,
     mixed: [V; 2],
+    /// The largest changes of p' with q and with p, each of these having entries up to 1.
+    force: [f64; 2],
 }
 
 impl<V: Vector> Rates<V> {
@@ -25,7 +27,13 @@ impl<V: Vector> Rates<V> {
             drag: zeros(),
             friction: zeros(),
             mixed: [zeros(), zeros()],
+            force: [0.0; 2],
         }
+    }
+
+    /// A bound of the change of p' with (q, p) of this size, at the point seen last.
+    pub(crate) fn force(&self, [q, p]: [f64; 2]) -> f64 {
+        self.force[0] * q + self.force[1] * p
     }
 
     /// Returns an estimate of the largest frequency, √(b |Hqq|), which is an upper bound if H is
@@ -102,6 +110,7 @@ impl<V: Vector> Rates<V> {
         };
         let [a, b] = [largest(column), largest(by_p)];
         let [c, d] = [both(by_q, drag), both(row, friction)];
+        self.force = [c, d];
         let frequency = (b * largest(by_q)).sqrt();
         let least = outweighed.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
         let falls = least < -ROUNDINGS * f64::EPSILON * c;

@@ -135,6 +135,19 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("chain of 8", &d8, start, 50.0, &series(&d8.map(Series::constant), start, 50.0));
 }
 
+/// The forces of a long chain cancel, and at the tightest tolerance the error allowed of p is below
+/// the roundings of their terms. Steps do not shrink to it.
+#[test]
+fn steps_do_not_shrink_to_the_rounding_of_forces_that_cancel() {
+    let chain = FputChain::new(64, 1.0, 0.01).unwrap();
+    let q: Vec<f64> = (1..=64).map(|i| (PI * f64::from(i) / 65.0).sin()).collect();
+    for row in ADAPTIVE {
+        let (_, done) = run(row, &chain, [&q, &[0.0; 64]], 100.0, 1e-14);
+        println!("{}: {done:?}", row.name);
+        assert!(done.accepted + done.rejected < 2000, "{}: {done:?}", row.name);
+    }
+}
+
 /// Two coupled pendulums in a fluid, with the drag c|v|v: its second derivative jumps where a
 /// pendulum turns.
 #[derive(Clone, Copy)]
