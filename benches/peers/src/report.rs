@@ -138,7 +138,12 @@ fn overview(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Figure 
     .draw();
     let svg = chart.svg();
     let file = "figures/overview.svg".to_owned();
-    artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture: Some(chart) });
+    artifacts.push(Artifact {
+        name: file.clone(),
+        text: svg.clone(),
+        picture: Some(chart),
+        ..Artifact::default()
+    });
     let caption = "The best methods of each library: error of (q, p) at the end against the time \
                    of a run, in units of the time in which the fastest of ours reaches 1e-8.";
     Figure { svg, caption: caption.into(), file, data: DATA.into() }
@@ -225,7 +230,12 @@ fn figure(
     .draw();
     let file = format!("figures/{}-{group}-{}.svg", scene.name.to_lowercase(), view.name);
     let svg = chart.svg();
-    artifacts.push(Artifact { name: file.clone(), text: svg.clone(), picture: Some(chart) });
+    artifacts.push(Artifact {
+        name: file.clone(),
+        text: svg.clone(),
+        picture: Some(chart),
+        ..Artifact::default()
+    });
     let caption = format!("{about} {} against {}.", capital(view.y.0), view.x.0);
     Figure { svg, caption, file, data: DATA.into() }
 }

@@ -340,11 +340,10 @@ mod tests {
         }
     }
 
-    fn study(
-        study: Count,
-    ) -> Section<Count, impl Fn(&Count, Vec<u64>, Option<&Shelf>) -> Result<Sheet, ReportError>>
-    {
-        let sheet = |_: &Count, _, _: Option<&Shelf>| Ok(Sheet::new("a study"));
+    type SheetOf = fn(&Count, Vec<u64>, Option<&Shelf>) -> Result<Sheet, ReportError>;
+
+    fn study(study: Count) -> Section<Count, SheetOf> {
+        let sheet: SheetOf = |_, _, _| Ok(Sheet::new("a study"));
         Section { name: "study", title: "a study", study, sheet, shared: OnceLock::new() }
     }
 

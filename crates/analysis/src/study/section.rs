@@ -62,7 +62,7 @@ pub(crate) const MOST_STEPS_BETWEEN: u64 = 1_000_000;
 
 impl Section {
     /// The steps between two states of the section. A stroboscopic interval is divided into whole
-    /// steps of nearly h; a crossing takes steps of h, at most [`MOST_STEPS_BETWEEN`] of them.
+    /// steps of nearly h; a crossing takes steps of h, at most a million of them.
     ///
     /// # Errors
     /// Those of [`Grid::of`], and [`InputError::End`] without an interval.

@@ -37,7 +37,7 @@ impl Tangent {
     /// The steps of a method on a system.
     ///
     /// # Errors
-    /// Those of [`Model::bind_in`], and [`InputError::Unsupported`] where the method chooses its
+    /// Those of `Model::bind_in`, and [`InputError::Unsupported`] where the method chooses its
     /// steps.
     pub fn new(model: &Model, row: &Row) -> Result<Self, InputError> {
         Ok(Self { run: model.bind_in(row)?, dof: model.degrees() })

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Bounded. Every q_j, p_j and w_j is within [`SHARE`] of its own size at each of up to
-    /// [`MOST_STATIONS`](super::MOST_STATIONS) times along the run. Over the second half the motion
+    /// `MOST_STATIONS` times along the run. Over the second half the motion
     /// has the size ([`TOLERANCE`]) and the place of the exact solution. K is kept
     /// ([`KEPT`](super::KEPT)) if the method claims to keep it.
     Right,
