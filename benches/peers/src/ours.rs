@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 /// Rows of the registry that are run at fixed steps; those that do not apply to a scene have no
 /// line.
-const FIXED: [&str; 20] = [
+const FIXED: [&str; 23] = [
     "rk4",
     "leapfrog",
     "moddg",
@@ -29,6 +29,9 @@ const FIXED: [&str; 20] = [
     "collocation-16",
     "relaxed-rk4",
     "relaxed-dop853",
+    "splitting-2",
+    "splitting-4",
+    "splitting-6",
     "locally-exact",
     "linear-exact",
 ];
@@ -44,9 +47,11 @@ fn fixed(scene: &Scene, row: &'static Row) -> Option<Line> {
     scene.problem.model.bind(row).ok()?;
     let (of, end) = (scene.clone(), scene.problem.end);
     let step = |count: f64| Setting::Step(end / count.round());
-    // The error of a high-order method decreases fast, so its step sizes are close to each other.
+    // The error of a high-order method decreases fast, and a splitting method is fastest just below
+    // its limit of stability, so that step sizes are close to each other.
     let (first, ratio, count) = match row.order() {
         registry::EXACT => (1.0 / scene.coarsest as f64, 4.0, 8),
+        _ if row.name.starts_with("splitting") => (1.0, 2.0_f64.sqrt(), 16),
         0..=2 => (16.0, 2.0, 11),
         3..=4 => (4.0, 2.0, 11),
         _ => (1.0, 2.0_f64.sqrt(), 16),

@@ -23,6 +23,7 @@ pub(crate) use methods::adaptive_explicit;
 use crate::adaptive::{
     Budget, DOUBT, KINK_ORDER, Projection, Rates, Sides, is_noise, largest, settle_by_motor,
 };
+use crate::kernels::reductions::sum;
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Quantity, Scalar, State, StepFailure, System, Tolerance, Vector,
@@ -171,7 +172,7 @@ impl<V: Vector> Workspace<V> {
     /// The target value of H at the end.
     #[inline]
     fn target(&self) -> V::Scalar {
-        self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
+        self.energy - sum([self.gain.as_slice()], |[gain]| gain)
     }
 
     /// Projects the new state onto K. If the change exceeds the allowed one, returns the ratio of

@@ -1,6 +1,7 @@
 //! The end of a step: the new state is checked and stored.
 
-use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, Vector};
+use crate::kernels::reductions::all_finite;
+use afterbay_core::{Quantity, Scalar, State, StepFailure, Vector};
 
 /// Stores q, p and w in `state`, w only for a system with dissipation.
 ///
@@ -27,7 +28,7 @@ pub(crate) fn commit<V: Vector>(
 /// [`StepFailure::NonFinite`] for the first number that is not.
 pub(crate) fn check<T: Scalar>([q, p, w]: [&[T]; 3]) -> Result<(), StepFailure> {
     let parts = [(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)];
-    if parts.iter().all(|(_, part)| part.iter().all(|x| x.is_finite().all())) {
+    if parts.iter().all(|(_, part)| all_finite(part)) {
         Ok(())
     } else {
         Err(StepFailure::non_finite(&parts))

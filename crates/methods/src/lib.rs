@@ -37,6 +37,7 @@ pub mod registry;
 mod relaxed;
 mod rk4;
 mod runge_kutta;
+mod splitting;
 
 pub use adaptive_collocation::AdaptiveCollocation;
 pub use adaptive_dop853::AdaptiveDop853;
@@ -54,6 +55,7 @@ pub use locally_exact::LocallyExact;
 pub use moddg::ModDg;
 pub use relaxed::Relaxed;
 pub use rk4::Rk4;
+pub use splitting::Splitting;
 
 /// Runs the code of the README as doc tests.
 #[cfg(doctest)]

@@ -24,7 +24,7 @@ pub(super) const GREY: &str = "#6b6b6b";
 
 /// Methods that often share a chart, in the order of the looks. The first seven differ in colour.
 /// All other methods follow in the order of the registry.
-const OFTEN_TOGETHER: [&str; 17] = [
+const OFTEN_TOGETHER: [&str; 20] = [
     "moddg",
     "leapfrog",
     "rk4",
@@ -42,6 +42,9 @@ const OFTEN_TOGETHER: [&str; 17] = [
     "increment-1",
     "relaxed-dop853",
     "increment-8",
+    "splitting-4",
+    "splitting-6",
+    "splitting-2",
 ];
 
 /// The index of the look of a method; `None` if the label does not begin with the name of a method.

@@ -1,7 +1,7 @@
 //! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive are
 //! not moved: their coordinate is the time, and their momentum the energy supplied.
 
-use crate::kernels::reductions::max_norm;
+use crate::kernels::reductions::{max_norm, sum};
 use afterbay_core::{Mask, Scalar, System};
 
 /// The error of K, in roundings, that is not corrected, and the error accepted where corrections no
@@ -54,16 +54,16 @@ impl<'a, T: Scalar> Projection<'a, T> {
         let [hq, hp] = self.slope;
         let n = q.len() - system.motors();
         let zero = T::zero();
-        let mut steep = zero;
         let supplied = p[n..].iter().fold(zero, |sum, p| sum + p.abs());
-        let mut terms = supplied;
         // In units of the larger scale, so that squares stay within the range of the scalar.
         let unit = self.scales[0].max(self.scales[1]);
         let squares = self.scales.map(|s| T::from_f64((s / unit) * (s / unit)));
-        for j in 0..n {
-            steep += squares[0] * (hq[j] * hq[j]) + squares[1] * (hp[j] * hp[j]);
-            terms += (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs();
-        }
+        let [hq_free, hp_free] = [&hq[..n], &hp[..n]];
+        let steep =
+            sum([hq_free, hp_free], |[hq, hp]| squares[0] * (hq * hq) + squares[1] * (hp * hp));
+        let terms = sum([hq_free, &q[..n]], |[hq, q]| (hq * q).abs())
+            + sum([hp_free, &p[..n]], |[hp, p]| (hp * p).abs());
+        let terms = supplied + terms;
         let rounding = T::EPSILON * (self.size + (energy.abs() + terms).to_f64());
         let length = steep.to_f64().sqrt() / unit;
         let (mut way, mut before) = (0.0, f64::INFINITY);

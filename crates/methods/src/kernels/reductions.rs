@@ -1,7 +1,8 @@
 //! Sums and maxima over long vectors, in eight or sixteen independent parts: one part would be a
 //! chain of dependent operations.
 
-use afterbay_core::Scalar;
+use afterbay_core::{Mask, Scalar};
+use std::array::from_fn;
 
 /// max(most, |x|).
 #[inline(always)]
@@ -25,7 +26,7 @@ pub(crate) fn largest<T: Scalar>(x: &[T]) -> T {
     }
     let mut each = [most; 16];
     for chunk in chunks {
-        each = std::array::from_fn(|k| larger(each[k], &chunk[k]));
+        each = from_fn(|k| larger(each[k], &chunk[k]));
     }
     each.iter().fold(most, larger)
 }
@@ -64,21 +65,48 @@ pub(crate) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     total(sums)
 }
 
+/// Σ_j term(x_j, y_j, ..) of the slices x, y, .., which have one length. Entry j is added to partial
+/// sum j mod 8, or to a single sum for fewer than eight entries.
+#[inline(always)]
+pub(crate) fn sum<T: Scalar, const SLICES: usize>(
+    slices: [&[T]; SLICES],
+    term: impl Fn([T; SLICES]) -> T,
+) -> T {
+    let length = slices[0].len();
+    let parted = slices.map(|x| x[..length].as_chunks::<8>());
+    let mut sums = [T::zero(); 8];
+    for block in 0..length / 8 {
+        let blocks = parted.map(|(blocks, _)| &blocks[block]);
+        sums = from_fn(|lane| sums[lane] + term(blocks.map(|block| block[lane])));
+    }
+    let rest = 0..length % 8;
+    sums[0] = rest.fold(sums[0], |sum, j| sum + term(parted.map(|(_, rest)| rest[j])));
+    if length < 8 { sums[0] } else { total(sums) }
+}
+
 /// The sum of eight partial sums.
 fn total<T: Scalar>([a, b, c, d, e, f, g, h]: [T; 8]) -> T {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
-/// Whether all numbers are finite. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
-pub(crate) fn all_finite(numbers: &[f64]) -> bool {
-    let (chunks, rest) = numbers.as_chunks::<16>();
-    let mut sums = [0.0; 16];
-    for chunk in chunks {
-        for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x * 0.0;
-        }
+/// The largest |x_j - y_j|, 0 for no numbers. NaN is ignored.
+#[inline]
+pub(crate) fn largest_difference<T: Scalar>(x: &[T], y: &[T]) -> T {
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<8>(), y.as_chunks::<8>());
+    let rest = x_rest.iter().zip(y_rest);
+    let most = rest.fold(T::zero(), |most, (&x, &y)| larger(most, &(x - y)));
+    let mut each = [most; 8];
+    for (x, y) in x.iter().zip(y) {
+        each = from_fn(|k| larger(each[k], &(x[k] - y[k])));
     }
-    sums.iter().all(|sum| *sum == 0.0) && rest.iter().all(|x| x.is_finite())
+    each.iter().fold(most, larger)
+}
+
+/// Whether all numbers are finite. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
+#[inline]
+pub(crate) fn all_finite<T: Scalar>(numbers: &[T]) -> bool {
+    let zero = T::zero();
+    sum([numbers], |[x]| x * zero).is_finite().all()
 }
 
 #[cfg(test)]
@@ -110,6 +138,18 @@ mod tests {
     }
 
     #[test]
+    fn sums_are_those_of_partial_sums() {
+        for count in [0, 1, 7, 8, 9, 16, 31, 100] {
+            let (a, b) = (numbers(count, 0.4), numbers(count, 2.0));
+            let found = sum([&a, &b], |[a, b]| a * b);
+            let plain = a.iter().zip(&b).fold(0.0, |sum, (a, b)| sum + a * b);
+            let size = a.iter().zip(&b).fold(0.0, |sum, (a, b)| sum + (a * b).abs());
+            let bound = if count < 8 { 0.0 } else { count as f64 * f64::EPSILON * size };
+            assert!((found - plain).abs() <= bound, "{count}: {found} {plain}");
+        }
+    }
+
+    #[test]
     fn the_largest_number_is_found_wherever_it_is() {
         for count in [1, 15, 16, 17, 40] {
             for at in 0..count {
@@ -119,6 +159,17 @@ mod tests {
             }
         }
         assert_eq!(largest::<f64>(&[]), 0.0);
+    }
+
+    #[test]
+    fn the_largest_difference_is_found_wherever_it_is() {
+        for count in [1, 7, 8, 9, 20] {
+            for at in 0..count {
+                let (mut x, y) = (numbers(count, 1.0), numbers(count, 1.0));
+                x[at] = y[at] - 17.0;
+                assert!((largest_difference(&x, &y) - 17.0).abs() < 1e-13);
+            }
+        }
     }
 
     #[test]

@@ -11,6 +11,9 @@ pub enum Cost {
     /// Explicit, with this number of evaluations. All but the first are repeated if the γ of the
     /// last step does not predict the new one.
     Relaxed(u32),
+    /// Explicit, with this number of evaluations, and one of ∇H at the end unless K is exact there
+    /// already. A kick solves a scalar equation if D is not linear in the momentum.
+    Kicks(u32),
     /// Implicit in one degree of freedom at a time: this number of sweeps, with a scalar equation
     /// for each degree of freedom. A typical equation takes two evaluations; on the damped
     /// oscillator, `moddg` with its δ has closed forms with one.
@@ -41,6 +44,7 @@ impl Cost {
             Self::Relaxed(evaluations) => {
                 format!("{}, once or twice", plural(evaluations, "evaluation"))
             }
+            Self::Kicks(kicks) => format!("{}, 1 of ∇H", plural(kicks, "evaluation")),
             Self::Sweeps(sweeps) => format!("scalar equations, {}", plural(sweeps, "sweep")),
             Self::Modes(modes) => format!("equations, {}", plural(modes, "mode")),
             Self::Nodes => "equations, 4 or 8 nodes".into(),

@@ -9,6 +9,7 @@ use crate::moddg::steps::Degree::{Fourth, Third};
 use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
 use crate::moddg::steps::{Placement, Printed, Raised};
+use crate::splitting::Splittings;
 
 /// The row of an explicit method that chooses its steps. Each tableau has a negative weight.
 pub(super) const fn explicit(
@@ -76,6 +77,30 @@ pub(super) const fn increment(
         l_stable: false,
         cost: Cost::Sweeps(sweeps),
         needs: Needs::SeparableOrPlanes,
+        sources,
+        form: Form::Fixed(method),
+    }
+}
+
+/// The row of a splitting method with a projection onto K. All kicks of order 2 are forward in time.
+pub(super) const fn splitting(
+    name: &'static str,
+    about: &'static str,
+    order: u32,
+    kicks: u32,
+    sources: &'static [Source],
+    method: &'static Splittings,
+) -> Row {
+    Row {
+        name,
+        about,
+        local_order: [order; 3],
+        keeps_k: true,
+        passive: order == 2,
+        a_stable: false,
+        l_stable: false,
+        cost: Cost::Kicks(kicks),
+        needs: Needs::Separable,
         sources,
         form: Form::Fixed(method),
     }

@@ -272,6 +272,19 @@ pub(super) const KAHAN_LI: Source = Source {
 }",
 };
 
+pub(super) const BLANES_MOAN: Source = Source {
+    bibtex: r#"@article{blanes2002,
+  author = {Blanes, S. and Moan, P. C.},
+  title = {Practical symplectic partitioned {Runge--Kutta} and {Runge--Kutta--Nystr{\"o}m} methods},
+  journal = {Journal of Computational and Applied Mathematics},
+  volume = {142},
+  number = {2},
+  pages = {313--330},
+  year = {2002},
+  doi = {10.1016/S0377-0427(01)00492-7}
+}"#,
+};
+
 pub(super) const VERNER: Source = Source {
     bibtex: r"@article{verner2010,
   author = {Verner, James H.},

@@ -1,9 +1,9 @@
 //! The rows of the registry.
 
 use super::binding::Form;
-use super::families::{collocation, explicit, increment, printed, raised};
+use super::families::{collocation, explicit, increment, printed, raised, splitting};
 use super::sources::{
-    BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_LUBICH_WANNER_2003,
+    BLANES_MOAN, BUTCHER, CIESLINSKI, CIESLINSKI_RATKIEWICZ, GONZALEZ, HAIRER_LUBICH_WANNER_2003,
     HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, HAIRER_WANNER_1996, HAIRER_WANNER_1999,
     ITOH_ABE, KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, VERLET, VERNER, YOSHIDA,
 };
@@ -14,6 +14,7 @@ use crate::moddg::steps::Degree::{Fourth, Third};
 use crate::moddg::steps::Equation::{P, Q};
 use crate::moddg::steps::Placement::{Each, Shared, Single};
 use crate::moddg::steps::{Plain, Printed, Raised};
+use crate::splitting::Splittings;
 use crate::{
     AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
     Collocation, Composition, Gonzalez, ImplicitMidpoint, Leapfrog, LinearExact, LocallyExact,
@@ -91,6 +92,30 @@ pub const METHODS: &[Row] = &[
         sources: &[KETCHESON, RANOCHA, HAIRER_NORSETT_WANNER],
         form: Form::Fixed(&Relaxed::dop853()),
     },
+    splitting(
+        "splitting-2",
+        "drift, kick, drift, projected onto K",
+        2,
+        1,
+        &[VERLET, HAIRER_LUBICH_WANNER_2006],
+        &Splittings(Composition::pair),
+    ),
+    splitting(
+        "splitting-4",
+        "six kicks (Blanes, Moan), projected onto K",
+        4,
+        6,
+        &[BLANES_MOAN, HAIRER_LUBICH_WANNER_2006],
+        &Splittings(Composition::blanes_moan4),
+    ),
+    splitting(
+        "splitting-6",
+        "ten kicks (Blanes, Moan), projected onto K",
+        6,
+        10,
+        &[BLANES_MOAN, HAIRER_LUBICH_WANNER_2006],
+        &Splittings(Composition::blanes_moan6),
+    ),
     Row {
         name: "gonzalez",
         about: "the midpoint discrete gradient, solved to rounding",

@@ -181,6 +181,14 @@ fn costs(row: &Row, cost: Cost) -> bool {
             };
             runs.len() == 2 && seen(once) && seen(twice) && runs.iter().all(right)
         }
+        Cost::Kicks(kicks) => {
+            let kicks = f64::from(kicks);
+            let right = |run: &Asked| {
+                run.every(|asked| asked == [kicks + 1.0, kicks])
+                    && run.a_step() == [kicks + 1.0, 0.0]
+            };
+            runs.len() == 2 && runs.iter().all(right)
+        }
         Cost::Sweeps(sweeps) => {
             let sweeps = f64::from(sweeps);
             // Steps so short that every equation takes two evaluations.
@@ -239,7 +247,7 @@ fn turns_like(row: &Row, stages: u32) -> bool {
 #[test]
 fn a_step_costs_what_its_row_says_and_nothing_else() {
     let counts = || 1..=40_u32;
-    let kinds = [Cost::Explicit, Cost::Relaxed, Cost::Sweeps, Cost::Modes];
+    let kinds = [Cost::Explicit, Cost::Relaxed, Cost::Kicks, Cost::Sweeps, Cost::Modes];
     let all: Vec<Cost> =
         kinds.iter().flat_map(|kind| counts().map(kind)).chain([Cost::Paths, Cost::Flow]).collect();
     for row in FIXED {

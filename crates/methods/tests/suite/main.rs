@@ -59,6 +59,7 @@ mod rubbed;
 mod singularities;
 mod skew_friction;
 mod slope;
+mod splitting;
 mod stability_flags;
 mod storage;
 mod systems;

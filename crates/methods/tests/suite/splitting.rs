@@ -1,0 +1,170 @@
+//! Splitting methods with projection: stability, failures, K over many steps, D that is not linear.
+
+use crate::rubbed::Rubbed;
+use afterbay_core::{
+    DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Passive,
+    Scalar, State, StepFailure, Tolerance, integrate, integrate_within,
+};
+use afterbay_methods::{AdaptiveVerner98, Composition, Splitting};
+use afterbay_systems::{Duffing, FputChain};
+use allocation_counter::measure;
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+fn methods() -> [(f64, Splitting); 3] {
+    let of = |composition| Splitting::new(composition).unwrap();
+    [
+        (2.0, of(Composition::pair())),
+        (6.315, of(Composition::blanes_moan4())),
+        (6.146, of(Composition::blanes_moan6())),
+    ]
+}
+
+/// The limits that the documentation states, for the fastest mode of a chain whose energy is in
+/// the slowest: just below, its share stays at rounding; just above, it grows until a step fails.
+#[test]
+fn the_limits_of_stability_are_those_stated() {
+    let n = 15;
+    let angle = |k: usize| PI * k as f64 / (n + 1) as f64;
+    let (chain, fastest) = (FputChain::new(n, 0.0, 0.0).unwrap(), 2.0 * (0.5 * angle(n)).sin());
+    for (limit, method) in methods() {
+        let run = |share: f64| {
+            let q = (1..=n).map(|j| angle(j).sin()).collect();
+            let mut state = State::new(q, vec![0.0; n]).unwrap();
+            let grid = Grid::of(share * limit / fastest, 400).unwrap();
+            integrate(&method, &chain, grid, &mut state, &mut ())
+        };
+        run(0.99).unwrap_or_else(|error| panic!("below {limit}: {error}"));
+        let Err(IntegrateError::Run(error)) = run(1.01) else { panic!("none beyond {limit}") };
+        assert!(matches!(error.failure, StepFailure::ProjectionFailed { .. }), "{error}");
+    }
+}
+
+/// 200,000 steps of a chain: the errors of K do not add up, for short steps as for long ones.
+#[test]
+fn k_does_not_drift() {
+    let chain = FputChain::new(5, 0.5, 0.001).unwrap();
+    for (_, method) in methods() {
+        for h in [1e-4, 0.2] {
+            let mut state = State::new(vec![0.5, -0.3, 0.8, 0.1, 0.2], vec![0.1; 5]).unwrap();
+            let total = state.total(&chain);
+            let mut worst = 0.0_f64;
+            let grid = Grid::of(h, 200_000).unwrap();
+            integrate(&method, &chain, grid, &mut state, &mut |_, state: &State<Vec<f64>>| {
+                worst = worst.max((state.total(&chain) - total).abs());
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+            assert!(worst < 16.0 * f64::EPSILON * total, "{method:?}, h = {h}: {worst:e}");
+        }
+    }
+}
+
+/// Two bodies of unequal masses with a drag cubic in the velocity.
+#[derive(Clone, Copy)]
+struct Viscous;
+
+impl Formulas for Viscous {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let apart = q[0] - q[1];
+        apart * apart * (q[0] * q[0] + T::one()) - q[0].sin_cos().1 - q[1].sin_cos().1
+    }
+    fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T {
+        T::from_f64(0.3) * (T::one() + q[j] * q[j]) * v[j] * (T::one() + v[j] * v[j])
+    }
+    fn mass(&self, j: usize) -> f64 {
+        [1.0, 2.5][j]
+    }
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm { passive: Passive::Each, ..DissipationForm::GENERAL }
+    }
+    fn may_be_singular(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn orders_with_masses_and_cubic_drag() {
+    let (system, end) = (FromFormulas(Viscous), 4.0);
+    let start = || State::new(vec![0.9, -0.4], vec![0.3, 0.8]).unwrap();
+    let mut exact = start();
+    let tolerance = Tolerance::all(1e-13);
+    integrate_within(&AdaptiveVerner98, &system, &tolerance, end, &mut exact, &mut ()).unwrap();
+    let parts = |state: &State<Vec<f64>>| [state.q.clone(), state.p.clone(), state.w.clone()];
+    for ((_, method), (order, counts)) in
+        methods().iter().zip([(2.0, [400, 800]), (4.0, [100, 200]), (6.0, [60, 90])])
+    {
+        let errors = counts.map(|steps: u64| {
+            let mut state = start();
+            let total = state.total(&system);
+            let grid = Grid::of(end / steps as f64, steps).unwrap();
+            let effort = integrate(method, &system, grid, &mut state, &mut ()).unwrap();
+            assert!(effort.iterations > 0, "p½ is solved");
+            assert!((state.total(&system) - total).abs() < 8.0 * f64::EPSILON * total.abs());
+            let pairs = parts(&state).into_iter().zip(parts(&exact));
+            let apart = |(a, b): (Vec<f64>, Vec<f64>)| {
+                a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
+            pairs.map(apart).collect::<Vec<f64>>()
+        });
+        for (coarse, fine) in errors[0].iter().zip(&errors[1]) {
+            let slope = (coarse / fine).ln() / (counts[1] as f64 / counts[0] as f64).ln();
+            println!("order {order}: {coarse:.1e} {fine:.1e} {slope:.3}");
+            assert!((slope - order).abs() < 0.1, "order {order}: {slope} {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn what_it_cannot_do_is_refused_by_name() {
+    for (_, method) in methods() {
+        let refused = Method::<Vec<f64>, _>::workspace(&method, &Rubbed { c: 0.1 }).map(|_| ());
+        let Err(InputError::Unsupported { why, .. }) = refused else {
+            panic!("{method:?} takes D that couples momenta")
+        };
+        assert!(why.contains("couples the momenta"), "{why}");
+    }
+    let odd = Splitting::new(Composition::sweep()).unwrap_err().to_string();
+    assert_eq!(odd, "parameter number of fractions = 1.0 must be even");
+}
+
+#[test]
+fn a_failing_step_leaves_the_state_and_steps_do_not_allocate() {
+    let chain = FputChain::new(3, 0.5, 0.1).unwrap();
+    for (_, method) in methods() {
+        let mut state = State::new(vec![0.5, -0.3, 0.8], vec![0.1; 3]).unwrap();
+        let mut workspace = method.workspace(&chain).unwrap();
+        let allocated = measure(|| {
+            for _ in 0..50 {
+                method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+            }
+        });
+        assert_eq!(allocated.count_total, 0);
+        let before = state.clone();
+        assert!(method.step(&chain, 50.0, &mut state, &mut workspace).is_err());
+        assert_eq!(state, before);
+        let mut fresh = method.workspace(&chain).unwrap();
+        let mut other = state.clone();
+        method.step(&chain, 0.1, &mut other, &mut fresh).unwrap();
+        method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+        assert_eq!(other, state, "a failed step left something behind");
+    }
+}
+
+/// At an equilibrium away from the origin, one rounding beside it: no change of q restores K.
+#[test]
+fn at_rest_but_for_a_rounding() {
+    let duffing = Duffing::new(-3.0, 0.1, 0.1).unwrap();
+    for (_, method) in methods() {
+        for off in [0.0, f64::EPSILON, -4.0 * f64::EPSILON, 1e-12] {
+            let mut state = State::new([30.0_f64.sqrt() * (1.0 + off)], [0.0]).unwrap();
+            let total = state.total(&duffing);
+            integrate(&method, &duffing, Grid::of(0.05, 5000).unwrap(), &mut state, &mut ())
+                .unwrap_or_else(|error| panic!("{off:e}: {error}"));
+            assert!((state.total(&duffing) - total).abs() <= 1e-14 * total.abs());
+        }
+    }
+}
