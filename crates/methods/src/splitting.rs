@@ -60,7 +60,7 @@ impl Splitting {
     /// [`InputError::Parameter`] if the number of fractions is odd.
     pub fn new(composition: Composition) -> Result<Self, InputError> {
         let sweeps = composition.sweeps();
-        if sweeps % 2 == 0 {
+        if sweeps.is_multiple_of(2) {
             return Ok(Self { composition });
         }
         let value = sweeps as f64;
@@ -170,7 +170,7 @@ where
                 // The end before the projection.
                 workspace.copy(state);
                 workspace.sweep(system, h)?;
-                evaluations += 1 + evaluations;
+                evaluations = 2 * evaluations + 1;
             }
         }
         let Workspace { q, p, gain, w, .. } = &mut *workspace;
@@ -320,9 +320,8 @@ impl<V: Vector> Workspace<V> {
             }
         }
         // The momentum of a clock is the energy pumped.
-        for motor in *first_motor..q.len() {
-            p[motor] = (s + t).mul_add(-hq.as_slice()[motor], p[motor]);
-        }
+        let motors = p.iter_mut().zip(hq.as_slice()).skip(*first_motor);
+        motors.for_each(|(p, &hq)| *p = (s + t).mul_add(-hq, *p));
         Ok(iterations)
     }
 
