@@ -28,24 +28,17 @@
 //! energy. Within 0.02 of |hω| = 3.14 a mode grows by up to 1.4 % (order 4) or 0.8 % (order 6) a
 //! step. For scalars that hold one number.
 
-use crate::adaptive::{Projection, RESTORED_ROUNDINGS};
-use crate::commit::{check, commit};
-use crate::grain::grain_at;
+mod balance;
+
+use crate::commit::commit;
 use crate::increment::Composition;
-use crate::kernels::reductions::{largest_difference, max_norm, sum};
+use crate::kernels::reductions::sum;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State, StepFailure, Vector,
-    validate,
+    Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
-
-/// The largest projection, as a share of the largest change of q and p over the step. A choice.
-const LARGEST_SHARE: f64 = 0.125;
-/// The error of K, in roundings of H, that is not corrected. A choice.
-const KEPT_ROUNDINGS: f64 = 2.0;
-/// Roundings of q and p that a projection may move them by, however short the step. A choice.
-const ROUNDINGS: f64 = 64.0;
+use balance::Balance;
 
 /// A splitting method whose drifts and kicks are those of a composition.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,17 +69,6 @@ impl Binding for Splittings {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
         target.fixed::<V, _, _>(Splitting::new(self.0())?, target.separable()?)
     }
-}
-
-/// K at the end of a step.
-enum Balance {
-    /// It is exact to rounding.
-    Kept,
-    /// It was, after the projection.
-    Restored,
-    /// It is off by a rounding of its terms, or of those that cancel inside H, which no projection
-    /// reduces.
-    Noise,
 }
 
 /// The end of the last step, and the vectors of a kick.
@@ -324,78 +306,4 @@ impl<V: Vector> Workspace<V> {
         motors.for_each(|(p, &hq)| *p = (s + t).mul_add(-hq, *p));
         Ok(iterations)
     }
-
-    /// Projects (q, p) onto the target of H.
-    #[inline]
-    fn project<S>(
-        &mut self,
-        system: &S,
-        target: V::Scalar,
-        state: &State<V>,
-    ) -> Result<Balance, StepFailure>
-    where
-        S: Separable<V::Scalar> + ?Sized,
-    {
-        let gained = sum([self.gain.as_slice()], |[gain]| gain.abs());
-        let size = self.energy[0].abs() + gained;
-        let ends = [(&self.q, &state.q), (&self.p, &state.p)];
-        let [change, most] = ends.iter().fold([0.0_f64; 2], |[change, most], (end, start)| {
-            let [end, start] = [end, start].map(|z| &z.as_slice()[..self.first_motor]);
-            let moved = largest_difference(end, start).to_f64();
-            [change.max(moved), most.max(max_norm(end))]
-        });
-        let allowed = LARGEST_SHARE * change + ROUNDINGS * V::Scalar::EPSILON * most;
-        let Self { q, p, hq, hp, .. } = self;
-        let mut energy = system.energy(q.as_slice(), p.as_slice());
-        // Near rest a rounding of K may take more than a small projection.
-        let rounding = KEPT_ROUNDINGS * V::Scalar::EPSILON * (size + energy.abs()).to_f64();
-        if (energy - target).to_f64().abs() <= rounding && rounding.is_finite() {
-            return Ok(Balance::Kept);
-        }
-        system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
-        let before = energy;
-        let projection = Projection {
-            slope: [hq.as_slice(), hp.as_slice()],
-            target,
-            size: size.to_f64(),
-            scales: [1.0; 2],
-            allowed,
-        };
-        let ends = [q.as_mut_slice(), p.as_mut_slice()];
-        if projection.apply(system, ends, &mut energy).is_ok() && energy.is_finite().all() {
-            return Ok(Balance::Restored);
-        }
-        let (q, p) = (q.as_slice(), p.as_slice());
-        let [plain, excess] = [before, energy].map(|energy| (energy - target).to_f64());
-        if !(plain.is_finite() && excess.is_finite()) {
-            check([q, p, self.gain.as_slice()])?;
-            return Err(StepFailure::non_finite(&[(Quantity::Energy, &[before, energy, target])]));
-        }
-        let grain = grain_at(system, q, p) + bend(system, q, p) * V::Scalar::EPSILON;
-        let terms = (size + before.abs()).to_f64() + grain;
-        let noise = RESTORED_ROUNDINGS * V::Scalar::EPSILON * terms;
-        if plain.abs() <= noise {
-            return Ok(Balance::Noise);
-        }
-        if excess.abs() <= noise {
-            return Ok(Balance::Restored);
-        }
-        Err(StepFailure::ProjectionFailed { excess })
-    }
-}
-
-/// Σ_i |q_i Σ_j q_j ∂²V/∂q_i∂q_j|, by a difference. Rounding q changes V by this times ε² at an
-/// equilibrium away from the origin.
-#[cold]
-fn bend<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T], p: &[T]) -> f64 {
-    let share = 2.0_f64.powi(-20);
-    let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); q.len()]);
-    let mut at = |q: &[T]| {
-        system.gradient(q, p, &mut hq, &mut hp);
-        hq.clone()
-    };
-    let grown: Vec<T> = q.iter().map(|&q| T::from_f64(1.0 + share) * q).collect();
-    let (here, beside) = (at(q), at(&grown));
-    let changes = here.iter().zip(&beside).zip(q);
-    changes.map(|((&here, &beside), &q)| ((beside - here) * q).to_f64().abs() / share).sum()
 }
