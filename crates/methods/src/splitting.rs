@@ -25,8 +25,8 @@
 //! A step **fails**, and leaves the state unchanged, where no small projection restores K. This
 //! happens beyond the limit of stability, which the projection does not change: |hω| = 2, 6.3 and
 //! 6.1 at orders 2, 4 and 6. It happens before that limit if the fastest mode has much of the
-//! energy. Within 0.02 of |hω| = 3.14 a mode grows by up to 1.4 % (order 4) or 0.8 % (order 6) a
-//! step. For scalars that hold one number.
+//! energy. For |hω| between 3.13 and 3.17 a mode grows by up to 1.4 % (order 4) or 0.8 % (order 6)
+//! a step. For scalars that hold one number.
 
 mod balance;
 

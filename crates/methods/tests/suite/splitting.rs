@@ -40,6 +40,43 @@ fn the_limits_of_stability_are_those_stated() {
     }
 }
 
+/// The growth per step of an oscillator with frequency 1 without projection, from the trace of the
+/// matrix of a step; 1 if it is bounded.
+fn growth(composition: &Composition, h: f64) -> f64 {
+    // The images of (1, 0) and (0, 1).
+    let mut images = [[1.0, 0.0], [0.0, 1.0]];
+    let fractions: Vec<f64> = composition.fractions().collect();
+    for pair in fractions.chunks_exact(2) {
+        for [q, p] in &mut images {
+            *q += pair[0] * h * *p;
+            *p -= (pair[0] + pair[1]) * h * *q;
+            *q += pair[1] * h * *p;
+        }
+    }
+    let half = (0.5 * (images[0][0] + images[1][1])).abs();
+    if half > 1.0 { half + (half * half - 1.0).sqrt() } else { 1.0 }
+}
+
+/// The resonance that the documentation states: bounded up to it and beyond it, and within it the
+/// growth stated.
+#[test]
+fn the_resonance_is_weak() {
+    for (composition, limit, percent) in
+        [(Composition::blanes_moan4(), 6.31, 1.4), (Composition::blanes_moan6(), 6.14, 0.8)]
+    {
+        let (mut inside, mut outside) = (1.0_f64, 1.0_f64);
+        for step in 1..(1000.0 * limit) as u32 {
+            let h = 1e-3 * f64::from(step);
+            let most = if (3.13..3.17).contains(&h) { &mut inside } else { &mut outside };
+            *most = most.max(growth(&composition, h));
+        }
+        println!("up to {limit}: {inside} in the resonance, {outside} elsewhere");
+        assert!(outside < 1.0 + 1e-6, "{outside}");
+        assert!((100.0 * (inside - 1.0) - percent).abs() < 0.05, "{inside}");
+        assert!(growth(&composition, limit + 0.02) > 1.01);
+    }
+}
+
 /// 200,000 steps of a chain: the errors of K do not add up, for short steps as for long ones.
 #[test]
 fn k_does_not_drift() {
