@@ -31,6 +31,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -58,6 +59,8 @@ pub struct Journal {
     own: HashSet<String>,
     /// The number of own cells that are taken from journals.
     pub reused: usize,
+    /// The number of own cells that this command has finished.
+    kept: AtomicUsize,
     /// Lines that were not whole. Their cells are computed again.
     pub damaged: usize,
     /// Whether cells come from processors with different features.
@@ -124,7 +127,8 @@ impl Journal {
         let reused = if begin { 0 } else { done };
         let file = Some((path, Mutex::new(file)));
         let shelf = Shelf::new(&parts, &format!("{}-of-{}.", shard.number, shard.count));
-        Ok(Self { file, found, own, reused, damaged, mixed, shelf, _lock: lock })
+        let kept = AtomicUsize::new(0);
+        Ok(Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock: lock })
     }
 
     /// Opens the journals of all shards of a folder, to join their cells. Also returns the command
@@ -151,13 +155,19 @@ impl Journal {
         let Found { cells: found, damaged, mixed, .. } = found;
         let reused = found.keys().filter(|key| under_way(key).is_none()).count();
         let (own, shelf) = (HashSet::new(), Shelf::new(&parts, ""));
-        let journal = Self { file: None, found, own, reused, damaged, mixed, shelf, _lock: lock };
+        let (file, kept) = (None, AtomicUsize::new(0));
+        let journal = Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock: lock };
         Ok((journal, header.task, scene))
     }
 
     /// The number of cells of this command.
     pub fn cells(&self) -> usize {
         self.own.len()
+    }
+
+    /// The number of cells of this command that are finished, by it or before it.
+    pub fn finished(&self) -> usize {
+        self.reused + self.kept.load(Ordering::Relaxed)
     }
 
     /// The cells of a plan that no journal has.
@@ -181,7 +191,9 @@ impl Ledger for Journal {
             serde_json::to_vec(&Line::new(key, result, time)).map_err(JournalError::unwritten)?;
         line.push(b'\n');
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.write_all(&line).map_err(JournalError::file(path))
+        file.write_all(&line).map_err(JournalError::file(path))?;
+        self.kept.fetch_add(usize::from(under_way(key).is_none()), Ordering::Relaxed);
+        Ok(())
     }
 
     fn shelf(&self) -> Option<&Shelf> {

@@ -97,28 +97,32 @@ pub(crate) fn warn(journal: &Journal) {
     }
 }
 
-/// A share that is done, printed as JSON.
+/// What a command without results has computed, printed as JSON.
 #[derive(Serialize)]
 struct Done<'a> {
     out: &'a Path,
     shard: String,
     cells: usize,
+    finished: usize,
     reused: usize,
 }
 
-/// Says what a share has computed.
+/// Says what a share, or a whole that was stopped, has computed.
 pub(crate) fn done(
     Shard { number, count }: Shard,
     (out, journal): (&Path, &Journal),
     format: Format,
 ) -> Result<ExitCode, Failure> {
-    let (shard, reused) = (format!("{number}/{count}"), journal.reused);
+    let (cells, finished, reused) = (journal.cells(), journal.finished(), journal.reused);
+    let shard = format!("{number}/{count}");
     match format {
-        Format::Json => table::json(&Done { out, shard, cells: journal.cells(), reused })?,
+        Format::Json => table::json(&Done { out, shard, cells, finished, reused })?,
+        Format::Table if finished < cells => table::text(&format!(
+            "Share {shard}: {finished} of {cells} cells are finished. --resume computes the others."
+        ))?,
         Format::Table => table::text(&format!(
-            "Share {shard}: {} cells, {reused} of them were there already. Join all shares with \
-             `afterbay merge {}`.",
-            journal.cells(),
+            "Share {shard}: {cells} cells, {reused} of them were there already. Join all shares \
+             with `afterbay merge {}`.",
             out.display(),
         ))?,
     }

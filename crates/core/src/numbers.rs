@@ -19,6 +19,7 @@ mod scalar;
 mod series;
 pub mod singularity;
 mod slope;
+mod two_sum;
 mod vector;
 
 pub use corrected::{Corrected, Lanewise};
@@ -28,5 +29,6 @@ pub use qd::Quad;
 pub use scalar::{Mask, Scalar};
 pub use series::Series;
 pub use slope::{Ends, Slope};
+pub use two_sum::two_sum;
 pub use vector::Vector;
 pub use wide::{f64x4, f64x8};

@@ -30,8 +30,11 @@ pub struct Workspace<V> {
     at: V,
     /// ∂V/∂q
     force: V,
-    /// The friction coefficient γ_j, where D_j = γ_j p_j
+    /// The friction coefficient γ_j, where D_j = γ_j p_j, and the momenta 1 at which D_j = γ_j.
     rate: V,
+    ones: V,
+    /// 1/m_j
+    inverse_mass: V,
     velocity: V,
     p_half: V,
     drag: V,
@@ -69,12 +72,18 @@ where
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
         let zeros = || V::zeros(system.dof());
-        let mut at = zeros();
+        let [mut at, mut ones, mut inverse_mass] = [(); 3].map(|()| zeros());
         at.as_mut_slice().fill(V::Scalar::from_f64(f64::NAN));
+        ones.as_mut_slice().fill(V::Scalar::one());
+        for (j, inverse) in inverse_mass.as_mut_slice().iter_mut().enumerate() {
+            *inverse = system.mass(j).recip();
+        }
         Ok(Workspace {
             at,
             force: zeros(),
             rate: zeros(),
+            ones,
+            inverse_mass,
             velocity: zeros(),
             p_half: zeros(),
             drag: zeros(),
@@ -144,18 +153,40 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// the step.
     #[inline(always)]
     fn find_forces(&mut self) -> u64 {
-        let Self { workspace: Workspace { at, force, rate, velocity, .. }, system, .. } = self;
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
-        if !Self::SINGLE && at.as_slice() == q {
+        if !Self::SINGLE && self.workspace.at.as_slice() == q {
             return 1;
         }
         if !Self::SINGLE {
+            let vector_call = self.has_vector_rates();
+            let Self { workspace: Workspace { at, force, rate, velocity, .. }, system, .. } = self;
             at.as_mut_slice().copy_from_slice(q);
             system.gradient(q, p, force.as_mut_slice(), velocity.as_mut_slice());
-            let rates = rate.as_mut_slice().iter_mut().enumerate();
-            rates.for_each(|(j, rate)| *rate = system.dissipation_of(q, p, j).by_p);
+            if vector_call {
+                self.find_rates();
+            } else {
+                let rates = rate.as_mut_slice().iter_mut().enumerate();
+                rates.for_each(|(j, rate)| *rate = system.dissipation_of(q, p, j).by_p);
+            }
         }
         2
+    }
+
+    /// Whether one call of D computes γ for all degrees of freedom. A call for each takes several
+    /// times as long where the type of the system is erased.
+    #[inline(always)]
+    fn has_vector_rates(&self) -> bool {
+        !Self::SINGLE && self.damping.linear && self.free() == self.state.dof()
+    }
+
+    /// γ at the q of the forces.
+    #[inline(always)]
+    fn find_rates(&mut self) {
+        let Workspace { at, rate, ones, inverse_mass, .. } = &mut *self.workspace;
+        if !self.damping.zero {
+            let (q, v) = (at.as_slice(), inverse_mass.as_slice());
+            self.system.dissipation(q, ones.as_slice(), v, rate.as_mut_slice());
+        }
     }
 
     /// p½ = p0 - h/2 (V'(q0) + D(q0, p½)), q1 = q0 + h p½/m. Returns the number of iterations.
@@ -163,8 +194,10 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     fn kick_and_drift(&mut self) -> Result<u64, StepFailure> {
         let (n, first_motor) = (self.state.dof(), self.free());
         let Self { workspace, system, unit_mass, damping, h, state } = self;
-        let Workspace { force, rate, p_half, drag, q: q1, pushes: [pushes, _], .. } =
-            &mut **workspace;
+        let Workspace {
+            force, rate, inverse_mass, p_half, drag, q: q1, pushes: [pushes, _], ..
+        } = &mut **workspace;
+        let inverse_mass = inverse_mass.as_slice();
         let (force, rate, p_half) = (force.as_slice(), rate.as_slice(), p_half.as_mut_slice());
         let (drag, q1, pushes) = (drag.as_mut_slice(), q1.as_mut_slice(), pushes.as_mut_slice());
         let (q0, p0, half_h) = (state.q.as_slice(), state.p.as_slice(), h.half());
@@ -177,7 +210,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
                 kicked = half_h.mul_add(push.force, kicked);
                 pushes[j] = push.force;
             }
-            let step = if *unit_mass { *h } else { *h / system.mass(j) };
+            let step = if *unit_mass { *h } else { *h * inverse_mass[j] };
             if damping.linear {
                 let by_p =
                     if Self::SINGLE { system.dissipation_of(q0, p0, j).by_p } else { rate[j] };
@@ -214,21 +247,32 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     #[inline(always)]
     fn kick(&mut self) -> bool {
         let (n, first_motor, half_h) = (self.state.dof(), self.free(), self.h.half());
+        if !Self::SINGLE {
+            let Self { workspace: Workspace { at, force, velocity, q, p_half, .. }, .. } = self;
+            at.as_mut_slice().copy_from_slice(q.as_slice());
+            let (force, velocity) = (force.as_mut_slice(), velocity.as_mut_slice());
+            self.system.gradient(q.as_slice(), p_half.as_slice(), force, velocity);
+        }
+        let vector_call = self.has_vector_rates();
+        if vector_call {
+            self.find_rates();
+        }
         let Self { workspace, system, unit_mass, damping, state, .. } = self;
-        let Workspace { at, force, rate, velocity, p_half, drag, q, p, w, pushes, .. } =
+        let Workspace { force, rate, inverse_mass, p_half, drag, q, p, w, pushes, .. } =
             &mut **workspace;
+        let inverse_mass = inverse_mass.as_slice();
         let (force, rate, p_half) = (force.as_mut_slice(), rate.as_mut_slice(), p_half.as_slice());
         let (drag, pushes, w0) = (drag.as_slice(), pushes[1].as_mut_slice(), state.w.as_slice());
         let (q1, p1, w1) = (q.as_slice(), p.as_mut_slice(), w.as_mut_slice());
-        if !Self::SINGLE {
-            at.as_mut_slice().copy_from_slice(q1);
-            system.gradient(q1, p_half, force, velocity.as_mut_slice());
-        }
         let mut finite = V::Scalar::zero().is_finite();
         for j in 0..n {
             let force = if Self::SINGLE { system.partial(q1, j, q1[j]) } else { force[j] };
             let push = if first_motor < n { system.supply(q1, j) } else { None };
-            let mut drag1 = friction(*system, q1, p_half, j, push.is_some());
+            let mut drag1 = if vector_call {
+                Dissipation { value: rate[j] * p_half[j], by_q: V::Scalar::zero(), by_p: rate[j] }
+            } else {
+                friction(*system, q1, p_half, j, push.is_some())
+            };
             if let Some(push) = push {
                 drag1.value -= push.force;
                 pushes[j] = push.force;
@@ -243,7 +287,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
             };
             p1[j] = (-half_h).mul_add(force, dragged);
             if !damping.zero {
-                let half_step = if *unit_mass { half_h } else { half_h / system.mass(j) };
+                let half_step = if *unit_mass { half_h } else { half_h * inverse_mass[j] };
                 w1[j] = (half_step * (drag[j] + drag1.value)).mul_add(p_half[j], w0[j]);
                 finite = finite.and(w1[j].is_finite());
             }
@@ -259,11 +303,11 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         if first_motor == self.state.dof() {
             return;
         }
-        let Workspace { p_half, p, w, pushes, motors, .. } = &mut *self.workspace;
+        let Workspace { p_half, inverse_mass, p, w, pushes, motors, .. } = &mut *self.workspace;
         for (j, motor) in motors.iter().enumerate() {
             let Some(motor) = *motor else { continue };
             let [start, end] = pushes.each_ref().map(|push| push.as_slice()[j]);
-            let step = if self.unit_mass { half_h } else { half_h / self.system.mass(j) };
+            let step = half_h * inverse_mass.as_slice()[j];
             let work = step * (start + end) * p_half.as_slice()[j];
             p.as_mut_slice()[motor] += work;
             w.as_mut_slice()[motor] -= work;

@@ -36,7 +36,7 @@ use crate::kernels::reductions::sum;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
+    Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, two_sum, validate,
 };
 use balance::Balance;
 
@@ -147,7 +147,7 @@ where
         let target = workspace.target();
         match workspace.project(system, target[0], state)? {
             Balance::Kept => {}
-            Balance::Restored => evaluations += 1,
+            Balance::Restored { gradients } => evaluations += gradients,
             Balance::Noise => {
                 // The end before the projection.
                 workspace.copy(state);
@@ -188,15 +188,11 @@ impl<V: Vector> Workspace<V> {
         self.p.as_mut_slice().copy_from_slice(state.p.as_slice());
     }
 
-    /// H at the end of the step and its rounding error, by 2Sum: gains far below the rounding of
-    /// H add up.
+    /// H at the end of the step and its rounding error: gains far below the rounding of H add up.
     #[inline]
     fn target(&self) -> [V::Scalar; 2] {
         let [energy, rest] = self.energy;
-        let change = rest - sum([self.gain.as_slice()], |[gain]| gain);
-        let end = energy + change;
-        let added = end - energy;
-        [end, (energy - (end - added)) + (change - added)]
+        two_sum(energy, rest - sum([self.gain.as_slice()], |[gain]| gain))
     }
 
     /// Drifts and kicks from the copy of the state. Returns the number of iterations.

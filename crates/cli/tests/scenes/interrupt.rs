@@ -1,7 +1,8 @@
 //! Ctrl-C and SIGTERM.
 
 use super::{afterbay, done};
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// A chain whose run takes too long to wait for.
@@ -24,13 +25,24 @@ fn sigterm_ends_a_run_within_a_second_with_what_was_done() {
     interrupted_by("TERM", 143);
 }
 
-fn interrupted_by(signal: &str, code: i32) {
+#[test]
+fn a_stopped_share_says_how_much_of_it_is_finished() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (scene, out) = (folder.path().join("chain.toml"), folder.path().join("out"));
+    let (output, _) = stopped("TERM", folder.path(), &["--shard", "1/2"]);
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(143), "{stdout}");
+    assert!(stdout.contains("Share 1/2: 0 of 1 cells are finished"), "{stdout}");
+    assert!(!stdout.contains("afterbay merge"), "{stdout}");
+}
+
+/// Starts a long run in a folder and sends it a signal. Returns its output and how long it took to
+/// end.
+fn stopped(signal: &str, folder: &Path, more: &[&str]) -> (Output, Duration) {
+    let (scene, out) = (folder.join("chain.toml"), folder.join("out"));
     std::fs::write(&scene, chain(2000)).expect("a scene");
     let mut command = afterbay(&["run", "--out"]);
-    let child = command.arg(&out).arg(&scene).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let child = child.spawn().expect("it starts");
+    command.arg(&out).arg(&scene).args(more).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("it starts");
     // The folder is made just before the handler is installed and the first step is taken.
     let patience = Instant::now();
     while !out.exists() && patience.elapsed() < Duration::from_secs(20) {
@@ -42,7 +54,14 @@ fn interrupted_by(signal: &str, code: i32) {
         done(Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]));
     assert_eq!(sent, Some(0), "the signal is sent");
     let output = child.wait_with_output().expect("it ends");
-    let (took, stderr) = (clock.elapsed(), String::from_utf8_lossy(&output.stderr).into_owned());
+    (output, clock.elapsed())
+}
+
+fn interrupted_by(signal: &str, code: i32) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let (output, took) = stopped(signal, folder.path(), &[]);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{stderr}");
     assert!(took < Duration::from_secs(5), "{took:?}");
     assert!(stderr.contains("Stopping; interrupt once more to stop at once."), "{stderr}");

@@ -2,18 +2,13 @@
 //!
 //! An increment of w below half a rounding of w is lost, and those above it lose a part: near rest
 //! w stands still while H falls, and K drifts. A run therefore sums w over a block of steps from 0,
-//! and adds each sum s to the whole with the error of that sum as the start of the next block:
-//!
-//! ```text
-//! a = w + s        b = a - w        e = (w - (a - b)) + (s - b)        w ← a, s ← e        (2Sum)
-//! ```
-//!
-//! Source: D. E. Knuth, *The Art of Computer Programming*, volume 2, section 4.2.2, theorem B. Over
-//! any number of steps w is off by one rounding of itself, and by the roundings of the sums s.
+//! and adds each sum s to the whole. The error of that sum ([`two_sum`]) is the start of the next
+//! block. Over any number of steps w is off by one rounding of itself, and by the roundings of the
+//! sums s.
 //! Blocks end at steps that do not depend on the observer, and so neither does w.
 
 use crate::error::StepFailure;
-use crate::numbers::{Mask, Scalar, Vector};
+use crate::numbers::{Mask, Scalar, Vector, two_sum};
 use crate::quantity::Quantity;
 use crate::system::State;
 
@@ -85,13 +80,8 @@ impl<V: Vector> Reservoir<V> {
     pub(super) fn end_block(&mut self, state: &mut State<V>) -> Result<(), StepFailure> {
         let Some(parts) = &mut self.0 else { return Ok(()) };
         parts.add(state)?;
-        let Parts { whole, shown } = parts;
-        let sums = whole.as_mut_slice().iter_mut().zip(state.w.as_mut_slice());
-        for ((w, s), &sum) in sums.zip(shown.as_slice()) {
-            let of_s = sum - *w;
-            *s = (*w - (sum - of_s)) + (*s - of_s);
-            *w = sum;
-        }
+        let sums = parts.whole.as_mut_slice().iter_mut().zip(state.w.as_mut_slice());
+        sums.for_each(|(w, s)| [*w, *s] = two_sum(*w, *s));
         Ok(())
     }
 

@@ -19,7 +19,7 @@ pub(super) enum Balance {
     /// It is exact to rounding.
     Kept,
     /// The projection has made it exact.
-    Restored,
+    Restored { gradients: u64 },
     /// It is off by a rounding of its terms, or of those that cancel inside H, which no projection
     /// reduces.
     Noise,
@@ -53,18 +53,22 @@ impl<V: Vector> Workspace<V> {
         if (energy - target).to_f64().abs() <= rounding && rounding.is_finite() {
             return Ok(Balance::Kept);
         }
-        system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
         let before = energy;
-        let projection = Projection {
-            slope: [hq.as_slice(), hp.as_slice()],
-            target,
-            size: size.to_f64(),
-            scales: [1.0; 2],
-            allowed,
+        let mut correct = |energy: &mut V::Scalar| {
+            let [hq, hp] = [hq.as_mut_slice(), hp.as_mut_slice()];
+            system.gradient(q.as_slice(), p.as_slice(), hq, hp);
+            let slope = [&*hq, &*hp];
+            let size = size.to_f64();
+            let projection = Projection { slope, target, size, scales: [1.0; 2], allowed };
+            projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], energy).is_ok()
         };
-        let ends = [q.as_mut_slice(), p.as_mut_slice()];
-        if projection.apply(system, ends, &mut energy).is_ok() && energy.is_finite().all() {
-            return Ok(Balance::Restored);
+        if correct(&mut energy) && energy.is_finite().all() {
+            // A long projection ends where its slope is no longer that of H.
+            let again = (energy - target).to_f64().abs() > rounding;
+            if again {
+                correct(&mut energy);
+            }
+            return Ok(Balance::Restored { gradients: 1 + u64::from(again) });
         }
         let (q, p) = (q.as_slice(), p.as_slice());
         let [plain, excess] = [before, energy].map(|energy| (energy - target).to_f64());
@@ -72,14 +76,14 @@ impl<V: Vector> Workspace<V> {
             check([q, p, self.gain.as_slice()])?;
             return Err(StepFailure::non_finite(&[(Quantity::Energy, &[before, energy, target])]));
         }
-        let grain = grain_at(system, q, p) + bend(system, q, p) * V::Scalar::EPSILON;
-        let terms = (size + before.abs()).to_f64() + grain;
+        let grain = grain_at(system, q, p) + second_order(system, q, p) * V::Scalar::EPSILON;
+        let terms = (size + energy.abs()).to_f64() + grain;
         let noise = RESTORED_ROUNDINGS * V::Scalar::EPSILON * terms;
         if plain.abs() <= noise {
             return Ok(Balance::Noise);
         }
         if excess.abs() <= noise {
-            return Ok(Balance::Restored);
+            return Ok(Balance::Restored { gradients: 1 });
         }
         Err(StepFailure::ProjectionFailed { excess })
     }
@@ -88,7 +92,7 @@ impl<V: Vector> Workspace<V> {
 /// Σ_i |q_i Σ_j q_j ∂²V/∂q_i∂q_j|, by a difference. Rounding q changes V by this times ε² at an
 /// equilibrium away from the origin.
 #[cold]
-fn bend<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T], p: &[T]) -> f64 {
+fn second_order<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T], p: &[T]) -> f64 {
     let share = 2.0_f64.powi(-20);
     let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); q.len()]);
     let mut at = |q: &[T]| {

@@ -30,10 +30,6 @@ pub(crate) const ROUNDINGS: f64 = 16.0;
 /// 2·16 of p².
 pub(crate) const ROUNDINGS_FIXED_POINT: f64 = 48.0;
 
-/// A projection ends where H is within 2 roundings of |H0| + |H1| + |q ∂H/∂q| + |p ∂H/∂p| of its
-/// target: 2·(1 + 1 + 4 + 2) of the largest of V and p²/2. H itself has 16 at either end.
-pub(crate) const ROUNDINGS_PROJECTED: f64 = 48.0;
-
 /// The number of steps from every state.
 const STEPS: usize = 5;
 

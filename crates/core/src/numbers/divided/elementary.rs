@@ -2,18 +2,11 @@
 
 use crate::numbers::line::Line;
 use crate::numbers::scalar::{Mask, Scalar};
+use crate::numbers::two_sum::two_sum;
 
 /// (2k + 1)! for k from 0, exact.
 const FACTORIALS: [f64; 8] =
     [1.0, 6.0, 120.0, 5040.0, 362_880.0, 39_916_800.0, 6_227_020_800.0, 1_307_674_368_000.0];
-
-/// The rounded sum a + b and its rounding error (D. E. Knuth).
-#[inline(always)]
-fn two_sum<T: Scalar>(a: T, b: T) -> [T; 2] {
-    let sum = a + b;
-    let back = sum - a;
-    [sum, (a - (sum - back)) + (b - back)]
-}
 
 /// The middle of an edge and half its width, each with its rounding error.
 #[derive(Clone, Copy)]
