@@ -24,7 +24,8 @@
 //! rest.
 //!
 //! A run **fails** with the last accepted state, and reports the
-//! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`. Systems whose dense matrix does not fit in memory are refused.
+//! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`. Systems
+//! whose dense matrix does not fit in memory are refused.
 
 use crate::adaptive::adaptive_of_orders;
 use crate::radau::{Engine, Tables};

@@ -10,11 +10,13 @@
 //! with damping), for any D. The equation for p½ is solved separately for each momentum, so systems
 //! whose D couples the momenta are refused.
 
+mod together;
+
+use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
-use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
-    Dissipation, DissipationForm, Effort, InputError, Mask, Method, Quantity, Scalar, Separable,
-    State, StepFailure, Vector, validate,
+    DissipationForm, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State,
+    StepFailure, Vector, validate,
 };
 use std::hint::cold_path;
 
@@ -158,11 +160,11 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
             return 1;
         }
         if !Self::SINGLE {
-            let vector_call = self.has_vector_rates();
+            let together = self.is_together();
             let Self { workspace: Workspace { at, force, rate, velocity, .. }, system, .. } = self;
             at.as_mut_slice().copy_from_slice(q);
             system.gradient(q, p, force.as_mut_slice(), velocity.as_mut_slice());
-            if vector_call {
+            if together {
                 self.find_rates();
             } else {
                 let rates = rate.as_mut_slice().iter_mut().enumerate();
@@ -172,26 +174,13 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         2
     }
 
-    /// Whether one call of D computes γ for all degrees of freedom. A call for each takes several
-    /// times as long where the type of the system is erased.
-    #[inline(always)]
-    fn has_vector_rates(&self) -> bool {
-        !Self::SINGLE && self.damping.linear && self.free() == self.state.dof()
-    }
-
-    /// γ at the q of the forces.
-    #[inline(always)]
-    fn find_rates(&mut self) {
-        let Workspace { at, rate, ones, inverse_mass, .. } = &mut *self.workspace;
-        if !self.damping.zero {
-            let (q, v) = (at.as_slice(), inverse_mass.as_slice());
-            self.system.dissipation(q, ones.as_slice(), v, rate.as_mut_slice());
-        }
-    }
-
     /// p½ = p0 - h/2 (V'(q0) + D(q0, p½)), q1 = q0 + h p½/m. Returns the number of iterations.
     #[inline(always)]
     fn kick_and_drift(&mut self) -> Result<u64, StepFailure> {
+        if self.is_together() {
+            self.kick_and_drift_together();
+            return Ok(0);
+        }
         let (n, first_motor) = (self.state.dof(), self.free());
         let Self { workspace, system, unit_mass, damping, h, state } = self;
         let Workspace {
@@ -219,21 +208,10 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
                 drag[j] = by_p * p_half[j];
                 q1[j] = (step * keep).mul_add(kicked, q0[j]);
             } else {
-                let root = Newton.solve(j, kicked, |s, p| {
-                    p_half[j] = p;
-                    let drag = friction(*system, q0, p_half, j, push.is_some());
-                    Sample {
-                        value: s * half_h * drag.value,
-                        slope: s * half_h * drag.by_p,
-                        argument_rounding: V::Scalar::zero(),
-                        value_rounding: V::Scalar::zero(),
-                    }
-                })?;
-                p_half[j] = root.x;
-                let value = friction(*system, q0, p_half, j, push.is_some()).value;
-                drag[j] = push.map_or(value, |push| value - push.force);
-                q1[j] = step.mul_add(p_half[j], q0[j]);
-                iterations += u64::from(root.evaluations);
+                let half = kick(*system, q0, p_half, j, [kicked, half_h])?;
+                drag[j] = push.map_or(half.drag, |push| half.drag - push.force);
+                q1[j] = step.mul_add(half.p, q0[j]);
+                iterations += half.iterations;
             }
         }
         for motor in first_motor..n {
@@ -253,9 +231,8 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
             let (force, velocity) = (force.as_mut_slice(), velocity.as_mut_slice());
             self.system.gradient(q.as_slice(), p_half.as_slice(), force, velocity);
         }
-        let vector_call = self.has_vector_rates();
-        if vector_call {
-            self.find_rates();
+        if self.is_together() {
+            return self.kick_together();
         }
         let Self { workspace, system, unit_mass, damping, state, .. } = self;
         let Workspace { force, rate, inverse_mass, p_half, drag, q, p, w, pushes, .. } =
@@ -268,11 +245,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         for j in 0..n {
             let force = if Self::SINGLE { system.partial(q1, j, q1[j]) } else { force[j] };
             let push = if first_motor < n { system.supply(q1, j) } else { None };
-            let mut drag1 = if vector_call {
-                Dissipation { value: rate[j] * p_half[j], by_q: V::Scalar::zero(), by_p: rate[j] }
-            } else {
-                friction(*system, q1, p_half, j, push.is_some())
-            };
+            let mut drag1 = system.friction_of(q1, p_half, j);
             if let Some(push) = push {
                 drag1.value -= push.force;
                 pushes[j] = push.force;
@@ -332,18 +305,6 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
             (Quantity::Reservoir, self.workspace.w.as_slice()),
         ])
     }
-}
-
-/// D_j(q, p), without the force of a drive.
-#[inline(always)]
-fn friction<T: Scalar, S: Separable<T> + ?Sized>(
-    system: &S,
-    q: &[T],
-    p: &[T],
-    j: usize,
-    is_driven: bool,
-) -> Dissipation<T> {
-    if is_driven { system.friction_of(q, p, j) } else { system.dissipation_of(q, p, j) }
 }
 
 /// The motor of each degree of freedom, if it is driven; empty without a drive.

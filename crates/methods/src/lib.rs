@@ -25,6 +25,7 @@ mod implicit_midpoint;
 mod increment;
 mod iteration;
 mod kernels;
+mod kick;
 mod leapfrog;
 mod legendre;
 mod linear;

@@ -33,8 +33,8 @@ mod balance;
 use crate::commit::commit;
 use crate::increment::Composition;
 use crate::kernels::reductions::sum;
+use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, Target};
-use afterbay_core::solver::{Newton, Sample, Solver};
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, two_sum, validate,
 };
@@ -276,22 +276,11 @@ impl<V: Vector> Workspace<V> {
             let pushed = supply.map_or(V::Scalar::zero(), |supply| supply.force);
             let force = pushed - hq.as_slice()[j];
             let kicked = s.mul_add(force, p[j]);
-            let root = Newton.solve(j, kicked, |scale, x| {
-                momenta[j] = x;
-                let drag = system.friction_of(q, momenta, j);
-                Sample {
-                    value: scale * s * drag.value,
-                    slope: scale * s * drag.by_p,
-                    argument_rounding: V::Scalar::zero(),
-                    value_rounding: V::Scalar::zero(),
-                }
-            })?;
-            iterations += u64::from(root.evaluations);
-            momenta[j] = root.x;
-            let drag = system.friction_of(q, momenta, j).value;
-            let way = (s + t) * inverse_mass.as_slice()[j] * root.x;
-            p[j] = t.mul_add(force - drag, root.x);
-            gain[j] = way.mul_add(drag - pushed, gain[j]);
+            let half = kick(system, q, momenta, j, [kicked, s])?;
+            iterations += half.iterations;
+            let way = (s + t) * inverse_mass.as_slice()[j] * half.p;
+            p[j] = t.mul_add(force - half.drag, half.p);
+            gain[j] = way.mul_add(half.drag - pushed, gain[j]);
             if let Some(supply) = supply {
                 p[supply.motor] = way.mul_add(supply.force, p[supply.motor]);
                 gain[supply.motor] = way.mul_add(-supply.force, gain[supply.motor]);

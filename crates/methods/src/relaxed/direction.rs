@@ -1,6 +1,6 @@
 //! The direction of a step: the increments of q, p and w for γ = 1.
 
-use crate::kernels::reductions::max_norm;
+use crate::kernels::reductions::{max_norm, sum};
 use crate::runge_kutta::{P, Q, Stages, Tableau, W};
 use afterbay_core::{Effort, Scalar, State, System, Vector};
 
@@ -47,26 +47,19 @@ impl<V: Vector> Direction<V> {
 
     /// The derivative of K with respect to γ at γ = 0, ∇H·d + Σ e_j.
     pub(super) fn slope(&self) -> V::Scalar {
-        let zero = V::Scalar::zero();
-        let along = |slope: &V, d: &V| {
-            slope
-                .as_slice()
-                .iter()
-                .zip(d.as_slice())
-                .fold(zero, |sum, (&slope, &d)| slope.mul_add(d, sum))
-        };
-        let gained = self.w.as_slice().iter().fold(zero, |sum, &e| sum + e);
+        let along = |slope: &V, d: &V| sum([slope.as_slice(), d.as_slice()], |[x, y]| x * y);
+        let gained = sum([self.w.as_slice()], |[e]| e);
         along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
     }
 
     /// Σ |z_j ∂H/∂z_j| + Σ |w_j| at the start, the scale of the rounding of K.
     pub(super) fn size(&self, state: &State<V>) -> f64 {
         let terms = |z: &V, slope: &V| {
-            let terms = z.as_slice().iter().zip(slope.as_slice());
-            terms.map(|(&z, &slope)| (z * slope).to_f64().abs()).sum::<f64>()
+            sum([z.as_slice(), slope.as_slice()], |[z, slope]| (z * slope).abs())
         };
-        let held = state.w.as_slice().iter().map(|w| w.to_f64().abs()).sum::<f64>();
-        terms(&state.q, &self.stages.start) + terms(&state.p, self.stages.velocity(0)) + held
+        let held = sum([state.w.as_slice()], |[w]| w.abs());
+        let [q, p] = [&self.stages.start, self.stages.velocity(0)];
+        (terms(&state.q, q) + terms(&state.p, p) + held).to_f64()
     }
 
     /// Whether `change` times d moves the state by more than a rounding.

@@ -3,6 +3,7 @@
 use super::direction::Direction;
 use crate::adaptive::RESTORED_ROUNDINGS;
 use crate::grain::grain_at;
+use crate::kernels::reductions::sum;
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// The largest distance of a root from 1.
@@ -23,15 +24,16 @@ struct Point<T> {
 
 /// The new state, at the current γ.
 #[derive(Clone, Debug)]
-pub(super) struct Chord<V> {
+pub(super) struct Chord<V: Vector> {
     pub(super) q: V,
     pub(super) p: V,
     pub(super) w: V,
+    gamma: V::Scalar,
 }
 
 impl<V: Vector> Chord<V> {
     pub(super) fn new(n: usize) -> Self {
-        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n) }
+        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), gamma: V::Scalar::one() }
     }
 
     /// Finds γ and sets the new state. `now` is K at `state`; `total` is the value of K to be
@@ -57,7 +59,9 @@ impl<V: Vector> Chord<V> {
         if let Some(root) =
             root.filter(|root| root.excess.to_f64().abs() <= NOISE_ROUNDINGS * rounding)
         {
-            self.place(system, state, direction, root.gamma, total)?;
+            if root.gamma != self.gamma {
+                self.place(system, state, direction, root.gamma, total)?;
+            }
             return Ok(root.gamma);
         }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
@@ -137,6 +141,7 @@ impl<V: Vector> Chord<V> {
     where
         S: System<V::Scalar> + ?Sized,
     {
+        self.gamma = gamma;
         let n = state.dof();
         let parts = [
             (&mut self.q, &state.q, &direction.q),
@@ -151,7 +156,7 @@ impl<V: Vector> Chord<V> {
         }
         let (q, p, w) = (self.q.as_slice(), self.p.as_slice(), self.w.as_slice());
         let energy = system.energy(q, p);
-        let excess = energy + w.iter().fold(V::Scalar::zero(), |sum, &w| sum + w) - total;
+        let excess = energy + sum([w], |[w]| w) - total;
         if excess.is_finite().all() {
             return Ok(Point { gamma, excess });
         }
