@@ -11,6 +11,9 @@ use afterbay_core::{Mask, Quantity, Scalar, Separable, State, StepFailure, Vecto
 const LARGEST_SHARE: f64 = 0.125;
 /// The error of K, in roundings of H, that is not corrected. A choice.
 const KEPT_ROUNDINGS: f64 = 2.0;
+/// The error of K after a projection, in roundings of H, that is corrected once more. A projection
+/// that goes well ends within 2 roundings of q ∂H/∂q and p ∂H/∂p, which are a few times H.
+const LEFT_ROUNDINGS: f64 = 8.0;
 /// Roundings of q and p that a projection may move them by, however short the step. A choice.
 const ROUNDINGS: f64 = 64.0;
 
@@ -49,8 +52,9 @@ impl<V: Vector> Workspace<V> {
         let Self { q, p, hq, hp, .. } = self;
         let mut energy = system.energy(q.as_slice(), p.as_slice());
         // Near rest a rounding of K may take more than a small projection.
-        let rounding = KEPT_ROUNDINGS * V::Scalar::EPSILON * (size + energy.abs()).to_f64();
-        if (energy - target).to_f64().abs() <= rounding && rounding.is_finite() {
+        let rounding = |energy: V::Scalar| V::Scalar::EPSILON * (size + energy.abs()).to_f64();
+        let kept = KEPT_ROUNDINGS * rounding(energy);
+        if (energy - target).to_f64().abs() <= kept && kept.is_finite() {
             return Ok(Balance::Kept);
         }
         let before = energy;
@@ -64,7 +68,8 @@ impl<V: Vector> Workspace<V> {
         };
         if correct(&mut energy) && energy.is_finite().all() {
             // A long projection ends where its slope is no longer that of H.
-            let again = (energy - target).to_f64().abs() > rounding;
+            let left = (energy - target).to_f64().abs();
+            let again = left > LEFT_ROUNDINGS * rounding(energy);
             if again {
                 correct(&mut energy);
             }

@@ -1,0 +1,133 @@
+//! What holds for every scalar: each operation, in each lane, is that of f64 up to a few roundings.
+
+use afterbay_core::{Corrected, Interval, Mask, Quad, Scalar, Series, Slope, f64x4, f64x8};
+
+/// Numbers of both signs and several sizes, a different one in each lane.
+fn number(seed: usize, lane: usize) -> f64 {
+    let x = (0.7 + 1.3 * seed as f64 + 2.1 * lane as f64).sin();
+    x * 2_f64.powi((seed + lane) as i32 % 7 - 3)
+}
+
+/// Compares each lane with the number that f64 gives.
+fn agrees<T: Scalar>(name: &str, found: T, expected: impl Fn(usize) -> f64) {
+    for lane in 0..T::LANES {
+        let (found, expected) = (found.lane(lane), expected(lane));
+        let off = (found - expected).abs();
+        assert!(off <= 1e-14 * expected.abs().max(1.0), "{name}: {found:?} is not {expected:?}");
+    }
+}
+
+fn operations_are_those_of_f64<T: Scalar>() {
+    for seed in 0..40 {
+        let [x, y, z] = [0, 1, 2].map(|k| move |lane| number(3 * seed + k, lane));
+        let [a, b, c] = [T::from_lanes(x), T::from_lanes(y), T::from_lanes(z)];
+        agrees("from_lanes", a, x);
+        agrees("from_f64", T::from_f64(x(0)), |_| x(0));
+        assert!((a.to_f64() - x(0)).abs() <= 1e-15, "to_f64");
+        agrees("zero", T::zero(), |_| 0.0);
+        agrees("one", T::one(), |_| 1.0);
+        agrees("+", a + b, |k| x(k) + y(k));
+        agrees("-", a - b, |k| x(k) - y(k));
+        agrees("*", a * b, |k| x(k) * y(k));
+        let divisor = b * b + T::one();
+        agrees("/", a / divisor, |k| x(k) / (y(k) * y(k) + 1.0));
+        agrees("recip", divisor.recip(), |k| (y(k) * y(k) + 1.0).recip());
+        agrees("neg", -a, |k| -x(k));
+        let [mut sum, mut difference, mut product] = [a; 3];
+        sum += b;
+        difference -= b;
+        product *= b;
+        agrees("+=", sum, |k| x(k) + y(k));
+        agrees("-=", difference, |k| x(k) - y(k));
+        agrees("*=", product, |k| x(k) * y(k));
+        agrees("mul_add", a.mul_add(b, c), |k| x(k) * y(k) + z(k));
+        agrees("half", a.half(), |k| x(k) / 2.0);
+        agrees("abs", a.abs(), |k| x(k).abs());
+        agrees("sqrt", divisor.sqrt(), |k| (y(k) * y(k) + 1.0).sqrt());
+        agrees("exp", c.exp(), |k| z(k).exp());
+        agrees("exp_m1", c.exp_m1(), |k| z(k).exp_m1());
+        agrees("ln", divisor.ln(), |k| (y(k) * y(k) + 1.0).ln());
+        let (sin, cos) = a.sin_cos();
+        agrees("sin", sin, |k| x(k).sin());
+        agrees("cos", cos, |k| x(k).cos());
+        agrees("atan", a.atan(), |k| x(k).atan());
+    }
+}
+
+/// Masks, for scalars whose comparisons are decided by the numbers alone.
+fn comparisons_are_those_of_f64<T: Scalar>() {
+    for seed in 0..40 {
+        let [x, y] = [0, 1].map(|k| move |lane| number(2 * seed + k, lane));
+        let [a, b] = [T::from_lanes(x), T::from_lanes(y)];
+        agrees("floor", a.floor(), |k| x(k).floor());
+        let (less, least) = (a.lt(b), T::select(a.lt(b), a, b));
+        agrees("lt", least, |k| if x(k) < y(k) { x(k) } else { y(k) });
+        agrees("not", T::select(less.not(), a, b), |k| if x(k) < y(k) { y(k) } else { x(k) });
+        let positive = T::zero().lt(a);
+        let [both, either] = [less.and(positive), less.or(positive)];
+        agrees(
+            "and",
+            T::select(both, a, b),
+            |k| if x(k) < y(k) && 0.0 < x(k) { x(k) } else { y(k) },
+        );
+        agrees(
+            "or",
+            T::select(either, a, b),
+            |k| {
+                if x(k) < y(k) || 0.0 < x(k) { x(k) } else { y(k) }
+            },
+        );
+        let count = (0..T::LANES).filter(|&k| x(k) < y(k)).count();
+        assert_eq!((less.any(), less.all()), (count > 0, count == T::LANES));
+        assert!(a.le(a).all() && !a.lt(a).any());
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let last = T::from_lanes(|k| if k + 1 == T::LANES { bad } else { x(k) });
+            assert!(!last.is_finite().all() && a.is_finite().all());
+            assert_eq!(last.is_finite().any(), T::LANES > 1);
+        }
+    }
+}
+
+#[test]
+fn every_scalar_computes_as_f64_does() {
+    operations_are_those_of_f64::<f64>();
+    operations_are_those_of_f64::<Quad>();
+    operations_are_those_of_f64::<f64x4>();
+    operations_are_those_of_f64::<f64x8>();
+    operations_are_those_of_f64::<Corrected<f64>>();
+    operations_are_those_of_f64::<Corrected<f64x8>>();
+    operations_are_those_of_f64::<Interval>();
+    operations_are_those_of_f64::<Slope<f64>>();
+    operations_are_those_of_f64::<Slope<f64x8>>();
+    operations_are_those_of_f64::<Series<f64, 4>>();
+    #[cfg(feature = "num-dual")]
+    operations_are_those_of_f64::<num_dual::Dual64>();
+}
+
+#[test]
+fn every_scalar_compares_as_f64_does() {
+    comparisons_are_those_of_f64::<f64>();
+    comparisons_are_those_of_f64::<Quad>();
+    comparisons_are_those_of_f64::<f64x4>();
+    comparisons_are_those_of_f64::<f64x8>();
+    comparisons_are_those_of_f64::<Corrected<f64>>();
+    comparisons_are_those_of_f64::<Corrected<f64x8>>();
+    #[cfg(feature = "num-dual")]
+    comparisons_are_those_of_f64::<num_dual::Dual64>();
+}
+
+#[test]
+fn exponentials_of_huge_numbers_overflow_or_vanish() {
+    fn check<T: Scalar>() {
+        for huge in [800.0, 1e5, 1e300] {
+            let x = T::from_f64(huge);
+            agrees("exp", (-x).exp(), |_| 0.0);
+            agrees("exp_m1", (-x).exp_m1(), |_| -1.0);
+            assert!(!x.exp().is_finite().any() && !x.exp_m1().is_finite().any(), "{huge}");
+        }
+    }
+    check::<f64>();
+    check::<Quad>();
+    check::<f64x4>();
+    check::<f64x8>();
+}
