@@ -97,7 +97,7 @@ pub(crate) fn warn(journal: &Journal) {
     }
 }
 
-/// What a command without results has computed, printed as JSON.
+/// The summary of a share, or of a study that was stopped, printed as JSON.
 #[derive(Serialize)]
 struct Done<'a> {
     out: &'a Path,
@@ -107,7 +107,7 @@ struct Done<'a> {
     reused: usize,
 }
 
-/// Says what a share, or a whole that was stopped, has computed.
+/// Prints how many cells of a share, or of a study that was stopped, are finished.
 pub(crate) fn done(
     Shard { number, count }: Shard,
     (out, journal): (&Path, &Journal),

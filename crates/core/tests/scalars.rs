@@ -1,4 +1,4 @@
-//! What holds for every scalar: each operation, in each lane, is that of f64 up to a few roundings.
+//! Each scalar type computes, in each of its lanes, what f64 computes, up to a few roundings.
 
 use afterbay_core::{Corrected, Interval, Mask, Quad, Scalar, Series, Slope, f64x4, f64x8};
 
@@ -89,31 +89,28 @@ fn comparisons_are_those_of_f64<T: Scalar>() {
 }
 
 #[test]
-fn every_scalar_computes_as_f64_does() {
-    operations_are_those_of_f64::<f64>();
-    operations_are_those_of_f64::<Quad>();
-    operations_are_those_of_f64::<f64x4>();
-    operations_are_those_of_f64::<f64x8>();
-    operations_are_those_of_f64::<Corrected<f64>>();
-    operations_are_those_of_f64::<Corrected<f64x8>>();
+fn every_scalar_computes_and_compares_as_f64_does() {
+    fn both<T: Scalar>() {
+        operations_are_those_of_f64::<T>();
+        comparisons_are_those_of_f64::<T>();
+    }
+    both::<f64>();
+    both::<Quad>();
+    both::<f64x4>();
+    both::<f64x8>();
+    both::<Corrected<f64>>();
+    both::<Corrected<f64x8>>();
+    #[cfg(feature = "num-dual")]
+    both::<num_dual::Dual64>();
+}
+
+/// Their comparisons look at more than the number: at both ends, or at the coefficients.
+#[test]
+fn intervals_slopes_and_series_compute_as_f64_does() {
     operations_are_those_of_f64::<Interval>();
     operations_are_those_of_f64::<Slope<f64>>();
     operations_are_those_of_f64::<Slope<f64x8>>();
     operations_are_those_of_f64::<Series<f64, 4>>();
-    #[cfg(feature = "num-dual")]
-    operations_are_those_of_f64::<num_dual::Dual64>();
-}
-
-#[test]
-fn every_scalar_compares_as_f64_does() {
-    comparisons_are_those_of_f64::<f64>();
-    comparisons_are_those_of_f64::<Quad>();
-    comparisons_are_those_of_f64::<f64x4>();
-    comparisons_are_those_of_f64::<f64x8>();
-    comparisons_are_those_of_f64::<Corrected<f64>>();
-    comparisons_are_those_of_f64::<Corrected<f64x8>>();
-    #[cfg(feature = "num-dual")]
-    comparisons_are_those_of_f64::<num_dual::Dual64>();
 }
 
 #[test]

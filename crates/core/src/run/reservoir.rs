@@ -4,8 +4,7 @@
 //! w stands still while H falls, and K drifts. A run therefore sums w over a block of steps from 0,
 //! and adds each sum s to the whole. The error of that sum ([`two_sum`]) is the start of the next
 //! block. Over any number of steps w is off by one rounding of itself, and by the roundings of the
-//! sums s.
-//! Blocks end at steps that do not depend on the observer, and so neither does w.
+//! sums s. Blocks end at steps that do not depend on the observer, and so neither does w.
 
 use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar, Vector, two_sum};
