@@ -5,8 +5,8 @@
 //! first line is the [`Header`]. Each further line is a finished cell, its result in CBOR and
 //! base64, with a checksum. A line is written at once, so that a command that is killed loses at
 //! most the cells under way: what follows the last whole line is dropped. Long cells have lines of
-//! their own now and then, from which they go on; the last counts. The rows of a long trajectory are
-//! in files beside the journal ([`Shelf`]), and its lines say how many of them count. Files are
+//! their own now and then, from which they go on; the last counts. The rows of a long trajectory
+//! are in files beside the journal ([`Shelf`]), and its lines say how many of them count. Files are
 //! locked while a command uses them.
 
 mod error;
@@ -74,8 +74,8 @@ impl Journal {
     /// Opens the journal of a command that computes the cells of `shard`.
     ///
     /// # Errors
-    /// [`JournalError`] for a file that cannot be written, another command on the same cells, results
-    /// of another scene or version, and an unfinished study if `start` is [`Start::Fresh`].
+    /// [`JournalError`] for a file that cannot be written, another command on the same cells,
+    /// results of another scene or version, and an unfinished study if `start` is [`Start::Fresh`].
     pub fn open(
         folder: &Path,
         (task, scene): (Task, &Scene),

@@ -11,8 +11,8 @@ pub trait Progress: Sync {
     fn part(&self, _share: f64) {}
     /// This share of the cost of the stage more is done; what is less than 0 is taken back.
     fn work(&self, _share: f64) {}
-    /// This share of a cell, or of the cost of the stage, was done by an earlier command: it took no
-    /// time in this one.
+    /// This share of a cell, or of the cost of the stage, was done by an earlier command: it took
+    /// no time in this one.
     fn earlier(&self, _share: f64) {}
     /// This share of the reference that the pieces of a stage need is done.
     fn reference(&self, _share: f64) {}

@@ -116,7 +116,8 @@ fn a_jump_is_followed(force: f64) {
             let (qp, w) = (row.error_qp.expect(&name), row.error_w.expect(&name));
             assert!(qp < 10.0 * tolerance * size, "{name}: {qp:e}");
             assert!(w < 10.0 * tolerance * size * size, "{name}: w {w:e}");
-            // A projection leaves up to 2 roundings of the energy supplied, and there are 250 steps.
+            // A projection leaves up to 2 roundings of the energy supplied, and there are 250
+            // steps.
             let k = row.k_drift / exact[2].abs();
             assert!(k < 1.5e-14, "{name}: K is off by {k:e} of its largest term");
         }

@@ -1,5 +1,5 @@
-//! The points of a sweep: values of what is varied, and the problem at each. No point is kept: there
-//! may be a million.
+//! The points of a sweep: values of what is varied, and the problem at each. No point is kept:
+//! there may be a million.
 
 mod axis;
 

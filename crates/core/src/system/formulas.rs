@@ -35,9 +35,9 @@ pub trait Formulas: Send + Sync {
         DissipationForm::GENERAL
     }
 
-    /// Passes to `put` every x(q, v) at whose zeros the slopes of V or D may not be analytic, such as
-    /// v_j if D contains |v_j|. Methods of high order take shorter steps across them, and references
-    /// are not continued across them ([`System::kinks`]).
+    /// Passes to `put` every x(q, v) at whose zeros the slopes of V or D may not be analytic, such
+    /// as v_j if D contains |v_j|. Methods of high order take shorter steps across them, and
+    /// references are not continued across them ([`System::kinks`]).
     fn kinks<T: Scalar>(&self, _q: &[T], _v: &[T], _put: &mut dyn FnMut(T)) {}
 
     /// Whether V may be singular where q is finite. Steps are then examined, by V in intervals, and

@@ -65,8 +65,8 @@ pub(crate) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     total(sums)
 }
 
-/// Σ_j term(x_j, y_j, ..) of the slices x, y, .., which have one length. Entry j is added to partial
-/// sum j mod 8, or to a single sum for fewer than eight entries.
+/// Σ_j term(x_j, y_j, ..) of the slices x, y, .., which have one length. Entry j is added to
+/// partial sum j mod 8, or to a single sum for fewer than eight entries.
 #[inline(always)]
 pub(crate) fn sum<T: Scalar, const SLICES: usize>(
     slices: [&[T]; SLICES],

@@ -82,7 +82,8 @@ pub(super) const fn increment(
     }
 }
 
-/// The row of a splitting method with a projection onto K. All kicks of order 2 are forward in time.
+/// The row of a splitting method with a projection onto K. All kicks of order 2 are forward in
+/// time.
 pub(super) const fn splitting(
     name: &'static str,
     about: &'static str,

@@ -82,9 +82,9 @@ struct Steps {
     grows: u32,
     tolerance: f64,
     span: f64,
-    /// The largest error of a step relative to the allowed one. Explicit steps are projected only if
-    /// it is below 1. Stages of collocation are solved to a share of the allowed error, which must
-    /// therefore be smaller than the error.
+    /// The largest error of a step relative to the allowed one. Explicit steps are projected only
+    /// if it is below 1. Stages of collocation are solved to a share of the allowed error, which
+    /// must therefore be smaller than the error.
     largest: f64,
 }
 
@@ -184,9 +184,9 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     let (many, most) = ([80, 100, 125, 160, 200, 250], [160, 200, 250, 320, 400, 500]);
     orders("chain", &AdaptiveDop853, &chain, &one, &counts, explicit);
     orders("pendulum", &AdaptiveDop853, &pendulum, &two, &most, explicit);
-    // The leading error terms of Verner's pairs are small. On the pendulum that of order 8 is hidden
-    // by the next down to 1000 steps (slopes 8.7 to 9.1), on the chain that of order 9 by others
-    // until errors are rounding.
+    // The leading error terms of Verner's pairs are small. On the pendulum that of order 8 is
+    // hidden by the next down to 1000 steps (slopes 8.7 to 9.1), on the chain that of order 9 by
+    // others until errors are rounding.
     orders("chain", &AdaptiveVerner87, &chain, &one, &many, explicit);
     let nine = Steps { order: 9, grows: 9, span: 1e-18, ..explicit };
     orders("pendulum", &AdaptiveVerner98, &pendulum, &two, &most, nine);
