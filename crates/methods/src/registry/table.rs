@@ -39,7 +39,9 @@ pub static REFERENCE: Row = Row {
 };
 
 /// All methods; those with a fixed step come before those with a tolerance.
-pub const METHODS: &[Row] = &[
+///
+/// A `const` would compile all methods again in each crate that reads the table.
+pub static METHODS: &[Row] = &[
     Row {
         name: "leapfrog",
         about: "the paper's pqpLF/SV: Störmer-Verlet with a reservoir",
@@ -318,10 +320,10 @@ pub const METHODS: &[Row] = &[
 ];
 
 /// The methods with a fixed step.
-pub const FIXED: &[Row] = METHODS.split_at(steps()).0;
+pub static FIXED: &[Row] = METHODS.split_at(steps()).0;
 
 /// The methods with a tolerance. The first applies to any system, including stiff ones.
-pub const ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
+pub static ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
 
 /// The number of rows with a fixed step.
 const fn steps() -> usize {
