@@ -31,7 +31,6 @@ impl<T: Scalar, const N: usize> Series<T, N> {
     }
 
     /// `c + ∫_0^τ`, the antiderivative with value `c` at 0.
-    #[inline]
     pub fn integral(self, c: T) -> Self {
         let mut series = Self::constant(c);
         for (k, (term, rate)) in (1_u32..).zip(series.0.iter_mut().skip(1).zip(self.0)) {
@@ -55,7 +54,6 @@ impl<T: Scalar, const N: usize> Series<T, N> {
 
     /// f(self) for an f that satisfies f' = g(f): `first` is f(c_0), `derivative` gives `g` from
     /// what is known of f.
-    #[inline]
     fn compose(self, first: T, derivative: impl Fn(&Self) -> Self) -> Self {
         let (mut f, terms) = (Self::constant(first), self.terms());
         for k in 1..N {
@@ -90,15 +88,17 @@ impl<T: Scalar, const N: usize> Sub for Series<T, N> {
 
 impl<T: Scalar, const N: usize> Neg for Series<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(never)]
     fn neg(self) -> Self {
-        Self(self.0.map(|c| -c))
+        let mut opposite = self;
+        opposite.0.iter_mut().for_each(|c| *c = -*c);
+        opposite
     }
 }
 
 impl<T: Scalar, const N: usize> Mul for Series<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         // Half the factors are parameters, and many end early.
         let (a, b) = (self.terms(), other.terms());
@@ -117,7 +117,7 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
 
 impl<T: Scalar, const N: usize> Div for Series<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(never)]
     fn div(self, other: Self) -> Self {
         let mut quotient = [T::zero(); N];
         for k in 0..N {
@@ -129,14 +129,14 @@ impl<T: Scalar, const N: usize> Div for Series<T, N> {
 }
 
 impl<T: Scalar, const N: usize> AddAssign for Series<T, N> {
-    #[inline]
+    #[inline(never)]
     fn add_assign(&mut self, other: Self) {
         self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a += b);
     }
 }
 
 impl<T: Scalar, const N: usize> SubAssign for Series<T, N> {
-    #[inline]
+    #[inline(never)]
     fn sub_assign(&mut self, other: Self) {
         self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a -= b);
     }
@@ -227,7 +227,7 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
     fn is_finite(self) -> T::Mask {
         self.0[1..].iter().fold(self.0[0].is_finite(), |mask, c| mask.and(c.is_finite()))
     }
-    #[inline]
+    #[inline(never)]
     fn select(mask: T::Mask, a: Self, b: Self) -> Self {
         Self(std::array::from_fn(|k| T::select(mask, a.0[k], b.0[k])))
     }
