@@ -1,7 +1,7 @@
 //! Evaluations that the methods with step size control need for an error of (q, p) at the end, for
 //! several values of the safety of their steps.
 //!
-//! `cargo run --release -p afterbay-inlined --example explicit_work` prints for each problem,
+//! `cargo run --release -p afterbay-benches --example explicit_work` prints for each problem,
 //! method and safety the fewest evaluations of a run with an error of at most 1e-4, 1e-8 and 1e-11,
 //! among runs with tolerances four to a decade, and the share of rejected attempts in all of them.
 
