@@ -1,6 +1,7 @@
 //! Methods with step size control allocate their memory once.
 
-use afterbay_core::{Adaptive, Curvature, State, Tolerance};
+use crate::bind::Curved;
+use afterbay_core::{Adaptive, State, Tolerance};
 use afterbay_methods::{
     AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
 };
@@ -9,7 +10,7 @@ use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain, VanDerPol};
 /// Steps by sweeps or stages do not allocate, whether accepted or rejected.
 #[test]
 fn steps_allocate_nothing() {
-    fn check<S: Curvature<f64>, M: Adaptive<Vec<f64>, S>>(method: &M, system: &S) {
+    fn check<M: Adaptive<Vec<f64>, Curved<f64>>>(method: &M, system: &Curved<f64>) {
         for tolerance in [1e-4, 1e-9] {
             let n = system.dof();
             let mut state =
@@ -29,7 +30,7 @@ fn steps_allocate_nothing() {
             assert_eq!(allocated.count_total, 0);
         }
     }
-    fn all<S: Curvature<f64>>(system: &S) {
+    fn all(system: &Curved<f64>) {
         check(&AdaptiveCollocation, system);
         check(&AdaptiveDop853, system);
         check(&AdaptiveVerner98, system);

@@ -8,6 +8,9 @@ use afterbay_methods::registry::{self, Number, Row, Run};
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+/// A system with its type erased, so that a method is compiled once for all systems of a test.
+pub(crate) type Curved<T> = dyn SecondDerivatives<T>;
+
 /// A system that offers some of its abilities.
 struct Able<S, A>(Arc<S>, PhantomData<fn() -> A>);
 

@@ -1,5 +1,6 @@
 //! Energy-preserving collocation: symmetry, K, passivity, stiff scenes, failures.
 
+use crate::bind::Curved;
 use afterbay_core::{
     Block, Curvature, DissipationForm, ExactFlow, Grid, Method, Passive, Series, State,
     StepFailure, System, integrate,
@@ -20,8 +21,8 @@ fn errors(state: &State<Vec<f64>>, exact: &State<Vec<f64>>) -> [f64; 3] {
 }
 
 /// Checks that steps conserve K, are symmetric and, if `passive`, that no reservoir decreases.
-fn checked<S: Curvature<f64>>(
-    system: &S,
+fn checked(
+    system: &Curved<f64>,
     stages: usize,
     h: f64,
     q: Vec<f64>,
@@ -65,12 +66,7 @@ fn checked<S: Curvature<f64>>(
 
 /// Whether the failure of a step is due to its length: short steps may not fail, and a shorter
 /// step, as the failure advises, must succeed.
-fn excused<S: Curvature<f64>>(
-    system: &S,
-    method: Collocation,
-    h: f64,
-    before: &State<Vec<f64>>,
-) -> bool {
+fn excused(system: &Curved<f64>, method: Collocation, h: f64, before: &State<Vec<f64>>) -> bool {
     let step = |h: f64| {
         let mut state = before.clone();
         method.step(system, h, &mut state, &mut method.workspace(system).unwrap()).is_ok()
@@ -87,12 +83,7 @@ fn excused<S: Curvature<f64>>(
 const ROUNDINGS: f64 = 16.0;
 
 /// |ΔK| over the rounding of its terms.
-fn drift<S: Curvature<f64>>(
-    system: &S,
-    h: f64,
-    before: &State<Vec<f64>>,
-    after: &State<Vec<f64>>,
-) -> f64 {
+fn drift(system: &Curved<f64>, h: f64, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
     let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut scale = 0.0;

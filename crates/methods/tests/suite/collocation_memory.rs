@@ -1,12 +1,13 @@
 //! Steps do not allocate, by sweeps, by Newton's iteration, and with more nodes; except for the
 //! first step that needs large matrices or the exact derivative.
 
-use afterbay_core::{Curvature, Method, State};
+use crate::bind::Curved;
+use afterbay_core::{Method, State};
 use afterbay_methods::Collocation;
 use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPol};
 use allocation_counter::measure;
 
-fn allocations<S: Curvature<f64>>(system: &S, stages: usize, h: f64) -> u64 {
+fn allocations(system: &Curved<f64>, stages: usize, h: f64) -> u64 {
     let method = Collocation::new(stages);
     let q = (0..system.dof()).map(|j| 1.5 + (j as f64).sin()).collect();
     let start = State::new(q, vec![0.1; system.dof()]).unwrap();

@@ -86,11 +86,13 @@ impl Formulas for Written {
 }
 
 /// The largest change of K in some steps, relative to its terms.
-fn drift<M, S>(method: &M, system: &S, h: f64, q: Vec<f64>, p: Vec<f64>) -> Result<f64, StepFailure>
-where
-    M: Method<Vec<f64>, S>,
-    S: Separable<f64>,
-{
+fn drift<'a, M: Method<Vec<f64>, dyn Separable<f64> + 'a>>(
+    method: &M,
+    system: &'a (dyn Separable<f64> + 'a),
+    h: f64,
+    q: Vec<f64>,
+    p: Vec<f64>,
+) -> Result<f64, StepFailure> {
     let mut state = State::new(q, p).unwrap();
     let (before, mut worst) = (state.total(system), 0.0_f64);
     let mut workspace = method.workspace(system).unwrap();

@@ -1,6 +1,7 @@
 //! Gonzalez's discrete gradient on random states and steps: K is kept to rounding, and reservoirs
 //! of a passive system only fill.
 
+use crate::bind::Curved;
 use crate::systems::{Springs, Twisted};
 use afterbay_core::{Curvature, Method, Passive, State, StepFailure};
 use afterbay_methods::Gonzalez;
@@ -12,11 +13,7 @@ const METHOD: Gonzalez = Gonzalez { solver: None };
 ///
 /// With residuals (a, b) of the equations, `ΔK = ∇̄H_q·a + ∇̄H_p·b` plus the roundings of H and w.
 /// Rounding contributes to a and b that of z, of z1 and of h ∇H; the latter is h ∇∇H z.
-fn drift<S: Curvature<f64>>(
-    system: &S,
-    h: f64,
-    state: &mut State<Vec<f64>>,
-) -> Result<f64, StepFailure> {
+fn drift(system: &Curved<f64>, h: f64, state: &mut State<Vec<f64>>) -> Result<f64, StepFailure> {
     let before = state.clone();
     let mut workspace = METHOD.workspace(system).unwrap();
     METHOD.step(system, h, state, &mut workspace)?;
@@ -58,12 +55,7 @@ fn drift<S: Curvature<f64>>(
     Ok((state.total(system) - before.total(system)).abs() / (f64::EPSILON / 2.0 * scale))
 }
 
-fn checked<S: Curvature<f64>>(
-    system: &S,
-    h: f64,
-    q: Vec<f64>,
-    p: Vec<f64>,
-) -> Result<(), TestCaseError> {
+fn checked(system: &Curved<f64>, h: f64, q: Vec<f64>, p: Vec<f64>) -> Result<(), TestCaseError> {
     let mut state = State::new(q, p).unwrap();
     for _ in 0..3 {
         let before = state.clone();

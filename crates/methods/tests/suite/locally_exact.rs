@@ -1,6 +1,7 @@
 //! The locally exact discrete gradient: order 2 in q, p and w, exact where the system is linear, K,
 //! passivity, symmetry, failures.
 
+use crate::bind::Curved;
 use crate::many;
 use crate::many::orders as orders_of;
 use crate::systems;
@@ -17,6 +18,9 @@ use many::{errors, reference, start};
 use orders_of::check_orders;
 use proptest::prelude::*;
 use systems::{Springs, Twisted};
+
+/// A system, and the same system in power series.
+type Pair<'a, T> = (&'a Curved<T>, &'a dyn System<Series<T, 24>>);
 
 const THREE: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
 const TWO: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
@@ -36,32 +40,20 @@ fn pendulum<T: Scalar>(c: f64) -> DampedDoublePendulum<T> {
 
 fn orders<T: Scalar>(counts: [u64; 4], tolerance: f64) {
     let order = (2.0, tolerance);
-    let chains = (&chain::<T>(), &chain::<Series<T, 24>>());
+    let chains: Pair<T> = (&chain::<T>(), &chain::<Series<T, 24>>());
     check_orders("chain", &LocallyExact, chains, THREE, (2.0, counts), order);
-    let rings = (&ring::<T>(), &ring::<Series<T, 24>>());
+    let rings: Pair<T> = (&ring::<T>(), &ring::<Series<T, 24>>());
     check_orders("ring", &LocallyExact, rings, THREE, (2.0, counts), order);
-    let pendulums = (&pendulum::<T>(0.125), &pendulum::<Series<T, 24>>(0.125));
+    let pendulums: Pair<T> = (&pendulum::<T>(0.125), &pendulum::<Series<T, 24>>(0.125));
     check_orders("pendulum", &LocallyExact, pendulums, TWO, (2.0, counts), order);
     // Friction that couples velocities, with H not separable.
     let twisted = Twisted { c: 0.25, offset: 0.0 };
-    check_orders::<T, _, _, _>(
-        "twisted",
-        &LocallyExact,
-        (&twisted, &twisted),
-        TWO,
-        (2.0, counts),
-        order,
-    );
+    let twisted: Pair<T> = (&twisted, &twisted);
+    check_orders("twisted", &LocallyExact, twisted, TWO, (2.0, counts), order);
     let four: [&[f64]; 2] = [&[0.5, -0.3, 0.8, 0.1], &[0.2, 0.7, -0.4, 0.9]];
     for springs in [Springs::dense(4, 0.2), Springs::ring(4, 0.2)] {
-        check_orders::<T, _, _, _>(
-            "springs",
-            &LocallyExact,
-            (&springs, &springs),
-            four,
-            (2.0, counts),
-            order,
-        );
+        let springs: Pair<T> = (&springs, &springs);
+        check_orders("springs", &LocallyExact, springs, four, (2.0, counts), order);
     }
 }
 
@@ -76,7 +68,7 @@ fn order_two_in_31_digits() {
 }
 
 /// Compares many steps of a linear system, each up to the period, with the Taylor series.
-fn exact<T: Scalar, S: Curvature<T>, R: System<Series<T, 24>>>(system: &S, series: &R, h: f64) {
+fn exact<T: Scalar>(system: &Curved<T>, series: &dyn System<Series<T, 24>>, h: f64) {
     let n = system.dof();
     let q: Vec<f64> = (0..n).map(|j| (0.9 * j as f64 + 0.3).sin()).collect();
     let from: [&[f64]; 2] = [&q, &q];
@@ -99,26 +91,21 @@ fn exact_on_linear_systems() {
     for h in [0.01, 0.7, std::f64::consts::PI, 9.0] {
         for n in [1, 3, 20] {
             let system = FputChain::new(n, 0.0, 0.25).unwrap();
-            exact::<f64, _, _>(&system, &system.map(Series::constant), h);
+            exact::<f64>(&system, &system.map(Series::constant), h);
         }
         let quad = FputChain::new(3, 0.0, 0.25).unwrap().map(Quad::from_f64);
-        exact::<Quad, _, _>(&quad, &quad.map(Series::constant), h);
+        exact::<Quad>(&quad, &quad.map(Series::constant), h);
         let system = DampedOscillator::new(1.0, 0.0).unwrap();
-        exact::<f64, _, _>(&system, &system.map(Series::constant), h);
+        exact::<f64>(&system, &system.map(Series::constant), h);
     }
     // Overdamped: the midpoint rule reverses the sign of the fast component, while this method
     // damps it.
     let system = DampedOscillator::new(1.0, 200.0).unwrap();
-    exact::<f64, _, _>(&system, &system.map(Series::constant), 0.1);
+    exact::<f64>(&system, &system.map(Series::constant), 0.1);
 }
 
 /// |ΔK| in roundings of its terms along the step.
-fn drift<S: Curvature<f64>>(
-    system: &S,
-    h: f64,
-    before: &State<Vec<f64>>,
-    after: &State<Vec<f64>>,
-) -> f64 {
+fn drift(system: &Curved<f64>, h: f64, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
     let total = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut scale = 0.0;
@@ -137,12 +124,7 @@ fn drift<S: Curvature<f64>>(
         / (f64::EPSILON / 2.0 * scale + f64::MIN_POSITIVE)
 }
 
-fn checked<S: Curvature<f64>>(
-    system: &S,
-    h: f64,
-    q: &[f64],
-    p: &[f64],
-) -> Result<(), TestCaseError> {
+fn checked(system: &Curved<f64>, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
     let mut workspace = LocallyExact.workspace(system).unwrap();
     for _ in 0..3 {

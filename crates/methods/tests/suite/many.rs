@@ -20,8 +20,8 @@ pub(crate) fn errors<T: Scalar>(state: &State<Vec<T>>, exact: &State<Vec<T>>) ->
 }
 
 /// The solution at i h, i = 0..=count, by the Taylor series of the system.
-pub(crate) fn reference<T: Scalar, R: System<Series<T, 24>>>(
-    series: &R,
+pub(crate) fn reference<T: Scalar>(
+    series: &dyn System<Series<T, 24>>,
     from: [&[f64]; 2],
     h: T,
     count: usize,

@@ -13,6 +13,9 @@ use allocation_counter::measure;
 use orders_of::check_orders;
 use proptest::prelude::*;
 
+/// A system, and the same system in power series.
+type Pair<'a, T> = (&'a dyn System<T>, &'a dyn System<Series<T, 24>>);
+
 const CHAIN: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
 const PENDULUM: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
 
@@ -32,12 +35,12 @@ fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
 
 /// Checks the order on a chain for these numbers of steps.
 fn chain_orders(method: Relaxed, order: f64, counts: [u64; 4]) {
-    let chains = (&chain::<f64>(), &chain::<Series<f64, 24>>());
+    let chains: Pair<f64> = (&chain::<f64>(), &chain::<Series<f64, 24>>());
     check_orders("chain", &method, chains, CHAIN, (2.0, counts), (order, 0.1));
 }
 
 fn ring_orders<T: Scalar>(method: Relaxed, order: f64, counts: [u64; 4], tolerance: f64) {
-    let rings = (&ring::<T>(), &ring::<Series<T, 24>>());
+    let rings: Pair<T> = (&ring::<T>(), &ring::<Series<T, 24>>());
     check_orders("ring", &method, rings, CHAIN, (2.0, counts), (order, tolerance));
 }
 
@@ -57,9 +60,9 @@ fn order_eight_at_the_grid_points() {
 }
 
 /// Takes steps with one workspace, each from the end of the last one.
-fn steps<S: System<f64>>(
+fn steps(
     method: Relaxed,
-    system: &S,
+    system: &dyn System<f64>,
     h: f64,
     state: &mut State<Vec<f64>>,
     count: u32,
@@ -69,7 +72,7 @@ fn steps<S: System<f64>>(
 }
 
 /// |ΔK| in roundings of its terms at both ends.
-fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
+fn drift(system: &dyn System<f64>, before: &State<Vec<f64>>, after: &State<Vec<f64>>) -> f64 {
     let scale = |state: &State<Vec<f64>>| {
         let n = state.dof();
         let (mut hq, mut hp) = (vec![0.0; n], vec![0.0; n]);
@@ -89,10 +92,10 @@ fn drift<S: System<f64>>(system: &S, before: &State<Vec<f64>>, after: &State<Vec
 /// Whether h is beyond the time scale of the system: one step of RK4 and two of half the size
 /// differ by a hundredth, or K after the step is off by 1e-5 of the kinetic energy. In this case a
 /// root near 1 need not exist.
-fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
+fn beyond(system: &dyn System<f64>, h: f64, before: &State<Vec<f64>>) -> bool {
     let step = |h: f64, count: u32| {
         let mut state = before.clone();
-        let mut workspace = Method::<Vec<f64>, S>::workspace(&Rk4, system).unwrap();
+        let mut workspace = Method::<Vec<f64>, dyn System<f64>>::workspace(&Rk4, system).unwrap();
         (0..count)
             .try_for_each(|_| Rk4.step(system, h, &mut state, &mut workspace).map(drop))
             .map(|()| state)
@@ -111,19 +114,19 @@ fn beyond<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>) -> bool 
 }
 
 /// Whether the advice of the failure holds: a step with h/2, h/4, .. or h/256 succeeds.
-fn cured<S: System<f64>>(method: &Relaxed, system: &S, h: f64, before: &State<Vec<f64>>) -> bool {
+fn cured(method: &Relaxed, system: &dyn System<f64>, h: f64, before: &State<Vec<f64>>) -> bool {
     (1..=8).any(|k| {
         let mut state = before.clone();
-        let mut workspace = Method::<Vec<f64>, S>::workspace(method, system).unwrap();
+        let mut workspace = Method::<Vec<f64>, dyn System<f64>>::workspace(method, system).unwrap();
         method.step(system, h * 0.5_f64.powi(k), &mut state, &mut workspace).is_ok()
     })
 }
 
 /// Whether no γ within ½ of 1 conserves K, however short the step. K is evaluated along the
 /// direction of RK4 and shifted by the error of K of the failed step.
-fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess: f64) -> bool {
+fn no_root(system: &dyn System<f64>, h: f64, before: &State<Vec<f64>>, excess: f64) -> bool {
     let mut after = before.clone();
-    let mut workspace = Method::<Vec<f64>, S>::workspace(&Rk4, system).unwrap();
+    let mut workspace = Method::<Vec<f64>, dyn System<f64>>::workspace(&Rk4, system).unwrap();
     if Rk4.step(system, h, &mut after, &mut workspace).is_err() {
         return true;
     }
@@ -150,7 +153,7 @@ fn no_root<S: System<f64>>(system: &S, h: f64, before: &State<Vec<f64>>, excess:
 
 /// Checks that a few steps conserve K, that rk4 is passive, and that a failed step leaves the state
 /// unchanged.
-fn checked<S: System<f64>>(system: &S, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
+fn checked(system: &dyn System<f64>, h: f64, q: &[f64], p: &[f64]) -> Result<(), TestCaseError> {
     for (method, passive) in [(Relaxed::rk4(), true), (Relaxed::dop853(), false)] {
         let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
         let first = state.clone();

@@ -29,10 +29,11 @@ impl Formulas for Repelling {
 
 /// Checks that steps across the singularity fail with `AcrossSingularity`, and that no state lies
 /// beyond it. Returns the numbers of runs that failed so and of the others.
-fn no_step_crosses<S>(bind: impl Fn(&Row) -> Option<Run<f64>>, n: usize, system: &S) -> [u32; 2]
-where
-    S: Separable<f64>,
-{
+fn no_step_crosses(
+    bind: impl Fn(&Row) -> Option<Run<f64>>,
+    n: usize,
+    system: &dyn Separable<f64>,
+) -> [u32; 2] {
     let [mut refused, mut stayed] = [0; 2];
     for row in FIXED {
         let Some(run) = bind(row) else { continue };

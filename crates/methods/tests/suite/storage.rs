@@ -18,7 +18,7 @@ use slope::slope;
 fn carry<V, S, M>(method: &M, system: &S, q: V, p: V) -> [Vec<u64>; 4]
 where
     V: Vector<Scalar = f64>,
-    S: System<f64>,
+    S: System<f64> + ?Sized,
     M: Method<V, S>,
 {
     let mut state = State::new(q, p).unwrap();
@@ -30,7 +30,7 @@ where
 /// Checks that every storage gives the same bits.
 fn assert_storage_changes_no_bit<S, M>(method: &M, system: &S)
 where
-    S: System<f64>,
+    S: System<f64> + ?Sized,
     M: Method<[f64; 1], S>
         + Method<SVector<f64, 1>, S>
         + Method<Vec<f64>, S>
@@ -46,7 +46,7 @@ where
     );
 }
 
-fn assert_storage_changes_no_bit_of_solved<S: Separable<f64>>(system: &S) {
+fn assert_storage_changes_no_bit_of_solved(system: &dyn Separable<f64>) {
     assert_storage_changes_no_bit(&Leapfrog, system);
     assert_storage_changes_no_bit(&Rk4, system);
     assert_storage_changes_no_bit(&ModDg::newton(), system);

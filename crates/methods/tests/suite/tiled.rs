@@ -18,8 +18,8 @@ fn start(n: usize, seed: f64) -> State<Vec<f64>> {
 }
 
 /// q, p and w after some steps, one member at a time in coloured order.
-fn one_at_a_time<S: Separable<f64>>(
-    system: &S,
+fn one_at_a_time(
+    system: &dyn Separable<f64>,
     composition: &Composition,
     grid: Grid<f64>,
     mut state: State<Vec<f64>>,

@@ -6,17 +6,16 @@ use afterbay_core::{Grid, Method, Scalar, Series, State, System, integrate};
 
 /// The largest errors of q, p and w over all points of a grid, against the Taylor series of the
 /// same system (`series`).
-fn global_errors<T, S, R, M>(
+fn global_errors<T, S, M>(
     method: &M,
     system: &S,
-    series: &R,
+    series: &dyn System<Series<T, 24>>,
     from: [&[f64]; 2],
     grid: Grid<T>,
 ) -> [f64; 3]
 where
     T: Scalar,
-    S: System<T>,
-    R: System<Series<T, 24>>,
+    S: System<T> + ?Sized,
     M: Method<Vec<T>, S>,
 {
     let exact = reference(series, from, grid.h, grid.steps as usize);
@@ -32,17 +31,16 @@ where
 
 /// Checks that the largest errors of q, p and w over [0, end] fall with the order: `counts` are
 /// numbers of steps.
-pub(crate) fn check_orders<T, S, R, M>(
+pub(crate) fn check_orders<T, S, M>(
     name: &str,
     method: &M,
-    (system, series): (&S, &R),
+    (system, series): (&S, &dyn System<Series<T, 24>>),
     from: [&[f64]; 2],
     (end, counts): (f64, [u64; 4]),
     (order, tolerance): (f64, f64),
 ) where
     T: Scalar,
-    S: System<T>,
-    R: System<Series<T, 24>>,
+    S: System<T> + ?Sized,
     M: Method<Vec<T>, S>,
 {
     let all = counts.map(|steps| {
