@@ -5,6 +5,9 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// `c_0 + c_1 τ + ... + c_{N-1} τ^{N-1}`, everything of order N and beyond dropped. Comparisons
 /// look at c_0.
+///
+/// Most operations are not inlined: a potential in slopes of series would compile to hundreds of
+/// kilobytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series<T, const N: usize>(pub [T; N]);
 
