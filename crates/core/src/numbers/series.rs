@@ -93,9 +93,7 @@ impl<T: Scalar, const N: usize> Neg for Series<T, N> {
     type Output = Self;
     #[inline(never)]
     fn neg(self) -> Self {
-        let mut opposite = self;
-        opposite.0.iter_mut().for_each(|c| *c = -*c);
-        opposite
+        Self(self.0.map(|c| -c))
     }
 }
 

@@ -65,6 +65,10 @@ impl<'a, T: Scalar> Projection<'a, T> {
             + sum([hp_free, &p[..n]], |[hp, p]| (hp * p).abs());
         let terms = supplied + terms;
         let rounding = T::EPSILON * (self.size + (energy.abs() + terms).to_f64());
+        if !rounding.is_finite() {
+            // The terms of H overflow, and no error of H would be too large.
+            return Err(f64::INFINITY);
+        }
         let length = steep.to_f64().sqrt() / unit;
         let (mut way, mut before) = (0.0, f64::INFINITY);
         // The derivative of H along the line: first by the given slope, then by the secant, as far

@@ -84,10 +84,11 @@ impl<V: Vector> Workspace<V> {
         let grain = grain_at(system, q, p) + second_order(system, q, p) * V::Scalar::EPSILON;
         let terms = (size + energy.abs()).to_f64() + grain;
         let noise = RESTORED_ROUNDINGS * V::Scalar::EPSILON * terms;
-        if plain.abs() <= noise {
+        let is_noise = |off: f64| off.abs() <= noise && noise.is_finite();
+        if is_noise(plain) {
             return Ok(Balance::Noise);
         }
-        if excess.abs() <= noise {
+        if is_noise(excess) {
             return Ok(Balance::Restored { gradients: 1 });
         }
         Err(StepFailure::ProjectionFailed { excess })

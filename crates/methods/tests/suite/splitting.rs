@@ -1,12 +1,13 @@
 //! Splitting methods with projection: stability, failures, K over many steps, D that is not linear.
 
+use crate::k_on_expressions::custom;
 use crate::rubbed::Rubbed;
 use afterbay_core::{
     DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Passive,
-    Scalar, State, StepFailure, Tolerance, integrate, integrate_within,
+    Quad, Scalar, State, StepFailure, Tolerance, integrate, integrate_within,
 };
 use afterbay_methods::{AdaptiveVerner98, Composition, Splitting};
-use afterbay_systems::{Duffing, FputChain};
+use afterbay_systems::{Custom, Duffing, FputChain};
 use allocation_counter::measure;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -204,4 +205,29 @@ fn at_rest_but_for_a_rounding() {
             assert!((state.total(&duffing) - total).abs() <= 1e-14 * total.abs());
         }
     }
+}
+
+/// A long step on which q grows to 4e102. H is 9e307, but its terms q ∂V/∂q overflow, so that no
+/// error of K can be compared with them.
+#[test]
+fn a_step_is_refused_if_the_terms_of_h_overflow() {
+    fn check<T: Scalar>(system: &Custom<T>) {
+        let lift = |x: [f64; 2]| x.map(T::from_f64).to_vec();
+        let q = lift([-1.7452836713585562, -1.9057012314616473]);
+        let mut state = State::new(q, lift([-3.8807856605135695, -3.0905686198187223])).unwrap();
+        let (method, before) =
+            (Splitting::new(Composition::blanes_moan4()).unwrap(), state.clone());
+        let mut workspace = method.workspace(system).unwrap();
+        let taken = method.step(system, T::from_f64(8.947101652442445), &mut state, &mut workspace);
+        assert!(
+            matches!(taken, Err(StepFailure::ProjectionFailed { excess }) if excess > 1e307),
+            "{taken:?}"
+        );
+        assert_eq!(state, before);
+    }
+    let potential = "(q1^2 + q2^2)/20 + 1.0996327471061373*abs(q1)^3 \
+                     + 1.0430407371066857*atan(q1 + 3*q2)";
+    let system = custom(potential, "c*p/(1 + q1^2)", 2, 0.05455789674116246);
+    check::<f64>(&system);
+    check(&system.map(Quad::from_f64));
 }
