@@ -114,6 +114,24 @@ fn intervals_slopes_and_series_compute_as_f64_does() {
 }
 
 #[test]
+fn sine_and_cosine_of_large_angles_are_those_of_f64() {
+    fn check<T: Scalar>(largest: i32) {
+        for power in 0..=largest {
+            let angle = |k: usize| 10_f64.powi(power) * number(power as usize, k);
+            let (sin, cos) = T::from_lanes(angle).sin_cos();
+            agrees("sin", sin, |k| angle(k).sin());
+            agrees("cos", cos, |k| angle(k).cos());
+        }
+    }
+    check::<f64>(300);
+    check::<f64x4>(300);
+    check::<f64x8>(300);
+    // π/2 has 160 bits there.
+    check::<Quad>(30);
+    check::<Corrected<f64x8>>(30);
+}
+
+#[test]
 fn exponentials_of_huge_numbers_overflow_or_vanish() {
     fn check<T: Scalar>() {
         for huge in [800.0, 1e5, 1e300] {

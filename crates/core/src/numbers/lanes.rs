@@ -7,7 +7,12 @@
 
 use super::corrected::Lanewise;
 use super::scalar::{Mask, Scalar};
+use std::hint::cold_path;
 use wide::{f64x4, f64x8};
+
+/// The largest angle of whose sine and cosine the lanes have all digits; above it they lose digits,
+/// and above 1e16 they leave [-1, 1].
+const LARGEST_ANGLE: f64 = 1e8;
 
 macro_rules! side_by_side {
     ($($lanes:ty, $count:literal;)*) => {$(
@@ -82,6 +87,12 @@ macro_rules! side_by_side {
             }
             #[inline(always)]
             fn sin_cos(self) -> (Self, Self) {
+                if Mask::any(Self::splat(LARGEST_ANGLE).simd_lt(<$lanes>::abs(self))) {
+                    cold_path();
+                    let of_each = self.to_array().map(f64::sin_cos);
+                    let (sin, cos) = (of_each.map(|(sin, _)| sin), of_each.map(|(_, cos)| cos));
+                    return (Self::new(sin), Self::new(cos));
+                }
                 <$lanes>::sin_cos(self)
             }
             #[inline]

@@ -13,6 +13,8 @@ use std::f64::consts::{FRAC_PI_2, LN_2, SQRT_2};
 const FRAC_PI_2_PARTS: [f64; 3] = [FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591698e-33];
 /// ln 2, likewise.
 const LN_2_PARTS: [f64; 3] = [LN_2, 2.3190468138462996e-17, 5.707708438416212e-34];
+/// The largest angle that is not reduced again: π/4, and a little for its rounding.
+const LARGEST_REDUCED: f64 = 0.79;
 
 /// 1/n! for n from 0: enough that the first term left out of any series below is under 1e-33.
 const INVERSE_FACTORIALS: [Quad; 29] = {
@@ -171,14 +173,18 @@ impl Scalar for Quad {
         let low = if floor == self.0 { self.1.floor() } else { 0.0 };
         Quad::from_f64(floor) + Quad::from_f64(low)
     }
-    /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of
-    /// 1 for
-    /// |self| up to 1e4, to 4 up to 1e15. Beyond, k is not exact and nothing is promised.
+    /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of 1
+    /// for |self| up to 1e4, to 4 up to 1e16, and beyond that to 1e-48 |self|.
     fn sin_cos(self) -> (Self, Self) {
-        let (k, r) = reduce(self, FRAC_PI_2_PARTS);
+        let (mut k, mut r) = reduce(self, FRAC_PI_2_PARTS);
+        // k has 53 bits, so that a large angle leaves more than a quadrant.
+        while r.0.abs() > LARGEST_REDUCED {
+            let (quadrants, left) = reduce(r, FRAC_PI_2_PARTS);
+            (k, r) = (k % 4.0 + quadrants, left);
+        }
         let w = -(r * r);
         let (sin, cos) = (r + r * w * series(w, 3, 2), Quad::ONE + w * series(w, 2, 2));
-        match k as i64 & 3 {
+        match (k % 4.0) as i64 & 3 {
             0 => (sin, cos),
             1 => (cos, -sin),
             2 => (-sin, -cos),
@@ -243,6 +249,20 @@ mod tests {
             *entry = (entry.0 + 1, f64::max(entry.1, error));
         }
         assert!(worst.len() == 7 && worst.values().all(|&(points, _)| points >= 24), "{worst:?}");
+    }
+
+    #[test]
+    fn large_angles_stay_on_the_circle() {
+        for x in [1e16, -3e18, 1e22, 1e40, -1e100, 1.7e300] {
+            let (sin, cos) = Quad(x, x.abs() * 1e-17).sin_cos();
+            let off = (sin * sin + cos * cos).sub_accurate(Quad::ONE).0.abs();
+            assert!(off <= 4.0 * <Quad as Scalar>::EPSILON, "at {x:e} off by {off:e}");
+        }
+        // With 400 bits, by mpmath.
+        let (sin, cos) = Quad::from_f64(1e22).sin_cos();
+        let off = |x: Quad, [high, low]: [f64; 2]| x.sub_accurate(Quad(high, low)).0.abs();
+        assert!(off(sin, [-0.8522008497671888, -6.7806825896773284e-18]) < 1e-25);
+        assert!(off(cos, [0.523214785395139, -4.7143201076575164e-17]) < 1e-25);
     }
 
     #[test]
