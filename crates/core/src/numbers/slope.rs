@@ -220,33 +220,33 @@ impl<T: Scalar> Scalar for Slope<T> {
         let (start, end) = (self.start.sqrt(), self.end.sqrt());
         self.under(start, end, divided::sqrt(start, end).value)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(self) -> Self {
         let divided = divided::exp(self.start, self.end).value;
         self.under(self.start.exp(), self.end.exp(), divided)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp_m1(self) -> Self {
         let divided = divided::exp(self.start, self.end).value;
         self.under(self.start.exp_m1(), self.end.exp_m1(), divided)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn ln(self) -> Self {
         let divided = divided::ln(self.start, self.end).value;
         self.under(self.start.ln(), self.end.ln(), divided)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sin_cos(self) -> (Self, Self) {
         let ((s0, c0), (s1, c1)) = (self.start.sin_cos(), self.end.sin_cos());
         let (sin, cos) = (divided::sin(self.start, self.end), divided::cos(self.start, self.end));
         (self.under(s0, s1, sin.value), self.under(c0, c1, cos.value))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn atan(self) -> Self {
         let divided = divided::atan(self.start, self.end).value;
         self.under(self.start.atan(), self.end.atan(), divided)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn floor(self) -> Self {
         let (start, end) = (self.start.floor(), self.end.floor());
         let rise = end - start;

@@ -5,7 +5,7 @@ use crate::numbers::scalar::Scalar;
 use crate::numbers::slope::Slope;
 
 /// asin[a, b], by slope arithmetic for the tangent of half the angle.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn asin<T: Scalar>(a: T, b: T) -> Line<T> {
     let (x, one) = (Slope::between(a, b), Slope::<T>::one());
     let half = (x / (one + ((one - x) * (one + x)).sqrt())).atan();
@@ -15,7 +15,7 @@ pub fn asin<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// acos[a, b], by slope arithmetic for the tangent of a quarter of the angle.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn acos<T: Scalar>(a: T, b: T) -> Line<T> {
     let (x, one) = (Slope::between(a, b), Slope::<T>::one());
     let quarter = ((one - x).sqrt() / ((one + one).sqrt() + (one + x).sqrt())).atan();

