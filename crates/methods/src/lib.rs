@@ -37,6 +37,7 @@ mod radau;
 pub mod registry;
 mod relaxed;
 mod rk4;
+mod rounding;
 mod runge_kutta;
 mod splitting;
 

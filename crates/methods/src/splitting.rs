@@ -148,10 +148,13 @@ where
         match workspace.project(system, target[0], state)? {
             Balance::Kept => {}
             Balance::Restored { gradients } => evaluations += gradients,
-            Balance::Noise => {
+            Balance::Unrestored { excess } => {
                 // The end before the projection.
                 workspace.copy(state);
                 workspace.sweep(system, h)?;
+                if !workspace.is_noise(system, target[0], state) {
+                    return Err(StepFailure::ProjectionFailed { excess });
+                }
                 evaluations = 2 * evaluations + 1;
             }
         }

@@ -1,15 +1,15 @@
 //! Defects of K that are rounding errors, which no projection reduces.
 
-use super::largest;
-use crate::bend::bend;
+use crate::bend::second_order;
 use crate::grain::grain_at;
+use crate::rounding::rounding;
 use afterbay_core::{Curvature, Scalar, Vector};
 
 /// A failed projection may be due to rounding if the error of the step is below this share of the
 /// allowed error; between 0 and 1. A choice.
 pub(crate) const DOUBT: f64 = 0.01;
 /// The largest defect that may be rounding, in roundings of H. A choice.
-const NOISE_ROUNDINGS: f64 = 64.0;
+const NOISE_ROUNDINGS: f64 = 16.0;
 
 /// Whether H at the end (q, p) of a step differs from its target by no more than the rounding of
 /// (q, p) causes, and a shorter step does not reduce the difference. Near an equilibrium away from
@@ -28,11 +28,10 @@ where
     V: Vector,
     S: Curvature<V::Scalar> + ?Sized,
 {
-    let z = largest(q).max(largest(p));
     let (q, p, [start, end, target]) = (q.as_slice(), p.as_slice(), energies);
-    let terms = start.abs().to_f64() + end.abs().to_f64() + bend(system, q, p) * z * z;
+    let terms = start.abs().to_f64() + end.abs().to_f64() + second_order(system, q, p);
     let found = (end - target).abs().to_f64();
     let before = std::mem::replace(off, found);
-    let within = |terms: f64| found <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms;
+    let within = |terms: f64| found <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms);
     (found > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
 }

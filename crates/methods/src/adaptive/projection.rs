@@ -2,16 +2,18 @@
 //! not moved: their coordinate is the time, and their momentum the energy supplied.
 
 use crate::kernels::reductions::{max_norm, sum};
+use crate::rounding::rounding;
 use afterbay_core::{Mask, Scalar, System};
 
 /// The error of K, in roundings, that is not corrected, and the error accepted where corrections no
 /// longer reduce it.
 const ROUNDINGS: [f64; 2] = [2.0, 16.0];
 
-/// A step solved to rounding restores K if it is off by more than this number of roundings of its
-/// terms at the ends,
-pub(crate) const RESTORED_ROUNDINGS: f64 = 16.0;
-/// by a change of z of at most this share of its largest entry.
+/// A projection that changes H by more than this share of its target is long. A choice.
+const LONG: f64 = 0.25;
+
+/// The largest change of z, as a share of its largest entry, by which a step solved to rounding
+/// restores K. A choice.
 pub(crate) const LARGEST_PROJECTION: f64 = 1e-8;
 
 /// The projection of (q, p) along ∇H, scaled by the tolerances of q and p.
@@ -54,21 +56,14 @@ impl<'a, T: Scalar> Projection<'a, T> {
         let [hq, hp] = self.slope;
         let n = q.len() - system.motors();
         let zero = T::zero();
-        let supplied = p[n..].iter().fold(zero, |sum, p| sum + p.abs());
         // In units of the larger scale, so that squares stay within the range of the scalar.
         let unit = self.scales[0].max(self.scales[1]);
         let squares = self.scales.map(|s| T::from_f64((s / unit) * (s / unit)));
         let [hq_free, hp_free] = [&hq[..n], &hp[..n]];
         let steep =
             sum([hq_free, hp_free], |[hq, hp]| squares[0] * (hq * hq) + squares[1] * (hp * hp));
-        let terms = sum([hq_free, &q[..n]], |[hq, q]| (hq * q).abs())
-            + sum([hp_free, &p[..n]], |[hp, p]| (hp * p).abs());
-        let terms = supplied + terms;
-        let rounding = T::EPSILON * (self.size + (energy.abs() + terms).to_f64());
-        if !rounding.is_finite() {
-            // The terms of H overflow, and no error of H would be too large.
-            return Err(f64::INFINITY);
-        }
+        let mut rounding = self.rounding(n, self.slope, [q, p], *energy);
+        let first = (*energy - self.target).abs().to_f64();
         let length = steep.to_f64().sqrt() / unit;
         let (mut way, mut before) = (0.0, f64::INFINITY);
         // The derivative of H along the line: first by the given slope, then by the secant, as far
@@ -82,7 +77,13 @@ impl<'a, T: Scalar> Projection<'a, T> {
             if size <= ROUNDINGS[0] * rounding
                 || (size <= ROUNDINGS[1] * rounding && size > 0.5 * before)
             {
-                return Ok(way > 0.0);
+                let is_long = first > LONG * (self.size + self.target.abs().to_f64());
+                let moved = way > 0.0;
+                let here = if moved && is_long { self.rounding_at(system, q, p) } else { rounding };
+                if size <= ROUNDINGS[1] * here {
+                    return Ok(moved);
+                }
+                rounding = here;
             }
             if before.is_finite() {
                 let secant = (last - missing) / lambda;
@@ -102,6 +103,24 @@ impl<'a, T: Scalar> Projection<'a, T> {
             }
             *energy = system.energy(q, p);
         }
+    }
+
+    /// The rounding of H at (q, p), of which the last ones, from n on, belong to motors.
+    #[inline(always)]
+    fn rounding(&self, n: usize, [hq, hp]: [&[T]; 2], [q, p]: [&[T]; 2], energy: T) -> f64 {
+        let supplied = p[n..].iter().fold(T::zero(), |sum, p| sum + p.abs());
+        let terms = sum([&hq[..n], &q[..n]], |[hq, q]| (hq * q).abs())
+            + sum([&hp[..n], &p[..n]], |[hp, p]| (hp * p).abs());
+        rounding::<T>(self.size + (energy.abs() + (supplied + terms)).to_f64())
+    }
+
+    /// The rounding of H where a long projection ends: its terms may be far smaller than at the
+    /// start.
+    #[cold]
+    fn rounding_at<S: System<T> + ?Sized>(&self, system: &S, q: &[T], p: &[T]) -> f64 {
+        let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); q.len()]);
+        system.gradient(q, p, &mut hq, &mut hp);
+        self.rounding(q.len() - system.motors(), [&hq, &hp], [q, p], system.energy(q, p))
     }
 }
 

@@ -4,6 +4,7 @@ use super::engine::Engine;
 use crate::adaptive::Projection;
 use crate::collocation::{MOST_NODES, Workspace};
 use crate::grain::grain_at;
+use crate::rounding::rounding;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The error of K, in roundings, that is accepted where the terms of H cancel.
@@ -58,7 +59,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let roundings = spare.defect();
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         if roundings > ACCEPTED_ROUNDINGS
-            && roundings * spare.scale() > ACCEPTED_ROUNDINGS * grain_at(system, q, p)
+            && roundings * rounding::<V::Scalar>(spare.scale())
+                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(grain_at(system, q, p))
         {
             return Err(StepFailure::Unresolved { nodes: MOST_NODES, roundings });
         }

@@ -24,7 +24,7 @@ const RESOLVED_ROUNDINGS: f64 = 16.0;
 const END_ROUNDINGS: f64 = 8.0;
 
 /// The error of K, in roundings of its terms, that each of the N terms of a sum may contribute.
-const ROUNDINGS_A_TERM: f64 = 0.5;
+pub(super) const ROUNDINGS_A_TERM: f64 = 0.5;
 /// The number of unknowns up to which the equations are allocated with the workspace, so that no
 /// step allocates. A choice.
 const MOST_PREALLOCATED: usize = 2048;
@@ -180,8 +180,10 @@ impl<V: Vector> Workspace<V> {
                 if !resolved {
                     self.restore(&problem)?;
                 }
-                self.made_by = Some(h);
-                return Ok(effort);
+                if resolved || self.keeps_k(&problem) {
+                    self.made_by = Some(h);
+                    return Ok(effort);
+                }
             }
         }
         let nodes = self.rules.last().map_or(0, |panels| NODES * panels.len());

@@ -1,9 +1,10 @@
 //! Bounds of the change of K that is due to rounding over a step.
 
-use super::iteration::{Problem, Workspace};
-use crate::bend::bend;
+use super::iteration::{Problem, ROUNDINGS_A_TERM, Workspace};
+use crate::bend::{bend, second_order};
 use crate::grain::grain_at;
 use crate::kernels::reductions::max_norm;
+use crate::rounding::{KEPT_ROUNDINGS, rounding};
 use afterbay_core::{Curvature, Scalar, Vector};
 
 /// The largest change of the coefficients, in roundings, that may be noise.
@@ -44,6 +45,23 @@ impl<V: Vector> Workspace<V> {
         terms
     }
 
+    /// Whether the defect is the rounding of K at the ends. On a step so long that a rounding of z
+    /// grows by many powers of ten, the terms above bound nothing.
+    #[cold]
+    pub(super) fn keeps_k<S: Curvature<V::Scalar> + ?Sized>(
+        &self,
+        &Problem { system, state, .. }: &Problem<'_, V, S>,
+    ) -> bool {
+        let kept = KEPT_ROUNDINGS.max(ROUNDINGS_A_TERM * state.dof() as f64);
+        let found = self.defect * rounding::<V::Scalar>(self.scale);
+        let cancelling = |q: &V, p: &V| {
+            let (q, p) = (q.as_slice(), p.as_slice());
+            V::Scalar::EPSILON * second_order(system, q, p) + grain_at(system, q, p)
+        };
+        let ends = || cancelling(&state.q, &state.p) + cancelling(&self.q, &self.p);
+        self.defect <= kept || found <= kept * rounding::<V::Scalar>(ends())
+    }
+
     /// Whether changes that no longer shrink, of the given share of p, are the rounding of the
     /// forces. Near an equilibrium away from the origin the forces are differences of large terms,
     /// and p is small compared with the effect of their rounding: `ε h |H''| |z|`.
@@ -60,6 +78,6 @@ impl<V: Vector> Workspace<V> {
             self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
         let size = max_norm(p) + length * reach;
         let terms = size + length * bend(system, q, p) * max_norm(q).max(max_norm(p));
-        change * size <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms
+        change * size <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms)
     }
 }

@@ -2,9 +2,10 @@
 //! not converge.
 
 use super::equation::{Lambda, Workspace};
-use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
-use crate::kernels::reductions::max_norm;
-use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
+use crate::adaptive::{LARGEST_PROJECTION, Projection};
+use crate::bend::second_order;
+use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
+use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// A solution is rejected if K changes by more than this share of H, of the terms of H and of Δw.
 const LARGEST_DEFECT: f64 = 1e-3;
@@ -54,7 +55,7 @@ impl<V: Vector> Workspace<V> {
     /// small because the Jacobian, evaluated far out, was large.
     pub(super) fn settle<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
     where
-        S: System<V::Scalar> + ?Sized,
+        S: Curvature<V::Scalar> + ?Sized,
     {
         let zero = V::Scalar::zero();
         let mut spent = [zero; 2];
@@ -78,25 +79,23 @@ impl<V: Vector> Workspace<V> {
         // H may be a small sum of large terms.
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
         let size = start.abs() + end.abs() + spent[1] + made_of + V::Scalar::from_f64(self.grain);
-        let rounding = V::Scalar::from_f64(RESTORED_ROUNDINGS * V::Scalar::EPSILON) * size;
-        if off.le(rounding).all() {
+        if off.to_f64() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(size.to_f64()) {
             return true;
         }
-        self.restore(system, h, state, [start, spent[0], spent[1]])
+        self.restore(system, state, [start, spent[0], spent[1]])
     }
 
-    /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, returns
-    /// whether K is near its old value, as close to an equilibrium, where rounding decides.
+    /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, as close to
+    /// an equilibrium, returns whether the change of K is a rounding of its terms.
     #[cold]
     fn restore<S>(
         &mut self,
         system: &S,
-        h: V::Scalar,
         state: &State<V>,
         [start, gained, spent]: [V::Scalar; 3],
     ) -> bool
     where
-        S: System<V::Scalar> + ?Sized,
+        S: Curvature<V::Scalar> + ?Sized,
     {
         let [hq, hp] = &mut self.ends;
         let slopes = |q: &V, p: &V, hq: &mut V, hp: &mut V| {
@@ -107,16 +106,14 @@ impl<V: Vector> Workspace<V> {
         let made_of = before + slopes(&self.q, &self.p, hq, hp);
         let size = start.abs() + self.energy.abs() + spent + made_of;
         let off = (self.energy - start + gained).abs();
-        // At an equilibrium these terms vanish, and a rounding of z changes H in second order: H''
-        // is 2/h times the gain.
-        let grain = V::Scalar::EPSILON
-            * max_norm(self.q_mean.as_slice()).max(max_norm(self.p_mean.as_slice()));
-        let square = V::Scalar::from_f64(32.0 * self.gain * grain * grain) / h.abs();
-        let most = V::Scalar::from_f64(LARGEST_DEFECT) * size + square;
-        let unbalanced = (most + V::Scalar::from_f64(f64::MIN_POSITIVE)).lt(off);
+        // At an equilibrium these terms vanish, and a rounding of z changes H in second order.
+        let second_order = second_order(system, self.q_mean.as_slice(), self.p_mean.as_slice());
+        let terms = size.to_f64() + V::Scalar::EPSILON * second_order + self.grain;
+        let kept = KEPT_ROUNDINGS * rounding::<V::Scalar>(terms);
+        let off = off.to_f64();
         // Far out H may be infinite at a finite z. A state that is not finite is reported by the
         // step.
-        if unbalanced.or(V::Scalar::from_f64(f64::MAX).lt(off)).any() {
+        if !(off.is_finite() && off <= kept.max(LARGEST_DEFECT * size.to_f64())) {
             return false;
         }
         let (slope, target) = ([hq.as_slice(), hp.as_slice()], start - gained);
@@ -126,6 +123,7 @@ impl<V: Vector> Workspace<V> {
         if projection.apply(system, [q, p], &mut self.energy).is_err() {
             self.energy = energy;
             self.place(state);
+            return off <= kept;
         }
         true
     }

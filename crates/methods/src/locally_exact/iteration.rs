@@ -1,20 +1,19 @@
 //! The fixed-point iteration for Δz, and w along the path found.
 
 use super::equation::Workspace;
-use crate::adaptive::{LARGEST_PROJECTION, Projection, RESTORED_ROUNDINGS};
+use crate::adaptive::{LARGEST_PROJECTION, Projection};
 use crate::bend::bend;
 use crate::commit;
 use crate::grain::grain_at;
 use crate::iteration::{Correction, Iteration, Verdict};
 use crate::kernels::reductions::max_norm;
+use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// The number of consecutive updates without a new smallest one that ends the iteration: at noise
 /// level, and above it.
 const STALLED_UPDATES: [u32; 2] = [2, 8];
-/// The change of K, in roundings at the ends, that may remain where K cannot be restored further.
-const KEPT_ROUNDINGS: f64 = 256.0;
 /// An update of at most this number of roundings of z is below rounding,
 const CONVERGED_ROUNDINGS: f64 = 1.0;
 /// and one of at most this number is noise if it no longer shrinks.
@@ -166,7 +165,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             if off == 0.0 {
                 0.0
             } else {
-                off / (V::Scalar::EPSILON * (size + energy.abs()).to_f64())
+                off / rounding::<V::Scalar>((size + energy.abs()).to_f64())
             }
         };
         if roundings(energy) <= RESTORED_ROUNDINGS {
@@ -179,7 +178,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             return Ok(());
         }
         let off = (energy - target).abs().to_f64();
-        if off <= KEPT_ROUNDINGS * V::Scalar::EPSILON * grain_at(system, q, p) {
+        if off <= KEPT_ROUNDINGS * rounding::<V::Scalar>(grain_at(system, q, p)) {
             return Ok(());
         }
         Err(StepFailure::ProjectionFailed { excess: (energy - target).to_f64() })

@@ -1,9 +1,9 @@
 //! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K.
 
 use super::direction::Direction;
-use crate::adaptive::RESTORED_ROUNDINGS;
 use crate::grain::grain_at;
 use crate::kernels::reductions::sum;
+use crate::rounding::{RESTORED_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// The largest distance of a root from 1.
@@ -49,15 +49,14 @@ impl<V: Vector> Chord<V> {
         S: System<V::Scalar> + ?Sized,
     {
         let one = V::Scalar::one();
-        let rounding = V::Scalar::EPSILON * (direction.size(state) + now.to_f64().abs());
+        let unit = rounding::<V::Scalar>(direction.size(state) + now.to_f64().abs());
         let plain = self.place(system, state, direction, one, total)?;
         let excess = plain.excess.to_f64();
-        if excess.abs() <= MET_ROUNDINGS * rounding {
+        if excess.abs() <= MET_ROUNDINGS * unit {
             return Ok(one);
         }
-        let root = self.search(system, state, direction, [now - total, total], plain, rounding);
-        if let Some(root) =
-            root.filter(|root| root.excess.to_f64().abs() <= NOISE_ROUNDINGS * rounding)
+        let root = self.search(system, state, direction, [now - total, total], plain, unit);
+        if let Some(root) = root.filter(|root| root.excess.to_f64().abs() <= NOISE_ROUNDINGS * unit)
         {
             if root.gamma != self.gamma {
                 self.place(system, state, direction, root.gamma, total)?;
@@ -65,13 +64,13 @@ impl<V: Vector> Chord<V> {
             return Ok(root.gamma);
         }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
-        if (plain.excess - (now - total)).to_f64().abs() <= NOISE_ROUNDINGS * rounding {
+        if (plain.excess - (now - total)).to_f64().abs() <= NOISE_ROUNDINGS * unit {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
         // Terms that cancel inside H leave it a rounding that |H| does not show.
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
-        let noise = RESTORED_ROUNDINGS * V::Scalar::EPSILON * grain_at(system, q, p);
+        let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(grain_at(system, q, p));
         let nearest = root.filter(|root| root.excess.to_f64().abs() <= noise);
         let plain = Some(plain).filter(|plain| plain.excess.to_f64().abs() <= noise);
         if let Some(root) = nearest.or(plain) {
@@ -90,7 +89,7 @@ impl<V: Vector> Chord<V> {
         direction: &Direction<V>,
         [offset, total]: [V::Scalar; 2],
         plain: Point<V::Scalar>,
-        rounding: f64,
+        unit: f64,
     ) -> Option<Point<V::Scalar>>
     where
         S: System<V::Scalar> + ?Sized,
@@ -117,8 +116,8 @@ impl<V: Vector> Chord<V> {
             if found < least {
                 best = point;
             }
-            if found <= MET_ROUNDINGS * rounding
-                || (found >= least / 2.0 && least <= NOISE_ROUNDINGS * rounding)
+            if found <= MET_ROUNDINGS * unit
+                || (found >= least / 2.0 && least <= NOISE_ROUNDINGS * unit)
             {
                 break;
             }

@@ -1,19 +1,22 @@
 //! K at the end of a step: the projection, and what no projection reduces.
 
 use super::Workspace;
-use crate::adaptive::{Projection, RESTORED_ROUNDINGS};
+use crate::adaptive::Projection;
 use crate::commit::check;
 use crate::grain::grain_at;
 use crate::kernels::reductions::{largest_difference, max_norm, sum};
-use afterbay_core::{Mask, Quantity, Scalar, Separable, State, StepFailure, Vector};
+use crate::rounding::{KEPT_ROUNDINGS, rounding};
+use afterbay_core::{Quantity, Scalar, Separable, State, StepFailure, Vector};
 
 /// The largest projection, as a share of the largest change of q and p over the step. A choice.
 const LARGEST_SHARE: f64 = 0.125;
 /// The error of K, in roundings of H, that is not corrected. A choice.
-const KEPT_ROUNDINGS: f64 = 2.0;
+const SMALL_ROUNDINGS: f64 = 2.0;
 /// The error of K after a projection, in roundings of H, that is corrected once more. A projection
 /// that goes well ends within 2 roundings of q ∂H/∂q and p ∂H/∂p, which are a few times H.
 const LEFT_ROUNDINGS: f64 = 8.0;
+/// The number of projections of a step. A choice.
+const MOST_PROJECTIONS: u64 = 3;
 /// Roundings of q and p that a projection may move them by, however short the step. A choice.
 const ROUNDINGS: f64 = 64.0;
 
@@ -23,9 +26,8 @@ pub(super) enum Balance {
     Kept,
     /// The projection has made it exact.
     Restored { gradients: u64 },
-    /// It is off by a rounding of its terms, or of those that cancel inside H, which no projection
-    /// reduces.
-    Noise,
+    /// No projection makes it exact; it is off by this.
+    Unrestored { excess: f64 },
 }
 
 impl<V: Vector> Workspace<V> {
@@ -52,12 +54,18 @@ impl<V: Vector> Workspace<V> {
         let Self { q, p, hq, hp, .. } = self;
         let mut energy = system.energy(q.as_slice(), p.as_slice());
         // Near rest a rounding of K may take more than a small projection.
-        let rounding = |energy: V::Scalar| V::Scalar::EPSILON * (size + energy.abs()).to_f64();
-        let kept = KEPT_ROUNDINGS * rounding(energy);
-        if (energy - target).to_f64().abs() <= kept && kept.is_finite() {
+        let roundings = |energy: V::Scalar| {
+            let off = (energy - target).to_f64().abs();
+            if off == 0.0 {
+                0.0
+            } else {
+                off / rounding::<V::Scalar>((size + energy.abs()).to_f64())
+            }
+        };
+        if roundings(energy) <= SMALL_ROUNDINGS {
             return Ok(Balance::Kept);
         }
-        let before = energy;
+        let (before, mut gradients) = (energy, 0);
         let mut correct = |energy: &mut V::Scalar| {
             let [hq, hp] = [hq.as_mut_slice(), hp.as_mut_slice()];
             system.gradient(q.as_slice(), p.as_slice(), hq, hp);
@@ -66,32 +74,51 @@ impl<V: Vector> Workspace<V> {
             let projection = Projection { slope, target, size, scales: [1.0; 2], allowed };
             projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], energy).is_ok()
         };
-        if correct(&mut energy) && energy.is_finite().all() {
-            // A long projection ends where its slope is no longer that of H.
-            let left = (energy - target).to_f64().abs();
-            let again = left > LEFT_ROUNDINGS * rounding(energy);
-            if again {
-                correct(&mut energy);
+        // A long projection ends where its slope is no longer that of H.
+        while gradients < MOST_PROJECTIONS {
+            let last = roundings(energy);
+            let fits = correct(&mut energy);
+            gradients += 1;
+            if fits && (gradients > 1 || roundings(energy) <= LEFT_ROUNDINGS) {
+                return Ok(Balance::Restored { gradients });
             }
-            return Ok(Balance::Restored { gradients: 1 + u64::from(again) });
+            let falls = roundings(energy) < 0.5 * last;
+            if !falls {
+                break;
+            }
         }
-        let (q, p) = (q.as_slice(), p.as_slice());
-        let [plain, excess] = [before, energy].map(|energy| (energy - target).to_f64());
-        if !(plain.is_finite() && excess.is_finite()) {
-            check([q, p, self.gain.as_slice()])?;
+        let excess = (energy - target).to_f64();
+        if !((before - target).to_f64().is_finite() && excess.is_finite()) {
+            check([q.as_slice(), p.as_slice(), self.gain.as_slice()])?;
             return Err(StepFailure::non_finite(&[(Quantity::Energy, &[before, energy, target])]));
         }
-        let grain = grain_at(system, q, p) + second_order(system, q, p) * V::Scalar::EPSILON;
-        let terms = (size + energy.abs()).to_f64() + grain;
-        let noise = RESTORED_ROUNDINGS * V::Scalar::EPSILON * terms;
-        let is_noise = |off: f64| off.abs() <= noise && noise.is_finite();
-        if is_noise(plain) {
-            return Ok(Balance::Noise);
+        if self.is_noise(system, target, state) {
+            return Ok(Balance::Restored { gradients: gradients + 1 });
         }
-        if is_noise(excess) {
-            return Ok(Balance::Restored { gradients: 1 });
-        }
-        Err(StepFailure::ProjectionFailed { excess })
+        Ok(Balance::Unrestored { excess })
+    }
+
+    /// Whether K is off by a rounding of its terms, or of those that cancel inside H.
+    #[cold]
+    pub(super) fn is_noise<S>(&mut self, system: &S, target: V::Scalar, state: &State<V>) -> bool
+    where
+        S: Separable<V::Scalar> + ?Sized,
+    {
+        let Self { q, p, hq, hp, gain, .. } = self;
+        let (q, p) = (q.as_slice(), p.as_slice());
+        system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
+        let products =
+            |slope: &V, z: &[V::Scalar]| sum([slope.as_slice(), z], |[h, z]| (h * z).abs());
+        let energy = system.energy(q, p);
+        let known =
+            self.energy[0].abs() + energy.abs() + sum([gain.as_slice()], |[gain]| gain.abs());
+        let first_order = (known + products(hq, q) + products(hp, p)).to_f64();
+        let second_order = second_order(system, q, p) * V::Scalar::EPSILON;
+        // Roundings may vanish by chance at one end.
+        let grain =
+            grain_at(system, q, p) + grain_at(system, state.q.as_slice(), state.p.as_slice());
+        let terms = first_order + second_order + grain;
+        (energy - target).to_f64().abs() <= KEPT_ROUNDINGS * rounding::<V::Scalar>(terms)
     }
 }
 

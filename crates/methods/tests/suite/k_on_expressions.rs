@@ -31,7 +31,7 @@ pub(crate) const TERMS: [&str; 14] = [
     "(1 + q1^2)^1.3",
 ];
 
-const FRICTIONS: [&str; 4] = ["c*p", "c*abs(p)*p", "c*(q1^2 - 1)*p", "c*p/(1 + q1^2)"];
+pub(crate) const FRICTIONS: [&str; 4] = ["c*p", "c*abs(p)*p", "c*(q1^2 - 1)*p", "c*p/(1 + q1^2)"];
 
 /// The largest number of steps of an adaptive run that are checked.
 const MOST: usize = 20_000;
@@ -108,8 +108,9 @@ impl Count {
     ) {
         for pair in states.windows(2) {
             let drift = (pair[1].total(system) - pair[0].total(system)).to_f64().abs();
-            let share =
-                drift / (size(system, &pair[0]) + size(system, &pair[1]) + within(&pair[0]));
+            let size = size(system, &pair[0]) + size(system, &pair[1]) + within(&pair[0]);
+            // Against an infinite size every change would be small. An overflow in 31 digits is NaN.
+            let share = if drift == 0.0 { 0.0 } else { drift / size.min(f64::MAX) };
             self.taken += 1;
             self.worst = self.worst.max(if share.is_nan() { f64::INFINITY } else { share });
         }

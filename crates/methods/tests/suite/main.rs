@@ -24,6 +24,7 @@ mod custom;
 mod driven;
 mod equal_members;
 mod exact_edges;
+mod extreme_scenes;
 mod failures;
 mod formulas;
 mod fresh;

@@ -1,0 +1,17 @@
+//! The rounding error of K.
+
+use afterbay_core::Scalar;
+
+/// A step solved to rounding restores K if it is off by more than this number of roundings of its
+/// terms at the ends.
+pub(crate) const RESTORED_ROUNDINGS: f64 = 16.0;
+/// The error of K, in roundings of its terms, that is accepted where no small change of z reduces
+/// it. A choice.
+pub(crate) const KEPT_ROUNDINGS: f64 = 256.0;
+
+/// The rounding error of a sum, given the sum of its absolute terms. Terms that overflow count as
+/// the largest finite number, because every error would be below an infinite bound.
+#[inline(always)]
+pub(crate) fn rounding<T: Scalar>(terms: f64) -> f64 {
+    T::EPSILON * if terms > f64::MAX { f64::MAX } else { terms }
+}
