@@ -5,7 +5,7 @@ use crate::adaptive::Projection;
 use crate::commit::check;
 use crate::grain::grain_at;
 use crate::kernels::reductions::{largest_difference, max_norm, sum};
-use crate::rounding::{KEPT_ROUNDINGS, rounding};
+use crate::rounding::{RESTORED_ROUNDINGS, rounding};
 use afterbay_core::{Quantity, Scalar, Separable, State, StepFailure, Vector};
 
 /// The largest projection, as a share of the largest change of q and p over the step. A choice.
@@ -118,7 +118,7 @@ impl<V: Vector> Workspace<V> {
         let grain =
             grain_at(system, q, p) + grain_at(system, state.q.as_slice(), state.p.as_slice());
         let terms = first_order + second_order + grain;
-        (energy - target).to_f64().abs() <= KEPT_ROUNDINGS * rounding::<V::Scalar>(terms)
+        (energy - target).to_f64().abs() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(terms)
     }
 }
 
