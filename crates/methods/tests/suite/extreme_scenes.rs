@@ -12,8 +12,9 @@ use std::ops::ControlFlow;
 
 /// The number of states of a run that are compared.
 const MOST: usize = 200;
-/// The largest change of K in a step, in roundings of its terms, as in the tests of ordinary steps.
-const ROUNDINGS: f64 = 2700.0;
+/// The largest change of K in a step, in roundings of its terms. That of x^1.3 is 1.3 ln x of them, and
+/// ln x is up to 700 here. The steps that lost K changed it by 1e9 and more.
+const ROUNDINGS: f64 = 1e5;
 
 /// A scene: the potential and friction, the step or the time of an adaptive run, and the state.
 #[derive(Clone, Debug)]
