@@ -1,6 +1,7 @@
 //! A check that K is conserved, for means along edges computed by quadrature, which does not
 //! resolve features of H between its nodes.
 
+use crate::rounding::rounding_of_each;
 use afterbay_core::{Mask, Scalar, Separable, StepFailure};
 
 /// The change of K, in roundings of its terms, that a step may make. It allows for the error of the
@@ -55,11 +56,8 @@ pub(crate) fn check<T: Scalar>(
 ) -> Result<(), StepFailure> {
     let off = (after.energy - before.energy + gained).abs();
     let size = before.size + after.size + gained.abs();
-    // Terms that overflow count as the largest finite number, because every change would be below an
-    // infinite bound.
-    let (unit, largest) = (T::from_f64(T::EPSILON), T::from_f64(f64::MAX));
-    let rounding = |size: T| unit * T::select(largest.lt(size), largest, size);
-    let within = |size: T| off.le(T::from_f64(LARGEST_CHANGE_ROUNDINGS) * rounding(size)).all();
+    let most = T::from_f64(LARGEST_CHANGE_ROUNDINGS);
+    let within = |size: T| off.le(most * rounding_of_each(size)).all();
     if within(size) {
         return Ok(());
     }
@@ -67,5 +65,5 @@ pub(crate) fn check<T: Scalar>(
     if within(size) {
         return Ok(());
     }
-    Err(StepFailure::BalanceLost { roundings: (off / rounding(size)).to_f64() })
+    Err(StepFailure::BalanceLost { roundings: (off / rounding_of_each(size)).to_f64() })
 }

@@ -10,8 +10,8 @@ pub(crate) fn bend<T: Scalar, S: Curvature<T> + ?Sized>(system: &S, q: &[T], p: 
     most
 }
 
-/// The largest |z_i ∂²H/∂z_i∂z_j z_j| at (q, p): an estimate of the terms that cancel inside H near an
-/// equilibrium away from the origin.
+/// The largest |z_i ∂²H/∂z_i∂z_j z_j| at (q, p): an estimate of the terms that cancel inside H near
+/// an equilibrium away from the origin.
 pub(crate) fn second_order<T: Scalar, S: Curvature<T> + ?Sized>(
     system: &S,
     q: &[T],

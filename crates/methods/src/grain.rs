@@ -64,8 +64,8 @@ impl<T: Scalar> Scratch<'_, T> {
 /// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
 /// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
 /// the last place of its terms unless z is nearly at rest. A share counts only if twice as many
-/// nodes give nearly the same integral, and both are finite. In scalars of more than 53 bits nothing
-/// is measured.
+/// nodes give nearly the same integral, and both are finite. In scalars of more than 53 bits
+/// nothing is measured.
 #[cold]
 pub(crate) fn grain<T: Scalar, S: System<T> + ?Sized>(
     system: &S,

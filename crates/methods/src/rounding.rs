@@ -15,3 +15,16 @@ pub(crate) const KEPT_ROUNDINGS: f64 = 256.0;
 pub(crate) fn rounding<T: Scalar>(terms: f64) -> f64 {
     T::EPSILON * if terms > f64::MAX { f64::MAX } else { terms }
 }
+
+/// An error of a sum in roundings of its terms; 0 for no error, whatever the terms.
+#[inline(always)]
+pub(crate) fn roundings<T: Scalar>(error: f64, terms: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / rounding::<T>(terms) }
+}
+
+/// [`rounding`] in each lane.
+#[inline(always)]
+pub(crate) fn rounding_of_each<T: Scalar>(terms: T) -> T {
+    let largest = T::from_f64(f64::MAX);
+    T::from_f64(T::EPSILON) * T::select(largest.lt(terms), largest, terms)
+}

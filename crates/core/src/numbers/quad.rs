@@ -173,8 +173,8 @@ impl Scalar for Quad {
         let low = if floor == self.0 { self.1.floor() } else { 0.0 };
         Quad::from_f64(floor) + Quad::from_f64(low)
     }
-    /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of 1
-    /// for |self| up to 1e4, to 4 up to 1e16, and beyond that to 1e-48 |self|.
+    /// The Taylor series at r = self - k π/2, |r| ≤ π/4, turned by k quadrants: good to 2 units of
+    /// 1 for |self| up to 1e4, to 4 up to 1e16, and beyond that to 1e-48 |self|.
     fn sin_cos(self) -> (Self, Self) {
         let (mut k, mut r) = reduce(self, FRAC_PI_2_PARTS);
         // k has 53 bits, so that a large angle leaves more than a quadrant.

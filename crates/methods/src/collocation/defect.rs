@@ -6,7 +6,7 @@
 use super::iteration::{Problem, Workspace};
 use super::nodes::losses;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
-use crate::rounding::rounding;
+use crate::rounding::roundings;
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, StepFailure, Vector};
 
 impl<V: Vector> Workspace<V> {
@@ -64,7 +64,7 @@ impl<V: Vector> Workspace<V> {
         let scale = (start.abs() + end.abs() + gained.abs() + terms).to_f64();
         let defect = (end - start + *gained).abs().to_f64();
         self.scale = scale;
-        self.defect = if defect == 0.0 { 0.0 } else { defect / rounding::<V::Scalar>(scale) };
+        self.defect = roundings::<V::Scalar>(defect, scale);
     }
 
     /// Moves the new state along ∇H until K equals its old value to rounding at both ends. The

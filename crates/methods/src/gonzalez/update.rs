@@ -85,8 +85,8 @@ impl<V: Vector> Workspace<V> {
         self.restore(system, state, [start, spent[0], spent[1]])
     }
 
-    /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, as close to
-    /// an equilibrium, returns whether the change of K is a rounding of its terms.
+    /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, as close
+    /// to an equilibrium, returns whether the change of K is a rounding of its terms.
     #[cold]
     fn restore<S>(
         &mut self,

@@ -7,7 +7,7 @@ use crate::commit;
 use crate::grain::grain_at;
 use crate::iteration::{Correction, Iteration, Verdict};
 use crate::kernels::reductions::max_norm;
-use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
+use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding, roundings};
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -160,21 +160,17 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             return Err(StepFailure::non_finite(&[(Quantity::Energy, &[energy])]));
         }
         let target = start - gained;
-        let roundings = |energy: V::Scalar| {
+        let left = |energy: V::Scalar| {
             let off = (energy - target).abs().to_f64();
-            if off == 0.0 {
-                0.0
-            } else {
-                off / rounding::<V::Scalar>((size + energy.abs()).to_f64())
-            }
+            roundings::<V::Scalar>(off, (size + energy.abs()).to_f64())
         };
-        if roundings(energy) <= RESTORED_ROUNDINGS {
+        if left(energy) <= RESTORED_ROUNDINGS {
             return Ok(());
         }
         let slope: [&[V::Scalar]; 2] = [hq, hp];
         let projection = Projection::short(slope, target, size.to_f64(), furthest, [&*q, &*p]);
         let restored = projection.apply(system, [q, p], &mut energy).is_ok();
-        if restored || roundings(energy) <= KEPT_ROUNDINGS {
+        if restored || left(energy) <= KEPT_ROUNDINGS {
             return Ok(());
         }
         let off = (energy - target).abs().to_f64();

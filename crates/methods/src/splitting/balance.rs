@@ -5,7 +5,7 @@ use crate::adaptive::Projection;
 use crate::commit::check;
 use crate::grain::grain_at;
 use crate::kernels::reductions::{largest_difference, max_norm, sum};
-use crate::rounding::{RESTORED_ROUNDINGS, rounding};
+use crate::rounding::{RESTORED_ROUNDINGS, rounding, roundings};
 use afterbay_core::{Quantity, Scalar, Separable, State, StepFailure, Vector};
 
 /// The largest projection, as a share of the largest change of q and p over the step. A choice.
@@ -54,15 +54,11 @@ impl<V: Vector> Workspace<V> {
         let Self { q, p, hq, hp, .. } = self;
         let mut energy = system.energy(q.as_slice(), p.as_slice());
         // Near rest a rounding of K may take more than a small projection.
-        let roundings = |energy: V::Scalar| {
+        let left = |energy: V::Scalar| {
             let off = (energy - target).to_f64().abs();
-            if off == 0.0 {
-                0.0
-            } else {
-                off / rounding::<V::Scalar>((size + energy.abs()).to_f64())
-            }
+            roundings::<V::Scalar>(off, (size + energy.abs()).to_f64())
         };
-        if roundings(energy) <= SMALL_ROUNDINGS {
+        if left(energy) <= SMALL_ROUNDINGS {
             return Ok(Balance::Kept);
         }
         let (before, mut gradients) = (energy, 0);
@@ -76,13 +72,13 @@ impl<V: Vector> Workspace<V> {
         };
         // A long projection ends where its slope is no longer that of H.
         while gradients < MOST_PROJECTIONS {
-            let last = roundings(energy);
+            let last = left(energy);
             let fits = correct(&mut energy);
             gradients += 1;
-            if fits && (gradients > 1 || roundings(energy) <= LEFT_ROUNDINGS) {
+            if fits && (gradients > 1 || left(energy) <= LEFT_ROUNDINGS) {
                 return Ok(Balance::Restored { gradients });
             }
-            let falls = roundings(energy) < 0.5 * last;
+            let falls = left(energy) < 0.5 * last;
             if !falls {
                 break;
             }

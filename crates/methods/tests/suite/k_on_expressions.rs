@@ -63,8 +63,10 @@ pub(crate) fn bind<T: Number>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
 pub(crate) fn size<T: Scalar>(system: &dyn System<T>, state: &State<Vec<T>>) -> f64 {
     let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); state.dof()]);
     system.gradient(&state.q, &state.p, &mut hq, &mut hp);
+    // In f64, where an overflow is infinite; in 31 digits it is NaN.
+    let product = |a: T, b: T| (a.to_f64() * b.to_f64()).abs();
     let products =
-        |a: &[T], b: &[T]| -> f64 { a.iter().zip(b).map(|(&a, &b)| (a * b).to_f64().abs()).sum() };
+        |a: &[T], b: &[T]| -> f64 { a.iter().zip(b).map(|(a, b)| product(*a, *b)).sum() };
     let gains: f64 = state.w.iter().map(|w| w.to_f64().abs()).sum();
     let energy = system.energy(&state.q, &state.p).to_f64().abs();
     1.0 + products(&state.q, &hq) + products(&state.p, &hp) + gains + energy
@@ -109,8 +111,9 @@ impl Count {
         for pair in states.windows(2) {
             let drift = (pair[1].total(system) - pair[0].total(system)).to_f64().abs();
             let size = size(system, &pair[0]) + size(system, &pair[1]) + within(&pair[0]);
-            // Against an infinite size every change would be small. An overflow in 31 digits is NaN.
-            let share = if drift == 0.0 { 0.0 } else { drift / size.min(f64::MAX) };
+            // Against an infinite size every change would be small.
+            let size = if size > f64::MAX { f64::MAX } else { size };
+            let share = if drift == 0.0 && !size.is_nan() { 0.0 } else { drift / size };
             self.taken += 1;
             self.worst = self.worst.max(if share.is_nan() { f64::INFINITY } else { share });
         }

@@ -1,7 +1,7 @@
 //! Closed forms of elementary functions.
 //!
-//! They are inlined without debug assertions alone: a step with formulas is then up to 1.24 times as
-//! fast. Debug and test builds would compile them once more at each call.
+//! They are inlined without debug assertions alone: a step with formulas is then up to 1.24 times
+//! as fast. Debug and test builds would compile them once more at each call.
 
 use crate::numbers::line::Line;
 use crate::numbers::scalar::{Mask, Scalar};
@@ -29,8 +29,8 @@ impl<T: Scalar> Edge<T> {
     #[inline(always)]
     fn sin_cos(&self) -> (T, T) {
         let ([_, low], (sin, cos)) = (self.middle, self.middle[0].sin_cos());
-        // sin x = x and cos x = 1 to rounding where |x| ≤ √ε. The rounding error of m is larger where
-        // |m| > 1/√ε, and an angle of any size where |m| > 1/ε.
+        // sin x = x and cos x = 1 to rounding where |x| ≤ √ε. The rounding error of m is larger
+        // where |m| > 1/√ε, and an angle of any size where |m| > 1/ε.
         if T::from_f64(T::EPSILON.sqrt()).lt(low.abs()).any() {
             cold_path();
             let (low_sin, low_cos) = low.sin_cos();
