@@ -215,7 +215,8 @@ impl Function {
                 T::select(x.lt(zero), -sinh, sinh)
             }
             Self::Cosh => {
-                let e = x.exp();
+                // In Quad, e^x of a large negative x underflows in its low part.
+                let e = x.abs().exp();
                 (e + e.recip()).half()
             }
             Self::Sech => {

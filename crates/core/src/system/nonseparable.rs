@@ -18,8 +18,7 @@ pub trait PhasePlane<T: Scalar>: System<T> {
     ///
     /// The default integrates [`PhasePlane::slopes`] by Gauss-Legendre quadrature
     /// ([`quadrature::mean`]). It subdivides the edge where needed and is NaN where the subdivision
-    /// does not resolve the integrand. Systems with a closed form state so in
-    /// [`PhasePlane::has_exact_means`].
+    /// does not resolve the integrand.
     #[inline]
     fn along_q(&self, q: &[T], p: &[T], j: usize, [from, to]: [T; 2], p_j: T) -> Mean<T> {
         let [value, by_end, by_other] = quadrature::mean(from, to, |at, share| {
@@ -38,13 +37,6 @@ pub trait PhasePlane<T: Scalar>: System<T> {
             [hp, share * hpp, hqp]
         });
         Mean { value, by_end, by_other }
-    }
-
-    /// Whether the divided differences are exact to roundings on every edge. If not, which is the
-    /// default, methods compare K before and after each step.
-    #[inline(always)]
-    fn has_exact_means(&self) -> bool {
-        false
     }
 
     /// D_j at `at`, given the velocity `v` of j. Newton's method uses the derivatives, which need

@@ -128,3 +128,38 @@ fn every_method_keeps_k_on_random_hamiltonians() {
     assert!(counts.len() > 10, "{counts:?}");
     judge(&counts, 3e-13, 0.2);
 }
+
+/// Steps near the largest numbers on which the terms of an equation differ so much that Newton's
+/// method stops at a state with w up to 1e16 times K.
+#[test]
+fn a_step_near_overflow_keeps_k_or_is_refused() {
+    let one = "q1^2/20 + p1^2/2 + 0.5*log(1 + p1^2*0.3^2) + 0.7*sqrt(1 + p1^2)";
+    let two = "(q1^2 + q2^2)/20 + (p1^2 + p2^2)/2 + 0.34*abs(p1)*p1^2/3 + 1.64*q1*p2";
+    let scenes = [
+        (one, 6.67e-97, vec![-1.05e144], vec![5.67e144]),
+        (two, 7.3e-94, vec![-3.08e146, -1.17e147], vec![-3.5, -3.6]),
+        (two, 7.3e-94, vec![3.08e146, -1.17e147], vec![3.5e98, -3.6e100]),
+    ];
+    for (hamiltonian, h, q, p) in scenes {
+        let forces = (1..=q.len()).map(|j| format!("0.47*abs(v{j})*v{j}")).collect();
+        let system = CustomGeneral::<f64>::new(&GeneralDescription {
+            hamiltonian: hamiltonian.to_owned(),
+            dissipation: DissipationText::Forces(forces),
+            ..GeneralDescription::default()
+        })
+        .unwrap();
+        for row in FIXED.iter().filter(|row| row.keeps_k) {
+            let Ok(bound) = registry::bind::<f64>(row, Arc::new(system.clone())) else { continue };
+            let mut state = State::new(q.clone(), p.clone()).unwrap();
+            let before = state.clone();
+            if bound
+                .run(Grid { h, steps: 1 }, &mut state, 1, &mut |_, _| ControlFlow::Continue(()))
+                .is_ok()
+            {
+                let mut count = Count::default();
+                count.look(&system, &[before, state], |_| 0.0);
+                assert!(count.worst <= 3e-13, "{}: {count:?} {hamiltonian}", row.name);
+            }
+        }
+    }
+}

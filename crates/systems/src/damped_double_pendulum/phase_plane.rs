@@ -109,11 +109,6 @@ impl<T: Scalar> PhasePlane<T> for DampedDoublePendulum<T> {
     }
 
     #[inline(always)]
-    fn has_exact_means(&self) -> bool {
-        true
-    }
-
-    #[inline(always)]
     fn plane_dissipation(
         &self,
         _q: &[T],

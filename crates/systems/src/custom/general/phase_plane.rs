@@ -23,10 +23,6 @@ impl<T: Scalar> PhasePlane<T> for CustomGeneral<T> {
         Mean { value, by_end, by_other }
     }
 
-    fn has_exact_means(&self) -> bool {
-        true
-    }
-
     fn plane_dissipation(
         &self,
         q: &[T],
