@@ -5,13 +5,16 @@ use serde::{Deserialize, Serialize};
 
 /// The version of the format.
 const SCHEMA: u32 = 3;
+/// The version of afterbay and the hash of its sources (`build.rs`).
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("AFTERBAY_SOURCES"));
 
 /// What results must have in common to be joined.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// The version of the format.
     pub journal: u32,
-    /// The version of afterbay.
+    /// The version of afterbay, and a hash of its sources: between releases the version alone does
+    /// not change.
     pub version: String,
     /// The command.
     pub task: Task,
@@ -36,7 +39,7 @@ impl Header {
         let has = features.iter().filter(|feature| feature.1).map(|feature| feature.0);
         Self {
             journal: SCHEMA,
-            version: env!("CARGO_PKG_VERSION").into(),
+            version: VERSION.into(),
             task,
             scene: hash.into(),
             target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
