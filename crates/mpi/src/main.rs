@@ -34,7 +34,7 @@ struct Arguments {
     /// The folder of the results, which all ranks share.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Repeat the trajectories of `[run]` over the points of `[sweep]`, instead of the studies.
+    /// Compute the trajectories of `[run]`, of a sweep or of each method, instead of the studies.
     #[arg(long)]
     run: bool,
     /// Compute only the cells that an earlier job did not finish.
