@@ -21,7 +21,8 @@ mod methods;
 pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
-    Budget, DOUBT, KINK_ORDER, Projection, Rates, Sides, is_noise, largest, settle_by_motor,
+    Budget, DOUBT, KINK_ORDER, Projection, REFUSED_ERROR, Rates, Sides, is_noise, largest,
+    settle_by_motor,
 };
 use crate::kernels::reductions::sum;
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
@@ -36,9 +37,6 @@ const SHARE: f64 = 0.01;
 /// with a kink: the error is then up to 25 times the estimate, which aims at a fifth of the allowed
 /// error (`adaptive_accuracy` in the tests).
 const KINK_CAUTION: f64 = 10.0;
-/// The smallest error assigned to a step whose projection fails, as a share of the allowed error;
-/// above 1. A choice.
-const REFUSED: f64 = 2.0;
 /// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
@@ -270,7 +268,7 @@ impl<V: Vector> Workspace<V> {
             self.finish::<B>(h, state);
             if error > DOUBT || !self.is_noise(system) {
                 self.settle(system);
-                return Ok(way.max(REFUSED));
+                return Ok(way.max(REFUSED_ERROR));
             }
         }
         self.ended = true;

@@ -37,15 +37,17 @@ use std::sync::LazyLock;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveRadau;
 
-/// The relative tolerances above which 3 and 5 stages are used. A choice: there they cost less.
-const LEAST_COARSE_TOLERANCES: [f64; 2] = [1e-3, 1e-8];
+/// The relative tolerance above which order 5 is used. A choice: there it costs less.
+const LEAST_OF_ORDER_5: f64 = 1e-3;
+/// The relative tolerance above which order 9 is used. A choice, as well.
+const LEAST_OF_ORDER_9: f64 = 1e-8;
 /// The least factor by which a step grows with several degrees of freedom, since the factorised
 /// matrices are kept as long as the step is. A choice.
 const LEAST_GROWTH: f64 = 1.2;
 
-static THREE: LazyLock<Tables<Quad, 3>> = LazyLock::new(Tables::new);
-static FIVE: LazyLock<Tables<Quad, 5>> = LazyLock::new(Tables::new);
-static SEVEN: LazyLock<Tables<Quad, 7>> = LazyLock::new(Tables::new);
+static THREE_STAGES: LazyLock<Tables<Quad, 3>> = LazyLock::new(Tables::new);
+static FIVE_STAGES: LazyLock<Tables<Quad, 5>> = LazyLock::new(Tables::new);
+static SEVEN_STAGES: LazyLock<Tables<Quad, 7>> = LazyLock::new(Tables::new);
 
 adaptive_of_orders!(AdaptiveRadau, Engine, { Five: 3, Nine: 5, Thirteen: 7 }, match V::LEN {
     Some(1) => 1.0,
@@ -58,12 +60,12 @@ impl<V: Vector> Order<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         let relative = tolerance.relative.min(tolerance.w.0);
-        Ok(if relative > LEAST_COARSE_TOLERANCES[0] {
-            Self::Five(Box::new(Engine::new(system, &THREE, tolerance, span)?))
-        } else if relative > LEAST_COARSE_TOLERANCES[1] {
-            Self::Nine(Box::new(Engine::new(system, &FIVE, tolerance, span)?))
+        Ok(if relative > LEAST_OF_ORDER_5 {
+            Self::Five(Box::new(Engine::new(system, &THREE_STAGES, tolerance, span)?))
+        } else if relative > LEAST_OF_ORDER_9 {
+            Self::Nine(Box::new(Engine::new(system, &FIVE_STAGES, tolerance, span)?))
         } else {
-            Self::Thirteen(Box::new(Engine::new(system, &SEVEN, tolerance, span)?))
+            Self::Thirteen(Box::new(Engine::new(system, &SEVEN_STAGES, tolerance, span)?))
         })
     }
 }

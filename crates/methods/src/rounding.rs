@@ -2,6 +2,8 @@
 
 use afterbay_core::Scalar;
 
+/// The error of K, in roundings of its terms, that is not corrected. A choice.
+pub(crate) const SMALL_ROUNDINGS: f64 = 2.0;
 /// A step solved to rounding restores K if it is off by more than this number of roundings of its
 /// terms at the ends.
 pub(crate) const RESTORED_ROUNDINGS: f64 = 16.0;

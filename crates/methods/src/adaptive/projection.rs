@@ -2,15 +2,15 @@
 //! not moved: their coordinate is the time, and their momentum the energy supplied.
 
 use crate::kernels::reductions::{max_norm, sum};
-use crate::rounding::rounding;
+use crate::rounding::{RESTORED_ROUNDINGS, SMALL_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Scalar, System};
-
-/// The error of K, in roundings, that is not corrected, and the error accepted where corrections no
-/// longer reduce it.
-const ROUNDINGS: [f64; 2] = [2.0, 16.0];
 
 /// A projection that changes H by more than this share of its target is long. A choice.
 const LONG: f64 = 0.25;
+
+/// The smallest error, relative to the allowed one, assigned to a step that is rejected because its
+/// projection fails; above 1. A choice.
+pub(crate) const REFUSED_ERROR: f64 = 2.0;
 
 /// The largest change of z, as a share of its largest entry, by which a step solved to rounding
 /// restores K. A choice.
@@ -74,13 +74,13 @@ impl<'a, T: Scalar> Projection<'a, T> {
             let missing = *energy - self.target;
             let size = missing.abs().to_f64();
             // If the error no longer shrinks, it is due to the rounding of q and p.
-            if size <= ROUNDINGS[0] * rounding
-                || (size <= ROUNDINGS[1] * rounding && size > 0.5 * before)
+            if size <= SMALL_ROUNDINGS * rounding
+                || (size <= RESTORED_ROUNDINGS * rounding && size > 0.5 * before)
             {
                 let is_long = first > LONG * (self.size + self.target.abs().to_f64());
                 let moved = way > 0.0;
                 let here = if moved && is_long { self.rounding_at(system, q, p) } else { rounding };
-                if size <= ROUNDINGS[1] * here {
+                if size <= RESTORED_ROUNDINGS * here {
                     return Ok(moved);
                 }
                 rounding = here;

@@ -10,7 +10,7 @@ use super::end::End;
 use super::gauss::{Columns, Gauss};
 use super::stages::{Stages, carry, weighted};
 use super::stiffness::Stiffness;
-use crate::adaptive::{Budget, DOUBT, KINK_ORDER, Rates, Sides, settle_by_motor};
+use crate::adaptive::{Budget, DOUBT, KINK_ORDER, REFUSED_ERROR, Rates, Sides, settle_by_motor};
 use crate::collocation;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
@@ -32,9 +32,6 @@ const LARGEST_PHASE: f64 = 4.0;
 const STRETCHES: [f64; 2] = [0.5, 2.0];
 /// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
 const SOLVER_SHARE: f64 = 0.1;
-/// The smallest error, relative to the allowed one, assigned to a step whose projection fails;
-/// above 1, so that the step is rejected.
-const REFUSED_ERROR: f64 = 2.0;
 /// The error of a step, relative to the allowed one, below which sweeps and not the error limit the
 /// step size. A choice, between 0 and 1: at order 8 the error alone would allow steps 1.5 times as
 /// long.

@@ -1,17 +1,21 @@
 //! One step of a Radau IIA method, solved to the accuracy the tolerance requires, with K exact.
+//!
+//! ```text
+//! attempt    solve       the stages by simplified Newton iteration (`solve.rs`, `equations.rs`)
+//!            estimate    the error of the step (`estimate.rs`)
+//!            balance     w, and the projection onto K (`balance.rs`)
+//! accept     write       the new state
+//! ```
 
 use super::equations::Equations;
 use super::share::Share;
 use super::stages::{Columns, Point, Stages};
 use super::tables::Tables;
-use crate::adaptive::{KINK_ORDER, Sides, settle_by_motor};
+use crate::adaptive::{KINK_ORDER, REFUSED_ERROR, Sides, settle_by_motor};
 use afterbay_core::{
     Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, System, Tolerance,
     Vector,
 };
-
-/// The smallest error assigned to a step that is rejected because K cannot be restored.
-const REFUSED: f64 = 2.0;
 
 /// The memory of a step with S stages.
 #[derive(Clone, Debug)]
@@ -131,7 +135,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         if error <= 1.0 {
             match self.balance(system, state, allowed, error) {
                 Ok(()) => self.rejected = false,
-                Err(excess) => error = excess.max(REFUSED),
+                Err(excess) => error = excess.max(REFUSED_ERROR),
             }
         }
         if error > 1.0 {
@@ -163,7 +167,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         (self.begun, self.fresh, self.factorised) = (false, false, 0.0);
         outcome?;
         self.estimate(h, allowed, true);
-        // There is no longer step to compare with.
+        // No step longer than this one was tried.
         self.off = 0.0;
         if self.balance(system, before, allowed, 0.0).is_err() {
             let excess = (self.end_energy - self.target()).to_f64();

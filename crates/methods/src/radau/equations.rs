@@ -1,6 +1,6 @@
 //! The linear equations of the simplified Newton iteration.
 //!
-//! With J the Jacobian at the start of a step, the correction ΔZ for the residual R solves `(1 - h
+//! With J the Jacobian at one point of the step (`solve.rs`), the correction ΔZ for the residual R solves `(1 - h
 //! A ⊗ J) ΔZ = R`. The eigenvectors of A decouple the stages: for each eigenvalue μ, the component
 //! x of ΔZ along it satisfies `(1 - h μ J) x = left · R` ([`PhaseSpace`]), and ΔZ is the real part
 //! of Σ right x. (Hairer, Wanner II, IV.8.) The equations are solved in `f64`, whatever the scalar:

@@ -10,14 +10,19 @@ use super::share::{Allowed, power};
 use super::stages::Stages;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
-/// The largest number of corrections of a step, and that for scalars of more than 53 bits.
-const CORRECTIONS: [u32; 2] = [10, 60];
+/// The largest number of corrections of a step.
+const MOST_CORRECTIONS: u32 = 10;
+/// The same for scalars of more than 53 bits.
+const MOST_CORRECTIONS_EXTENDED: u32 = 60;
 /// The error of the iteration relative to the error allowed of the step; between 0.01 and 0.1 in
 /// RADAU5 (Hairer, Wanner II, IV.8).
 const SOLVED: f64 = 0.1;
-/// Corrections below the first number of roundings of z end the iteration, and below the second if
-/// they no longer shrink by the factor `SHRINKING`. A choice.
-const ROUNDINGS: [f64; 2] = [2.0, 64.0];
+/// Corrections below this number of roundings of z end the iteration. A choice.
+const CONVERGED_ROUNDINGS: f64 = 2.0;
+/// Corrections below this number of roundings of z end the iteration if they no longer shrink by
+/// the factor [`SHRINKING`]. A choice.
+const STAGNANT_ROUNDINGS: f64 = 64.0;
+/// The ratio of successive corrections above which they stagnate. A choice.
 const SHRINKING: f64 = 0.3;
 /// The ratio of successive corrections above which the iteration is given up; below 1. A choice.
 const DIVERGING: f64 = 0.9;
@@ -100,9 +105,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         let shares = [allowed.scales[0].recip(), allowed.scales[1].recip()];
-        let [rounding, stagnant] = ROUNDINGS.map(|roundings| roundings * allowed.rounding);
-        let solved = (SOLVED * allowed.share).max(rounding);
-        let most = CORRECTIONS[usize::from(V::Scalar::EPSILON < 0.5 * f64::EPSILON)];
+        let converged = CONVERGED_ROUNDINGS * allowed.rounding;
+        let stagnant = STAGNANT_ROUNDINGS * allowed.rounding;
+        let solved = (SOLVED * allowed.share).max(converged);
+        let extended = V::Scalar::EPSILON < 0.5 * f64::EPSILON;
+        let most = if extended { MOST_CORRECTIONS_EXTENDED } else { MOST_CORRECTIONS };
         let mut eta = power(self.eta.max(LEAST_ETA), 0.8);
         let (mut before, mut theta) = (f64::NAN, 0.0);
         for count in 1..=most {
@@ -119,7 +126,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 eta = if theta < 1.0 { theta / (1.0 - theta) } else { f64::INFINITY };
             }
             let stagnates = theta > SHRINKING && change <= stagnant;
-            if change <= rounding || stagnates || eta * change <= solved {
+            if change <= converged || stagnates || eta * change <= solved {
                 self.eta = eta.min(1.0);
                 self.renew |= theta > CONTRACTING;
                 self.look(system, state);

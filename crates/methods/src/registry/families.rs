@@ -135,7 +135,7 @@ pub(super) const fn printed(
     local_order: [u32; 3],
     method: &'static Printed,
 ) -> Row {
-    let about = "the same as the paper prints it";
+    let about = "the scheme of this name without -printed, with δ as the paper prints it";
     modified(name, about, local_order, method.0, Needs::Printed, Form::Fixed(method))
 }
 

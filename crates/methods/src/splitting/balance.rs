@@ -5,13 +5,11 @@ use crate::adaptive::Projection;
 use crate::commit::check;
 use crate::grain::grain_at;
 use crate::kernels::reductions::{largest_difference, max_norm, sum};
-use crate::rounding::{RESTORED_ROUNDINGS, rounding, roundings};
+use crate::rounding::{RESTORED_ROUNDINGS, SMALL_ROUNDINGS, rounding, roundings};
 use afterbay_core::{Quantity, Scalar, Separable, State, StepFailure, Vector};
 
 /// The largest projection, as a share of the largest change of q and p over the step. A choice.
 const LARGEST_SHARE: f64 = 0.125;
-/// The error of K, in roundings of H, that is not corrected. A choice.
-const SMALL_ROUNDINGS: f64 = 2.0;
 /// The error of K after a projection, in roundings of H, that is corrected once more. A projection
 /// that goes well ends within 2 roundings of q ∂H/∂q and p ∂H/∂p, which are a few times H.
 const LEFT_ROUNDINGS: f64 = 8.0;
