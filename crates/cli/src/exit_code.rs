@@ -19,10 +19,10 @@ pub(crate) const HELP: &str = "\
 Exit codes:
   0    completed; of `paper` also where runs fail, as some are meant to
   2    invalid command line
-  3    the scene, or a result to compare, is not valid
+  3    the scene, a result to compare, or parts to join are not valid
   4    some runs failed, or no method was found (the results are written);
-       or the study could not be run
-  5    the results could not be written
+       the study could not be run; or cells to merge are missing
+  5    the results could not be written, or would replace others
   130  interrupted by Ctrl-C (all finished work is written)
   143  terminated by SIGTERM (all finished work is written)
        A second signal ends the command at once, and nothing is written.";

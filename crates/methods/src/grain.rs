@@ -2,7 +2,8 @@
 
 use afterbay_core::{Scalar, System};
 
-/// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1].
+/// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1], to 15 digits: an estimate
+/// needs no more.
 /// M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table 25.4.
 const GAUSS_LEGENDRE: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),

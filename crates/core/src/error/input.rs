@@ -42,7 +42,7 @@ pub enum InputError {
     /// scalar.
     #[error("the tolerance {name} = {value:?} must be finite and at least {least:e}")]
     Tolerance {
-        /// Its index, from 0.
+        /// Its name.
         name: &'static str,
         /// The value given.
         value: f64,

@@ -113,6 +113,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_line_to_infinity_is_not_looked_at() {
+        for ends in [[f64::INFINITY, 0.0], [0.0, f64::NEG_INFINITY], [f64::NAN, 1.0]] {
+            assert!(!is_singular(ends, |_| Sight::Outside), "{ends:?}");
+        }
+        assert!(is_singular([0.0, 1.0], |_| Sight::Outside));
+    }
+
+    #[test]
     fn poles_logarithms_and_jumps_diverge() {
         let singular: [fn(f64) -> f64; 6] = [
             |x| 1.0 / x,

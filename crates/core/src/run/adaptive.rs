@@ -95,7 +95,7 @@ pub struct Statistics {
     pub least: f64,
     /// The longest step taken.
     pub largest: f64,
-    /// The work done for all of them.
+    /// The work done for them, but for steps that could not be computed.
     pub effort: Effort,
 }
 

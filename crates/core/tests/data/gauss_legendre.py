@@ -1,4 +1,4 @@
-"""Prints the tables of src/edge.rs: nodes 1/2 +- x and weights w of the Gauss-Legendre rule on [0, 1],
+"""Prints the tables of src/numbers/quadrature.rs: nodes 1/2 +- x and weights w of the Gauss-Legendre rule on [0, 1],
 each as two doubles that sum to it; then what the values at the nodes are summed with for the Legendre
 coefficients of odd and even order n - 1 and n - 2. Needs mpmath."""
 
