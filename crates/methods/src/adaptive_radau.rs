@@ -39,7 +39,7 @@ pub struct AdaptiveRadau;
 
 /// The relative tolerance above which order 5 is used. A choice: there it costs less.
 const LEAST_OF_ORDER_5: f64 = 1e-3;
-/// The relative tolerance above which order 9 is used. A choice, as well.
+/// The relative tolerance above which order 9 is used, and below it order 13. A choice.
 const LEAST_OF_ORDER_9: f64 = 1e-8;
 /// The least factor by which a step grows with several degrees of freedom, since the factorised
 /// matrices are kept as long as the step is. A choice.

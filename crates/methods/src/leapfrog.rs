@@ -7,8 +7,8 @@
 //!
 //! Order 2, symmetric, explicit if D is linear in its momentum. The forces at q1 are reused by the
 //! next step. The error of K is O(h²). If D is passive, Δw ≥ 0. Unstable for hω larger than 2;
-//! damping D_j = b p_j does not change this limit. The equation for p½ is solved separately for each
-//! momentum, so systems whose D couples the momenta are refused.
+//! damping D_j = b p_j does not change this limit. The equation for p½ is solved separately for
+//! each momentum, so systems whose D couples the momenta are refused.
 
 mod together;
 

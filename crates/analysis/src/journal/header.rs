@@ -13,8 +13,8 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("AFTERBAY_SOU
 pub struct Header {
     /// The version of the format.
     pub journal: u32,
-    /// The version of afterbay, and a hash of its sources: between releases the version alone does
-    /// not change.
+    /// The version of afterbay, and a hash of its sources and dependencies: between releases the
+    /// version alone does not change.
     pub version: String,
     /// The command.
     pub task: Task,

@@ -1,6 +1,6 @@
-"""Prints the tables of src/numbers/quadrature.rs: nodes 1/2 +- x and weights w of the Gauss-Legendre rule on [0, 1],
-each as two doubles that sum to it; then what the values at the nodes are summed with for the Legendre
-coefficients of odd and even order n - 1 and n - 2. Needs mpmath."""
+"""Prints the tables of src/numbers/quadrature.rs: nodes 1/2 +- x and weights w of the Gauss-Legendre
+rule on [0, 1], each as two doubles that sum to it; then what the values at the nodes are summed with
+for the Legendre coefficients of odd and even order n - 1 and n - 2. Needs mpmath."""
 
 from mpmath import cos, findroot, legendre, mp, mpf, pi
 

@@ -1,10 +1,10 @@
 //! The linear equations of the simplified Newton iteration.
 //!
-//! With J the Jacobian at one point of the step (`solve.rs`), the correction ΔZ for the residual R solves `(1 - h
-//! A ⊗ J) ΔZ = R`. The eigenvectors of A decouple the stages: for each eigenvalue μ, the component
-//! x of ΔZ along it satisfies `(1 - h μ J) x = left · R` ([`PhaseSpace`]), and ΔZ is the real part
-//! of Σ right x. (Hairer, Wanner II, IV.8.) The equations are solved in `f64`, whatever the scalar:
-//! an approximate Jacobian costs corrections but no accuracy.
+//! With J the Jacobian at one point of the step (`solve.rs`), the correction ΔZ for the residual R
+//! solves `(1 - h A ⊗ J) ΔZ = R`. The eigenvectors of A decouple the stages: for each eigenvalue μ,
+//! the component x of ΔZ along it satisfies `(1 - h μ J) x = left · R` ([`PhaseSpace`]), and ΔZ is
+//! the real part of Σ right x. (Hairer, Wanner II, IV.8.) The equations are solved in `f64`,
+//! whatever the scalar: an approximate Jacobian costs corrections but no accuracy.
 
 use super::tables::Tables;
 use crate::linear::{Matrix, Number, PhaseSpace, Plane, Unsolvable};

@@ -12,7 +12,7 @@ use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of a step.
 const MOST_CORRECTIONS: u32 = 10;
-/// The same for scalars of more than 53 bits.
+/// The largest number of corrections of a step in scalars of more than 53 bits.
 const MOST_CORRECTIONS_EXTENDED: u32 = 60;
 /// The error of the iteration relative to the error allowed of the step; between 0.01 and 0.1 in
 /// RADAU5 (Hairer, Wanner II, IV.8).

@@ -1,6 +1,6 @@
 //! Every fixed-step method for one degree of freedom that claims to conserve K = H + w does so to
-//! rounding, for all states, systems and steps; and under methods that claim passivity the reservoir
-//! of a passive system never decreases. `k_on_expressions` has the other methods.
+//! rounding, for all states, systems and steps; and under methods that claim passivity the
+//! reservoir of a passive system never decreases. `k_on_expressions` has the other methods.
 
 use crate::books;
 use afterbay_core::{Dissipation, Method, Quad, Scalar, Separable, State, StepFailure, System};
