@@ -6,7 +6,8 @@
 use crate::compile::{SMALL, compile};
 use crate::function::Function;
 use crate::graph::{Graph, Input, Node};
-use afterbay_core::Scalar;
+use afterbay_core::{Line, Scalar};
+use std::array::from_fn;
 use thiserror::Error;
 
 /// The largest number of registers of a program.
@@ -217,37 +218,37 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
+        let (points, mut results) = ([*point], [[T::zero()]; K]);
         if self.registers > SMALL {
-            let mut results = [T::zero(); K];
-            self.large(frame, point, &mut results, &mut |_, _| {});
-            return results;
+            self.large(frame, &points, &mut results, &mut |_, _| {});
+        } else {
+            // Arrays of their own, which the compiler keeps in the processor's registers.
+            let mut registers = [[T::zero()]; SMALL];
+            self.execute(&mut registers, frame, &points, |_, _| {});
+            self.read(&registers, &mut results);
         }
-        // Arrays of their own, which the compiler keeps in the processor's registers.
-        let (mut registers, mut results) = ([T::zero(); SMALL], [T::zero(); K]);
-        self.execute(&mut registers, frame, point, |_, _| {});
-        self.read(&registers, &mut results);
-        results
+        results.map(|[result]| result)
     }
 
     /// Runs a program that needs many registers. A separate function, so that a small program does
     /// not reserve them, and one for all callers, since a long program hides the cost of the calls.
     #[inline(never)]
-    fn large<T: Scalar>(
+    fn large<T: Scalar, const P: usize>(
         &self,
         frame: &[T],
-        point: &Point<'_, T>,
-        results: &mut [T],
-        give: &mut dyn FnMut(u32, T),
+        points: &[Point<'_, T>; P],
+        results: &mut [[T; P]],
+        give: &mut dyn FnMut(u32, [T; P]),
     ) {
         match self.registers {
             0..=64 => {
-                let mut registers = [T::zero(); 64];
-                self.execute(&mut registers, frame, point, give);
+                let mut registers = [[T::zero(); P]; 64];
+                self.execute(&mut registers, frame, points, give);
                 self.read(&registers, results);
             }
             _ => {
-                let mut registers = [T::zero(); REGISTERS];
-                self.execute(&mut registers, frame, point, give);
+                let mut registers = [[T::zero(); P]; REGISTERS];
+                self.execute(&mut registers, frame, points, give);
                 self.read(&registers, results);
             }
         }
@@ -255,7 +256,7 @@ impl Program {
 
     /// Reads the results at the end of a run.
     #[inline(always)]
-    fn read<T: Scalar, const N: usize>(&self, registers: &[T; N], results: &mut [T]) {
+    fn read<V: Copy, const N: usize>(&self, registers: &[V; N], results: &mut [V]) {
         for (result, &register) in results.iter_mut().zip(&self.results) {
             *result = registers[register as usize & (N - 1)];
         }
@@ -267,52 +268,82 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, mut give: impl FnMut(u32, T)) {
-        if self.registers > SMALL {
-            return self.large(frame, point, &mut [], &mut give);
-        }
-        self.execute(&mut [T::zero(); SMALL], frame, point, give);
+        self.run_at(frame, &[*point], |index, [result]| give(index, result));
     }
 
-    /// Runs the program in N registers. N is a power of two, so that the mask makes every index
-    /// valid without a bounds check; all registers of the program are below N.
-    #[inline(always)]
-    fn execute<T: Scalar, const N: usize>(
+    /// Calls `give` with the index and the values, one a point, of every result of
+    /// [`Program::many`]. Each instruction is decoded once for all points. The values are those of
+    /// [`Program::run`] to the bit.
+    ///
+    /// # Panics
+    /// If the program reads beyond the end of a part of a point.
+    #[inline]
+    pub fn run_at<T: Scalar, const P: usize>(
         &self,
-        r: &mut [T; N],
         frame: &[T],
-        point: &Point<'_, T>,
-        mut give: impl FnMut(u32, T),
+        points: &[Point<'_, T>; P],
+        mut give: impl FnMut(u32, [T; P]),
+    ) {
+        if self.registers > SMALL {
+            return self.large(frame, points, &mut [], &mut give);
+        }
+        self.execute(&mut [[T::zero(); P]; SMALL], frame, points, give);
+    }
+
+    /// Runs the program in N registers, each with one value a point. N is a power of two, so that
+    /// the mask makes every index valid without a bounds check; all registers of the program are
+    /// below N.
+    #[inline(always)]
+    fn execute<T: Scalar, const N: usize, const P: usize>(
+        &self,
+        r: &mut [[T; P]; N],
+        frame: &[T],
+        points: &[Point<'_, T>; P],
+        mut give: impl FnMut(u32, [T; P]),
     ) {
         let at = |register: Register| register as usize & (N - 1);
         let mut blocks = r.as_chunks_mut::<BLOCK>().0.iter_mut().zip(frame.as_chunks::<BLOCK>().0);
         // The first block is copied on its own: its known length makes the copy a few instructions.
         if let Some((r, x)) = blocks.next() {
-            *r = *x;
-            blocks.for_each(|(r, x)| *r = *x);
+            *r = x.map(|x| [x; P]);
+            blocks.for_each(|(r, x)| *r = x.map(|x| [x; P]));
         }
         for (k, &input) in (self.frame.len()..).zip(&self.inputs) {
-            r[k & (N - 1)] = point.read(input);
+            r[k & (N - 1)] = from_fn(|i| points[i].read(input));
         }
         for &instruction in &self.code {
             match instruction {
-                Instruction::Load { to, input } => r[at(to)] = point.read(input),
-                Instruction::Negative { to, a } => r[at(to)] = -r[at(a)],
-                Instruction::Sum { to, a, b } => r[at(to)] = r[at(a)] + r[at(b)],
-                Instruction::Difference { to, a, b } => r[at(to)] = r[at(a)] - r[at(b)],
-                Instruction::Product { to, a, b } => r[at(to)] = r[at(a)] * r[at(b)],
-                Instruction::Quotient { to, a, b } => r[at(to)] = r[at(a)] / r[at(b)],
+                Instruction::Load { to, input } => {
+                    r[at(to)] = from_fn(|i| points[i].read(input));
+                }
+                Instruction::Negative { to, a } => r[at(to)] = r[at(a)].map(|a| -a),
+                Instruction::Sum { to, a, b } => {
+                    r[at(to)] = from_fn(|i| r[at(a)][i] + r[at(b)][i]);
+                }
+                Instruction::Difference { to, a, b } => {
+                    r[at(to)] = from_fn(|i| r[at(a)][i] - r[at(b)][i]);
+                }
+                Instruction::Product { to, a, b } => {
+                    r[at(to)] = from_fn(|i| r[at(a)][i] * r[at(b)][i]);
+                }
+                Instruction::Quotient { to, a, b } => {
+                    r[at(to)] = from_fn(|i| r[at(a)][i] / r[at(b)][i]);
+                }
                 Instruction::ProductSum { to, a, b, c } => {
-                    r[at(to)] = r[at(a)].mul_add(r[at(b)], r[at(c)]);
+                    r[at(to)] = from_fn(|i| r[at(a)][i].mul_add(r[at(b)][i], r[at(c)][i]));
                 }
                 Instruction::ProductDifference { to, a, b, c } => {
-                    r[at(to)] = (-r[at(a)]).mul_add(r[at(b)], r[at(c)]);
+                    r[at(to)] = from_fn(|i| (-r[at(a)][i]).mul_add(r[at(b)][i], r[at(c)][i]));
                 }
-                Instruction::Of { function, to, a } => r[at(to)] = function.at(r[at(a)]),
+                Instruction::Of { function, to, a } => {
+                    r[at(to)] = r[at(a)].map(|a| function.at(a));
+                }
                 Instruction::Divided { function, to, derivative, a, b } => {
-                    let line = function.divided(r[at(a)], r[at(b)]);
-                    r[at(to)] = line.value;
+                    let lines: [Line<T>; P] =
+                        from_fn(|i| function.divided(r[at(a)][i], r[at(b)][i]));
+                    r[at(to)] = lines.map(|line| line.value);
                     if let Some(derivative) = derivative {
-                        r[at(derivative)] = line.slope;
+                        r[at(derivative)] = lines.map(|line| line.slope);
                     }
                 }
                 Instruction::Give { index, a } => give(index, r[at(a)]),

@@ -35,6 +35,8 @@
 //! by continuation ([`StepFailure::NewtonStalled`]), where the linear equations are singular
 //! (`Singular`), and where a number is not finite (`NonFinite`).
 
+// A step: `iteration` corrects Δz until `equation` is solved, with the matrices of `jacobian`; then
+// `update` computes w1 and restores K.
 pub(crate) mod equation;
 mod iteration;
 mod jacobian;

@@ -33,6 +33,7 @@ mod linear_exact;
 mod linear_flow;
 mod locally_exact;
 pub mod moddg;
+mod points;
 mod radau;
 pub mod registry;
 mod relaxed;

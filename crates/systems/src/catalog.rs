@@ -4,7 +4,9 @@
 
 mod forms;
 
-pub use forms::{Compensable, Expandable, Number, Ranges, TERMS, custom_ranges, ranges};
+pub use forms::{
+    Compensable, Expandable, Number, Ranges, TERMS, custom_ranges, driven_ranges, ranges,
+};
 
 use crate::{
     DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, MorseChain,

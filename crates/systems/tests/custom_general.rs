@@ -203,3 +203,68 @@ fn velocities_are_momenta_over_masses() {
     assert_eq!(by_v.dissipation_form(), by_p.dissipation_form());
     assert_eq!(custom("0.1*v2").dissipation_form().passive, Passive::Each);
 }
+
+/// Compares the gradient and the dissipation at all points (q, p, v) with those at one at a time.
+fn check_batches(system: &dyn System<f64>, points: &[[Vec<f64>; 3]]) {
+    assert!(system.has_batches());
+    let part = |k: usize| points.iter().map(|point| &point[k][..]).collect::<Vec<_>>();
+    let [q, p, v] = [0, 1, 2].map(part);
+    let [mut all, mut one] =
+        [(); 2].map(|()| vec![[(); 3].map(|()| vec![0.0; system.dof()]); q.len()]);
+    let (mut hq, mut hp, mut d) = (Vec::new(), Vec::new(), Vec::new());
+    for [to_hq, to_hp, to_d] in &mut all {
+        hq.push(&mut to_hq[..]);
+        hp.push(&mut to_hp[..]);
+        d.push(&mut to_d[..]);
+    }
+    system.gradients(&q, &p, &mut hq, &mut hp);
+    system.dissipations(&q, &p, &v, &mut d);
+    for (i, [hq, hp, d]) in one.iter_mut().enumerate() {
+        system.gradient(q[i], p[i], hq, hp);
+        system.dissipation(q[i], p[i], v[i], d);
+    }
+    let bits = |x: &[[Vec<f64>; 3]]| -> Vec<u64> {
+        x.iter().flatten().flatten().map(|x| x.to_bits()).collect()
+    };
+    assert_eq!(bits(&all), bits(&one));
+}
+
+#[test]
+fn several_points_give_the_numbers_of_each_in_a_large_program() {
+    let n = 40;
+    let pair = |i: usize, j: usize| format!("sqrt(1 + (q{i} - q{j})^2) + cos(q{i})*q{j}^2");
+    let terms: Vec<String> = (1..=n).flat_map(|i| (1..i).map(move |j| pair(i, j))).collect();
+    let system =
+        Custom::new(&Description { potential: terms.join(" + "), ..Description::default() });
+    let part = |i: usize| (0..n).map(|j| ((7 * i + j) as f64).sin()).collect();
+    let points: Vec<_> = (0..11).map(|i| [part(i), part(i + 20), part(i + 40)]).collect();
+    check_batches(&system.unwrap(), &points);
+}
+
+proptest! {
+    /// Below, at and above the number of points that are evaluated together.
+    #[test]
+    fn several_points_give_the_numbers_of_each(
+        points in prop::collection::vec([0.1..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0], 0..20)
+    ) {
+        let points: Vec<_> =
+            points.into_iter().map(|[q, r, p, s, v, u]| [vec![q, r], vec![p, s], vec![v, u]]).collect();
+        for (hamiltonian, forces) in SMOOTH {
+            check_batches(&general(hamiltonian, &forces).unwrap(), &points);
+        }
+        // The gradient by programs, the dissipation by programs, and both.
+        for (potential, forces) in [
+            ("sin(q1)*exp(q2) + q1^6", ["0.1*p1", "0.2*p2"]),
+            ("q1^2/2 + (q2 - q1)^4", ["tanh(q2)*v1", "p2^3"]),
+            ("cos(q1 - q2^2)/q1", ["sqrt(1 + v2^2)*p1", "0"]),
+        ] {
+            let system = Custom::new(&Description {
+                potential: potential.into(),
+                dissipation: DissipationText::Forces(forces.map(str::to_owned).into()),
+                masses: vec!["2".into(), "0.5".into()],
+                ..Description::default()
+            });
+            check_batches(&system.unwrap(), &points);
+        }
+    }
+}

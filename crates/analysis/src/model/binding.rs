@@ -1,9 +1,7 @@
 //! The system of a model in the scalars that studies need, and methods bound to it.
 
 use super::Model;
-use afterbay_core::{
-    Abilities, Corrected, Drive, Driven, InputError, Interval, Scalar, Series, System, f64x8,
-};
+use afterbay_core::{Abilities, Corrected, InputError, Series, System, f64x8};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
 use std::sync::Arc;
@@ -108,10 +106,7 @@ impl Model {
                 T::system(row, n, &lifted)
             }
             Self::Custom(custom) => Ok(T::custom(custom, lift)),
-            Self::Driven(model, drive) => {
-                let drive: Arc<dyn Drive<T>> = Arc::new(drive.lift(lift));
-                Ok(Arc::new(Driven::new(model.lifted(lift)?, drive)?))
-            }
+            Self::Driven(model, drive) => T::driven(model.lifted(lift)?, drive, lift),
         }
     }
 
@@ -130,14 +125,7 @@ impl Model {
             Self::Custom(custom) => Ok((T::custom_series(custom), catalog::custom_ranges(custom))),
             Self::Driven(model, drive) => {
                 let (system, ranges) = model.expanded::<T>()?;
-                let of_series: Arc<dyn Drive<Series<T, TERMS>>> =
-                    Arc::new(drive.lift(|_, x| Series::constant(T::from_f64(x))));
-                let of_ranges: Arc<dyn Drive<Ranges>> =
-                    Arc::new(drive.lift(|_, x| Series::constant(Interval::from_f64(x))));
-                Ok((
-                    Arc::new(Driven::new(system, of_series)?),
-                    Arc::new(Driven::new(ranges, of_ranges)?),
-                ))
+                Ok((T::driven_series(system, drive)?, catalog::driven_ranges(ranges, drive)?))
             }
         }
     }

@@ -27,6 +27,28 @@ pub trait System<T: Scalar>: Send + Sync {
     /// `D·v = vᵀ R v ≥ 0` holds for a step as it does for the system.
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
 
+    /// Whether [`System::gradients`] and [`System::dissipations`] are faster than a loop over the
+    /// points.
+    #[inline(always)]
+    fn has_batches(&self) -> bool {
+        false
+    }
+
+    /// Computes [`System::gradient`] at several points: the arrays have one slice a point. The
+    /// values are the same to the bit.
+    fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
+        for ((q, p), (hq, hp)) in q.iter().zip(p).zip(hq.iter_mut().zip(hp)) {
+            self.gradient(q, p, hq, hp);
+        }
+    }
+
+    /// Computes [`System::dissipation`] at several points, as [`System::gradients`] does.
+    fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
+        for ((q, p), (v, d)) in q.iter().zip(p).zip(v.iter().zip(d)) {
+            self.dissipation(q, p, v, d);
+        }
+    }
+
     /// The properties of D that hold at every state. Methods omit the work that they make
     /// unnecessary.
     #[inline(always)]

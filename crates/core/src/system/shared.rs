@@ -25,6 +25,18 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).dissipation(q, p, v, d);
     }
     #[inline]
+    fn has_batches(&self) -> bool {
+        (**self).has_batches()
+    }
+    #[inline]
+    fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
+        (**self).gradients(q, p, hq, hp);
+    }
+    #[inline]
+    fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
+        (**self).dissipations(q, p, v, d);
+    }
+    #[inline]
     fn dissipation_form(&self) -> DissipationForm {
         (**self).dissipation_form()
     }

@@ -9,6 +9,7 @@
 //! inlined, for the reason given in `nodes`.
 
 use super::gauss::{Columns, Gauss};
+use crate::points::{dissipation, gradient};
 use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
 use std::array::from_fn;
 
@@ -210,37 +211,6 @@ impl<V: Vector, const K: usize> Stages<V, K> {
             .into_iter()
             .flat_map(|(what, part)| part.iter().map(move |x| (what, x.as_slice())));
         StepFailure::non_finite(&all.collect::<Vec<_>>())
-    }
-}
-
-#[inline(never)]
-fn gradient<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
-    system: &S,
-    q: &[V; K],
-    p: &[V; K],
-    hq: &mut [V; K],
-    hp: &mut [V; K],
-) {
-    for i in 0..K {
-        system.gradient(
-            q[i].as_slice(),
-            p[i].as_slice(),
-            hq[i].as_mut_slice(),
-            hp[i].as_mut_slice(),
-        );
-    }
-}
-
-#[inline(never)]
-fn dissipation<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
-    system: &S,
-    q: &[V; K],
-    p: &[V; K],
-    v: &[V; K],
-    d: &mut [V; K],
-) {
-    for i in 0..K {
-        system.dissipation(q[i].as_slice(), p[i].as_slice(), v[i].as_slice(), d[i].as_mut_slice());
     }
 }
 

@@ -9,7 +9,7 @@ use super::equations::Equations;
 use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
-use super::rule::{Modes, NODES, Panel, continuation, none, rules, value};
+use super::rule::{Modes, NODES, Panel, carry, continuation, none, rules, value};
 use crate::kernels::reductions::max_norm;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
@@ -77,6 +77,8 @@ pub struct Workspace<V: Vector> {
     pub(super) w: V,
     /// The size of the step that produced it, if any.
     made_by: Option<V::Scalar>,
+    /// The measured rounding of H at the start and the end of the step, once it was needed.
+    pub(super) grains: [Option<f64>; 2],
     /// Σ Δw_j
     pub(super) gained: V::Scalar,
     pub(super) defect: f64,
@@ -117,6 +119,7 @@ impl<V: Vector> Workspace<V> {
             p: zeros(),
             w: zeros(),
             made_by: None,
+            grains: [None; 2],
             gained: V::Scalar::zero(),
             defect: 0.0,
             scale: 0.0,
@@ -170,6 +173,7 @@ impl<V: Vector> Workspace<V> {
             effort += self.solve(&problem)?;
             let before = self.defect;
             self.finish(&problem)?;
+            self.grains[1] = None;
             // If more nodes do not reduce the error, it may be due to the rounding of H.
             let settled = level > 0 && self.defect > 0.5 * before;
             let resolved = self.defect <= RESOLVED_ROUNDINGS;
@@ -206,6 +210,7 @@ impl<V: Vector> Workspace<V> {
         let continued = self.made_by.take() == Some(h)
             && self.q.as_slice() == state.q.as_slice()
             && self.p.as_slice() == state.p.as_slice();
+        self.grains = [self.grains[1].filter(|_| continued), None];
         if !continued {
             return self.rest(state.dof());
         }
@@ -316,21 +321,6 @@ impl<V: Vector> Workspace<V> {
         let change_p = exchange(next, p_modes, sizes[1], length);
         change_q.max(change_p) + 0.0 * (change_q + change_p)
     }
-}
-
-/// The coefficients of the same polynomial on the next interval.
-#[inline(never)]
-fn carry<T: Scalar>(ahead: &[Modes<T>; 8], modes: &Modes<T>) -> Modes<T> {
-    let mut carried = none();
-    for (l, row) in ahead.iter().enumerate() {
-        let mode = modes[l % 2][l / 2];
-        for parity in 0..2 {
-            for m in 0..4 {
-                carried[parity][m] = row[parity][m].mul_add(mode, carried[parity][m]);
-            }
-        }
-    }
-    carried
 }
 
 /// Copies `from` to `to`. Returns the largest change relative to the size of z, or NaN if an entry

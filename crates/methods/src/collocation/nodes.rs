@@ -4,6 +4,7 @@
 //! and outputs do not alias, and would not vectorise them.
 
 use super::rule::{Modes, NODES, Panel, none};
+use crate::points::{dissipation, gradient};
 use afterbay_core::{Scalar, System, Vector};
 
 /// The state at a panel of nodes.
@@ -29,32 +30,6 @@ fn zeros<V: Vector>(n: usize) -> [V; NODES] {
 impl<V: Vector> Nodes<V> {
     pub(super) fn new(n: usize) -> Self {
         Self { q: zeros(n), p: zeros(n) }
-    }
-
-    #[inline(never)]
-    fn gradient<S: System<V::Scalar> + ?Sized>(
-        &self,
-        system: &S,
-        hq: &mut [V; NODES],
-        hp: &mut [V; NODES],
-    ) {
-        for i in 0..NODES {
-            let (q, p) = (self.q[i].as_slice(), self.p[i].as_slice());
-            system.gradient(q, p, hq[i].as_mut_slice(), hp[i].as_mut_slice());
-        }
-    }
-
-    #[inline(never)]
-    fn dissipation<S: System<V::Scalar> + ?Sized>(
-        &self,
-        system: &S,
-        v: &[V; NODES],
-        d: &mut [V; NODES],
-    ) {
-        for i in 0..NODES {
-            let (q, p) = (self.q[i].as_slice(), self.p[i].as_slice());
-            system.dissipation(q, p, v[i].as_slice(), d[i].as_mut_slice());
-        }
     }
 }
 
@@ -150,7 +125,7 @@ pub(super) fn velocities<V, S>(
     to.fill(none());
     for (panel, nodes) in panels.iter().zip(nodes) {
         place(panel, start, modes, &mut nodes.p);
-        nodes.gradient(system, &mut slopes.hq, &mut slopes.hp);
+        gradient(system, &nodes.q, &nodes.p, &mut slopes.hq, &mut slopes.hp);
         project(panel, &slopes.hp, to);
     }
 }
@@ -175,10 +150,10 @@ pub(super) fn forces<V, S>(
     to.fill(none());
     for (panel, nodes) in panels.iter().zip(nodes) {
         place(panel, start, modes, &mut nodes.q);
-        nodes.gradient(system, hq, hp);
+        gradient(system, &nodes.q, &nodes.p, hq, hp);
         if dissipative {
             evaluate(panel, velocity, v);
-            nodes.dissipation(system, v, d);
+            dissipation(system, &nodes.q, &nodes.p, v, d);
             add(d, hq);
         }
         project(panel, hq, to);
@@ -205,7 +180,7 @@ pub(super) fn losses<V, S>(
     to.fill(V::Scalar::zero());
     for (panel, nodes) in panels.iter().zip(nodes) {
         evaluate(panel, velocity, v);
-        nodes.dissipation(system, v, d);
+        dissipation(system, &nodes.q, &nodes.p, v, d);
         for (j, to) in to.iter_mut().enumerate() {
             *to +=
                 panel.integrate(std::array::from_fn(|i| d[i].as_slice()[j] * v[i].as_slice()[j]));

@@ -22,11 +22,12 @@ impl<V: Vector> Workspace<V> {
         problem: &Problem<'_, V, S>,
     ) -> f64 {
         let Problem { system, h, state, .. } = *problem;
+        let grains = self.grains(problem);
         let Self { slopes, q, p, w, .. } = self;
         let ([hq, d, ..], [hp, ..]) = (&mut slopes.hq, &mut slopes.hp);
         let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
         let total = |x: &[V::Scalar]| x.iter().map(|x| x.to_f64().abs()).sum::<f64>();
-        let mut terms = 0.0;
+        let mut terms = grains[0] + grains[1];
         for (q, p, w) in [(&state.q, &state.p, &state.w), (&*q, &*p, &*w)] {
             let (q, p) = (q.as_slice(), p.as_slice());
             system.gradient(q, p, hq, hp);
@@ -36,11 +37,8 @@ impl<V: Vector> Workspace<V> {
             let reach = (1.0 + h.to_f64().abs() * bend) * z;
             // At an equilibrium the slopes vanish, and a rounding of z changes H in second order.
             let square = bend * V::Scalar::EPSILON * z * z;
-            terms += system.energy(q, p).to_f64().abs()
-                + total(w.as_slice())
-                + reach * slopes
-                + square
-                + grain_at(system, q, p);
+            terms +=
+                system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
         }
         terms
     }
@@ -49,17 +47,33 @@ impl<V: Vector> Workspace<V> {
     /// grows by many powers of ten, the terms above bound nothing.
     #[cold]
     pub(super) fn keeps_k<S: Curvature<V::Scalar> + ?Sized>(
-        &self,
-        &Problem { system, state, .. }: &Problem<'_, V, S>,
+        &mut self,
+        problem: &Problem<'_, V, S>,
     ) -> bool {
+        let Problem { system, state, .. } = *problem;
         let kept = KEPT_ROUNDINGS.max(ROUNDINGS_A_TERM * state.dof() as f64);
-        let found = self.defect * rounding::<V::Scalar>(self.scale);
-        let cancelling = |q: &V, p: &V| {
-            let (q, p) = (q.as_slice(), p.as_slice());
-            V::Scalar::EPSILON * second_order(system, q, p) + grain_at(system, q, p)
-        };
-        let ends = || cancelling(&state.q, &state.p) + cancelling(&self.q, &self.p);
-        self.defect <= kept || found <= kept * rounding::<V::Scalar>(ends())
+        if self.defect <= kept {
+            return true;
+        }
+        let grains = self.grains(problem);
+        let second_order = |q: &V, p: &V| second_order(system, q.as_slice(), p.as_slice());
+        let second_order = second_order(&state.q, &state.p) + second_order(&self.q, &self.p);
+        let ends = V::Scalar::EPSILON * second_order + grains[0] + grains[1];
+        self.defect * rounding::<V::Scalar>(self.scale) <= kept * rounding::<V::Scalar>(ends)
+    }
+
+    /// The rounding of H at both ends. A measurement takes some hundred gradients, and that at the
+    /// end serves the next step.
+    fn grains<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        &Problem { system, state, .. }: &Problem<'_, V, S>,
+    ) -> [f64; 2] {
+        let measure = |q: &V, p: &V| grain_at(system, q.as_slice(), p.as_slice());
+        let [start, end] = self.grains;
+        let start = start.unwrap_or_else(|| measure(&state.q, &state.p));
+        let end = end.unwrap_or_else(|| measure(&self.q, &self.p));
+        self.grains = [Some(start), Some(end)];
+        [start, end]
     }
 
     /// Whether changes that no longer shrink, of the given share of p, are the rounding of the

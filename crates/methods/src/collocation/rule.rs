@@ -118,6 +118,21 @@ pub(super) fn continuation<T: Scalar>() -> [Modes<T>; MODES] {
     TABLES.continuation.map(|row| row.map(|half| half.map(narrow)))
 }
 
+/// The coefficients of the same polynomial on the next interval.
+#[inline(never)]
+pub(super) fn carry<T: Scalar>(ahead: &[Modes<T>; MODES], modes: &Modes<T>) -> Modes<T> {
+    let mut carried = none();
+    for (l, row) in ahead.iter().enumerate() {
+        let mode = modes[l % 2][l / 2];
+        for parity in 0..2 {
+            for m in 0..MODES / 2 {
+                carried[parity][m] = row[parity][m].mul_add(mode, carried[parity][m]);
+            }
+        }
+    }
+    carried
+}
+
 /// The matrix `∫ P_i(τ) ∫_0^τ P_j`, which integrates a polynomial given by its coefficients.
 pub(super) fn integration() -> &'static [[f64; MODES]; MODES] {
     &TABLES.integration
@@ -216,4 +231,22 @@ fn integrated() -> [[f64; MODES]; MODES] {
         product.to_f64()
     };
     from_fn(|i| from_fn(|j| moment(i, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coefficients of some polynomial of the highest degree.
+    const SOME: Modes<f64> = [[1.0, -0.7, 0.3, 0.9], [0.5, 0.8, -0.6, 0.2]];
+
+    #[test]
+    fn a_polynomial_is_continued_exactly() {
+        let carried = carry(&continuation(), &SOME);
+        for time in [0.0, 0.3, 1.0] {
+            let ahead = value(&SOME, time + 1.0);
+            let error = value(&carried, time) - ahead;
+            assert!(error.abs() <= 1e-11 * ahead.abs(), "at {time}: {error:e} of {ahead:e}");
+        }
+    }
 }

@@ -12,9 +12,10 @@ use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// The number of corrections without a new smallest one that ends the iteration: at noise level,
-/// and above it. A choice: Newton's method may pause for a few corrections far from the solution.
-const STALLED_CORRECTIONS: [u32; 2] = [2, 8];
+/// The number of corrections without a new smallest one that ends the iteration at noise level,
+const STALLED_IN_NOISE: u32 = 2;
+/// and above it: far from the solution, Newton's method may pause for a few corrections. Choices.
+const STALLED_ABOVE_NOISE: u32 = 8;
 /// The Jacobian is renewed if the ratio of successive corrections exceeds this, between 0 and 1,
 const SLOWEST_RATIO: f64 = 0.0625;
 /// or if a correction other than the first exceeds this share of z,
@@ -31,6 +32,72 @@ const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
 pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
 /// unless K would change without λ by more than this number of roundings of H.
 pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
+
+impl<V: Vector> Workspace<V> {
+    /// Computes Δz, z̄ and z1. `settle` computes w1 and returns whether it accepts the solution.
+    pub(crate) fn find<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        settle: impl Fn(&mut Self) -> bool,
+    ) -> Result<Effort, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        self.grain = 0.0;
+        if self.has_lambda {
+            self.start = state.energy(system);
+        }
+        let (workspace, lambda) = (self, Lambda::zero());
+        let mut step = Step {
+            workspace,
+            system,
+            h,
+            state,
+            lambda,
+            resolved: None,
+            renewed: false,
+            quiet: 0,
+            reach: f64::NAN,
+            spent: 0,
+        };
+        if step.solve_from_rest().is_ok() && settle(step.workspace) {
+            return Ok(step.effort());
+        }
+        // Terms that cancel inside H leave λ a rounding that |H| does not show.
+        if step.workspace.has_lambda {
+            step.workspace.measure_grain(system, state);
+        }
+        if step.workspace.grain > 0.0 && step.solve_from_rest().is_ok() && settle(step.workspace) {
+            return Ok(step.effort());
+        }
+        step.solve_by_continuation()?;
+        if settle(step.workspace) {
+            return Ok(step.effort());
+        }
+        if step.workspace.energy.is_finite().all() {
+            return Err(step.stalled());
+        }
+        Err(StepFailure::non_finite(&[(Quantity::Energy, &[step.workspace.energy])]))
+    }
+
+    /// Measures the rounding of H at the start.
+    #[cold]
+    fn measure_grain<S>(&mut self, system: &S, state: &State<V>)
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let [hq, hp] = &mut self.ends;
+        let scratch = Scratch {
+            q: self.q.as_mut_slice(),
+            p: self.p.as_mut_slice(),
+            hq: hq.as_mut_slice(),
+            hp: hp.as_mut_slice(),
+        };
+        self.grain = grain(system, [state.q.as_slice(), state.p.as_slice()], scratch);
+    }
+}
 
 /// A step of size h from `state`, and the state of its iteration.
 struct Step<'a, V: Vector, S: ?Sized> {
@@ -103,7 +170,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         let next_is_rounding = size <= epsilon
             || (ratio < 0.5 && updates.next_is_at_most(OMITTED_ROUNDINGS * epsilon));
         let small = self.reach <= NOISE_ROUNDINGS * epsilon;
-        let done = next_is_rounding || (small && updates.stalled(STALLED_CORRECTIONS[0]));
+        let done = next_is_rounding || (small && updates.stalled(STALLED_IN_NOISE));
         // If the Jacobian had to be renewed, convergence must be confirmed by a correction with a
         // Jacobian evaluated at the current iterate.
         if done && (!self.renewed || (is_fresh && small)) {
@@ -112,10 +179,10 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         // Near an equilibrium the noise of λ stays large relative to p, but is negligible relative
         // to the forces. A correction with a Jacobian evaluated here must confirm this first.
         self.quiet = if small && (is_fresh || self.quiet > 0) { self.quiet + 1 } else { 0 };
-        if self.quiet > STALLED_CORRECTIONS[1] {
+        if self.quiet > STALLED_ABOVE_NOISE {
             return Ok(Verdict::Converged);
         }
-        if updates.stalled(STALLED_CORRECTIONS[1]) || is_last {
+        if updates.stalled(STALLED_ABOVE_NOISE) || is_last {
             return Err(self.stalled());
         }
         // A Jacobian evaluated far out is large and makes the next correction small.
@@ -174,71 +241,5 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
 
     fn effort(&self) -> Effort {
         Effort { evaluations: u64::from(self.spent), iterations: u64::from(self.spent) }
-    }
-}
-
-impl<V: Vector> Workspace<V> {
-    /// Computes Δz, z̄ and z1. `settle` computes w1 and returns whether it accepts the solution.
-    pub(crate) fn find<S>(
-        &mut self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        settle: impl Fn(&mut Self) -> bool,
-    ) -> Result<Effort, StepFailure>
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        self.grain = 0.0;
-        if self.has_lambda {
-            self.start = state.energy(system);
-        }
-        let (workspace, lambda) = (self, Lambda::zero());
-        let mut step = Step {
-            workspace,
-            system,
-            h,
-            state,
-            lambda,
-            resolved: None,
-            renewed: false,
-            quiet: 0,
-            reach: f64::NAN,
-            spent: 0,
-        };
-        if step.solve_from_rest().is_ok() && settle(step.workspace) {
-            return Ok(step.effort());
-        }
-        // Terms that cancel inside H leave λ a rounding that |H| does not show.
-        if step.workspace.has_lambda {
-            step.workspace.measure_grain(system, state);
-        }
-        if step.workspace.grain > 0.0 && step.solve_from_rest().is_ok() && settle(step.workspace) {
-            return Ok(step.effort());
-        }
-        step.solve_by_continuation()?;
-        if settle(step.workspace) {
-            return Ok(step.effort());
-        }
-        if step.workspace.energy.is_finite().all() {
-            return Err(step.stalled());
-        }
-        Err(StepFailure::non_finite(&[(Quantity::Energy, &[step.workspace.energy])]))
-    }
-
-    /// Measures the rounding of H at the start.
-    #[cold]
-    fn measure_grain<S>(&mut self, system: &S, state: &State<V>)
-    where
-        S: Curvature<V::Scalar> + ?Sized,
-    {
-        let [hq, hp] = &mut self.ends;
-        let scratch = Scratch {
-            q: self.q.as_mut_slice(),
-            p: self.p.as_mut_slice(),
-            hq: hq.as_mut_slice(),
-            hp: hp.as_mut_slice(),
-        };
-        self.grain = grain(system, [state.q.as_slice(), state.p.as_slice()], scratch);
     }
 }

@@ -38,12 +38,12 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         if self.dissipative && self.undriven {
             self.book(system);
         }
-        self.project(system, allowed).or_else(|way| {
+        self.project(system, allowed).or_else(|excess| {
             self.place_end(system, state);
             let energies = [self.energy, self.end_energy, self.target()];
             let end = [&self.q, &self.p];
             let noise = error <= DOUBT && is_noise(system, end, energies, &mut self.off);
-            if noise { Ok(()) } else { Err(way) }
+            if noise { Ok(()) } else { Err(excess) }
         })
     }
 

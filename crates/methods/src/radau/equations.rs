@@ -124,16 +124,16 @@ impl<const S: usize> Equations<S> {
         let failure = |dof| StepFailure::Singular { dof, slope: 0.0 };
         match self {
             Self::Plane(it) => {
-                it.real = it.plane.inverse(h * tables.value);
+                it.real = it.plane.inverse(h * tables.eigenvalue);
                 for (to, pair) in it.pairs.iter_mut().zip(tables.pairs()) {
-                    *to = it.plane.inverse(pair.value * h);
+                    *to = it.plane.inverse(pair.eigenvalue * h);
                 }
             }
             Self::Space(it) => {
                 it.h = h;
-                it.space.factorise(h * tables.value, &mut it.real).map_err(failure)?;
+                it.space.factorise(h * tables.eigenvalue, &mut it.real).map_err(failure)?;
                 for (to, pair) in it.pairs.iter_mut().zip(tables.pairs()) {
-                    it.space.factorise(pair.value * h, to).map_err(failure)?;
+                    it.space.factorise(pair.eigenvalue * h, to).map_err(failure)?;
                 }
             }
         }
@@ -191,7 +191,7 @@ impl<const S: usize> Equations<S> {
                     [a[d], b[d]] = raw(d);
                 }
                 let parts = [a.as_mut_slice(), b.as_mut_slice()];
-                space.solve(*h * tables.value, real, parts, unknowns);
+                space.solve(*h * tables.eigenvalue, real, parts, unknowns);
                 let unknowns = &mut unknowns[..n];
                 space.friction(a, b, unknowns);
                 for d in 0..n {
@@ -259,7 +259,7 @@ impl<const S: usize> InSpace<S> {
                 *to = real_part(&tables.left, from);
             }
         }
-        space.solve(*h * tables.value, real, [a, b], unknowns);
+        space.solve(*h * tables.eigenvalue, real, [a, b], unknowns);
         for (to, from) in [(&mut *q, &*a), (&mut *p, &*b)] {
             for (to, from) in to.iter_mut().zip(from) {
                 *to = tables.right.map(|right| right * from);
@@ -271,7 +271,7 @@ impl<const S: usize> InSpace<S> {
                     *to = part(&pair.left, from);
                 }
             }
-            space.solve(pair.value * *h, matrix, [a_pair, b_pair], unknowns_pair);
+            space.solve(pair.eigenvalue * *h, matrix, [a_pair, b_pair], unknowns_pair);
             for (to, from) in [(&mut *q, &*a_pair), (&mut *p, &*b_pair)] {
                 for (to, from) in to.iter_mut().zip(from) {
                     add(&pair.right, *from, to);

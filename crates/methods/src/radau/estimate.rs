@@ -27,7 +27,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let [of_q, of_p, of_w, raw_of_w] = errors.each_mut().map(V::as_mut_slice);
         let Point { v, f, d: drag, loss, .. } = start;
         let n = V::LEN.unwrap_or(of_q.len());
-        let scale = h * V::Scalar::from_f64(tables.value);
+        let scale = h * V::Scalar::from_f64(tables.eigenvalue);
         let step = scale.to_f64();
         let raw = |at: &V, slopes: &[V; S], d: usize| {
             let terms = tables.start.iter().zip(slopes);

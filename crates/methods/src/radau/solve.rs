@@ -31,10 +31,13 @@ const DIVERGING: f64 = 0.9;
 const CONTRACTING: f64 = 0.02;
 /// The least η that is remembered.
 const LEAST_ETA: f64 = 1e-16;
+/// The η of the first correction of a step is that of the last step to this power: it may converge
+/// less fast (Hairer, Wanner II, IV.8).
+const ETA_POWER: f64 = 0.8;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Solves the equations of the step h from `state`. The stages start from the polynomial of the
-    /// accepted step at the times `offset + ratio c_i` (`way`), if there is one.
+    /// accepted step, if there is one, at its times `offset + ratio c_i` (`times`).
     #[inline(always)]
     pub(super) fn solve<F: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -42,13 +45,13 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         h: V::Scalar,
         state: &State<V>,
         allowed: Allowed,
-        way: Option<[V::Scalar; 2]>,
+        times: Option<[V::Scalar; 2]>,
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         self.h = h;
         let length = h.to_f64();
         loop {
-            self.initial_guess(way);
+            self.initial_guess(times);
             if self.renew {
                 self.place((S - 3) / 2, state);
                 self.equations.evaluate(system, &self.at[0], &self.at[1]);
@@ -72,13 +75,13 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     }
 
     #[inline(always)]
-    fn initial_guess(&mut self, way: Option<[V::Scalar; 2]>) {
-        let Some([offset, ratio]) = way else { return self.trial.rest() };
-        if self.ahead_for != way {
-            self.ahead = self.tables.continuation(offset, ratio);
-            self.ahead_for = way;
+    fn initial_guess(&mut self, times: Option<[V::Scalar; 2]>) {
+        let Some([offset, ratio]) = times else { return self.trial.rest() };
+        if self.extrapolation_for != times {
+            self.extrapolation = self.tables.extrapolation(offset, ratio);
+            self.extrapolation_for = times;
         }
-        self.trial.follow(&self.ahead, &self.kept, offset == V::Scalar::one());
+        self.trial.extrapolate(&self.extrapolation, &self.kept, offset == V::Scalar::one());
     }
 
     /// Writes the point of a stage to `at`.
@@ -110,7 +113,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let solved = (SOLVED * allowed.share).max(converged);
         let extended = V::Scalar::EPSILON < 0.5 * f64::EPSILON;
         let most = if extended { MOST_CORRECTIONS_EXTENDED } else { MOST_CORRECTIONS };
-        let mut eta = power(self.eta.max(LEAST_ETA), 0.8);
+        let mut eta = power(self.eta.max(LEAST_ETA), ETA_POWER);
         let (mut before, mut theta) = (f64::NAN, 0.0);
         for count in 1..=most {
             self.look(system, state);
@@ -127,6 +130,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             }
             let stagnates = theta > SHRINKING && change <= stagnant;
             if change <= converged || stagnates || eta * change <= solved {
+                // A slower step says nothing about the first correction of the next.
                 self.eta = eta.min(1.0);
                 self.renew |= theta > CONTRACTING;
                 self.look(system, state);
@@ -161,7 +165,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 Stages::<V, S>::residual(tables, h, p, f, d),
             ]
         });
-        let (mut most, mut poison) = (0.0_f64, 0.0);
+        // 0 as long as all corrections are finite, else NaN.
+        let (mut most, mut invalid) = (0.0_f64, 0.0);
         for d in 0..n {
             let corrections = equations.solution(d);
             for ((to, by), share) in [&mut *q, &mut *p].into_iter().zip(corrections).zip(shares) {
@@ -169,11 +174,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     to.as_mut_slice()[d] += V::Scalar::from_f64(by);
                     let size = by.abs() * share;
                     most = if size > most { size } else { most };
-                    poison += 0.0 * size;
+                    invalid += 0.0 * size;
                 }
             }
         }
-        most + poison
+        most + invalid
     }
 
     /// The failure of an iteration that does not converge.

@@ -130,9 +130,9 @@ impl<V: Vector, const S: usize> Stages<V, S> {
     /// Initialises the stages by a polynomial, given by its values at the stages of `from`,
     /// relative to its value at the end of that step if the new step begins there.
     #[inline(always)]
-    pub(super) fn follow(
+    pub(super) fn extrapolate(
         &mut self,
-        continuation: &Columns<V::Scalar, S>,
+        extrapolation: &Columns<V::Scalar, S>,
         from: &Self,
         from_its_end: bool,
     ) {
@@ -140,7 +140,7 @@ impl<V: Vector, const S: usize> Stages<V, S> {
             let n = V::LEN.unwrap_or(to[0].as_slice().len());
             for d in 0..n {
                 let mut sums = [V::Scalar::zero(); S];
-                for (column, from) in continuation.iter().zip(from) {
+                for (column, from) in extrapolation.iter().zip(from) {
                     let value = from.as_slice()[d];
                     for i in 0..S {
                         sums[i] = column[i].mul_add(value, sums[i]);

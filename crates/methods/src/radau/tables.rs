@@ -28,7 +28,7 @@ const INTERVALS: u32 = 2000;
 /// the product of the left eigenvector with x, a vector x is `Re Σ x_k right_k`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<const S: usize> {
-    pub(super) value: c64,
+    pub(super) eigenvalue: c64,
     pub(super) right: [c64; S],
     pub(super) left: [c64; S],
 }
@@ -45,7 +45,7 @@ pub(crate) struct Tables<T, const S: usize> {
     /// 1 / (c_i Π_k (c_i - c_k))
     barycentric: [T; S],
     /// The real eigenvalue of A, and its right and left eigenvectors.
-    pub(super) value: f64,
+    pub(super) eigenvalue: f64,
     pub(super) right: [f64; S],
     pub(super) left: [f64; S],
     pairs: [Pair<S>; PAIRS],
@@ -76,10 +76,11 @@ impl<const S: usize> Tables<Quad, S> {
             weights,
             start: from_fn(|i| product(i, Quad::ZERO) / product(i, nodes[i])),
             barycentric: from_fn(|i| (nodes[i] * product(i, nodes[i])).recip()),
-            value: 0.0,
+            eigenvalue: 0.0,
             right: [0.0; S],
             left: [0.0; S],
-            pairs: [Pair { value: c64::ZERO, right: [c64::ZERO; S], left: [c64::ZERO; S] }; PAIRS],
+            pairs: [Pair { eigenvalue: c64::ZERO, right: [c64::ZERO; S], left: [c64::ZERO; S] };
+                PAIRS],
         };
         tables.decompose(&rows.map(|row| row.map(Scalar::to_f64)));
         tables
@@ -95,17 +96,17 @@ impl<const S: usize> Tables<Quad, S> {
             _ => 0.0,
         });
         let mut pairs = self.pairs.iter_mut();
-        for value in matrix.eigenvalues().unwrap_or_default() {
+        for eigenvalue in matrix.eigenvalues().unwrap_or_default() {
             // Rounding moves the real eigenvalue by less than this from the real axis.
-            let real = value.im.abs() < 1e-9;
-            if value.im < 0.0 && !real {
+            let real = eigenvalue.im.abs() < 1e-9;
+            if eigenvalue.im < 0.0 && !real {
                 continue;
             }
             let mut vector = [c64::ZERO; S];
             vector[0] = c64::from(1.0);
             for k in 0..S - 1 {
                 let before = if k > 0 { vector[k - 1] * y(k) } else { c64::ZERO };
-                vector[k + 1] = (vector[k] * (c64::from(x(k)) - value) + before) / y(k + 1);
+                vector[k + 1] = (vector[k] * (c64::from(x(k)) - eigenvalue) + before) / y(k + 1);
             }
             let turned = |k: usize| if k.is_multiple_of(2) { vector[k] } else { -vector[k] };
             let norm = (0..S).fold(c64::ZERO, |sum, k| sum + turned(k) * vector[k]);
@@ -117,10 +118,10 @@ impl<const S: usize> Tables<Quad, S> {
             let left: [c64; S] =
                 from_fn(|i| sum(i, &turned) * (count * self.weights[i].to_f64()) / norm);
             if real {
-                (self.value, self.right, self.left) =
-                    (value.re, right.map(|x| x.re), left.map(|x| x.re));
+                (self.eigenvalue, self.right, self.left) =
+                    (eigenvalue.re, right.map(|x| x.re), left.map(|x| x.re));
             } else if let Some(pair) = pairs.next() {
-                *pair = Pair { value, right, left };
+                *pair = Pair { eigenvalue, right, left };
             }
         }
     }
@@ -137,7 +138,7 @@ impl<const S: usize> Tables<Quad, S> {
             weights: self.weights.map(narrow),
             start: self.start.map(narrow),
             barycentric: self.barycentric.map(narrow),
-            value: self.value,
+            eigenvalue: self.eigenvalue,
             right: self.right,
             left: self.left,
             pairs: self.pairs,
@@ -154,7 +155,7 @@ impl<T: Scalar, const S: usize> Tables<T, S> {
 
     /// The matrix that maps increments of a step to those of the polynomial through them at the
     /// times `offset + ratio c_i`, in multiples of the step. By columns.
-    pub(super) fn continuation(&self, offset: T, ratio: T) -> [[T; S]; S] {
+    pub(super) fn extrapolation(&self, offset: T, ratio: T) -> [[T; S]; S] {
         let mut columns = [[T::zero(); S]; S];
         for (i, &node) in self.nodes.iter().enumerate() {
             let at = ratio.mul_add(node, offset);
@@ -250,10 +251,10 @@ mod tests {
         }
         for (i, j) in (0..S).flat_map(|i| (0..S).map(move |j| (i, j))) {
             let (mut one, mut a) = (tables.right[i] * tables.left[j], 0.0);
-            a += one * tables.value;
+            a += one * tables.eigenvalue;
             for pair in tables.pairs() {
                 let product = pair.right[i] * pair.left[j];
-                (one, a) = (one + product.re, a + (product * pair.value).re);
+                (one, a) = (one + product.re, a + (product * pair.eigenvalue).re);
             }
             // The eigenvectors are far from orthogonal, so that the sums lose up to six digits.
             // Corrections then contract by 1e-9 at best.
@@ -261,9 +262,9 @@ mod tests {
             assert!((a - tables.columns[j][i].to_f64()).abs() < 1e-9, "{i} {j}: {a}");
             assert!(i + 1 < S || off(tables.columns[j][i], tables.weights[j]) < 1e-30);
         }
-        // A polynomial of degree S without constant term is continued exactly.
+        // A polynomial of degree S without constant term is extrapolated exactly.
         let (offset, ratio) = (Quad::from_f64(0.25), Quad::from_f64(1.5));
-        let columns = tables.continuation(offset, ratio);
+        let columns = tables.extrapolation(offset, ratio);
         for (k, i) in (1..=S as i32).flat_map(|k| (0..S).map(move |i| (k, i))) {
             let found = (0..S).fold(Quad::ZERO, |sum, j| sum + columns[j][i] * node(j, k));
             let at = offset + ratio * tables.nodes[i];
@@ -295,6 +296,6 @@ mod tests {
         assert!((tables.columns[0][0].to_f64() - (88.0 - 7.0 * root) / 360.0).abs() < 1e-15);
         // 1/γ, ibid. (8.10)
         let gamma = 3.637_834_252_744_496;
-        assert!((tables.value * gamma - 1.0).abs() < 1e-14);
+        assert!((tables.eigenvalue * gamma - 1.0).abs() < 1e-14);
     }
 }

@@ -16,16 +16,18 @@ fn allowed(share: f64) -> Allowed {
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Takes a step, without control of its error.
-    fn take<F>(&mut self, system: &F, h: V::Scalar, state: &mut State<V>, solved: f64)
+    fn take<F>(&mut self, system: &F, h: V::Scalar, state: &mut State<V>, solved: f64) -> Effort
     where
         F: Curvature<V::Scalar>,
     {
         self.begin(system, state);
-        let way = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
-        self.solve(system, h, state, allowed(solved), way, &mut Effort::default()).unwrap();
+        let times = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
+        let mut effort = Effort::default();
+        self.solve(system, h, state, allowed(solved), times, &mut effort).unwrap();
         self.estimate(h, allowed(LOOSE), true);
         assert!(self.balance(system, state, allowed(LOOSE), 0.0).is_ok());
         self.accept(state);
+        effort
     }
 }
 
@@ -161,5 +163,23 @@ fn numerical_damping_is_not_dissipation() {
         }
         assert!((state.energy(&system) - 0.5).abs() < 1e-6, "{b}: {state:?}");
         assert!(state.w[0].abs() <= 100.0 * b, "{b}: {state:?}");
+    }
+}
+
+/// The first correction solves linear equations, and the second shows it. A wrong matrix still
+/// converges, but more slowly.
+#[test]
+fn a_linear_step_takes_two_corrections() {
+    fn corrections<const S: usize>(beta: f64) -> u64 {
+        let system = FputChain::new(3, beta, 0.5).unwrap();
+        let tables = Tables::<Quad, S>::new();
+        let mut engine =
+            Engine::<Vec<f64>, S>::new(&system, &tables, &Tolerance::all(1e-2), 1.0).unwrap();
+        let mut state = State::new(vec![0.6, -0.4, 0.2], vec![0.3, 0.5, -0.1]).unwrap();
+        engine.take(&system, 0.25, &mut state, 1e-12).iterations
+    }
+    for corrections in [corrections::<3>, corrections::<5>, corrections::<7>] {
+        assert_eq!(corrections(0.0), 2);
+        assert!(corrections(1.0) > 2);
     }
 }

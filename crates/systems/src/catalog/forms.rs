@@ -2,10 +2,10 @@
 //! the crates that use it.
 
 use super::{Family, SystemRow};
-use crate::Described;
+use crate::{CustomDrive, Described};
 use afterbay_core::{
-    Abilities, Corrected, InputError, Interval, Lanewise, Quad, Scalar, Separable, Series, System,
-    f64x4, f64x8,
+    Abilities, Corrected, Drive, Driven, InputError, Interval, Lanewise, Quad, Scalar, Separable,
+    Series, System, f64x4, f64x8,
 };
 use std::sync::Arc;
 
@@ -90,6 +90,16 @@ pub trait Number: Scalar {
 
     /// A system given by expressions.
     fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>>;
+
+    /// A system with a drive.
+    ///
+    /// # Errors
+    /// Those of [`Driven::new`].
+    fn driven(
+        system: Arc<dyn Abilities<Self>>,
+        drive: &CustomDrive<f64>,
+        lift: Lift<'_, Self>,
+    ) -> Result<Arc<dyn Abilities<Self>>, InputError>;
 }
 
 fn lifted<T: Scalar>(system: &Described, lift: Lift<'_, T>) -> Arc<dyn Abilities<T>> {
@@ -112,6 +122,14 @@ macro_rules! numbers {
             }
             fn custom(system: &Described, lift: Lift<'_, Self>) -> Arc<dyn Abilities<Self>> {
                 lifted(system, lift)
+            }
+            fn driven(
+                system: Arc<dyn Abilities<Self>>,
+                drive: &CustomDrive<f64>,
+                lift: Lift<'_, Self>,
+            ) -> Result<Arc<dyn Abilities<Self>>, InputError> {
+                let drive: Arc<dyn Drive<Self>> = Arc::new(drive.lift(lift));
+                Ok(Arc::new(Driven::new(system, drive)?))
             }
         }
     )+};
@@ -186,6 +204,15 @@ pub trait Expandable: Number {
 
     /// A system given by expressions.
     fn custom_series(system: &Described) -> Field<Self>;
+
+    /// A system with a drive.
+    ///
+    /// # Errors
+    /// Those of [`Driven::new`].
+    fn driven_series(
+        system: Field<Self>,
+        drive: &CustomDrive<f64>,
+    ) -> Result<Field<Self>, InputError>;
 }
 
 fn expanded<T: Scalar>(system: &Described) -> Field<T> {
@@ -195,6 +222,15 @@ fn expanded<T: Scalar>(system: &Described) -> Field<T> {
         Described::Clocked(system) => Arc::new(system.map(|system| system.map(constant))),
         Described::General(system) => Arc::new(system.map(constant)),
     }
+}
+
+fn driven<T: Scalar>(
+    system: Arc<dyn System<T>>,
+    drive: &CustomDrive<f64>,
+    constant: impl Fn(f64) -> T,
+) -> Result<Arc<dyn System<T>>, InputError> {
+    let drive: Arc<dyn Drive<T>> = Arc::new(drive.lift(|_, x| constant(x)));
+    Ok(Arc::new(Driven::new(system, drive)?))
 }
 
 macro_rules! expandable {
@@ -209,6 +245,12 @@ macro_rules! expandable {
             }
             fn custom_series(system: &Described) -> Field<Self> {
                 expanded(system)
+            }
+            fn driven_series(
+                system: Field<Self>,
+                drive: &CustomDrive<f64>,
+            ) -> Result<Field<Self>, InputError> {
+                driven(system, drive, |x| Series::constant(Self::from_f64(x)))
             }
         }
     )+};
@@ -240,4 +282,15 @@ pub fn custom_ranges(system: &Described) -> Arc<dyn System<Ranges>> {
         Described::Clocked(system) => Arc::new(system.map(|system| system.map(constant))),
         Described::General(system) => Arc::new(system.map(constant)),
     }
+}
+
+/// A system with a drive, in series of intervals.
+///
+/// # Errors
+/// Those of [`Driven::new`].
+pub fn driven_ranges(
+    system: Arc<dyn System<Ranges>>,
+    drive: &CustomDrive<f64>,
+) -> Result<Arc<dyn System<Ranges>>, InputError> {
+    driven(system, drive, |x| Series::constant(Interval::from_f64(x)))
 }

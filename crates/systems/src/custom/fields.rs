@@ -1,7 +1,7 @@
 //! The energy of a described system, its derivatives and its dissipation, by kernels and programs.
 
 use super::Custom;
-use super::programs::Part;
+use super::programs::{Part, run_at};
 use super::shape::{DissipationKernel, DividedDifference, Potential};
 use afterbay_core::singularity::{between, enclosed};
 use afterbay_core::{
@@ -20,6 +20,18 @@ impl<T: Scalar> Custom<T> {
     fn fill(&self, parts: &[Part], point: &Point<'_, T>, to: &mut [T]) {
         for part in parts {
             part.program.run(self.frame(part), point, |j, x| to[j as usize] = x);
+        }
+    }
+
+    /// Computes ∂H/∂p.
+    #[inline(always)]
+    fn velocities(&self, p: &[T], hp: &mut [T]) {
+        if self.unit_mass {
+            hp.copy_from_slice(p);
+            return;
+        }
+        for (j, hp) in hp.iter_mut().enumerate() {
+            *hp = p[j] * self.inverse_masses[j];
         }
     }
 
@@ -76,13 +88,7 @@ impl<T: Scalar> System<T> for Custom<T> {
                 self.fill(gradient, &Point::new(q, p, &[]), hq);
             }
         }
-        if self.unit_mass {
-            hp.copy_from_slice(p);
-            return;
-        }
-        for (j, hp) in hp.iter_mut().enumerate() {
-            *hp = p[j] * self.inverse_masses[j];
-        }
+        self.velocities(p, hp);
     }
 
     #[inline(always)]
@@ -104,6 +110,36 @@ impl<T: Scalar> System<T> for Custom<T> {
                 self.fill(forces, &Point::new(q, p, v), d);
             }
         }
+    }
+
+    #[inline]
+    fn has_batches(&self) -> bool {
+        matches!(self.shape.potential, Potential::Programs { .. })
+            || matches!(self.shape.dissipation_kernel, DissipationKernel::General { .. })
+    }
+
+    fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
+        match &self.shape.potential {
+            Potential::Ridges { along, .. } => {
+                q.iter().zip(hq).for_each(|(q, hq)| along.slopes(&self.frames, q, hq));
+            }
+            Potential::Programs { gradient, .. } => {
+                let point = |i| Point::new(q[i], p[i], &[]);
+                run_at(gradient, &self.frames, q.len(), point, |i, j, x| hq[i][j as usize] = x);
+            }
+        }
+        p.iter().zip(hp).for_each(|(p, hp)| self.velocities(p, hp));
+    }
+
+    fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
+        let DissipationKernel::General { forces, .. } = &self.shape.dissipation_kernel else {
+            for i in 0..d.len() {
+                self.dissipation(q[i], p[i], v[i], d[i]);
+            }
+            return;
+        };
+        let point = |i| Point::new(q[i], p[i], v[i]);
+        run_at(forces, &self.frames, q.len(), point, |i, j, x| d[i][j as usize] = x);
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@ mod shape;
 
 use super::description::GeneralDescription;
 use super::failure::CustomError;
-use super::programs::Part;
+use super::programs::{Part, run_at};
 use super::{checks, passive, period};
 use afterbay_core::singularity::{between, enclosed};
 use afterbay_core::{
@@ -158,6 +158,28 @@ impl<T: Scalar> System<T> for CustomGeneral<T> {
             let point = Point::new(q, p, v);
             part.program.run(self.frame(part), &point, |j, x| d[j as usize] = x);
         }
+    }
+
+    fn has_batches(&self) -> bool {
+        true
+    }
+
+    fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
+        let (n, point) = (self.shape.dof, |i| Point::new(q[i], p[i], &[]));
+        run_at(&self.shape.gradient, &self.frames, q.len(), point, |i, k, x| {
+            match (k as usize).checked_sub(n) {
+                Some(j) => hp[i][j] = x,
+                None => hq[i][k as usize] = x,
+            }
+        });
+    }
+
+    fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
+        if self.shape.forces.is_empty() {
+            d.iter_mut().for_each(|d| d.fill(T::zero()));
+        }
+        let point = |i| Point::new(q[i], p[i], v[i]);
+        run_at(&self.shape.forces, &self.frames, q.len(), point, |i, j, x| d[i][j as usize] = x);
     }
 
     fn dissipation_form(&self) -> DissipationForm {

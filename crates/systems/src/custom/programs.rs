@@ -1,7 +1,9 @@
 //! Programs of one graph, with their frames in one array.
 
 use super::failure::CustomError;
-use afterbay_expression::{BLOCK, Graph, Node, Program, REGISTERS, TooManyRegisters};
+use afterbay_core::Scalar;
+use afterbay_expression::{BLOCK, Graph, Node, Point, Program, REGISTERS, TooManyRegisters};
+use std::array::from_fn;
 use std::ops::Range;
 
 /// The largest number of nodes of the graph, of instructions of all programs, and of second
@@ -13,6 +15,33 @@ const LARGEST_SIZE: usize = 1 << 20;
 pub(super) struct Part {
     pub(super) program: Program,
     pub(super) frame: Range<usize>,
+}
+
+/// The number of points at which programs are run together: the lanes of a vector register.
+const TOGETHER: usize = 8;
+
+/// Runs programs at `count` points. Calls `give` with the point, and the index and the value of
+/// each result.
+pub(super) fn run_at<'a, T: Scalar>(
+    parts: &[Part],
+    frames: &[T],
+    count: usize,
+    point: impl Fn(usize) -> Point<'a, T>,
+    mut give: impl FnMut(usize, u32, T),
+) {
+    let alone = count - count % TOGETHER;
+    for Part { program, frame } in parts {
+        let frame = &frames[frame.clone()];
+        for first in (0..alone).step_by(TOGETHER) {
+            let points: [_; TOGETHER] = from_fn(|i| point(first + i));
+            program.run_at(frame, &points, |index, values| {
+                values.into_iter().enumerate().for_each(|(i, x)| give(first + i, index, x));
+            });
+        }
+        for i in alone..count {
+            program.run(frame, &point(i), |index, x| give(i, index, x));
+        }
+    }
 }
 
 /// Programs in the making, of one graph.
