@@ -16,7 +16,8 @@
 //! [`Collocation`](crate::Collocation) with one stage replaces ∇H(z̄) by its mean between z0 and
 //! z1.
 //!
-//! **Solved** are the equations of [`Gonzalez`](crate::Gonzalez) with λ = 0, by its iteration.
+//! The equations **solved** are those of [`Gonzalez`](crate::Gonzalez) with λ = 0, by the same
+//! iteration.
 //!
 //! A step **fails** and leaves the state unchanged where Newton's iteration finds no solution, also
 //! by continuation from h = 0. Beyond the time scale of the system it may find a solution that does

@@ -5,7 +5,7 @@
 
 use afterbay_core::{System, Vector};
 
-/// Computes ∂H/∂q and ∂H/∂p.
+/// Computes ∂H/∂q and ∂H/∂p at K points.
 #[inline(never)]
 pub(crate) fn gradient<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
     system: &S,
@@ -25,7 +25,7 @@ pub(crate) fn gradient<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>
     }
 }
 
-/// Computes D.
+/// Computes D at K points.
 #[inline(never)]
 pub(crate) fn dissipation<V: Vector, S: System<V::Scalar> + ?Sized, const K: usize>(
     system: &S,

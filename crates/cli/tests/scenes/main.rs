@@ -7,6 +7,7 @@ mod formats;
 mod help;
 #[cfg(unix)]
 mod interrupt;
+mod merge;
 mod mistakes;
 mod ready;
 mod recommended;

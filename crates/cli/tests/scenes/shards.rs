@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Instant;
 
-const AUTONOMOUS: &str = r#"
+pub(super) const AUTONOMOUS: &str = r#"
 [system]
 name = "duffing"
 parameters = { alpha = 1.0, beta = 0.5, c = 0.1 }
@@ -105,46 +105,46 @@ methods = ["moddg", "rk4"]
 "#;
 
 /// A scene with runs of three methods, and without a sweep.
-fn runs() -> String {
+pub(super) fn runs() -> String {
     let scene = SWEEP.replace("[sweep.vary]\nc = [0.0, 0.1, 0.2, 0.3, 0.4]\n", "");
     let methods = "methods = [\"moddg\", \"rk4\", \"adaptive-dop853\"]\ntolerance = 1e-8";
     scene.replacen("methods = [\"moddg\", \"rk4\"]", methods, 1)
 }
 
 /// A folder with a scene.
-struct Place(tempfile::TempDir);
+pub(super) struct Place(tempfile::TempDir);
 
 impl Place {
-    fn new(scene: &str) -> Self {
+    pub(super) fn new(scene: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("scene.toml"), scene).expect("a scene");
         Self(folder)
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// A command on the scene, with a folder for its results.
-    fn command(&self, task: &str, out: &str, more: &[&str]) -> std::process::Command {
+    pub(super) fn command(&self, task: &str, out: &str, more: &[&str]) -> std::process::Command {
         let mut command = afterbay(&[task]);
         command.arg(self.path("scene.toml")).arg("--out").arg(self.path(out)).args(more);
         command
     }
 
     /// Runs a command that must succeed. Returns stdout.
-    fn run(&self, task: &str, out: &str, more: &[&str]) -> String {
+    pub(super) fn run(&self, task: &str, out: &str, more: &[&str]) -> String {
         let (code, stdout, stderr) = done(&mut self.command(task, out, more));
         assert!(matches!(code, Some(0 | 4)), "{task} {more:?}: {code:?} {stdout} {stderr}");
         stdout
     }
 
-    fn merge(&self, out: &str) -> (Option<i32>, String, String) {
+    pub(super) fn merge(&self, out: &str) -> (Option<i32>, String, String) {
         done(afterbay(&["merge"]).arg(self.path(out)))
     }
 
     /// All tables of a folder, without times.
-    fn tables(&self, out: &str) -> BTreeMap<String, Vec<csv::StringRecord>> {
+    pub(super) fn tables(&self, out: &str) -> BTreeMap<String, Vec<csv::StringRecord>> {
         // A command that is killed while it writes a table leaves a file without its name.
         let read = |entry: std::io::Result<std::fs::DirEntry>| {
             let path = entry.expect("a file").path();
@@ -297,36 +297,6 @@ fn what_is_unfinished_is_not_forgotten_by_mistake() {
 }
 
 #[test]
-fn parts_of_something_else_are_refused_by_name() {
-    let place = Place::new(AUTONOMOUS);
-    place.run("study", "out", &["--shard", "1/2"]);
-    let file = place.path("out").join("parts/1-of-2.jsonl");
-    let journal = std::fs::read_to_string(&file).expect("a journal");
-    let (code, _, stderr) = place.merge("out");
-    assert_eq!(code, Some(4), "{stderr}");
-    assert!(stderr.contains("cells are missing"), "{stderr}");
-    for (from, to, word) in [
-        ("\"journal\":3", "\"journal\":2", "format"),
-        ("\"version\":\"", "\"version\":\"0.0.", "version"),
-        ("\"scene\":\"", "\"scene\":\"ab", "scene"),
-    ] {
-        std::fs::write(&file, journal.replacen(from, to, 1)).expect("it is written");
-        for output in
-            [done(&mut place.command("study", "out", &["--shard", "2/2"])), place.merge("out")]
-        {
-            assert!(matches!(output.0, Some(3 | 5)), "{}", output.2);
-            assert!(output.2.contains(word), "{word}: {}", output.2);
-        }
-    }
-    std::fs::write(&file, "no journal\n").expect("it is written");
-    let (code, _, stderr) = place.merge("out");
-    assert_eq!(code, Some(3), "{stderr}");
-    let (code, _, stderr) = place.merge("elsewhere");
-    assert_eq!(code, Some(3), "{stderr}");
-    assert!(stderr.contains("no parts"), "{stderr}");
-}
-
-#[test]
 fn two_commands_do_not_share_cells() {
     let place = Place::new(AUTONOMOUS);
     place.run("study", "out", &["--shard", "1/2"]);
@@ -374,24 +344,6 @@ fn a_job_array_names_the_share() {
         let (code, said) = with(argument, variables);
         assert!(code == Some(2) && said.contains(word), "{argument}: {said}");
     }
-}
-
-/// Studies and runs of one folder are joined one after the other.
-#[test]
-fn a_merge_joins_studies_and_runs_of_one_folder() {
-    let place = Place::new(&runs());
-    for task in ["study", "run"] {
-        place.run(task, "alone", &[]);
-        place.run(task, "shared", &["--shard", "2/2"]);
-        place.run(task, "shared", &["--shard", "1/2"]);
-    }
-    assert!(!place.path("shared/data").exists());
-    let merge = |more: &[&str]| done(afterbay(&["merge"]).arg(place.path("shared")).args(more));
-    for more in [&[][..], &["--run"]] {
-        let (code, _, stderr) = merge(more);
-        assert_eq!(code, Some(0), "{stderr}");
-    }
-    assert_eq!(place.tables("shared"), place.tables("alone"));
 }
 
 /// A disk that is full in the middle of a journal.

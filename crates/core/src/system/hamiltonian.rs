@@ -27,22 +27,22 @@ pub trait System<T: Scalar>: Send + Sync {
     /// `D·v = vᵀ R v ≥ 0` holds for a step as it does for the system.
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
 
-    /// Whether [`System::gradients`] and [`System::dissipations`] are faster than a loop over the
-    /// points.
+    /// Whether methods call [`System::gradients`] and [`System::dissipations`] instead of one point
+    /// after another. Override the three together, where one of them is faster at eight points.
     #[inline(always)]
     fn has_batches(&self) -> bool {
         false
     }
 
-    /// Computes [`System::gradient`] at several points: the arrays have one slice a point. The
-    /// values are the same to the bit.
+    /// Writes the gradient at (q[i], p[i]) to hq[i] and hp[i]: the same bits as
+    /// [`System::gradient`].
     fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
         for ((q, p), (hq, hp)) in q.iter().zip(p).zip(hq.iter_mut().zip(hp)) {
             self.gradient(q, p, hq, hp);
         }
     }
 
-    /// Computes [`System::dissipation`] at several points, as [`System::gradients`] does.
+    /// Writes D at (q[i], p[i], v[i]) to d[i]: the same bits as [`System::dissipation`].
     fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
         for ((q, p), (v, d)) in q.iter().zip(p).zip(v.iter().zip(d)) {
             self.dissipation(q, p, v, d);

@@ -8,7 +8,7 @@
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
-use super::stages::{Stages, carry, weighted};
+use super::stages::{Stages, extrapolate, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, DOUBT, KINK_ORDER, REFUSED_ERROR, Rates, Sides, settle_by_motor};
 use crate::collocation;
@@ -51,9 +51,9 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     /// The lengths of the trial step and of the last accepted one, if any.
     pub(super) h: V::Scalar,
     kept_h: Option<V::Scalar>,
-    /// The matrix that continues the accepted step, and the offset, ratio and count it belongs to.
-    ahead: Columns<V::Scalar, K>,
-    ahead_for: Option<(V::Scalar, V::Scalar, usize)>,
+    /// The matrix that extrapolates the accepted step, and the offset, ratio and count it belongs to.
+    extrapolation: Columns<V::Scalar, K>,
+    extrapolation_for: Option<(V::Scalar, V::Scalar, usize)>,
     pub(super) stiff: Stiffness,
     /// An estimate of the largest frequency, and the memory for computing it.
     pub(super) fastest: f64,
@@ -84,8 +84,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             unit_mass: system.unit_mass(),
             h: V::Scalar::zero(),
             kept_h: None,
-            ahead: [[V::Scalar::zero(); K]; K],
-            ahead_for: None,
+            extrapolation: [[V::Scalar::zero(); K]; K],
+            extrapolation_for: None,
             stiff: Stiffness::new(n),
             fastest: 0.0,
             rates: Rates::new(n),
@@ -215,13 +215,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let ratio = h / length;
             let offset = if again { V::Scalar::zero() } else { V::Scalar::one() };
             let count = if again { K } else { self.trusted(ratio.to_f64()) };
-            if self.ahead_for != Some((offset, ratio, count)) {
-                self.ahead = self.gauss.continuation(offset, ratio, count);
-                self.ahead_for = Some((offset, ratio, count));
+            if self.extrapolation_for != Some((offset, ratio, count)) {
+                self.extrapolation = self.gauss.extrapolation(offset, ratio, count);
+                self.extrapolation_for = Some((offset, ratio, count));
             }
-            carry(&self.ahead, &self.zero, &self.kept.f, &mut self.trial.f);
+            extrapolate(&self.extrapolation, &self.zero, &self.kept.f, &mut self.trial.f);
             if !self.unit_mass {
-                carry(&self.ahead, &self.zero, &self.kept.v, &mut self.trial.v);
+                extrapolate(&self.extrapolation, &self.zero, &self.kept.v, &mut self.trial.v);
             }
         } else {
             for i in 0..K {
@@ -234,7 +234,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
     }
 
-    /// The number of coefficients of the forces that are worth continuing: P_j grows outside [0,
+    /// The number of coefficients of the forces that are worth extrapolating: P_j grows outside [0,
     /// 1].
     #[inline]
     fn trusted(&self, ratio: f64) -> usize {

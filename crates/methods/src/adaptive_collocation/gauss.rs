@@ -102,7 +102,7 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
     /// The matrix that maps values at the nodes to those on another interval, of the same
     /// polynomial truncated to `count` coefficients.
     #[inline(never)]
-    pub(super) fn continuation(&self, offset: T, ratio: T, count: usize) -> Columns<T, K> {
+    pub(super) fn extrapolation(&self, offset: T, ratio: T, count: usize) -> Columns<T, K> {
         let basis = self.basis(offset, ratio);
         let mut columns = [[T::zero(); K]; K];
         for (l, (basis, modes)) in basis.iter().zip(&self.modes).enumerate().take(count) {
@@ -122,12 +122,12 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
 mod tests {
     use super::*;
 
-    /// Powers up to K - 1 are integrated and continued exactly.
+    /// Powers up to K - 1 are integrated and extrapolated exactly.
     #[test]
     fn polynomials_are_exact() {
         fn check<const K: usize>() {
             let gauss = Gauss::<Quad, K>::new().narrow::<f64>();
-            let ahead = gauss.continuation(1.0, 0.5, K);
+            let ahead = gauss.extrapolation(1.0, 0.5, K);
             for n in 0..K {
                 let power = gauss.nodes.map(|x| x.powi(n as i32));
                 let apply = |columns: &Columns<f64, K>, i: usize| -> f64 {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! If v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j is computed directly. The functions are not
-//! inlined, for the reason given in `nodes`.
+//! inlined, for the reason given in `points`.
 
 use super::gauss::{Columns, Gauss};
 use crate::points::{dissipation, gradient};
@@ -101,7 +101,7 @@ impl<V: Vector, const K: usize> Position<'_, V, K> {
 }
 
 /// Applies the matrix to the values at the nodes.
-pub(super) fn carry<V: Vector, const K: usize>(
+pub(super) fn extrapolate<V: Vector, const K: usize>(
     columns: &Columns<V::Scalar, K>,
     zero: &V,
     from: &[V; K],
@@ -285,4 +285,27 @@ pub(super) fn weighted<T: Scalar, const K: usize>(weights: &[T; K], x: [T; K]) -
         width /= 2;
     }
     terms[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_systems::FputChain;
+
+    #[test]
+    fn the_force_that_changed_most_is_found() {
+        let system = FputChain::new(3, 1.0, 0.5).unwrap();
+        let mut stages = Stages::<[f64; 3], 4>::new(3);
+        stages.q = [[0.3, -0.2, 0.7]; 4];
+        stages.p = [[1.0, 2.0, -3.0]; 4];
+        // This computes the forces.
+        stages.restless(&system);
+        for changed in 0..3 {
+            for i in 0..4 {
+                stages.f[i] = from_fn(|j| stages.hq[i][j] + stages.d[i][j]);
+            }
+            stages.f[2][changed] += 1e-3;
+            assert_eq!(stages.restless(&system), changed);
+        }
+    }
 }

@@ -2,15 +2,16 @@
 //!
 //! A sweep computes ĝ_p from the current p, updates q with it, and evaluates the forces at the new
 //! q. Its error contracts by (hω)², whereas updating q and p together would contract by hω. The
-//! iteration starts from the continued polynomial of the last step if the state is exactly the end
+//! iteration starts from the extrapolated polynomial of the last step if the state is exactly the end
 //! of that step, otherwise from a constant.
 
 use super::equations::Equations;
 use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
-use super::rule::{Modes, NODES, Panel, carry, continuation, none, rules, value};
+use super::rule::{Modes, NODES, Panel, extrapolate, extrapolation, none, rules, value};
 use crate::kernels::reductions::max_norm;
+use crate::legendre::MODES;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
@@ -52,7 +53,7 @@ impl<V: Vector, S: ?Sized> Problem<'_, V, S> {
 pub struct Workspace<V: Vector> {
     /// The quadrature rules, each with twice the nodes of the one before.
     pub(super) rules: Vec<Vec<Panel<V::Scalar>>>,
-    ahead: [Modes<V::Scalar>; 8],
+    extrapolation: [Modes<V::Scalar>; MODES],
     pub(super) dissipative: bool,
     pub(super) nodes: Vec<Nodes<V>>,
     pub(super) slopes: Slopes<V>,
@@ -99,7 +100,7 @@ impl<V: Vector> Workspace<V> {
         let panels = rules.last().map_or(0, Vec::len);
         Self {
             rules,
-            ahead: continuation(),
+            extrapolation: extrapolation(),
             dissipative: !system.dissipation_form().zero,
             nodes: (0..panels).map(|_| Nodes::new(n)).collect(),
             slopes: Slopes::new(n),
@@ -216,7 +217,7 @@ impl<V: Vector> Workspace<V> {
         }
         for modes in [&mut self.q_modes, &mut self.p_modes] {
             for modes in &mut modes[..state.dof()] {
-                *modes = carry(&self.ahead, modes);
+                *modes = extrapolate(&self.extrapolation, modes);
             }
         }
     }

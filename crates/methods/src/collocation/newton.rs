@@ -2,7 +2,7 @@
 //! they did not in the step before.
 //!
 //! The simplified iteration uses the Jacobian at the middle of the step. It starts from the
-//! continued polynomial of the last step, then from a constant. If it does not converge, or
+//! extrapolated polynomial of the last step, then from a constant. If it does not converge, or
 //! converges slowly, the exact derivative is used (`krylov.rs`).
 
 use super::equations::Equations;

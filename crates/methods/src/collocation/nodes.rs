@@ -1,7 +1,6 @@
 //! The state and the system at the quadrature nodes, and the conversion from and to coefficients.
 //!
-//! The functions are not inlined into a step: there the compiler could not prove that their inputs
-//! and outputs do not alias, and would not vectorise them.
+//! The functions are not inlined into a step, for the reason given in `points`.
 
 use super::rule::{Modes, NODES, Panel, none};
 use crate::points::{dissipation, gradient};

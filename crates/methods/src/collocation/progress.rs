@@ -16,9 +16,9 @@ const STALLED_CHANGES: [u32; 2] = [3, 10];
 const NOISE_ROUNDINGS: [f64; 2] = [8.0, 1024.0];
 /// Changes up to this number of roundings may be noise.
 const CLEAR_ROUNDINGS: f64 = 64.0;
-/// The size of the next change, in roundings, below which it is omitted. Omitted at every step, it
-/// makes K drift by this amount. With 1/64, a chain drifted in proportion to time; this takes 5 %
-/// more evaluations.
+/// The size of the next change, in roundings, below which it is omitted. A change omitted at every
+/// step makes K drift by its size: with 1/64, K of a chain drifted in proportion to time. 1/512
+/// takes 5 % more evaluations than 1/64.
 const OMITTED_ROUNDINGS: f64 = 1.0 / 512.0;
 
 /// The changes so far, relative to the size of z, in a scalar with unit roundoff ε.
@@ -86,6 +86,8 @@ mod tests {
         // The next changes are about 1e-15 and 1e-21.
         assert!(!arrived(&[1e-3, 1e-9]));
         assert!(arrived(&[1e-3, 1e-9, 1e-15]));
+        // About 1e-18: below 1/64 of a rounding, above 1/512.
+        assert!(!arrived(&[1e-6, 1e-12]));
         // A ratio near 1 predicts nothing.
         assert!(!arrived(&[1e-18 / 0.75, 1e-18]));
         assert!(arrived(&[1e-3, 0.0]));

@@ -62,8 +62,8 @@ impl<V: Vector> Workspace<V> {
         self.defect * rounding::<V::Scalar>(self.scale) <= kept * rounding::<V::Scalar>(ends)
     }
 
-    /// The rounding of H at both ends. A measurement takes some hundred gradients, and that at the
-    /// end serves the next step.
+    /// The rounding of H at both ends. A measurement takes 255 gradients, so that of the end serves
+    /// the next step, too. It stays where K is restored, which moves the end by at most 1e-8 of z.
     fn grains<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         &Problem { system, state, .. }: &Problem<'_, V, S>,

@@ -56,16 +56,16 @@ fn sum<T: Scalar>(columns: &[Pairs<T>; MODES / 2], modes: &[T; MODES / 2]) -> Pa
 }
 
 /// The panels of the rules with 8, 16, 32 and 64 nodes, for all coefficients, and the matrix that
-/// continues a polynomial.
+/// extrapolates a polynomial.
 struct Tables {
     rules: [Vec<Panel<Quad>>; RULES],
-    continuation: [Modes<Quad>; MODES],
+    extrapolation: [Modes<Quad>; MODES],
     integration: [[f64; MODES]; MODES],
 }
 
 static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
     rules: from_fn(|level| panels(1 << level)),
-    continuation: continued(),
+    extrapolation: extrapolated(),
     integration: integrated(),
 });
 
@@ -112,25 +112,25 @@ pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>
     enough.map(|panels| panels.iter().map(panel).collect()).collect()
 }
 
-/// The matrix s of `P_l(1 + τ) = Σ_j s_lj P_j(τ)`, which continues a polynomial to the next
+/// The matrix s of `P_l(1 + τ) = Σ_j s_lj P_j(τ)`, which extrapolates a polynomial to the next
 /// interval. Rows l are stored as [parity][m].
-pub(super) fn continuation<T: Scalar>() -> [Modes<T>; MODES] {
-    TABLES.continuation.map(|row| row.map(|half| half.map(narrow)))
+pub(super) fn extrapolation<T: Scalar>() -> [Modes<T>; MODES] {
+    TABLES.extrapolation.map(|row| row.map(|half| half.map(narrow)))
 }
 
 /// The coefficients of the same polynomial on the next interval.
 #[inline(never)]
-pub(super) fn carry<T: Scalar>(ahead: &[Modes<T>; MODES], modes: &Modes<T>) -> Modes<T> {
-    let mut carried = none();
-    for (l, row) in ahead.iter().enumerate() {
+pub(super) fn extrapolate<T: Scalar>(by: &[Modes<T>; MODES], modes: &Modes<T>) -> Modes<T> {
+    let mut ahead = none();
+    for (l, row) in by.iter().enumerate() {
         let mode = modes[l % 2][l / 2];
         for parity in 0..2 {
             for m in 0..MODES / 2 {
-                carried[parity][m] = row[parity][m].mul_add(mode, carried[parity][m]);
+                ahead[parity][m] = row[parity][m].mul_add(mode, ahead[parity][m]);
             }
         }
     }
-    carried
+    ahead
 }
 
 /// The matrix `∫ P_i(τ) ∫_0^τ P_j`, which integrates a polynomial given by its coefficients.
@@ -209,7 +209,7 @@ pub(super) fn value<T: Scalar>(modes: &Modes<T>, time: T) -> T {
     sum
 }
 
-fn continued() -> [Modes<Quad>; MODES] {
+fn extrapolated() -> [Modes<Quad>; MODES] {
     let moment = |l: usize, j: usize| {
         gauss(MODES).into_iter().fold(Quad::ZERO, |sum, [x, weight]| {
             let term = |x: Quad| values(x)[j] * values(x + Quad::from_f64(2.0))[l];
@@ -241,11 +241,11 @@ mod tests {
     const SOME: Modes<f64> = [[1.0, -0.7, 0.3, 0.9], [0.5, 0.8, -0.6, 0.2]];
 
     #[test]
-    fn a_polynomial_is_continued_exactly() {
-        let carried = carry(&continuation(), &SOME);
+    fn a_polynomial_is_extrapolated_exactly() {
+        let extrapolated = extrapolate(&extrapolation(), &SOME);
         for time in [0.0, 0.3, 1.0] {
             let ahead = value(&SOME, time + 1.0);
-            let error = value(&carried, time) - ahead;
+            let error = value(&extrapolated, time) - ahead;
             assert!(error.abs() <= 1e-11 * ahead.abs(), "at {time}: {error:e} of {ahead:e}");
         }
     }

@@ -12,9 +12,11 @@ use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// The number of corrections without a new smallest one that ends the iteration at noise level,
+/// At noise level, the iteration ends after this number of corrections without a new smallest one.
+/// A choice.
 const STALLED_IN_NOISE: u32 = 2;
-/// and above it: far from the solution, Newton's method may pause for a few corrections. Choices.
+/// Above noise level, it ends after this number of them: far from the solution, Newton's method may
+/// pause for a few corrections. A choice.
 const STALLED_ABOVE_NOISE: u32 = 8;
 /// The Jacobian is renewed if the ratio of successive corrections exceeds this, between 0 and 1,
 const SLOWEST_RATIO: f64 = 0.0625;

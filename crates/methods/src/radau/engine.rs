@@ -30,7 +30,8 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     /// The lengths of the trial step and of the last accepted one, if any.
     pub(super) h: V::Scalar,
     pub(super) kept_h: Option<V::Scalar>,
-    /// The matrix that extrapolates the accepted step, and the times it belongs to.
+    /// The matrix that evaluates the polynomial of the accepted step at `offset + ratio c_i`, and
+    /// `[offset, ratio]`.
     pub(super) extrapolation: Columns<V::Scalar, S>,
     pub(super) extrapolation_for: Option<[V::Scalar; 2]>,
     /// Whether the slopes and H at the start belong to the current state.
@@ -120,9 +121,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     ) -> Result<Attempt, StepFailure> {
         let mut effort = self.begin(system, state);
         let allowed = self.share.allowed(state);
-        let times = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
+        let shift = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let rejected = std::mem::replace(&mut self.rejected, true);
-        self.solve(system, h, state, allowed, times, &mut effort)?;
+        self.solve(system, h, state, allowed, shift, &mut effort)?;
         let smooth = !self.passes_kink(system, state);
         let mut error = self.estimate(h, allowed, smooth);
         if rejected && error > 1.0 && error.is_finite() {
@@ -156,13 +157,13 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         self.begun = false;
         let mut effort = self.begin(system, before);
         let allowed = self.share.allowed(before);
-        let times = self.kept_h.map(|kept| [V::Scalar::zero(), h / kept]);
+        let shift = self.kept_h.map(|kept| [V::Scalar::zero(), h / kept]);
         // The run goes on as without the sample, with the Jacobian that it has.
         let (eta, renew) = (self.eta, self.renew);
         if V::LEN != Some(1) && self.kept_h.is_some() {
             (self.fresh, self.renew) = (true, false);
         }
-        let outcome = self.solve(system, h, before, allowed, times, &mut effort);
+        let outcome = self.solve(system, h, before, allowed, shift, &mut effort);
         (self.eta, self.renew) = (eta, renew);
         (self.begun, self.fresh, self.factorised) = (false, false, 0.0);
         outcome?;

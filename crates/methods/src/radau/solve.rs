@@ -29,15 +29,16 @@ const DIVERGING: f64 = 0.9;
 /// The ratio of successive corrections up to which the Jacobian is kept for the next step; above 0
 /// and below 1. A choice.
 const CONTRACTING: f64 = 0.02;
-/// The least η that is remembered.
+/// The least η from which a step starts.
 const LEAST_ETA: f64 = 1e-16;
-/// The η of the first correction of a step is that of the last step to this power: it may converge
-/// less fast (Hairer, Wanner II, IV.8).
+/// A step starts with the last η to this power, which is larger: its corrections may converge less
+/// fast (Hairer, Wanner II, IV.8).
 const ETA_POWER: f64 = 0.8;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Solves the equations of the step h from `state`. The stages start from the polynomial of the
-    /// accepted step, if there is one, at its times `offset + ratio c_i` (`times`).
+    /// accepted step, if there is one, at its times `offset + ratio c_i`;
+    /// `shift` is `[offset, ratio]`.
     #[inline(always)]
     pub(super) fn solve<F: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -45,13 +46,13 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         h: V::Scalar,
         state: &State<V>,
         allowed: Allowed,
-        times: Option<[V::Scalar; 2]>,
+        shift: Option<[V::Scalar; 2]>,
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         self.h = h;
         let length = h.to_f64();
         loop {
-            self.initial_guess(times);
+            self.initial_guess(shift);
             if self.renew {
                 self.place((S - 3) / 2, state);
                 self.equations.evaluate(system, &self.at[0], &self.at[1]);
@@ -75,11 +76,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     }
 
     #[inline(always)]
-    fn initial_guess(&mut self, times: Option<[V::Scalar; 2]>) {
-        let Some([offset, ratio]) = times else { return self.trial.rest() };
-        if self.extrapolation_for != times {
+    fn initial_guess(&mut self, shift: Option<[V::Scalar; 2]>) {
+        let Some([offset, ratio]) = shift else { return self.trial.rest() };
+        if self.extrapolation_for != shift {
             self.extrapolation = self.tables.extrapolation(offset, ratio);
-            self.extrapolation_for = times;
+            self.extrapolation_for = shift;
         }
         self.trial.extrapolate(&self.extrapolation, &self.kept, offset == V::Scalar::one());
     }
@@ -130,7 +131,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             }
             let stagnates = theta > SHRINKING && change <= stagnant;
             if change <= converged || stagnates || eta * change <= solved {
-                // A slower step says nothing about the first correction of the next.
+                // A larger η would make the next step take corrections that it may not need.
                 self.eta = eta.min(1.0);
                 self.renew |= theta > CONTRACTING;
                 self.look(system, state);

@@ -21,9 +21,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         F: Curvature<V::Scalar>,
     {
         self.begin(system, state);
-        let times = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
+        let shift = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let mut effort = Effort::default();
-        self.solve(system, h, state, allowed(solved), times, &mut effort).unwrap();
+        self.solve(system, h, state, allowed(solved), shift, &mut effort).unwrap();
         self.estimate(h, allowed(LOOSE), true);
         assert!(self.balance(system, state, allowed(LOOSE), 0.0).is_ok());
         self.accept(state);

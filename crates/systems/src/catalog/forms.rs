@@ -205,7 +205,7 @@ pub trait Expandable: Number {
     /// A system given by expressions.
     fn custom_series(system: &Described) -> Field<Self>;
 
-    /// A system with a drive.
+    /// A system with a drive, in power series.
     ///
     /// # Errors
     /// Those of [`Driven::new`].

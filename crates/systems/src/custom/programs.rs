@@ -17,7 +17,7 @@ pub(super) struct Part {
     pub(super) frame: Range<usize>,
 }
 
-/// The number of points at which programs are run together: the lanes of a vector register.
+/// The number of points at which a program is run together: the nodes of a panel of collocation.
 const TOGETHER: usize = 8;
 
 /// Runs programs at `count` points. Calls `give` with the point, and the index and the value of
@@ -29,16 +29,16 @@ pub(super) fn run_at<'a, T: Scalar>(
     point: impl Fn(usize) -> Point<'a, T>,
     mut give: impl FnMut(usize, u32, T),
 ) {
-    let alone = count - count % TOGETHER;
+    let together = count - count % TOGETHER;
     for Part { program, frame } in parts {
         let frame = &frames[frame.clone()];
-        for first in (0..alone).step_by(TOGETHER) {
+        for first in (0..together).step_by(TOGETHER) {
             let points: [_; TOGETHER] = from_fn(|i| point(first + i));
             program.run_at(frame, &points, |index, values| {
                 values.into_iter().enumerate().for_each(|(i, x)| give(first + i, index, x));
             });
         }
-        for i in alone..count {
+        for i in together..count {
             program.run(frame, &point(i), |index, x| give(i, index, x));
         }
     }
