@@ -34,7 +34,7 @@ pub trait System<T: Scalar>: Send + Sync {
         false
     }
 
-    /// Writes the gradient at (q[i], p[i]) to hq[i] and hp[i]: the same bits as
+    /// Writes the gradient at `(q[i], p[i])` to `hq[i]` and `hp[i]`: the same bits as
     /// [`System::gradient`].
     fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
         for ((q, p), (hq, hp)) in q.iter().zip(p).zip(hq.iter_mut().zip(hp)) {
@@ -42,7 +42,7 @@ pub trait System<T: Scalar>: Send + Sync {
         }
     }
 
-    /// Writes D at (q[i], p[i], v[i]) to d[i]: the same bits as [`System::dissipation`].
+    /// Writes D at `(q[i], p[i], v[i])` to `d[i]`: the same bits as [`System::dissipation`].
     fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
         for ((q, p), (v, d)) in q.iter().zip(p).zip(v.iter().zip(d)) {
             self.dissipation(q, p, v, d);
