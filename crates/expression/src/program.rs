@@ -7,7 +7,7 @@ use crate::compile::{SMALL, compile};
 use crate::function::Function;
 use crate::graph::{Graph, Input, Node};
 use afterbay_core::{Line, Scalar};
-use std::array::from_fn;
+use std::array::{from_fn, from_ref};
 use thiserror::Error;
 
 /// The largest number of registers of a program.
@@ -218,13 +218,13 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
-        let (points, mut results) = ([*point], [[T::zero()]; K]);
+        let (points, mut results) = (from_ref(point), [[T::zero()]; K]);
         if self.registers > SMALL {
-            self.large(frame, &points, &mut results, &mut |_, _| {});
+            self.large(frame, points, &mut results, &mut |_, _| {});
         } else {
             // Arrays of their own, which the compiler keeps in the processor's registers.
             let mut registers = [[T::zero()]; SMALL];
-            self.execute(&mut registers, frame, &points, |_, _| {});
+            self.execute(&mut registers, frame, points, |_, _| {});
             self.read(&registers, &mut results);
         }
         results.map(|[result]| result)
@@ -268,7 +268,7 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, mut give: impl FnMut(u32, T)) {
-        self.run_at(frame, &[*point], |index, [result]| give(index, result));
+        self.run_at(frame, from_ref(point), |index, [result]| give(index, result));
     }
 
     /// Calls `give` with the index and the values, one a point, of every result of

@@ -51,7 +51,8 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     /// The lengths of the trial step and of the last accepted one, if any.
     pub(super) h: V::Scalar,
     kept_h: Option<V::Scalar>,
-    /// The matrix that extrapolates the accepted step, and the offset, ratio and count it belongs to.
+    /// The matrix that extrapolates the accepted step, and the offset, ratio and count it belongs
+    /// to.
     extrapolation: Columns<V::Scalar, K>,
     extrapolation_for: Option<(V::Scalar, V::Scalar, usize)>,
     pub(super) stiff: Stiffness,

@@ -2,8 +2,8 @@
 //!
 //! A sweep computes ĝ_p from the current p, updates q with it, and evaluates the forces at the new
 //! q. Its error contracts by (hω)², whereas updating q and p together would contract by hω. The
-//! iteration starts from the extrapolated polynomial of the last step if the state is exactly the end
-//! of that step, otherwise from a constant.
+//! iteration starts from the extrapolated polynomial of the last step if the state is exactly the
+//! end of that step, otherwise from a constant.
 
 use super::equations::Equations;
 use super::krylov::Krylov;
