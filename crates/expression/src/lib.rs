@@ -64,6 +64,7 @@ mod function;
 mod graph;
 mod monomial;
 mod parse;
+mod point;
 mod program;
 mod ridge;
 mod simplify;
@@ -78,6 +79,7 @@ pub use parse::{
     Definition, MOST_DEGREES, Names, ParseError, Parsed, Problem, evaluate, is_name, is_reserved,
     parse,
 };
-pub use program::{BLOCK, Point, Program, REGISTERS, TooManyRegisters};
+pub use point::Point;
+pub use program::{BLOCK, Program, REGISTERS, TooManyRegisters};
 pub use ridge::{Base, Form, Ridge};
 pub use structure::{Degrees, Sign};

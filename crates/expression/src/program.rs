@@ -6,8 +6,8 @@
 use crate::compile::{SMALL, compile};
 use crate::function::Function;
 use crate::graph::{Graph, Input, Node};
-use afterbay_core::{Line, Scalar};
-use std::array::{from_fn, from_ref};
+use crate::point::{Point, Points};
+use afterbay_core::Scalar;
 use thiserror::Error;
 
 /// The largest number of registers of a program.
@@ -80,42 +80,6 @@ pub(super) enum Instruction {
         index: u32,
         a: Register,
     },
-}
-
-/// The inputs of a run. Parts that a program does not read may be empty.
-#[derive(Clone, Copy)]
-pub struct Point<'a, T> {
-    /// Coordinates.
-    pub q: &'a [T],
-    /// Momenta.
-    pub p: &'a [T],
-    /// Velocities.
-    pub v: &'a [T],
-    /// The end of an edge, or the value of the coordinate that [`Program::moving`] replaced.
-    pub end: T,
-    /// q_j and p_j of the degree of freedom of [`Program::in_plane`].
-    pub own: [T; 2],
-}
-
-impl<'a, T: Scalar> Point<'a, T> {
-    /// Coordinates, momenta and velocities.
-    pub fn new(q: &'a [T], p: &'a [T], v: &'a [T]) -> Self {
-        Self { q, p, v, end: T::zero(), own: [T::zero(); 2] }
-    }
-}
-
-impl<T: Copy> Point<'_, T> {
-    #[inline(always)]
-    fn read(&self, input: Input) -> T {
-        match input {
-            Input::Coordinate(j) => self.q[j as usize],
-            Input::Momentum(j) => self.p[j as usize],
-            Input::Velocity(j) => self.v[j as usize],
-            Input::End => self.end,
-            Input::OwnCoordinate => self.own[0],
-            Input::OwnMomentum => self.own[1],
-        }
-    }
 }
 
 /// A compiled set of nodes. It is evaluated without heap allocation.
@@ -218,36 +182,36 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
-        let (points, mut results) = (from_ref(point), [[T::zero()]; K]);
         if self.registers > SMALL {
-            self.large(frame, points, &mut results, &mut |_, _| {});
-        } else {
-            // Arrays of their own, which the compiler keeps in the processor's registers.
-            let mut registers = [[T::zero()]; SMALL];
-            self.execute(&mut registers, frame, points, |_, _| {});
-            self.read(&registers, &mut results);
+            let mut results = [T::zero(); K];
+            self.large(frame, point, &mut results, &mut |_, _| {});
+            return results;
         }
-        results.map(|[result]| result)
+        // Arrays of their own, which the compiler keeps in the processor's registers.
+        let (mut registers, mut results) = ([T::zero(); SMALL], [T::zero(); K]);
+        self.execute(&mut registers, frame, point, |_, _| {});
+        self.read(&registers, &mut results);
+        results
     }
 
     /// Runs a program that needs many registers. A separate function, so that a small program does
     /// not reserve them, and one for all callers, since a long program hides the cost of the calls.
     #[inline(never)]
-    fn large<T: Scalar, const P: usize>(
+    fn large<T: Scalar, P: Points<T>>(
         &self,
         frame: &[T],
-        points: &[Point<'_, T>; P],
-        results: &mut [[T; P]],
-        give: &mut dyn FnMut(u32, [T; P]),
+        points: &P,
+        results: &mut [P::Value],
+        give: &mut dyn FnMut(u32, P::Value),
     ) {
         match self.registers {
             0..=64 => {
-                let mut registers = [[T::zero(); P]; 64];
+                let mut registers = [P::equal(T::zero()); 64];
                 self.execute(&mut registers, frame, points, give);
                 self.read(&registers, results);
             }
             _ => {
-                let mut registers = [[T::zero(); P]; REGISTERS];
+                let mut registers = [P::equal(T::zero()); REGISTERS];
                 self.execute(&mut registers, frame, points, give);
                 self.read(&registers, results);
             }
@@ -267,8 +231,8 @@ impl Program {
     /// # Panics
     /// If the program reads beyond the end of a part of the point.
     #[inline]
-    pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, mut give: impl FnMut(u32, T)) {
-        self.run_at(frame, from_ref(point), |index, [result]| give(index, result));
+    pub fn run<T: Scalar>(&self, frame: &[T], point: &Point<'_, T>, give: impl FnMut(u32, T)) {
+        self.run_on(frame, point, give);
     }
 
     /// Calls `give` with the index and the values, one a point, of every result of
@@ -282,68 +246,77 @@ impl Program {
         &self,
         frame: &[T],
         points: &[Point<'_, T>; P],
-        mut give: impl FnMut(u32, [T; P]),
+        give: impl FnMut(u32, [T; P]),
+    ) {
+        self.run_on(frame, points, give);
+    }
+
+    #[inline(always)]
+    fn run_on<T: Scalar, P: Points<T>>(
+        &self,
+        frame: &[T],
+        points: &P,
+        mut give: impl FnMut(u32, P::Value),
     ) {
         if self.registers > SMALL {
             return self.large(frame, points, &mut [], &mut give);
         }
-        self.execute(&mut [[T::zero(); P]; SMALL], frame, points, give);
+        self.execute(&mut [P::equal(T::zero()); SMALL], frame, points, give);
     }
 
     /// Runs the program in N registers, each with one value a point. N is a power of two, so that
     /// the mask makes every index valid without a bounds check; all registers of the program are
     /// below N.
     #[inline(always)]
-    fn execute<T: Scalar, const N: usize, const P: usize>(
+    fn execute<T: Scalar, P: Points<T>, const N: usize>(
         &self,
-        r: &mut [[T; P]; N],
+        r: &mut [P::Value; N],
         frame: &[T],
-        points: &[Point<'_, T>; P],
-        mut give: impl FnMut(u32, [T; P]),
+        points: &P,
+        mut give: impl FnMut(u32, P::Value),
     ) {
         let at = |register: Register| register as usize & (N - 1);
         let mut blocks = r.as_chunks_mut::<BLOCK>().0.iter_mut().zip(frame.as_chunks::<BLOCK>().0);
         // The first block is copied on its own: its known length makes the copy a few instructions.
         if let Some((r, x)) = blocks.next() {
-            *r = x.map(|x| [x; P]);
-            blocks.for_each(|(r, x)| *r = x.map(|x| [x; P]));
+            *r = x.map(P::equal);
+            blocks.for_each(|(r, x)| *r = x.map(P::equal));
         }
         for (k, &input) in (self.frame.len()..).zip(&self.inputs) {
-            r[k & (N - 1)] = from_fn(|i| points[i].read(input));
+            r[k & (N - 1)] = points.read(input);
         }
         for &instruction in &self.code {
             match instruction {
-                Instruction::Load { to, input } => {
-                    r[at(to)] = from_fn(|i| points[i].read(input));
-                }
-                Instruction::Negative { to, a } => r[at(to)] = r[at(a)].map(|a| -a),
+                Instruction::Load { to, input } => r[at(to)] = points.read(input),
+                Instruction::Negative { to, a } => r[at(to)] = P::map([r[at(a)]], |[a]| -a),
                 Instruction::Sum { to, a, b } => {
-                    r[at(to)] = from_fn(|i| r[at(a)][i] + r[at(b)][i]);
+                    r[at(to)] = P::map([r[at(a)], r[at(b)]], |[a, b]| a + b);
                 }
                 Instruction::Difference { to, a, b } => {
-                    r[at(to)] = from_fn(|i| r[at(a)][i] - r[at(b)][i]);
+                    r[at(to)] = P::map([r[at(a)], r[at(b)]], |[a, b]| a - b);
                 }
                 Instruction::Product { to, a, b } => {
-                    r[at(to)] = from_fn(|i| r[at(a)][i] * r[at(b)][i]);
+                    r[at(to)] = P::map([r[at(a)], r[at(b)]], |[a, b]| a * b);
                 }
                 Instruction::Quotient { to, a, b } => {
-                    r[at(to)] = from_fn(|i| r[at(a)][i] / r[at(b)][i]);
+                    r[at(to)] = P::map([r[at(a)], r[at(b)]], |[a, b]| a / b);
                 }
                 Instruction::ProductSum { to, a, b, c } => {
-                    r[at(to)] = from_fn(|i| r[at(a)][i].mul_add(r[at(b)][i], r[at(c)][i]));
+                    let arguments = [r[at(a)], r[at(b)], r[at(c)]];
+                    r[at(to)] = P::map(arguments, |[a, b, c]| a.mul_add(b, c));
                 }
                 Instruction::ProductDifference { to, a, b, c } => {
-                    r[at(to)] = from_fn(|i| (-r[at(a)][i]).mul_add(r[at(b)][i], r[at(c)][i]));
+                    let arguments = [r[at(a)], r[at(b)], r[at(c)]];
+                    r[at(to)] = P::map(arguments, |[a, b, c]| (-a).mul_add(b, c));
                 }
                 Instruction::Of { function, to, a } => {
-                    r[at(to)] = r[at(a)].map(|a| function.at(a));
+                    r[at(to)] = P::map([r[at(a)]], |[a]| function.at(a));
                 }
                 Instruction::Divided { function, to, derivative, a, b } => {
-                    let lines: [Line<T>; P] =
-                        from_fn(|i| function.divided(r[at(a)][i], r[at(b)][i]));
-                    r[at(to)] = lines.map(|line| line.value);
+                    let lines = P::divided(function, r[at(a)], r[at(b)]);
+                    r[at(to)] = lines.value;
                     if let Some(derivative) = derivative {
-                        r[at(derivative)] = lines.map(|line| line.slope);
+                        r[at(derivative)] = lines.slope;
                     }
                 }
                 Instruction::Give { index, a } => give(index, r[at(a)]),
