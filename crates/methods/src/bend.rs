@@ -11,7 +11,8 @@ pub(crate) fn bend<T: Scalar, S: Curvature<T> + ?Sized>(system: &S, q: &[T], p: 
 }
 
 /// The largest |z_i ∂²H/∂z_i∂z_j z_j| at (q, p): an estimate of the terms that cancel inside H near
-/// an equilibrium away from the origin.
+/// an equilibrium away from the origin. 0 where it overflows, since every error of K would be below
+/// an infinite bound.
 pub(crate) fn second_order<T: Scalar, S: Curvature<T> + ?Sized>(
     system: &S,
     q: &[T],
@@ -27,5 +28,5 @@ pub(crate) fn second_order<T: Scalar, S: Curvature<T> + ?Sized>(
         };
         most = most.max((a * entry * b).to_f64().abs());
     });
-    most
+    if most.is_finite() { most } else { 0.0 }
 }
