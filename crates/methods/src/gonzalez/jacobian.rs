@@ -116,6 +116,8 @@ impl Jacobian {
         let to = self.matrix.values();
         to.fill(0.0);
         if let Some(Eliminated { c, s }) = &mut self.eliminated {
+            // Slices, whose addresses and lengths stay in registers.
+            let (c, s) = (c.as_mut_slice(), s.as_mut_slice());
             c.fill([0.0; 2]);
             s.fill(0.0);
             self.derivatives.inertia().for_each(|(i, value)| c[i][0] += value);
@@ -124,7 +126,7 @@ impl Jacobian {
                 *c = half_h.mul_add(*c, h_lambda);
             }
             c[self.free..].fill([0.0, half_h]);
-            for (Derivative { block, j, slots: [slot, _], .. }, value) in self.derivatives.iter() {
+            for (&Derivative { block, j, slots: [slot, _], .. }, value) in self.derivatives.iter() {
                 match block {
                     Block::Hqq | Block::Dq => {
                         let value = half_h * value;
@@ -142,7 +144,7 @@ impl Jacobian {
             }
             return self.matrix.factorise();
         }
-        for (Derivative { block, slots: [first, second], .. }, value) in self.derivatives.iter() {
+        for (&Derivative { block, slots: [first, second], .. }, value) in self.derivatives.iter() {
             let value = half_h * value;
             match block {
                 Block::Hqq | Block::Dq | Block::Dp => to[first] += value,
@@ -179,7 +181,7 @@ impl Jacobian {
 
     /// Adds ½ ∇∇H (x, y) to (u, v).
     pub(super) fn add_half_hessian(&self, [x, y]: [&[f64]; 2], [u, v]: [&mut [f64]; 2]) {
-        for (Derivative { block, i, j, .. }, value) in self.derivatives.iter() {
+        for (&Derivative { block, i, j, .. }, value) in self.derivatives.iter() {
             let half = 0.5 * value;
             match block {
                 Block::Hqq => u[i] = half.mul_add(x[j], u[i]),

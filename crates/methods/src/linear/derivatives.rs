@@ -113,8 +113,8 @@ impl Derivatives {
     }
 
     /// The derivatives with their values.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (Derivative, f64)> {
-        self.list.iter().copied().zip(self.values.iter().copied())
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&Derivative, f64)> {
+        self.list.iter().zip(self.values.iter().copied())
     }
 
     /// The diagonal entries of Hpp, with their degrees of freedom.

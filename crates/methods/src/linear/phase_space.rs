@@ -95,12 +95,12 @@ impl PhaseSpace {
 
     /// Factorises 1 - m J. The error is the degree of freedom of a vanishing pivot.
     pub(crate) fn factorise<T: Number>(&self, m: T, matrix: &mut Matrix<T>) -> Result<(), usize> {
-        let (to, square) = (matrix.values(), m * m);
+        let (to, square, inertia) = (matrix.values(), m * m, self.inertia.as_deref());
         to.fill(T::ZERO);
         self.diagonal.iter().for_each(|&slot| to[slot] = T::real(1.0));
-        for (Derivative { block, j, slots: [first, second], .. }, value) in self.derivatives.iter()
+        for (&Derivative { block, j, slots: [first, second], .. }, value) in self.derivatives.iter()
         {
-            match (block, &self.inertia) {
+            match (block, inertia) {
                 (Block::Hqq | Block::Dq, Some(inertia)) => {
                     to[first] += square.scaled(value * inertia[j]);
                 }
@@ -113,7 +113,7 @@ impl PhaseSpace {
                 }
             }
         }
-        let rows = if self.inertia.is_some() { 1 } else { 2 };
+        let rows = if inertia.is_some() { 1 } else { 2 };
         matrix.factorise().map_err(|row| row / rows)
     }
 
