@@ -5,11 +5,16 @@ use super::{Step, Workspace};
 use crate::kernels::reductions::all_finite;
 use afterbay_core::{Scalar, Separable, Vector};
 
+/// The least number of degrees of freedom. With fewer the loops cost more than the calls: on one
+/// mass in a `Vec` twice as much.
+const LEAST_DOF: usize = 4;
+
 impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// Whether the step is of this kind.
     #[inline(always)]
     pub(super) fn is_together(&self) -> bool {
-        !Self::SINGLE && self.damping.linear && self.free() == self.state.dof()
+        let n = self.state.dof();
+        !Self::SINGLE && n >= LEAST_DOF && self.damping.linear && self.free() == n
     }
 
     /// γ at the q of the forces.
