@@ -1,16 +1,19 @@
-//! Evaluations that the methods with step size control need for an error of (q, p) at the end, for
-//! several values of the safety of their steps.
+//! Evaluations that methods need for an error of (q, p) at the end: those with step size control,
+//! for several values of the safety of their steps, and the relaxed ones with fixed steps.
 //!
 //! `cargo run --release -p afterbay-benches --example explicit_work` prints for each problem,
 //! method and safety the fewest evaluations of a run with an error of at most 1e-4, 1e-8 and 1e-11,
 //! among runs with tolerances four to a decade, and the share of rejected attempts in all of them.
+//! Of the fixed steps it takes 5 to 20,000, each number larger by a twentieth than the one before.
 
 use afterbay_core::taylor::trajectory;
 use afterbay_core::{
-    Adaptive, Curvature, Effort, Series, State, StepControl, System, Tolerance,
+    Adaptive, Curvature, Effort, Grid, Series, State, StepControl, System, Tolerance, integrate,
     integrate_controlled,
 };
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
+use afterbay_methods::{
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Relaxed,
+};
 use afterbay_systems::{
     DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
 };
@@ -34,6 +37,24 @@ fn error(found: &State<Vec<f64>>, exact: &State<Vec<f64>>) -> f64 {
     pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
 
+/// The fewest evaluations with which each error was reached.
+struct Fewest([u64; 3]);
+
+impl Fewest {
+    fn see(&mut self, error: f64, evaluations: u64) {
+        let reached = ERRORS.iter().zip(&mut self.0).filter(|(bound, _)| error <= **bound);
+        reached.for_each(|(_, fewest)| *fewest = evaluations.min(*fewest));
+    }
+
+    fn columns(&self) -> String {
+        let column = |&count: &u64| match count {
+            u64::MAX => format!("{:>8}", "-"),
+            count => format!("{count:8}"),
+        };
+        self.0.iter().map(column).collect()
+    }
+}
+
 /// Prints a line for each safety.
 fn lines<S, M>(problem: &Problem<'_, S>, name: &str, method: &M)
 where
@@ -42,7 +63,7 @@ where
 {
     for safety in SAFETIES {
         let control = StepControl { safety, ..StepControl::default() };
-        let mut fewest = [u64::MAX; 3];
+        let mut fewest = Fewest([u64::MAX; 3]);
         let (mut rejected, mut attempts) = (0, 0);
         for quarter in 4..=52 {
             let tolerance = Tolerance::all(10_f64.powf(-0.25 * f64::from(quarter)));
@@ -51,21 +72,29 @@ where
             let done =
                 integrate_controlled(method, system, &tolerance, control, end, &mut state, &mut ());
             let Ok(done) = done else { continue };
-            let error = error(&state, &problem.end);
             let Effort { evaluations, .. } = done.effort;
-            for (fewest, _) in fewest.iter_mut().zip(ERRORS).filter(|(_, bound)| error <= *bound) {
-                *fewest = evaluations.min(*fewest);
-            }
+            fewest.see(error(&state, &problem.end), evaluations);
             rejected += done.rejected;
             attempts += done.rejected + done.accepted;
         }
-        let columns = fewest.map(|count| match count {
-            u64::MAX => format!("{:>8}", "-"),
-            count => format!("{count:8}"),
-        });
-        let share = 100.0 * rejected as f64 / attempts as f64;
-        println!("{:24}{name:12}{safety:6}{}{share:9.1} %", problem.name, columns.concat());
+        let (columns, share) = (fewest.columns(), 100.0 * rejected as f64 / attempts as f64);
+        println!("{:24}{name:16}{safety:6}{columns}{share:9.1} %", problem.name);
     }
+}
+
+/// Prints the line of a method with fixed steps.
+fn line<S: Curvature<f64>>(problem: &Problem<'_, S>, name: &str, method: &Relaxed) {
+    let (mut fewest, mut steps) = (Fewest([u64::MAX; 3]), 5_u64);
+    while steps <= 20_000 {
+        let mut state = problem.start.clone();
+        let grid = Grid::of(problem.end.t / steps as f64, steps).expect("a grid");
+        // Steps beyond the limit of stability fail.
+        if let Ok(effort) = integrate(method, problem.system, grid, &mut state, &mut ()) {
+            fewest.see(error(&state, &problem.end), effort.evaluations);
+        }
+        steps += (steps / 20).max(1);
+    }
+    println!("{:24}{name:16}{:6}{}", problem.name, "", fewest.columns());
 }
 
 fn all<S>(name: &str, system: &S, series: &impl System<Series<f64, 24>>, z: [&[f64]; 2], end: f64)
@@ -79,11 +108,13 @@ where
     lines(&problem, "dop853", &AdaptiveDop853);
     lines(&problem, "verner98", &AdaptiveVerner98);
     lines(&problem, "verner87", &AdaptiveVerner87);
+    line(&problem, "relaxed-dop853", &Relaxed::dop853());
+    line(&problem, "relaxed-verner98", &Relaxed::verner98());
 }
 
 fn main() {
     let columns: String = ERRORS.iter().map(|error| format!("{error:8.0e}")).collect();
-    println!("{:36}{:>6}{columns} {:>10}", "evaluations for the error", "safety", "rejected");
+    println!("{:40}{:>6}{columns} {:>10}", "evaluations for the error", "safety", "rejected");
     macro_rules! problem {
         ($name:literal, $system:expr, $q:expr, $p:expr, $end:expr) => {
             let system = $system.expect("parameters in their range");

@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 /// Rows of the registry that are run at fixed steps; those that do not apply to a scene have no
 /// line.
-const FIXED: [&str; 23] = [
+const FIXED: [&str; 24] = [
     "rk4",
     "leapfrog",
     "moddg",
@@ -29,6 +29,7 @@ const FIXED: [&str; 23] = [
     "collocation-16",
     "relaxed-rk4",
     "relaxed-dop853",
+    "relaxed-verner98",
     "splitting-2",
     "splitting-4",
     "splitting-6",

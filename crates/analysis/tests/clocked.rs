@@ -113,7 +113,7 @@ fn every_method_is_studied() {
     let applies = |row: &&'static Row| scene.problem.model.bind(row).is_ok();
     let (adaptive, fixed): (Vec<_>, Vec<_>) =
         METHODS.iter().filter(applies).partition(|row| row.is_adaptive());
-    assert_eq!((fixed.len(), adaptive.len()), (24, 5));
+    assert_eq!((fixed.len(), adaptive.len()), (25, 5));
     let table =
         work_precision::run(&scene.problem, (&fixed, &[0.02, 0.01]), (&adaptive, &[1e-6]), &Silent)
             .unwrap();

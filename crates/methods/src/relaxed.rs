@@ -21,7 +21,8 @@
 //! accumulate. For any other state K is computed anew and the lag is 0.
 //!
 //! [`Relaxed::rk4`], the classical tableau, has positive weights and γ > 0, so it is passive where
-//! the system is. [`Relaxed::dop853`] of order 8 has two negative weights and is not passive.
+//! the system is. [`Relaxed::dop853`] of order 8 and [`Relaxed::verner98`] of order 9 have negative
+//! weights and are not passive.
 //!
 //! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where
 //! no γ within ½ of 1 conserves K. This happens beyond the limit of stability, which relaxation
@@ -36,7 +37,7 @@ mod track;
 
 use crate::commit::commit;
 use crate::registry::binding::{Binding, Bound, Target};
-use crate::runge_kutta::{Classical, Dop853, Tableau};
+use crate::runge_kutta::{Classical, Dop853, Tableau, Verner98};
 use afterbay_core::{
     Abilities, Effort, InputError, Method, Scalar, State, StepFailure, System, Vector,
 };
@@ -52,6 +53,7 @@ pub struct Relaxed(Of);
 enum Of {
     Classical,
     Dop853,
+    Verner98,
 }
 
 impl Relaxed {
@@ -63,6 +65,11 @@ impl Relaxed {
     /// The twelve-stage method DOP853, order 8.
     pub const fn dop853() -> Self {
         Self(Of::Dop853)
+    }
+
+    /// The sixteen-stage method of Verner's pair 9(8), order 9.
+    pub const fn verner98() -> Self {
+        Self(Of::Verner98)
     }
 }
 
@@ -97,6 +104,7 @@ where
         let stages = match self.0 {
             Of::Classical => Classical::ROWS.len(),
             Of::Dop853 => Dop853::ROWS.len(),
+            Of::Verner98 => Verner98::ROWS.len(),
         };
         Ok(Workspace {
             direction: Direction::new(system, stages),
@@ -126,6 +134,7 @@ where
         let take = |direction: &mut Direction<V>, guess| match self.0 {
             Of::Classical => direction.take::<Classical, S>(system, ahead / guess, state),
             Of::Dop853 => direction.take::<Dop853, S>(system, ahead / guess, state),
+            Of::Verner98 => direction.take::<Verner98, S>(system, ahead / guess, state),
         };
         effort += take(direction, guess);
         let mut gamma = chord.relax(system, state, direction, [now, known.total])?;

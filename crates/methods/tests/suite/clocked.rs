@@ -253,8 +253,9 @@ fn orders_for_mathieus_equation() {
 
 #[test]
 fn orders_of_two_degrees_of_freedom() {
-    // relaxed-dop853 shows 8.4 at these steps, for the same reason.
-    assert_eq!(check(Pair, &clock_and(&[]), |row| row.name != "relaxed-dop853"), 22);
+    // The relaxed methods of orders 8 and 9 do not show them at these steps, for the same reason.
+    let shows = |row: &Row| !is_relaxed(row) || row.order() == 4;
+    assert_eq!(check(Pair, &clock_and(&[]), shows), 22);
 }
 
 #[test]
@@ -360,10 +361,10 @@ fn check_all<F: Formulas + Copy + 'static>(formulas: F, motors: &Motors) -> usiz
 
 #[test]
 fn every_method_keeps_the_time_and_k_and_stays_passive() {
-    assert_eq!(check_all(Mathieu, &clock_and(&[])), 29);
-    assert_eq!(check_all(Pair, &clock_and(&[])), 28);
-    assert_eq!(check_all(Mathieu, &clock_and(&[0])), 29);
-    assert_eq!(check_all(Pair, &clock_and(&[0])), 28);
+    assert_eq!(check_all(Mathieu, &clock_and(&[])), 30);
+    assert_eq!(check_all(Pair, &clock_and(&[])), 29);
+    assert_eq!(check_all(Mathieu, &clock_and(&[0])), 30);
+    assert_eq!(check_all(Pair, &clock_and(&[0])), 29);
 }
 
 #[test]

@@ -154,7 +154,10 @@ fn check<F: Formulas + Copy + 'static>(
     takes: impl Fn(Needs) -> bool,
 ) -> usize {
     let mut tested = 0;
-    for row in FIXED.iter().filter(|row| takes(row.needs)) {
+    // Of the steps whose errors exceed 31 digits none is so short that `relaxed-verner98` shows its
+    // order: the lag of a relaxed step is of the next one.
+    let shows = |row: &&Row| row.order() != 9;
+    for row in FIXED.iter().filter(|row| takes(row.needs)).filter(shows) {
         let Some((found, off)) = orders(row, formulas, which, counts(row)) else { continue };
         for found in found {
             let off = (found - f64::from(row.order())).abs();
@@ -244,7 +247,7 @@ fn check_frictionless<F: Formulas + Copy + 'static>(formulas: F, which: &'static
 
 #[test]
 fn motors_keep_the_time_and_nothing_is_lost_without_friction() {
-    assert_eq!(check_frictionless(Single, &[0]), 29);
-    assert_eq!(check_frictionless(Pair, &[0, 1]), 28);
-    assert_eq!(check_frictionless(Pair, &[1]), 28);
+    assert_eq!(check_frictionless(Single, &[0]), 30);
+    assert_eq!(check_frictionless(Pair, &[0, 1]), 29);
+    assert_eq!(check_frictionless(Pair, &[1]), 29);
 }

@@ -29,7 +29,8 @@ fn counts(order: u32) -> [u64; 5] {
         0..4 => [32, 40, 48, 64, 80],
         4..6 => [32, 48, 64, 96, 128],
         6..8 => [24, 32, 40, 48, 64],
-        8..10 => [64, 68, 72, 80, 88],
+        8 => [64, 68, 72, 80, 88],
+        9 => [24, 26, 28, 30, 34],
         10..12 => [24, 28, 32, 40, 48],
         12..14 => [16, 20, 24, 28, 32],
         14..16 => [14, 16, 20, 24, 28],
@@ -156,9 +157,11 @@ fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
 
 /// The problems on which a row is measured: several degrees of freedom, one problem not separable,
 /// if the method applies to these. Those with one degree of freedom end before p or V' + D
-/// vanishes, where δ has its poles.
-fn problems(needs: Needs) -> &'static [usize] {
-    match needs {
+/// vanishes, where δ has its poles. On the chain `relaxed-verner98` has errors below 31 digits before
+/// its lag is negligible; `relaxed.rs` measures it on a ring, too.
+fn problems(row: &Row) -> &'static [usize] {
+    match row.needs {
+        _ if row.order() == 9 => &[1],
         Needs::Any | Needs::Curvature | Needs::SeparableOrPlanes => &[0, 1],
         Needs::Separable => &[0],
         Needs::OneDegree => &[2, 3],
@@ -217,7 +220,7 @@ fn every_row_has_its_order_in_q_p_and_w() {
     let all = all();
     let cases: Vec<(&Row, &Problem)> = FIXED
         .iter()
-        .flat_map(|row| problems(row.needs).iter().map(|&i| (row, &all[i])).collect::<Vec<_>>())
+        .flat_map(|row| problems(row).iter().map(|&i| (row, &all[i])).collect::<Vec<_>>())
         .collect();
     let lines: Vec<_> = cases.par_iter().map(|(row, problem)| problem.line(row)).collect();
     println!(
