@@ -36,7 +36,7 @@ pub(super) trait Points<T> {
     /// A number at each point.
     type Value: Copy;
 
-    /// The same number at each point.
+    /// Returns the value that is x at every point.
     fn equal(x: T) -> Self::Value;
 
     /// The input at each point.

@@ -154,8 +154,8 @@ fn check<F: Formulas + Copy + 'static>(
     takes: impl Fn(Needs) -> bool,
 ) -> usize {
     let mut tested = 0;
-    // Of the steps whose errors exceed 31 digits none is so short that `relaxed-verner98` shows its
-    // order: the lag of a relaxed step is of the next one.
+    // The lag of a relaxed step is one order smaller than its error. It hides the order of
+    // `relaxed-verner98` at all steps that are long enough for errors above 31 digits.
     let shows = |row: &&Row| row.order() != 9;
     for row in FIXED.iter().filter(|row| takes(row.needs)).filter(shows) {
         let Some((found, off)) = orders(row, formulas, which, counts(row)) else { continue };

@@ -33,6 +33,7 @@ fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
         .unwrap()
 }
 
+/// Every relaxed method, in the order of the registry.
 const METHODS: [Relaxed; 3] = [Relaxed::rk4(), Relaxed::dop853(), Relaxed::verner98()];
 
 /// Checks the order on a chain for these numbers of steps.
