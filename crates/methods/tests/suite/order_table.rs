@@ -157,8 +157,8 @@ fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
 
 /// The problems on which a row is measured: several degrees of freedom, one problem not separable,
 /// if the method applies to these. Those with one degree of freedom end before p or V' + D
-/// vanishes, where δ has its poles. On the chain the lag of `relaxed-verner98` is negligible only on
-/// steps whose errors are below 31 digits; `relaxed.rs` measures its order on a ring.
+/// vanishes, where δ has its poles. On the chain the lag of `relaxed-verner98` is negligible only
+/// on steps whose errors are below 31 digits; `relaxed.rs` measures its order on a ring.
 fn problems(row: &Row) -> &'static [usize] {
     match row.needs {
         _ if row.order() == 9 => &[1],
