@@ -26,18 +26,16 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         self.0.iter().rposition(|&c| c != T::zero()).map_or(0, |last| last + 1)
     }
 
-    /// The first so many terms alone.
-    #[inline]
-    pub fn truncated(mut self, terms: usize) -> Self {
-        self.0.iter_mut().skip(terms).for_each(|c| *c = T::zero());
-        self
+    /// `c + ∫_0^τ`, the antiderivative with value `c` at 0.
+    pub fn integral(&self, c: T) -> Self {
+        self.integral_to(N, c)
     }
 
-    /// `c + ∫_0^τ`, the antiderivative with value `c` at 0.
-    pub fn integral(self, c: T) -> Self {
+    /// The first so many terms of the antiderivative with value `c` at 0.
+    pub(crate) fn integral_to(&self, terms: usize, c: T) -> Self {
         let mut series = Self::constant(c);
-        for (k, (term, rate)) in (1_u32..).zip(series.0.iter_mut().skip(1).zip(self.0)) {
-            *term = rate / T::from_f64(f64::from(k));
+        for k in 1..terms.min(N) {
+            series.0[k] = self.0[k - 1] / T::from_f64(k as f64);
         }
         series
     }
@@ -92,8 +90,11 @@ impl<T: Scalar, const N: usize> Sub for Series<T, N> {
 impl<T: Scalar, const N: usize> Neg for Series<T, N> {
     type Output = Self;
     #[inline(never)]
-    fn neg(self) -> Self {
-        Self(self.0.map(|c| -c))
+    fn neg(mut self) -> Self {
+        for c in &mut self.0 {
+            *c = -*c;
+        }
+        self
     }
 }
 
@@ -103,16 +104,25 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
     fn mul(self, other: Self) -> Self {
         // Half the factors are parameters, and many end early.
         let (a, b) = (self.terms(), other.terms());
+        let mut product = [T::zero(); N];
         if a <= 1 {
-            return Self(other.0.map(|c| self.0[0] * c));
+            for (term, &c) in product.iter_mut().zip(&other.0) {
+                *term = self.0[0] * c;
+            }
+            return Self(product);
         }
         if b <= 1 {
-            return Self(self.0.map(|c| c * other.0[0]));
+            for (term, &c) in product.iter_mut().zip(&self.0) {
+                *term = c * other.0[0];
+            }
+            return Self(product);
         }
-        Self(std::array::from_fn(|k| {
-            let both = (k + 1).saturating_sub(b)..a.min(k + 1);
-            both.fold(T::zero(), |sum, i| self.0[i].mul_add(other.0[k - i], sum))
-        }))
+        for (k, term) in product.iter_mut().enumerate().take(a + b - 1) {
+            for i in (k + 1).saturating_sub(b)..a.min(k + 1) {
+                *term = self.0[i].mul_add(other.0[k - i], *term);
+            }
+        }
+        Self(product)
     }
 }
 
@@ -132,14 +142,18 @@ impl<T: Scalar, const N: usize> Div for Series<T, N> {
 impl<T: Scalar, const N: usize> AddAssign for Series<T, N> {
     #[inline(never)]
     fn add_assign(&mut self, other: Self) {
-        self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a += b);
+        for (a, &b) in self.0.iter_mut().zip(&other.0) {
+            *a += b;
+        }
     }
 }
 
 impl<T: Scalar, const N: usize> SubAssign for Series<T, N> {
     #[inline(never)]
     fn sub_assign(&mut self, other: Self) {
-        self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a -= b);
+        for (a, &b) in self.0.iter_mut().zip(&other.0) {
+            *a -= b;
+        }
     }
 }
 
@@ -229,8 +243,11 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
         self.0[1..].iter().fold(self.0[0].is_finite(), |mask, c| mask.and(c.is_finite()))
     }
     #[inline(never)]
-    fn select(mask: T::Mask, a: Self, b: Self) -> Self {
-        Self(std::array::from_fn(|k| T::select(mask, a.0[k], b.0[k])))
+    fn select(mask: T::Mask, mut a: Self, b: Self) -> Self {
+        for (a, &b) in a.0.iter_mut().zip(&b.0) {
+            *a = T::select(mask, *a, b);
+        }
+        a
     }
 }
 

@@ -7,8 +7,9 @@ use crate::system::{State, System};
 
 /// Computes the Taylor coefficients in time of q, p and w from their constant terms.
 ///
-/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one correct coefficient. The others are
-/// truncated, which makes the next iteration cheaper.
+/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one correct coefficient to q and p. The
+/// others are truncated, which makes the next iteration cheaper. No derivative depends on w, which
+/// is integrated once, after the last.
 pub fn expand<V, T, S, const N: usize>(system: &S, state: &mut State<V>)
 where
     T: Scalar,
@@ -23,12 +24,15 @@ where
         system.dissipation(q, p, hp.as_slice(), d.as_mut_slice());
         for j in 0..n {
             let (hq, hp, d) = (hq.as_slice()[j], hp.as_slice()[j], d.as_slice()[j]);
-            let [q, p, w] =
-                [&mut state.q, &mut state.p, &mut state.w].map(|part| &mut part.as_mut_slice()[j]);
-            *q = hp.integral(q.0[0]).truncated(known + 1);
-            *p = (-hq - d).integral(p.0[0]).truncated(known + 1);
-            *w = (d * hp).integral(w.0[0]);
+            let (q, p) = (&mut state.q.as_mut_slice()[j], &mut state.p.as_mut_slice()[j]);
+            *q = hp.integral_to(known + 1, q.0[0]);
+            *p = (-hq - d).integral_to(known + 1, p.0[0]);
         }
+    }
+    for (w, (d, hp)) in
+        state.w.as_mut_slice().iter_mut().zip(d.as_slice().iter().zip(hp.as_slice()))
+    {
+        *w = (*d * *hp).integral(w.0[0]);
     }
 }
 
