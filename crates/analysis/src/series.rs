@@ -9,9 +9,9 @@ use crate::measured::Doubt;
 use crate::progress::Progress;
 use crate::solution::twice_apart;
 use crate::{Model, Solution};
-use afterbay_core::taylor::{Enclosed, Pace, follow};
-use afterbay_core::{Flow, InputError, IntegrateError, Scalar, State, Vector};
-use afterbay_systems::catalog::{Expandable, TERMS};
+use afterbay_core::taylor::Pace;
+use afterbay_core::{Flow, InputError, IntegrateError, Scalar, State, StateRef};
+use afterbay_systems::catalog::{Enclosure, Expandable};
 use rayon::prelude::*;
 
 /// The least number of times at which the two runs are compared, since they may meet by chance at a
@@ -43,8 +43,7 @@ impl Model {
     ) -> Result<Solution<T>, IntegrateError> {
         match self.system::<T>()?.exact_flow() {
             Some(flow) => by_flow(&*flow, start, h, count, progress),
-            None if self.dof() == 1 => by_series::<[T; 1]>(self, start, h, count, progress),
-            None => by_series::<Vec<T>>(self, start, h, count, progress),
+            None => by_series(self, start, h, count, progress),
         }
     }
 }
@@ -71,7 +70,7 @@ fn by_flow<T: Scalar>(
         let third = t * T::from_f64(1.0 / 3.0);
         flow.carry(third, &mut twice);
         flow.carry(t - third, &mut twice);
-        let doubt = twice_apart(&state, &twice);
+        let doubt = twice_apart(state.state_ref(), twice.state_ref());
         Ok((state, doubt))
     };
     // All states are computed before the first failure is looked for, so that the earliest is
@@ -86,36 +85,30 @@ fn by_flow<T: Scalar>(
     Ok(solution)
 }
 
-/// The solution by Taylor series at the times `i h`, i = 0..=count. States are stored in `V` during
-/// the computation.
-fn by_series<V>(
+/// The solution by Taylor series at the times `i h`, i = 0..=count.
+fn by_series<T: Expandable>(
     model: &Model,
-    start: &State<Vec<V::Scalar>>,
-    h: V::Scalar,
+    start: &State<Vec<T>>,
+    h: T,
     count: usize,
     progress: &dyn Progress,
-) -> Result<Solution<V::Scalar>, IntegrateError>
-where
-    V: Vector,
-    V::Scalar: Expandable,
-{
-    let (system, ranges) = model.expanded::<V::Scalar>()?;
+) -> Result<Solution<T>, IntegrateError> {
+    let (system, ranges) = model.expanded::<T>()?;
     let dof = system.dof();
-    let start = stored::<V>(start, dof)?;
-    let defect = Enclosed::<_, TERMS>::new(ranges);
+    let defect = Enclosure::new(ranges);
     let between = COMPARED.div_ceil(count.max(1));
-    let fine = (h / V::Scalar::from_f64(between as f64), count * between);
-    let run = |pace: Pace, told: bool| -> Result<Option<Vec<State<V>>>, InputError> {
-        let mut states = Vec::with_capacity(fine.1 + 1);
-        let pace = pace.within(most_strides::<V::Scalar>(dof));
-        let mut see = |_, state| {
+    let (fine_h, fine_count) = (h / T::from_f64(between as f64), count * between);
+    let run = |pace: Pace, told: bool| -> Result<Option<Solution<T>>, InputError> {
+        let mut states = Solution::with_room(dof, fine_count + 1);
+        let pace = pace.within(most_strides::<T>(dof));
+        let mut see = |state: StateRef<'_, T>| {
             states.push(state);
-            if told && states.len() % fine.1.div_ceil(TOLD) == 0 {
-                progress.reference(states.len() as f64 / (fine.1 + 1) as f64);
+            if told && states.len() % fine_count.div_ceil(TOLD).max(1) == 0 {
+                progress.reference(states.len() as f64 / (fine_count + 1) as f64);
             }
         };
-        let route =
-            follow((&*system, &defect), &start, fine, pace, &|| progress.stopped(), &mut see)?;
+        let (times, stop) = ((fine_h, fine_count), || progress.stopped());
+        let route = T::follow((&*system, &defect), start, times, pace, &stop, &mut see)?;
         Ok((!route.interrupted).then_some(states))
     };
     let (states, check) = rayon::join(|| run(Pace::FULL, true), || run(Pace::CHECK, false));
@@ -124,19 +117,12 @@ where
     };
     let mut solution = Solution::with_room(dof, count + 1);
     let mut doubt = Doubt::default();
-    for (i, (state, check)) in states.iter().zip(&check).enumerate() {
+    for (i, (state, check)) in states.states().zip(check.states()).enumerate() {
         doubt = doubt.larger(twice_apart(state, check));
         if i % between == 0 {
-            solution.push(state.state_ref());
+            solution.push(state);
             solution.doubt_last(doubt);
         }
     }
     Ok(solution)
-}
-
-/// Copies a state to another storage.
-fn stored<V: Vector>(state: &State<Vec<V::Scalar>>, dof: usize) -> Result<State<V>, InputError> {
-    state.check(dof)?;
-    let copy = |part: &Vec<V::Scalar>| V::filled(part, |x| x);
-    Ok(State { q: copy(&state.q), p: copy(&state.p), w: copy(&state.w), t: state.t })
 }

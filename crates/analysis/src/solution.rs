@@ -1,7 +1,7 @@
 //! A solution at equally spaced times, with a doubt.
 
 use crate::measured::{Doubt, Measured};
-use afterbay_core::{Motors, Scalar, State, StateRef, Vector, accounts};
+use afterbay_core::{Motors, Scalar, StateRef, accounts};
 use std::borrow::Cow;
 
 /// The states of a reference at equally spaced times, with a bound of the error of each.
@@ -134,9 +134,8 @@ impl Solution<f64> {
 
 /// The doubt of the first of two states computed for the same time: twice their distance, since
 /// their errors may be correlated.
-pub(crate) fn twice_apart<V: Vector>(a: &State<V>, b: &State<V>) -> Doubt {
-    let [q, p, w] = [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)]
-        .map(|(a, b)| 2.0 * distance(a.as_slice(), b.as_slice()));
+pub(crate) fn twice_apart<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> Doubt {
+    let [q, p, w] = [(a.q, b.q), (a.p, b.p), (a.w, b.w)].map(|(a, b)| 2.0 * distance(a, b));
     Doubt { qp: q, w }.larger(Doubt { qp: p, w })
 }
 

@@ -151,6 +151,14 @@ fn sharp(problem: &Problem, count: usize) -> Result<Solution<Quad>, IntegrateErr
 }
 
 #[test]
+fn the_start_alone_is_a_solution() {
+    let scene = problem(Model::of(&VAN_DER_POL, &[1.0]), &[0.5], &[-0.25], 1.0);
+    let start = scene.start().expect("a state");
+    let solution = scene.model.solution(&start, 0.1, 0, &Silent).expect("a solution");
+    assert_eq!((solution.len(), solution.at(0).q[0]), (1, 0.5));
+}
+
+#[test]
 fn chaos_gives_a_doubt_that_grows_like_it() {
     let system = custom("q1^2/2 + q2^2/2 + q1^2*q2 - q2^3/3", &["0", "0"]);
     let scene = of(system.clone(), &[0.0, -0.25], &[0.42, 0.0], 160.0);

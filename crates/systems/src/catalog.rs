@@ -5,7 +5,7 @@
 mod forms;
 
 pub use forms::{
-    Compensable, Expandable, Number, Ranges, TERMS, custom_ranges, driven_ranges, ranges,
+    Compensable, Enclosure, Expandable, Number, Ranges, TERMS, custom_ranges, driven_ranges, ranges,
 };
 
 use crate::{

@@ -3,9 +3,10 @@
 
 use super::{Family, SystemRow};
 use crate::{CustomDrive, Described};
+use afterbay_core::taylor::{self, Enclosed, Pace, Route};
 use afterbay_core::{
     Abilities, Corrected, Drive, Driven, InputError, Interval, Lanewise, Quad, Scalar, Separable,
-    Series, System, f64x4, f64x8,
+    Series, State, StateRef, System, Vector, f64x4, f64x8,
 };
 use std::sync::Arc;
 
@@ -213,6 +214,39 @@ pub trait Expandable: Number {
         system: Field<Self>,
         drive: &CustomDrive<f64>,
     ) -> Result<Field<Self>, InputError>;
+
+    /// The flow of a system from `start` at the times `i h`, i = 0..=count, with its defect
+    /// enclosed. See [`taylor::follow`].
+    ///
+    /// # Errors
+    /// Those of [`taylor::follow`].
+    fn follow(
+        system: (&dyn System<Series<Self, TERMS>>, &Enclosure),
+        start: &State<Vec<Self>>,
+        times: (Self, usize),
+        pace: Pace,
+        stop: &dyn Fn() -> bool,
+        see: &mut dyn FnMut(StateRef<'_, Self>),
+    ) -> Result<Route, InputError>;
+}
+
+/// The defect of a solution, enclosed by its system in series of intervals.
+pub type Enclosure = Enclosed<Arc<dyn System<Ranges>>, TERMS>;
+
+/// [`Expandable::follow`] with states stored in `V`.
+fn follow<V: Vector>(
+    (system, defect): (&dyn System<Series<V::Scalar, TERMS>>, &Enclosure),
+    start: &State<Vec<V::Scalar>>,
+    times: (V::Scalar, usize),
+    pace: Pace,
+    stop: &dyn Fn() -> bool,
+    see: &mut dyn FnMut(StateRef<'_, V::Scalar>),
+) -> Result<Route, InputError> {
+    start.check(system.dof())?;
+    let copy = |part: &[V::Scalar]| V::filled(part, |x| x);
+    let start = State { q: copy(&start.q), p: copy(&start.p), w: copy(&start.w), t: start.t };
+    let see = &mut |_, state: State<V>| see(state.state_ref());
+    taylor::follow((system, defect), &start, times, pace, stop, see)
 }
 
 fn expanded<T: Scalar>(system: &Described) -> Field<T> {
@@ -251,6 +285,19 @@ macro_rules! expandable {
                 drive: &CustomDrive<f64>,
             ) -> Result<Field<Self>, InputError> {
                 driven(system, drive, |x| Series::constant(Self::from_f64(x)))
+            }
+            fn follow(
+                system: (&dyn System<Series<Self, TERMS>>, &Enclosure),
+                start: &State<Vec<Self>>,
+                times: (Self, usize),
+                pace: Pace,
+                stop: &dyn Fn() -> bool,
+                see: &mut dyn FnMut(StateRef<'_, Self>),
+            ) -> Result<Route, InputError> {
+                match system.0.dof() {
+                    1 => follow::<[Self; 1]>(system, start, times, pace, stop, see),
+                    _ => follow::<Vec<Self>>(system, start, times, pace, stop, see),
+                }
             }
         }
     )+};
