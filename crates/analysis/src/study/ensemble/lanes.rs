@@ -23,18 +23,18 @@ pub(super) fn together<W: Watch>(
     let State { q, p, w, t } = &first.state;
     let mut all = State { q: splat(q), p: splat(p), w: splat(w), t: f64x8::from_f64(*t) };
     // The run in each lane, and whether the lane is its own: lanes without a run repeat another's.
-    let (mut seats, mut owned) = ([0; WIDTH], [false; WIDTH]);
+    let (mut job_in, mut owned) = ([0; WIDTH], [false; WIDTH]);
     let mut next = 0;
     let mut bound = None;
     loop {
         let mut changed = false;
         for lane in 0..WIDTH {
-            if owned[lane] && jobs[seats[lane]].ending.is_none() {
+            if owned[lane] && jobs[job_in[lane]].ending.is_none() {
                 continue;
             }
             owned[lane] = next < jobs.len();
             if owned[lane] {
-                (seats[lane], changed) = (next, true);
+                (job_in[lane], changed) = (next, true);
                 put_state(&mut all, lane, &jobs[next].state);
                 next += 1;
             }
@@ -44,15 +44,15 @@ pub(super) fn together<W: Watch>(
             return Ok(());
         }
         for lane in (0..WIDTH).filter(|&lane| !owned[lane]) {
-            changed |= seats[lane] != seats[running];
-            seats[lane] = seats[running];
-            put_state(&mut all, lane, &jobs[seats[running]].state);
+            changed |= job_in[lane] != job_in[running];
+            job_in[lane] = job_in[running];
+            put_state(&mut all, lane, &jobs[job_in[running]].state);
         }
         if changed || bound.is_none() {
-            bound = bind(ensemble, jobs, seats)?;
+            bound = bind(ensemble, jobs, job_in)?;
         }
         let Some(Lanes { run, .. }) = &bound else { return Ok(()) };
-        let grid = Grid { h: f64x8::gather(|lane| jobs[seats[lane]].grid.h), steps };
+        let grid = Grid { h: f64x8::gather(|lane| jobs[job_in[lane]].grid.h), steps };
         let good =
             match run.run(grid, &mut all, steps, &mut |_, _| std::ops::ControlFlow::Continue(())) {
                 Ok(_) => steps,
@@ -61,7 +61,7 @@ pub(super) fn together<W: Watch>(
                 Err(IntegrateError::Interrupted) => return Ok(()),
             };
         for lane in (0..WIDTH).filter(|&lane| owned[lane]) {
-            let job = &mut jobs[seats[lane]];
+            let job = &mut jobs[job_in[lane]];
             job.state = state_of(&all, lane);
             if good < steps {
                 alone::finish(job, steps - good)?;
@@ -81,10 +81,10 @@ pub(super) fn together<W: Watch>(
 fn bind<W>(
     ensemble: &Ensemble<'_>,
     jobs: &[Job<W>],
-    seats: [usize; WIDTH],
+    job_in: [usize; WIDTH],
 ) -> Result<Option<Lanes>, InputError> {
-    let values = seats.map(|seat| jobs[seat].member.value);
-    jobs[seats[0]].member.model.bind_lanes(ensemble.row, ensemble.parameter, values)
+    let values = job_in.map(|job| jobs[job].member.value);
+    jobs[job_in[0]].member.model.bind_lanes(ensemble.row, ensemble.parameter, values)
 }
 
 const _: () = assert!(WIDTH == f64x8::LANES);

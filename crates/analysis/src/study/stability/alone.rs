@@ -1,6 +1,6 @@
 //! A run observed on its way, and one cell alone.
 
-use super::measure::{Looks, Room, Scales, Seen};
+use super::measure::{Observations, Scales, Statistics, Workspace};
 use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::side::Side;
@@ -10,30 +10,30 @@ use std::ops::ControlFlow;
 
 /// The outcome of a run.
 pub(super) struct Ending {
-    pub(super) seen: Seen<f64>,
+    pub(super) statistics: Statistics<f64>,
     pub(super) steps_done: u64,
     pub(super) failure: Option<StepFailure>,
 }
 
 /// The steps of a run, and those after which it is observed.
 #[derive(Clone, Copy)]
-pub(super) struct Course<'a> {
+pub(super) struct Schedule<'a> {
     pub(super) h: f64,
-    pub(super) looks: &'a Looks,
+    pub(super) observations: &'a Observations,
     /// Whether w is checked after every step. Otherwise it is checked where the run is observed.
-    pub(super) watched: bool,
+    pub(super) every_step: bool,
     pub(super) progress: &'a dyn Progress,
 }
 
 /// A run in progress.
 #[derive(Clone)]
-pub(super) struct Traveller<T: Side> {
+pub(super) struct ObservedRun<T: Side> {
     pub(super) state: State<Vec<T>>,
-    pub(super) seen: Seen<T>,
+    pub(super) statistics: Statistics<T>,
 }
 
 /// A method, its system, and the scales by which its runs are measured.
-pub(super) struct Vehicle<'a, T: Side> {
+pub(super) struct BoundMethod<'a, T: Side> {
     pub(super) run: &'a Run<T>,
     pub(super) system: &'a dyn System<T>,
     pub(super) scales: &'a Scales<T>,
@@ -45,29 +45,35 @@ pub(super) struct Broken {
     pub(super) failure: StepFailure,
 }
 
-impl<T: Side> Vehicle<'_, T> {
-    /// Takes the steps after `from` up to `to`, and observes the run where the course says.
-    pub(super) fn carry(
+impl<T: Side> BoundMethod<'_, T> {
+    /// Takes the steps after `from` up to `to`, and observes the run where the schedule says.
+    pub(super) fn advance(
         &self,
-        course: Course<'_>,
-        traveller: &mut Traveller<T>,
+        schedule: Schedule<'_>,
+        run: &mut ObservedRun<T>,
         from: u64,
         to: u64,
     ) -> Result<Option<Broken>, InputError> {
-        let Course { h, looks, watched, progress } = course;
-        let Traveller { state, seen } = traveller;
-        let mut room = Room::new(state.dof(), &self.scales.track.image);
+        let Schedule { h, observations, every_step, progress } = schedule;
+        let ObservedRun { state, statistics } = run;
+        let mut workspace = Workspace::new(state.dof(), &self.scales.track.image);
         let mut at = from;
         while at < to && !progress.stopped() {
-            let (next, every) = stretch(looks, watched, at, to);
+            let (next, every) = stretch(observations, every_step, at, to);
             let outcome =
                 self.run.run(Grid::<T>::of(h, next - at)?, state, every, &mut |since, state| {
-                    let look = if since > 0 { looks.after(at + since) } else { None };
-                    if since > 0 && (watched || look.is_some()) {
-                        seen.watch(state.w);
+                    let observation = if since > 0 { observations.after(at + since) } else { None };
+                    if since > 0 && (every_step || observation.is_some()) {
+                        statistics.check_passivity(state.w);
                     }
-                    if let Some(look) = look {
-                        seen.look(state, look, self.scales, self.system, &mut room);
+                    if let Some(observation) = observation {
+                        statistics.observe(
+                            state,
+                            observation,
+                            self.scales,
+                            self.system,
+                            &mut workspace,
+                        );
                         if progress.stopped() {
                             return ControlFlow::Break(());
                         }
@@ -88,9 +94,9 @@ impl<T: Side> Vehicle<'_, T> {
 }
 
 /// The step up to which observations are equally spaced, and their spacing.
-fn stretch(looks: &Looks, watched: bool, at: u64, to: u64) -> (u64, u64) {
-    let Looks { first, every, .. } = *looks;
-    if watched {
+fn stretch(observations: &Observations, every_step: bool, at: u64, to: u64) -> (u64, u64) {
+    let Observations { first, every, .. } = *observations;
+    if every_step {
         return (to, 1);
     }
     if at < first {
@@ -107,22 +113,22 @@ fn stretch(looks: &Looks, watched: bool, at: u64, to: u64) -> (u64, u64) {
 /// Runs one cell alone.
 pub(super) fn alone(
     problem: &Problem,
-    vehicle: &Vehicle<'_, f64>,
-    course: Course<'_>,
+    method: &BoundMethod<'_, f64>,
+    schedule: Schedule<'_>,
 ) -> Result<Ending, InputError> {
     let state = problem.start::<f64>()?;
-    let seen = Seen::nothing(state.dof(), &vehicle.scales.track.image);
-    let mut traveller = Traveller { state, seen };
-    let count = course.looks.count;
-    let broken = vehicle.carry(course, &mut traveller, 0, count)?;
-    Ok(traveller.ended(count, broken))
+    let statistics = Statistics::nothing(state.dof(), &method.scales.track.image);
+    let mut run = ObservedRun { state, statistics };
+    let count = schedule.observations.count;
+    let broken = method.advance(schedule, &mut run, 0, count)?;
+    Ok(run.ended(count, broken))
 }
 
-impl Traveller<f64> {
+impl ObservedRun<f64> {
     /// The ending of a run.
     pub(super) fn ended(self, count: u64, broken: Option<Broken>) -> Ending {
         let (steps_done, failure) =
             broken.map_or((count, None), |broken| (broken.good, Some(broken.failure)));
-        Ending { seen: self.seen, steps_done, failure }
+        Ending { statistics: self.statistics, steps_done, failure }
     }
 }

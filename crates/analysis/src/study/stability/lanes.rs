@@ -7,8 +7,8 @@
 //! exceptions: the last digits of exp and sin differ in lanes, and numbers below 1e-290 come to
 //! rest a few steps earlier or later.
 
-use super::alone::{Course, Ending, Traveller, Vehicle, alone};
-use super::measure::{Scales, Seen};
+use super::alone::{BoundMethod, Ending, ObservedRun, Schedule, alone};
+use super::measure::{Scales, Statistics};
 use super::reference::Reference;
 use crate::Lanes;
 use crate::study::Problem;
@@ -33,13 +33,26 @@ pub(super) struct Cell<'a> {
 }
 
 impl Cell<'_> {
-    fn vehicle(&self) -> Vehicle<'_, f64> {
-        Vehicle { run: self.run, system: self.system, scales: &self.exact.scales }
+    fn method(&self) -> BoundMethod<'_, f64> {
+        BoundMethod { run: self.run, system: self.system, scales: &self.exact.scales }
     }
 
     /// Runs the cell alone.
-    pub(super) fn alone(&self, course: Course<'_>) -> Result<Ending, InputError> {
-        alone(self.problem, &self.vehicle(), course)
+    pub(super) fn alone(&self, schedule: Schedule<'_>) -> Result<Ending, InputError> {
+        alone(self.problem, &self.method(), schedule)
+    }
+}
+
+impl ObservedRun<f64x8> {
+    /// Lane k.
+    fn lane(&self, k: usize) -> ObservedRun<f64> {
+        ObservedRun { state: state_of(&self.state, k), statistics: self.statistics.lane(k) }
+    }
+
+    /// Replaces lane k.
+    fn put(&mut self, k: usize, one: &ObservedRun<f64>) {
+        put_state(&mut self.state, k, &one.state);
+        self.statistics.put(k, &one.statistics);
     }
 }
 
@@ -48,37 +61,35 @@ pub(super) fn together(
     cells: &[Cell<'_>],
     row: &Row,
     parameter: &str,
-    course: Course<'_>,
+    schedule: Schedule<'_>,
 ) -> Result<Option<Vec<Ending>>, InputError> {
     let Some(first) = cells.first().filter(|_| (FEWEST..=WIDTH).contains(&cells.len())) else {
         return Ok(None);
     };
     // The cell in each lane. If there are fewer cells than lanes, the last one is repeated.
-    let mut seats: [usize; WIDTH] = std::array::from_fn(|k| k.min(cells.len() - 1));
-    let Some(mut bound) = bind(cells, seats, row, parameter)? else { return Ok(None) };
+    let mut cell_in: [usize; WIDTH] = std::array::from_fn(|k| k.min(cells.len() - 1));
+    let Some(mut bound) = bind(cells, cell_in, row, parameter)? else { return Ok(None) };
     let state = first.problem.start::<f64x8>()?;
-    let seen = Seen::nothing(state.dof(), &bound.scales.track.image);
-    let mut all = Traveller { state, seen };
+    let statistics = Statistics::nothing(state.dof(), &bound.scales.track.image);
+    let mut all = ObservedRun { state, statistics };
     let mut endings: Vec<Option<Ending>> = cells.iter().map(|_| None).collect();
-    let (count, mut at, mut burst) = (course.looks.count, 0, 1);
+    let (count, mut at, mut burst) = (schedule.observations.count, 0, 1);
     while at < count {
         let Lanes { run, system } = &bound.lanes;
-        let vehicle = Vehicle { run, system: &**system, scales: &bound.scales };
-        let Some(broken) = vehicle.carry(course, &mut all, at, count)? else { break };
+        let method = BoundMethod { run, system: &**system, scales: &bound.scales };
+        let Some(broken) = method.advance(schedule, &mut all, at, count)? else { break };
         burst =
             if broken.good < at.saturating_add(4 * burst) { (4 * burst).min(LONGEST) } else { 1 };
         at = broken.good;
         let mut to = count.min(at + burst);
         let mut stays = true;
         for (i, ending) in endings.iter_mut().enumerate().filter(|(_, ending)| ending.is_none()) {
-            let Some(lane) = seats.iter().position(|&seat| seat == i) else { continue };
-            let mut one =
-                Traveller { state: state_of(&all.state, lane), seen: all.seen.lane(lane) };
-            match cells[i].vehicle().carry(course, &mut one, at, to)? {
+            let Some(lane) = cell_in.iter().position(|&cell| cell == i) else { continue };
+            let mut one = all.lane(lane);
+            match cells[i].method().advance(schedule, &mut one, at, to)? {
                 None => {
-                    for lane in (0..WIDTH).filter(|&lane| seats[lane] == i) {
-                        put_state(&mut all.state, lane, &one.state);
-                        all.seen.put(lane, &one.seen);
+                    for lane in (0..WIDTH).filter(|&lane| cell_in[lane] == i) {
+                        all.put(lane, &one);
                     }
                 }
                 broken => {
@@ -88,29 +99,25 @@ pub(super) fn together(
             }
         }
         if !stays {
-            let living: Vec<usize> = (0..cells.len()).filter(|&i| endings[i].is_none()).collect();
-            if living.len() < FEWEST {
-                for i in living {
-                    let Some(lane) = seats.iter().position(|&seat| seat == i) else { continue };
-                    let mut one =
-                        Traveller { state: state_of(&all.state, lane), seen: all.seen.lane(lane) };
-                    let broken = cells[i].vehicle().carry(course, &mut one, to, count)?;
+            let running: Vec<usize> = (0..cells.len()).filter(|&i| endings[i].is_none()).collect();
+            if running.len() < FEWEST {
+                for i in running {
+                    let Some(lane) = cell_in.iter().position(|&cell| cell == i) else { continue };
+                    let mut one = all.lane(lane);
+                    let broken = cells[i].method().advance(schedule, &mut one, to, count)?;
                     endings[i] = Some(one.ended(count, broken));
                 }
                 to = count;
             } else {
-                let from = seats;
+                let from = cell_in;
                 for lane in (0..WIDTH).filter(|&lane| endings[from[lane]].is_some()) {
-                    let Some(other) = from.iter().position(|&seat| seat == living[0]) else {
+                    let Some(other) = from.iter().position(|&cell| cell == running[0]) else {
                         continue;
                     };
-                    seats[lane] = living[0];
-                    let state = state_of(&all.state, other);
-                    put_state(&mut all.state, lane, &state);
-                    let seen = all.seen.lane(other);
-                    all.seen.put(lane, &seen);
+                    cell_in[lane] = running[0];
+                    all.put(lane, &all.lane(other));
                 }
-                match bind(cells, seats, row, parameter)? {
+                match bind(cells, cell_in, row, parameter)? {
                     Some(anew) => bound = anew,
                     None => return Ok(None),
                 }
@@ -120,8 +127,8 @@ pub(super) fn together(
     }
     let ended = endings.into_iter().enumerate().map(|(i, ending)| {
         ending.unwrap_or_else(|| {
-            let lane = seats.iter().position(|&seat| seat == i).unwrap_or(0);
-            Ending { seen: all.seen.lane(lane), steps_done: count, failure: None }
+            let lane = cell_in.iter().position(|&cell| cell == i).unwrap_or(0);
+            Ending { statistics: all.statistics.lane(lane), steps_done: count, failure: None }
         })
     });
     Ok(Some(ended.collect()))
@@ -135,15 +142,15 @@ struct Bound {
 
 fn bind(
     cells: &[Cell<'_>],
-    seats: [usize; WIDTH],
+    cell_in: [usize; WIDTH],
     row: &Row,
     parameter: &str,
 ) -> Result<Option<Bound>, InputError> {
-    let values = seats.map(|seat| cells[seat].value);
-    let Some(lanes) = cells[seats[0]].problem.model.bind_lanes(row, parameter, values)? else {
+    let values = cell_in.map(|cell| cells[cell].value);
+    let Some(lanes) = cells[cell_in[0]].problem.model.bind_lanes(row, parameter, values)? else {
         return Ok(None);
     };
-    let scales = Scales::beside(|k| &cells[seats[k]].exact.scales);
+    let scales = Scales::beside(|k| &cells[cell_in[k]].exact.scales);
     Ok(scales.map(|scales| Bound { lanes, scales }))
 }
 

@@ -2,7 +2,7 @@
 
 use super::image::Image;
 use super::lanes::WIDTH;
-use super::measure::Looks;
+use super::measure::Observations;
 use super::piece::{Place, StabilityRow, Way, cells};
 use super::reference::{Batch, Exact, Reference, References, batches, of_start};
 use crate::ModelError;
@@ -71,8 +71,9 @@ impl Map<'_> {
     /// [`MapError`]
     pub fn references(&self, progress: &dyn Progress) -> Result<References, MapError> {
         let places = self.places()?;
-        let looks = self.looks()?;
-        let steps: Vec<(f64, &Looks)> = self.steps.iter().copied().zip(&looks).collect();
+        let observations = self.observations()?;
+        let steps: Vec<(f64, &Observations)> =
+            self.steps.iter().copied().zip(&observations).collect();
         let batches = batches(&steps);
         let of_groups = places
             .par_chunks(WIDTH)
@@ -129,8 +130,8 @@ impl Map<'_> {
         Ok(Place { value, problem, system, image })
     }
 
-    pub(super) fn looks(&self) -> Result<Vec<Looks>, InputError> {
-        self.steps.iter().map(|&h| Ok(Looks::new(self.steps_of(h)?))).collect()
+    pub(super) fn observations(&self) -> Result<Vec<Observations>, InputError> {
+        self.steps.iter().map(|&h| Ok(Observations::new(self.steps_of(h)?))).collect()
     }
 
     /// The number of steps of size h of a run.
@@ -202,14 +203,14 @@ impl Map<'_> {
         progress: &dyn Progress,
         way: Way,
     ) -> Result<Vec<StabilityRow>, MapError> {
-        let (places, looks) = (self.places()?, self.looks()?);
+        let (places, observations) = (self.places()?, self.observations()?);
         let (values, steps) = (places.len(), self.steps.len());
         let groups = values.div_ceil(WIDTH);
         // The most expensive tasks come first, so that no long run is left for the end.
         let mut tasks: Vec<[usize; 3]> = (0..methods.len())
             .flat_map(|i| (0..steps).flat_map(move |j| (0..groups).map(move |k| [i, j, k])))
             .collect();
-        tasks.sort_by_key(|&[_, j, _]| Reverse(looks[j].count));
+        tasks.sort_by_key(|&[_, j, _]| Reverse(observations[j].count));
         let next = AtomicUsize::new(0);
         let work = |_| {
             let mut done = Vec::new();
@@ -226,7 +227,7 @@ impl Map<'_> {
                 let rows = cells(
                     self.parameter,
                     methods[i],
-                    (self.steps[j], &looks[j]),
+                    (self.steps[j], &observations[j]),
                     &places[range.clone()],
                     &exact,
                     (way, progress),

@@ -20,9 +20,9 @@
 //! of the observations, at which x, p and w are compared componentwise with the exact solution
 //! ([`Track`]).
 //!
-//! A run is observed at no more than [`MOST_LOOKS`] equally spaced times. A mean over 1024 points
-//! no closer than the steps has only a discretization error, which run and solution share. Motion
-//! that repeats itself between two observations, such as a relaxation much shorter than a
+//! A run is observed at no more than [`MOST_OBSERVATIONS`] equally spaced times. A mean over 1024
+//! points no closer than the steps has only a discretization error, which run and solution share.
+//! Motion that repeats itself between two observations, such as a relaxation much shorter than a
 //! thousandth of the run, is seen only by chance.
 
 use super::halves::Halves;
@@ -32,16 +32,16 @@ use crate::study::side::{Side, lane_of, put_lane};
 use afterbay_core::{Passive, Scalar, StateRef, System};
 
 /// The most observations of a run.
-pub(crate) const MOST_LOOKS: u64 = 2048;
+pub(crate) const MOST_OBSERVATIONS: u64 = 2048;
 /// The most observations that are compared with the exact solution componentwise.
 pub(crate) const MOST_STATIONS: u64 = 64;
 
 /// An observation of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct Observation {
     /// 0 in the first half of the run, 1 in the second.
     pub(super) half: usize,
-    /// Its weight among the looks of its half.
+    /// Its weight among the observations of its half.
     pub(super) weight: f64,
     /// The index of its station, if it is one.
     pub(super) station: Option<usize>,
@@ -49,7 +49,7 @@ pub(super) struct Look {
 
 /// The steps of a run after which it is observed.
 #[derive(Clone, Debug)]
-pub(super) struct Looks {
+pub(super) struct Observations {
     /// Steps of the run.
     pub(super) count: u64,
     /// The first observation.
@@ -57,13 +57,13 @@ pub(super) struct Looks {
     /// Steps between two observations.
     pub(super) every: u64,
     /// The observations. The last one is at the end.
-    looks: Vec<Look>,
+    observations: Vec<Observation>,
 }
 
-impl Looks {
+impl Observations {
     pub(super) fn new(count: u64) -> Self {
         let half = count / 2;
-        let every = (count - half).div_ceil(MOST_LOOKS / 2).max(1);
+        let every = (count - half).div_ceil(MOST_OBSERVATIONS / 2).max(1);
         let total = count.saturating_sub(1) / every + 1;
         let late = count.saturating_sub(half + 1) / every + 1;
         let stride = total.div_ceil(MOST_STATIONS);
@@ -78,21 +78,23 @@ impl Looks {
         let halves = weights.into_iter().enumerate();
         let weights = halves.flat_map(|(half, weights)| weights.map(move |weight| (half, weight)));
         let station = |i: u64| (i % stride == before).then(|| (i / stride) as usize);
-        let look = |(i, (half, weight))| Look { half, weight, station: station(i) };
-        let looks = (0..).zip(weights).map(look).collect();
-        Self { count, first: count - (total - 1) * every, every, looks }
+        let observation = |(i, (half, weight))| Observation { half, weight, station: station(i) };
+        let observations = (0..).zip(weights).map(observation).collect();
+        Self { count, first: count - (total - 1) * every, every, observations }
     }
 
     /// The observation after a step, if there is one.
-    pub(super) fn after(&self, step: u64) -> Option<Look> {
+    pub(super) fn after(&self, step: u64) -> Option<Observation> {
         let since = step.checked_sub(self.first)?;
         let index = usize::try_from(since / self.every).ok()?;
-        if since.is_multiple_of(self.every) { self.looks.get(index).copied() } else { None }
+        if since.is_multiple_of(self.every) { self.observations.get(index).copied() } else { None }
     }
 
     /// The steps with their observations.
-    pub(super) fn all(&self) -> impl Iterator<Item = (u64, Look)> {
-        (0..).zip(&self.looks).map(|(i, &look)| (self.first + i * self.every, look))
+    pub(super) fn all(&self) -> impl Iterator<Item = (u64, Observation)> {
+        (0..)
+            .zip(&self.observations)
+            .map(|(i, &observation)| (self.first + i * self.every, observation))
     }
 }
 
@@ -123,13 +125,13 @@ impl<T: Side> Scales<T> {
 }
 
 /// Workspace of an observation.
-pub(super) struct Room<T> {
+pub(super) struct Workspace<T> {
     hq: Vec<T>,
     hp: Vec<T>,
     z: Vec<T>,
 }
 
-impl<T: Side> Room<T> {
+impl<T: Side> Workspace<T> {
     pub(super) fn new(dof: usize, image: &Image<T>) -> Self {
         let zeros = |n: usize| vec![T::zero(); n];
         Self { hq: zeros(dof), hp: zeros(dof), z: zeros(image.size()) }
@@ -138,7 +140,7 @@ impl<T: Side> Room<T> {
 
 /// The statistics of a run, accumulated step by step.
 #[derive(Clone, Debug)]
-pub(super) struct Seen<T> {
+pub(super) struct Statistics<T> {
     /// The mean of A over the second half.
     pub(super) size: T,
     /// The largest A.
@@ -150,10 +152,10 @@ pub(super) struct Seen<T> {
     /// w at the last observation.
     filled: Vec<T>,
     /// 1 if a step has violated the passivity of each entry of w, and of their sum, else 0.
-    fallen: [T; 2],
+    violated: [T; 2],
 }
 
-impl<T: Side> Seen<T> {
+impl<T: Side> Statistics<T> {
     pub(super) fn nothing(dof: usize, image: &Image<T>) -> Self {
         Self {
             size: T::zero(),
@@ -161,21 +163,21 @@ impl<T: Side> Seen<T> {
             halves: Halves::nothing(image.size()),
             stations: [T::zero(); 3],
             filled: vec![T::zero(); dof],
-            fallen: [T::zero(); 2],
+            violated: [T::zero(); 2],
         }
     }
 
     /// Observes a state.
     #[inline]
-    pub(super) fn look(
+    pub(super) fn observe(
         &mut self,
         state: StateRef<'_, T>,
-        look: Look,
+        observation: Observation,
         scales: &Scales<T>,
         system: &dyn System<T>,
-        room: &mut Room<T>,
+        workspace: &mut Workspace<T>,
     ) {
-        let Room { hq, hp, z } = room;
+        let Workspace { hq, hp, z } = workspace;
         let Scales { track, centre, .. } = scales;
         system.gradient(state.q, state.p, hq, hp);
         let twice =
@@ -185,13 +187,13 @@ impl<T: Side> Seen<T> {
             z.iter().zip(centre).fold(T::zero(), |away, (&x, &c)| (x - c).mul_add(x - c, away));
         let kinetic = twice.half().abs();
         let size = (kinetic * scales.by_kinetic) + away * scales.by_reach;
-        let weight = T::from_f64(look.weight);
-        if look.half == 1 {
+        let weight = T::from_f64(observation.weight);
+        if observation.half == 1 {
             self.size = weight.mul_add(size, self.size);
         }
         self.largest = larger(self.largest, size);
-        self.halves.add(look.half, weight, z, &track.origin);
-        if let Some(off) = look.station.and_then(|station| track.off(station, z)) {
+        self.halves.add(observation.half, weight, z, &track.origin);
+        if let Some(off) = observation.station.and_then(|station| track.off(station, z)) {
             let energy = system.energy(state.q, state.p);
             let (sum, sizes) =
                 state.w.iter().fold((energy, energy.abs() + kinetic), |(sum, sizes), &w| {
@@ -207,33 +209,33 @@ impl<T: Side> Seen<T> {
 
     /// Observes the reservoir after a step, or after several if each is known to be passive.
     #[inline]
-    pub(super) fn watch(&mut self, w: &[T]) {
-        for (fallen, owed) in self.fallen.iter_mut().zip([Passive::Each, Passive::InSum]) {
-            *fallen = T::select(owed.violated(&self.filled, w), T::one(), *fallen);
+    pub(super) fn check_passivity(&mut self, w: &[T]) {
+        for (violated, passivity) in self.violated.iter_mut().zip([Passive::Each, Passive::InSum]) {
+            *violated = T::select(passivity.violated(&self.filled, w), T::one(), *violated);
         }
         self.filled.copy_from_slice(w);
     }
 
     /// Lane k.
-    pub(super) fn lane(&self, k: usize) -> Seen<f64> {
-        Seen {
+    pub(super) fn lane(&self, k: usize) -> Statistics<f64> {
+        Statistics {
             size: self.size.lane(k),
             largest: self.largest.lane(k),
             halves: self.halves.lane(k),
             stations: self.stations.map(|most| most.lane(k)),
             filled: lane_of(&self.filled, k),
-            fallen: self.fallen.map(|fallen| fallen.lane(k)),
+            violated: self.violated.map(|violated| violated.lane(k)),
         }
     }
 
     /// Replaces lane k.
-    pub(super) fn put(&mut self, k: usize, one: &Seen<f64>) {
+    pub(super) fn put(&mut self, k: usize, one: &Statistics<f64>) {
         self.size = self.size.with(k, one.size);
         self.largest = self.largest.with(k, one.largest);
         self.halves.put(k, &one.halves);
         put_lane(&mut self.stations, k, &one.stations);
         put_lane(&mut self.filled, k, &one.filled);
-        put_lane(&mut self.fallen, k, &one.fallen);
+        put_lane(&mut self.violated, k, &one.violated);
     }
 }
 
@@ -246,13 +248,13 @@ pub(super) fn larger<T: Scalar>(a: T, b: T) -> T {
 /// steps stay below this share, the error of an unresolved edge does not.
 pub const KEPT: f64 = 1e-8;
 
-impl Seen<f64> {
+impl Statistics<f64> {
     /// Whether a step has violated the passivity of the system.
-    pub(super) fn robbed(&self, owed: Passive) -> bool {
-        match owed {
+    pub(super) fn violates_passivity(&self, passivity: Passive) -> bool {
+        match passivity {
             Passive::No => false,
-            Passive::Each => self.fallen[0] > 0.0,
-            Passive::InSum => self.fallen[1] > 0.0,
+            Passive::Each => self.violated[0] > 0.0,
+            Passive::InSum => self.violated[1] > 0.0,
         }
     }
 
@@ -274,52 +276,66 @@ mod tests {
     #[test]
     fn looks_cover_both_halves_and_end_with_the_run() {
         for count in [1, 2, 3, 50, 2047, 2048, 2049, 10_000, 1_000_001] {
-            let looks = Looks::new(count);
-            let all: Vec<_> = looks.all().collect();
+            let observations = Observations::new(count);
+            let all: Vec<_> = observations.all().collect();
             assert!(
-                all.len() as u64 <= MOST_LOOKS && (count < 2000 || all.len() > 1000),
+                all.len() as u64 <= MOST_OBSERVATIONS && (count < 2000 || all.len() > 1000),
                 "{count}"
             );
-            assert!(looks.first <= looks.every, "{count}");
-            assert_eq!(all.last().map(|look| look.0), Some(count));
+            assert!(observations.first <= observations.every, "{count}");
+            assert_eq!(all.last().map(|observation| observation.0), Some(count));
             for half in [0, 1] {
-                let of_half = || all.iter().filter(|look| look.1.half == half);
-                assert!(of_half().all(|look| (2 * look.0 > count) == (half == 1)), "{count}");
-                let sum: f64 = of_half().map(|look| look.1.weight).sum();
+                let of_half = || all.iter().filter(|observation| observation.1.half == half);
+                assert!(
+                    of_half().all(|observation| (2 * observation.0 > count) == (half == 1)),
+                    "{count}"
+                );
+                let sum: f64 = of_half().map(|observation| observation.1.weight).sum();
                 assert!((sum - 1.0).abs() < 1e-12 || (count == 1 && half == 0), "{count}");
             }
-            let stations: Vec<_> = all.iter().filter_map(|look| look.1.station).collect();
+            let stations: Vec<_> =
+                all.iter().filter_map(|observation| observation.1.station).collect();
             assert!(stations.iter().copied().eq(0..stations.len()), "{count}");
             assert!(
                 stations.len() as u64 <= MOST_STATIONS && stations.len() as u64 >= count.min(32)
             );
-            assert!(all.last().is_some_and(|look| look.1.station.is_some()), "{count}");
-            for (step, look) in all {
-                assert_eq!(looks.after(step), Some(look));
+            assert!(
+                all.last().is_some_and(|observation| observation.1.station.is_some()),
+                "{count}"
+            );
+            for (step, observation) in all {
+                assert_eq!(observations.after(step), Some(observation));
             }
-            assert_eq!(looks.after(looks.first - 1), None);
-            assert_eq!(looks.after(count + looks.every), None);
+            assert_eq!(observations.after(observations.first - 1), None);
+            assert_eq!(observations.after(count + observations.every), None);
         }
     }
 
     #[test]
     fn k_that_moves_by_more_than_rounding_is_lost() {
-        let seen = |stations| Seen { stations, ..Seen::<f64>::nothing(1, &Image::new(&[None])) };
-        assert!(seen([0.0, 1e-9, 1.0]).keeps_k() && !seen([0.0, 1e-6, 1.0]).keeps_k());
-        assert!(seen([0.0, 1e-6, 200.0]).keeps_k() && !seen([0.0, 1.5, 200.0]).keeps_k());
+        let statistics = |stations| Statistics {
+            stations,
+            ..Statistics::<f64>::nothing(1, &Image::new(&[None]))
+        };
+        assert!(statistics([0.0, 1e-9, 1.0]).keeps_k() && !statistics([0.0, 1e-6, 1.0]).keeps_k());
+        assert!(
+            statistics([0.0, 1e-6, 200.0]).keeps_k() && !statistics([0.0, 1.5, 200.0]).keeps_k()
+        );
     }
 
     #[test]
     fn what_falls_is_seen_and_what_is_rounded_is_not() {
-        let mut seen = Seen::<f64>::nothing(2, &Image::new(&[None, None]));
-        seen.watch(&[1.0, 3.0]);
-        seen.watch(&[1.0, 3.0 - f64::EPSILON]);
-        assert!(!seen.robbed(Passive::Each));
-        seen.watch(&[0.5, 4.0]);
+        let mut statistics = Statistics::<f64>::nothing(2, &Image::new(&[None, None]));
+        statistics.check_passivity(&[1.0, 3.0]);
+        statistics.check_passivity(&[1.0, 3.0 - f64::EPSILON]);
+        assert!(!statistics.violates_passivity(Passive::Each));
+        statistics.check_passivity(&[0.5, 4.0]);
         assert!(
-            seen.robbed(Passive::Each) && !seen.robbed(Passive::InSum) && !seen.robbed(Passive::No)
+            statistics.violates_passivity(Passive::Each)
+                && !statistics.violates_passivity(Passive::InSum)
+                && !statistics.violates_passivity(Passive::No)
         );
-        seen.watch(&[0.4, 4.0]);
-        assert!(seen.robbed(Passive::InSum));
+        statistics.check_passivity(&[0.4, 4.0]);
+        assert!(statistics.violates_passivity(Passive::InSum));
     }
 }

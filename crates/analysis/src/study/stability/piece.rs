@@ -1,10 +1,10 @@
 //! The cells of a method and a step at neighbouring values, as one piece of work.
 
-use super::alone::Course;
+use super::alone::Schedule;
 use super::image::Image;
 use super::lanes::{Cell, together};
 use super::map::MapError;
-use super::measure::Looks;
+use super::measure::Observations;
 use super::reference::Reference;
 use super::spectrum::spectral_radius;
 use super::verdict::Verdict;
@@ -59,16 +59,16 @@ pub(super) enum Way {
 pub(super) fn cells(
     parameter: &str,
     row: &'static Row,
-    (h, looks): (f64, &Looks),
+    (h, observations): (f64, &Observations),
     places: &[Place],
     exact: &[&Reference],
     (way, progress): (Way, &dyn Progress),
 ) -> Result<Vec<StabilityRow>, MapError> {
     let runs =
         places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;
-    let owed = |place: &Place| place.system.dissipation_form().passive;
-    let watched = !row.passive && places.iter().any(|place| owed(place) != Passive::No);
-    let course = Course { h, looks, watched, progress };
+    let passivity = |place: &Place| place.system.dissipation_form().passive;
+    let every_step = !row.passive && places.iter().any(|place| passivity(place) != Passive::No);
+    let schedule = Schedule { h, observations, every_step, progress };
     let cells: Vec<Cell<'_>> = places
         .iter()
         .zip(&runs)
@@ -79,12 +79,12 @@ pub(super) fn cells(
         })
         .collect();
     let side_by_side = match way {
-        Way::Together => together(&cells, row, parameter, course)?,
+        Way::Together => together(&cells, row, parameter, schedule)?,
         Way::Alone => None,
     };
     let endings = match side_by_side {
         Some(endings) => endings,
-        None => cells.iter().map(|cell| cell.alone(course)).collect::<Result<_, _>>()?,
+        None => cells.iter().map(|cell| cell.alone(schedule)).collect::<Result<_, _>>()?,
     };
     let judged = endings.into_iter().zip(places).zip(exact).zip(&runs);
     judged
@@ -94,7 +94,7 @@ pub(super) fn cells(
                 h,
                 parameter: parameter.to_owned(),
                 value: place.value,
-                verdict: Verdict::of(&ending, exact, owed(place), row.keeps_k),
+                verdict: Verdict::of(&ending, exact, passivity(place), row.keeps_k),
                 spectral_radius: radius(place, run, h)?,
                 steps_done: ending.steps_done,
                 outcome: ending.failure.as_ref().map_or(outcome::COMPLETED, outcome::step_word),

@@ -8,7 +8,7 @@
 
 use super::halves::Halves;
 use super::image::Image;
-use super::measure::{Look, Looks, Scales, Seen};
+use super::measure::{Observation, Observations, Scales, Statistics};
 use super::verdict::{SHARE, TOLERANCE};
 use super::walk::Walk;
 use crate::progress::Progress;
@@ -47,10 +47,10 @@ pub struct References(pub(super) Vec<Option<Vec<Reference>>>);
 
 impl Reference {
     /// Whether a run has the size and the place of this solution.
-    pub(super) fn is_as_large(&self, seen: &Seen<f64>) -> bool {
-        let means = seen.halves.last_mean().iter().zip(&self.scales.track.origin);
+    pub(super) fn is_as_large(&self, statistics: &Statistics<f64>) -> bool {
+        let means = statistics.halves.last_mean().iter().zip(&self.scales.track.origin);
         let mean: Vec<f64> = means.map(|(off, origin)| off + origin).collect();
-        self.agrees(seen.size, &mean, [TOLERANCE, SHARE])
+        self.agrees(statistics.size, &mean, [TOLERANCE, SHARE])
     }
 
     /// Whether size and mean agree, within shares of what a verdict allows.
@@ -84,7 +84,7 @@ const PAUSE: u64 = 1024;
 pub(super) struct Event {
     pub(super) t: f64,
     pub(super) step: usize,
-    pub(super) look: Look,
+    pub(super) observation: Observation,
 }
 
 /// Steps of the map whose runs end at about the same time. Longer runs would ask for longer steps
@@ -100,7 +100,7 @@ pub(super) struct Batch {
 const SPAN: f64 = 4.0;
 
 /// Groups all steps of a map into batches.
-pub(super) fn batches(steps: &[(f64, &Looks)]) -> Vec<Batch> {
+pub(super) fn batches(steps: &[(f64, &Observations)]) -> Vec<Batch> {
     let end = |&i: &usize| steps[i].0 * steps[i].1.count as f64;
     let mut order: Vec<usize> = (0..steps.len()).collect();
     order.sort_by(|a, b| end(a).total_cmp(&end(b)));
@@ -109,8 +109,12 @@ pub(super) fn batches(steps: &[(f64, &Looks)]) -> Vec<Batch> {
         let most = SPAN * end(first);
         let rest = order.split_off(order.partition_point(|i| end(i) <= most).max(1));
         let of_step = |(step, &i): (usize, &usize)| {
-            let (h, looks) = steps[i];
-            looks.all().map(move |(n, look)| Event { t: h * n as f64, step, look })
+            let (h, observations) = steps[i];
+            observations.all().map(move |(n, observation)| Event {
+                t: h * n as f64,
+                step,
+                observation,
+            })
         };
         let mut events: Vec<Event> = order.iter().enumerate().flat_map(of_step).collect();
         events.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.step.cmp(&b.step)));
@@ -170,7 +174,7 @@ impl<T: Side> Exact<'_, T> {
             // The last step reaches the end only up to rounding.
             let t = if n < count { length * n as f64 } else { f64::INFINITY };
             while let Some(event) = events.next_if(|event| n > 0 && event.t <= t) {
-                walk.look(event, event.t / length - (n - 1) as f64, length);
+                walk.observe(event, event.t / length - (n - 1) as f64, length);
             }
             if n % PAUSE == 0 && self.progress.stopped() {
                 return ControlFlow::Break(());

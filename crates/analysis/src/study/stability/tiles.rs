@@ -2,7 +2,7 @@
 
 use super::lanes::WIDTH;
 use super::map::{Map, MapError};
-use super::measure::Looks;
+use super::measure::Observations;
 use super::piece::{Place, StabilityRow, Way, cells};
 use super::reference::{Batch, batches};
 use crate::progress::Progress;
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 pub struct Tiles<'a> {
     map: Map<'a>,
     methods: &'a [&'static Row],
-    looks: Vec<Looks>,
+    observations: Vec<Observations>,
     batches: Vec<Batch>,
 }
 
@@ -24,10 +24,11 @@ impl<'a> Tiles<'a> {
     /// # Errors
     /// A step of too many runs.
     pub fn new(map: Map<'a>, methods: &'a [&'static Row]) -> Result<Self, MapError> {
-        let looks = map.looks()?;
-        let steps: Vec<(f64, &Looks)> = map.steps.iter().copied().zip(&looks).collect();
+        let observations = map.observations()?;
+        let steps: Vec<(f64, &Observations)> =
+            map.steps.iter().copied().zip(&observations).collect();
         let batches = batches(&steps);
-        Ok(Self { map, methods, looks, batches })
+        Ok(Self { map, methods, observations, batches })
     }
 
     /// The rows of the table, ordered by method, value and step, from the results of all tiles.
@@ -58,7 +59,7 @@ impl Study for Tiles<'_> {
             let (values, batch) = self.tile(index);
             let (nth, from) = (index % self.batches.len() + 1, values.start + 1);
             let key = format!("values={from}-{}/steps={nth}", values.end);
-            let steps: u64 = batch.steps.iter().map(|&j| self.looks[j].count).sum();
+            let steps: u64 = batch.steps.iter().map(|&j| self.observations[j].count).sum();
             let runs = values.len() * self.methods.len() * self.map.problem.model.degrees();
             let pieces = 1 + self.methods.len() * batch.steps.len();
             Cell { pieces, ..Cell::new(key, steps as f64 * runs as f64) }
@@ -84,7 +85,7 @@ impl Study for Tiles<'_> {
         progress.advance();
         let row = |&(i, at): &(usize, usize)| {
             let j = batch.steps[at];
-            let step = (map.steps[j], &self.looks[j]);
+            let step = (map.steps[j], &self.observations[j]);
             let exact: Vec<_> = exact.iter().map(|of_steps| &of_steps[at]).collect();
             let way = (Way::Together, progress);
             let found = match progress.stopped() {

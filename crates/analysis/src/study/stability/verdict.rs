@@ -1,7 +1,7 @@
 //! Verdicts on runs.
 
 use super::alone::Ending;
-use super::measure::{KEPT, MOST_LOOKS, MOST_STATIONS};
+use super::measure::{KEPT, MOST_OBSERVATIONS, MOST_STATIONS};
 use super::reference::{Reference, Standing};
 use afterbay_core::{Passive, StepFailure};
 use serde::{Deserialize, Serialize};
@@ -71,23 +71,29 @@ impl Verdict {
         }
     }
 
-    /// The verdict on a run. `owed` is the passivity of the system, and `keeps_k` is whether the
-    /// method claims to keep K.
-    pub(super) fn of(ending: &Ending, exact: &Reference, owed: Passive, keeps_k: bool) -> Self {
-        let seen = &ending.seen;
+    /// The verdict on a run. `passivity` is that of the system, and `keeps_k` is whether
+    /// the method claims to keep K.
+    pub(super) fn of(
+        ending: &Ending,
+        exact: &Reference,
+        passivity: Passive,
+        keeps_k: bool,
+    ) -> Self {
+        let statistics = &ending.statistics;
         match ending.failure {
             Some(failure) => Self::of_failure(&failure),
-            None if !(seen.size.is_finite() && seen.largest <= GROWTH) => Self::Growing,
-            None if seen.robbed(owed) => Self::PassivityViolated,
+            None if !(statistics.size.is_finite() && statistics.largest <= GROWTH) => Self::Growing,
+            None if statistics.violates_passivity(passivity) => Self::PassivityViolated,
             None => match exact.standing {
                 Standing::Leaves => Self::Wrong,
-                _ if keeps_k && !seen.keeps_k() => Self::Wrong,
+                _ if keeps_k && !statistics.keeps_k() => Self::Wrong,
                 Standing::Unsettled => Self::Unjudged,
-                Standing::Resolved if !exact.is_as_large(seen) => Self::Wrong,
+                Standing::Resolved if !exact.is_as_large(statistics) => Self::Wrong,
                 Standing::Resolved if !exact.followed => Self::Unjudged,
-                Standing::Resolved if seen.follows() => Self::Right,
+                Standing::Resolved if statistics.follows() => Self::Right,
                 Standing::Resolved => {
-                    let late = exact.halves.agree(&seen.halves, &exact.scales.track.allowed());
+                    let late =
+                        exact.halves.agree(&statistics.halves, &exact.scales.track.allowed());
                     if late { Self::Late } else { Self::Wrong }
                 }
             },
@@ -144,6 +150,6 @@ pub fn rules() -> String {
          means right in all but the phase: over each half of the run the mean of every q_j, p_j \
          and w_j, and the root mean square about it, are within {SHARE} of its size. A periodic \
          coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH}. \
-         Run and reference are compared after the same steps, at most {MOST_LOOKS} of them."
+         Run and reference are compared after the same steps, at most {MOST_OBSERVATIONS} of them."
     )
 }

@@ -49,7 +49,7 @@ pub(super) struct Walk<'a, T> {
     pub(super) sums: Vec<Sums<T>>,
     between: [Vec<T>; 3],
     /// Workspace for ∂H/∂q, D and ∂H/∂p.
-    room: [Vec<T>; 3],
+    workspace: [Vec<T>; 3],
     z: Vec<T>,
 }
 
@@ -90,7 +90,7 @@ impl<'a, T: Side> Walk<'a, T> {
             range: [z.clone(), z.clone()],
             sums: (0..steps).map(|_| Sums::nothing(&image)).collect(),
             between: three(),
-            room: three(),
+            workspace: three(),
             z,
             image,
         }
@@ -126,13 +126,13 @@ impl<'a, T: Side> Walk<'a, T> {
 
     /// Observes the solution at the share u of the way between the last two points, a time `length`
     /// apart.
-    pub(super) fn look(&mut self, event: &Event, u: f64, length: f64) {
+    pub(super) fn observe(&mut self, event: &Event, u: f64, length: f64) {
         let v = 1.0 - u;
         let of_points = [v * v * (1.0 + 2.0 * u), u * u * (1.0 + 2.0 * v)].map(T::from_f64);
         let of_slopes = [u * v * v, -u * u * v].map(|x| T::from_f64(x * length));
-        let Self { system, before, now, between, room, .. } = &mut *self;
-        before.ask(*system, &mut room[1]);
-        now.ask(*system, &mut room[1]);
+        let Self { system, before, now, between, workspace, .. } = &mut *self;
+        before.ask(*system, &mut workspace[1]);
+        now.ask(*system, &mut workspace[1]);
         for (part, between) in between.iter_mut().enumerate() {
             for (j, between) in between.iter_mut().enumerate() {
                 let points =
@@ -143,12 +143,12 @@ impl<'a, T: Side> Walk<'a, T> {
             }
         }
         let [q, p, w] = &self.between;
-        let [hq, _, hp] = &mut self.room;
+        let [hq, _, hp] = &mut self.workspace;
         self.system.gradient(q, p, hq, hp);
         let t = T::from_f64(event.t);
         self.image.of(StateRef { q, p, w, t }, &mut self.z);
         if let (Some(sums), Some((origin, _))) = (self.sums.get_mut(event.step), &self.start) {
-            sums.look(&self.z, kinetic(p, hp), event, origin);
+            sums.observe(&self.z, kinetic(p, hp), event, origin);
             sums.largest = self.largest;
             for (to, from) in sums.range.iter_mut().zip(&self.range) {
                 to.copy_from_slice(from);
@@ -195,13 +195,13 @@ impl<T: Side> Sums<T> {
         }
     }
 
-    fn look(&mut self, z: &[T], kinetic: T, event: &Event, start: &[T]) {
-        let weight = T::from_f64(event.look.weight);
-        self.halves.add(event.look.half, weight, z, start);
-        if event.look.station.is_some() {
+    fn observe(&mut self, z: &[T], kinetic: T, event: &Event, start: &[T]) {
+        let weight = T::from_f64(event.observation.weight);
+        self.halves.add(event.observation.half, weight, z, start);
+        if event.observation.station.is_some() {
             self.stations.extend_from_slice(z);
         }
-        if event.look.half == 0 {
+        if event.observation.half == 0 {
             return;
         }
         let x = &z[..self.mean.len()];
