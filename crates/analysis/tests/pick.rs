@@ -8,7 +8,7 @@ use afterbay_analysis::Model;
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Wanted};
-use afterbay_core::{Grid, StateRef, Tolerance};
+use afterbay_core::{Grid, Quad, Scalar, State, StateRef, Tolerance};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{Custom, DUFFING, Described, Description, DissipationText, FPUT_CHAIN};
 use std::ops::ControlFlow;
@@ -56,14 +56,19 @@ fn along_within(problem: &Problem, method: &str, tolerance: f64, most: usize) ->
     run.run(Setting::Tolerance(Tolerance::all(tolerance), problem.end), &mut state, 1, look)
         .expect("it runs");
     let every = seen.len().div_ceil(most);
-    let some = seen.iter().rev().step_by(every).filter(|(t, _)| *t > 0.0);
-    let off = |(t, z): &(f64, Vec<f64>)| {
-        let exact = problem.solution(*t, 1, &Silent).expect("a reference");
-        let exact = exact.at(1);
-        let all = [exact.q, exact.p, exact.w].concat();
-        z.iter().zip(all).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    let mut some: Vec<_> = seen.iter().rev().step_by(every).filter(|(t, _)| *t > 0.0).collect();
+    some.reverse();
+    // The reference goes from each of these states to the next.
+    let mut exact: State<Vec<Quad>> = problem.start().expect("a state");
+    let mut off = |(t, z): &(f64, Vec<f64>)| {
+        let h = Quad::from_f64(*t) - exact.t;
+        let solution = problem.model.solution(&exact, h, 1, &Silent).expect("a reference");
+        let StateRef { q, p, w, t } = solution.at(1);
+        exact = State { q: q.to_vec(), p: p.to_vec(), w: w.to_vec(), t };
+        let all = [q, p, w].concat();
+        z.iter().zip(all).map(|(a, b)| (a - b.to_f64()).abs()).fold(0.0, f64::max)
     };
-    some.map(off).fold(0.0, f64::max)
+    some.into_iter().map(&mut off).fold(0.0, f64::max)
 }
 
 /// The largest error of a candidate, computed without `pick`.
