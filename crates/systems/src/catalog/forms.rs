@@ -249,8 +249,11 @@ fn follow<V: Vector>(
     taylor::follow((system, defect), &start, times, pace, stop, see)
 }
 
-fn expanded<T: Scalar>(system: &Described) -> Field<T> {
-    let constant = |x| Series::constant(T::from_f64(x));
+/// A system given by expressions, in the scalar of its constants.
+fn with_constants<T: Scalar>(
+    system: &Described,
+    constant: impl Fn(f64) -> T + Copy,
+) -> Arc<dyn System<T>> {
     match system {
         Described::Separable(system) => Arc::new(system.map(constant)),
         Described::Clocked(system) => Arc::new(system.map(|system| system.map(constant))),
@@ -278,7 +281,7 @@ macro_rules! expandable {
                 (row.forms.$form)(n, x)
             }
             fn custom_series(system: &Described) -> Field<Self> {
-                expanded(system)
+                with_constants(system, |x| Series::constant(Self::from_f64(x)))
             }
             fn driven_series(
                 system: Field<Self>,
@@ -323,12 +326,7 @@ pub fn ranges(
 
 /// A system given by expressions, in series of intervals.
 pub fn custom_ranges(system: &Described) -> Arc<dyn System<Ranges>> {
-    let constant = |x| Series::constant(Interval::from_f64(x));
-    match system {
-        Described::Separable(system) => Arc::new(system.map(constant)),
-        Described::Clocked(system) => Arc::new(system.map(|system| system.map(constant))),
-        Described::General(system) => Arc::new(system.map(constant)),
-    }
+    with_constants(system, |x| Series::constant(Interval::from_f64(x)))
 }
 
 /// A system with a drive, in series of intervals.
