@@ -19,7 +19,8 @@
 //!   ([`Formulas`]), and the [`State`];
 //! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
 //!   [`integrate`] and [`integrate_within`];
-//! - [`solver`]: the scalar equation of an implicit step;
+//! - [`solver`]: the equations of an implicit step in one or two unknowns: Newton's method, fixed
+//!   points, the test of convergence, and continuation;
 //! - [`taylor`]: solutions by Taylor series, as references;
 //! - [`validate`]: tests of a system against its own energy.
 
@@ -42,7 +43,6 @@ pub use run::{
     Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Happen, MOST_EVENTS,
     Method, Observer, STEPS_OF_BLOCK, Statistics, Step, StepControl, Tolerance, integrate,
     integrate_controlled, integrate_in, integrate_with_events, integrate_within, sample_within,
-    zero_within,
 };
 pub use system::{
     Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,

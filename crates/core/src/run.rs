@@ -14,9 +14,7 @@ pub use adaptive::{
     Adaptive, Attempt, Statistics, integrate_controlled, integrate_within, sample_within,
 };
 pub use controller::StepControl;
-pub use event::{
-    Direction, Event, EventState, Happen, MOST_EVENTS, Step, integrate_with_events, zero_within,
-};
+pub use event::{Direction, Event, EventState, Happen, MOST_EVENTS, Step, integrate_with_events};
 pub use grid::Grid;
 pub use integrate::{integrate, integrate_in};
 pub use method::{Effort, Method};

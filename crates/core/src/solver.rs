@@ -9,6 +9,7 @@
 mod continuation;
 mod convergence;
 mod fixed_point;
+mod illinois;
 mod newton;
 pub mod newton_2x2;
 mod several_solutions;
@@ -16,6 +17,7 @@ mod several_solutions;
 pub use continuation::{Limits, follow};
 pub use convergence::Updates;
 pub use fixed_point::FixedPoint;
+pub use illinois::zero_within;
 pub use newton::Newton;
 
 use crate::error::StepFailure;

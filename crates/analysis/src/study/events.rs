@@ -136,7 +136,11 @@ pub fn advance(
     let watched: Vec<Event<'_>> = functions
         .iter()
         .zip(events)
-        .map(|(function, event)| Event { function: &**function, direction: event.direction })
+        .map(|(function, event)| Event {
+            function: &**function,
+            direction: event.direction,
+            is_wall: matches!(event.action, Action::Bounce(..)),
+        })
         .collect();
     let record =
         |n: u64, state: StateRef<'_, f64>| TrajectoryRow::of(row.name, n, state, &*system, model);
@@ -185,9 +189,8 @@ pub fn advance(
             kept = state.t;
         }
         goes_on = goes_on && !progress.stopped();
-        // Events at the end of a step are not looked for again in the next, which a new leg would
-        // not know.
-        leg_ends = goes_on && n >= leg && happened.get() < state.t && done < grid.steps;
+        // A new leg does not know on which side of zero an event has left its function.
+        leg_ends = goes_on && n >= leg && happened.get() <= state.t - h && done < grid.steps;
         if goes_on && !leg_ends { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
     let rest = Grid { steps: grid.steps - begin, ..grid };

@@ -1,6 +1,7 @@
 //! The state within a step at which a function of the state is zero.
 
-use afterbay_core::{State, StateRef, zero_within};
+use afterbay_core::solver::zero_within;
+use afterbay_core::{State, StateRef};
 use afterbay_methods::registry::Run;
 
 /// The state between two states, h apart, at which `distance` is zero: the end of a shorter step

@@ -3,14 +3,18 @@
 use super::grid::Grid;
 use super::method::Effort;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
+use crate::solver::zero_within;
 use crate::system::{State, StateRef};
 use std::ops::ControlFlow;
 
-/// The most corrections of the time of an event. Bisection alone would take 53.
-const MOST_CORRECTIONS: usize = 100;
 /// The most events in one step of the grid. A ball that comes to rest by bouncing has infinitely
 /// many.
 pub const MOST_EVENTS: u64 = 1000;
+/// The halvings of a step after which a function that begins at zero must have left it. A choice.
+const MOST_HALVES: i32 = 40;
+/// The largest value of a function at its zero, in roundings of its values at the ends of the step.
+/// A choice.
+const NOISE_ROUNDINGS: f64 = 64.0;
 
 /// The direction in which a function crosses zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,6 +48,15 @@ pub struct Event<'a> {
     pub function: &'a (dyn Fn(StateRef<'_, f64>) -> f64 + Sync),
     /// The direction in which it crosses zero.
     pub direction: Direction,
+    /// Whether the function must not pass zero. A run that starts at zero and moves beyond it then
+    /// begins with an event; otherwise the start is none.
+    pub is_wall: bool,
+}
+
+impl Event<'_> {
+    fn value(&self, state: &State<Vec<f64>>) -> f64 {
+        (self.function)(state.state_ref())
+    }
 }
 
 /// The state at an event, which may be changed.
@@ -61,50 +74,17 @@ pub struct EventState<'a> {
 /// Receives event number i of the list and the state there. `Break` ends the run.
 pub type Happen<'a> = &'a mut dyn FnMut(usize, EventState<'_>) -> ControlFlow<()>;
 
-/// The share in (0, 1] of a step after which a function is zero, and what `at` gives there. `off`
-/// and `beyond` are its values at the ends, which differ in sign, and `end` belongs to the second.
-///
-/// Regula falsi with the rule of Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168-174) finds
-/// the share to rounding. Where `at` fails, the nearest value so far is taken.
-pub fn zero_within<R>(
-    (mut off, mut beyond): (f64, f64),
-    end: R,
-    mut at: impl FnMut(f64) -> Option<(f64, R)>,
-) -> (f64, R) {
-    let mut found = (1.0, end);
-    let (mut low, mut high, mut nearest) = (0.0, 1.0, beyond.abs());
-    let mut moved = None;
-    for _ in 0..MOST_CORRECTIONS {
-        let share = (low * beyond - high * off) / (beyond - off);
-        if nearest == 0.0 || !(low < share && share < high) {
-            break;
-        }
-        let Some((now, there)) = at(share) else { break };
-        let is_beyond = (now > 0.0) == (beyond > 0.0);
-        if is_beyond {
-            (high, beyond) = (share, now);
-            off *= if moved == Some(true) { 0.5 } else { 1.0 };
-        } else {
-            (low, off) = (share, now);
-            beyond *= if moved == Some(false) { 0.5 } else { 1.0 };
-        }
-        moved = Some(is_beyond);
-        if now.abs() < nearest {
-            (nearest, found) = (now.abs(), (share, there));
-        }
-    }
-    found
-}
-
 /// Takes a step of the given length. The state is unchanged after an error, and its time is not
 /// set.
 pub type Step<'a> = &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effort, IntegrateError>;
 
 /// [`integrate`](super::integrate) with events. An event within a step is the end of a shorter step
 /// of the same method: it has the accuracy of the method, and K is kept if the method keeps it.
-/// After an event the run goes on to the next time of the grid.
+/// After an event the run goes on to the next time of the grid. Events at one time happen in the
+/// order of the list. w is rounded at every step: it is not summed in blocks, as it is without
+/// events.
 ///
-/// A function that crosses zero twice within one step shows no event there.
+/// A function that crosses zero twice within one step shows no event there, and neither does a pole.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`StepFailure::EventsAccumulate`] where more than
@@ -123,12 +103,7 @@ pub fn integrate_with_events(
     if end + grid.h == end || !end.is_finite() {
         return Err(InputError::TimeStalled { t: end, h: grid.h }.into());
     }
-    let values = |state: StateRef<'_, f64>| -> Vec<f64> {
-        events.iter().map(|event| (event.function)(state)).collect()
-    };
-    let mut before = values(state.state_ref());
-    // The event that changed the state last, in this step.
-    let mut changed = None;
+    let mut sides: Vec<Side> = events.iter().map(|event| Side::of(event.value(state))).collect();
     let mut effort = Effort::default();
     if observer(0, state.state_ref()).is_break() {
         return Ok(effort);
@@ -137,28 +112,32 @@ pub fn integrate_with_events(
         let mut count = 0;
         while state.t < time(n) {
             let h = if count == 0 { grid.h } else { time(n) - state.t };
-            let failed = |t, failure| RunError { step: n, t, failure };
-            let mut next = state.clone();
-            effort += step(h, &mut next).map_err(|error| match error {
-                IntegrateError::Run(error) => failed(state.t, error.failure).into(),
-                error => error,
-            })?;
-            next.t = time(n);
-            let mut within = |share: f64| {
+            let from = state.t;
+            let failed = |failure| RunError { step: n, t: from, failure };
+            let mut advance = |h: f64| -> Result<State<Vec<f64>>, IntegrateError> {
                 let mut there = state.clone();
-                step(share * h, &mut there).ok()?;
-                there.t = state.t + share * h;
-                Some(there)
+                match step(h, &mut there) {
+                    Ok(spent) => effort += spent,
+                    // Over a step below the rounding of the time the state does not change.
+                    Err(IntegrateError::Input(InputError::TimeStalled { .. })) => {}
+                    Err(IntegrateError::Run(error)) => return Err(failed(error.failure).into()),
+                    Err(error) => return Err(error),
+                }
+                there.t = from + h;
+                Ok(there)
             };
-            let (i, there) = match first(events, &before, &next, changed, &mut within) {
+            let mut next = advance(h)?;
+            next.t = time(n);
+            let mut within = |share: f64| advance(share * h);
+            let (i, there) = match first(events, &sides, [state, &next], &mut within)? {
                 First::Event(i, there) if count < MOST_EVENTS => (i, there),
                 First::Event(..) | First::AtOnce => {
-                    let failure = StepFailure::EventsAccumulate { count };
-                    return Err(failed(state.t, failure).into());
+                    return Err(failed(StepFailure::EventsAccumulate { count }).into());
                 }
                 First::None => {
                     *state = next;
-                    before = values(state.state_ref());
+                    let values = events.iter().map(|event| event.value(state));
+                    sides.iter_mut().zip(values).for_each(|(side, value)| side.leave(value));
                     break;
                 }
             };
@@ -169,19 +148,60 @@ pub fn integrate_with_events(
                 return Ok(effort);
             }
             state.check(state.q.len())?;
-            let side = (events[i].function)(next.state_ref());
-            before = values(state.state_ref());
-            changed = (*state != there).then_some(i);
-            // Without a change the function is now on the other side.
-            before[i] = if changed.is_some() { 0.0 } else { f64::MIN_POSITIVE.copysign(side) };
+            for (j, (side, event)) in sides.iter_mut().zip(events).enumerate() {
+                let [was, is] = [&there, &*state].map(|state| event.value(state));
+                if was != is {
+                    // The event moved this function, too.
+                    *side = Side::of(is);
+                } else if i == j {
+                    let scale = event.value(&next).abs();
+                    side.happen(was, scale, *state != there);
+                }
+            }
         }
-        changed = None;
         state.t = time(n);
         if observer(n, state.state_ref()).is_break() {
             break;
         }
     }
     Ok(effort)
+}
+
+/// The side of zero on which a function is.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// The sign of the function, or the one it has once it leaves zero; 0 if that is not known.
+    sign: f64,
+    /// If it is at zero, the size of a value that is a rounding of zero.
+    at_zero: Option<f64>,
+    /// Whether an event changed the state there.
+    changed: bool,
+}
+
+impl Side {
+    /// The side of a value.
+    fn of(value: f64) -> Self {
+        let (sign, at_zero) = if value == 0.0 { (0.0, Some(0.0)) } else { (value.signum(), None) };
+        Self { sign, at_zero, changed: false }
+    }
+
+    /// Records an event at a zero with this value: the function is then beyond zero, or back on its
+    /// side if the event changed the state.
+    fn happen(&mut self, value: f64, scale: f64, changed: bool) {
+        let noise = NOISE_ROUNDINGS * value.abs().max(f64::EPSILON * scale);
+        let sign = if changed { self.sign } else { -self.sign };
+        *self = Self { sign, at_zero: Some(noise), changed };
+    }
+
+    /// Records the value at the end of a step without another event.
+    fn leave(&mut self, value: f64) {
+        match self.at_zero {
+            // A rounding on the wrong side of zero is not yet a side.
+            Some(noise) if value * self.sign <= 0.0 && value.abs() <= noise => self.changed = false,
+            _ if value == 0.0 => {}
+            _ => *self = Self::of(value),
+        }
+    }
 }
 
 /// The first event of a step.
@@ -193,151 +213,86 @@ enum First {
     None,
 }
 
-/// Looks for the first event on the way to `next`. `within` gives the state after a share of the
-/// step, and `changed` is the event at its start that changed the state.
+/// The way of a function to zero within a step.
+enum Way {
+    /// It crosses zero after this share of the step, at which it has this value.
+    After(f64, f64),
+    /// It is at zero or beyond it at the start.
+    Now,
+    /// It passes zero although an event there has just changed the state.
+    AtOnce,
+    None,
+}
+
+/// The state after a share of a step.
+type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
+
+/// Looks for the first event on the way from one state to the next.
 fn first(
     events: &[Event<'_>],
-    before: &[f64],
-    next: &State<Vec<f64>>,
-    changed: Option<usize>,
-    within: &mut dyn FnMut(f64) -> Option<State<Vec<f64>>>,
-) -> First {
+    sides: &[Side],
+    [state, next]: [&State<Vec<f64>>; 2],
+    within: Within<'_>,
+) -> Result<First, IntegrateError> {
     let mut first: Option<(f64, usize, State<Vec<f64>>)> = None;
-    for (i, (event, &before)) in events.iter().zip(before).enumerate() {
-        let value = |state: &State<Vec<f64>>| (event.function)(state.state_ref());
-        let after = value(next);
-        let (mut from, mut before) = (0.0, before);
-        if before == 0.0 && event.direction.crosses(-after, after) {
-            // The function is 0 at the start. Which side it leaves to shows soon after.
-            let halves = (1..=MOST_HALVES).map(|k| 0.5f64.powi(k));
-            let leaves = |share| within(share).map(|there| (share, value(&there)));
-            let crosses = |&(_, value): &(f64, f64)| event.direction.crosses(value, after);
-            match halves.filter_map(leaves).find(crosses) {
-                Some(found) => (from, before) = found,
-                None if changed == Some(i) => return First::AtOnce,
-                None => continue,
-            }
+    for (i, (event, side)) in events.iter().zip(sides).enumerate() {
+        let after = event.value(next);
+        let (from, before) = match way(event, *side, event.value(state), after, within) {
+            Way::After(from, before) => (from, before),
+            Way::Now => return Ok(First::Event(i, state.clone())),
+            Way::AtOnce => return Ok(First::AtOnce),
+            Way::None => continue,
+        };
+        let mut failure = None;
+        let (share, there) = zero_within((before, after), next.clone(), |share| {
+            let there = within(from + share * (1.0 - from));
+            let there = there.map_err(|error| failure = Some(error)).ok()?;
+            Some((event.value(&there), there))
+        });
+        if let Some(failure) = failure {
+            return Err(failure);
         }
-        if !event.direction.crosses(before, after) {
+        // At a pole no value is much smaller than those at the ends.
+        let [least, most] = [before.abs().min(after.abs()), before.abs().max(after.abs())];
+        let value = event.value(&there).abs();
+        if 2.0 * value >= least && value > NOISE_ROUNDINGS * f64::EPSILON * most {
             continue;
         }
-        let (share, there) = zero_within((before, after), next.clone(), |share| {
-            let there = within(from + share * (1.0 - from))?;
-            Some((value(&there), there))
-        });
         let share = from + share * (1.0 - from);
         if first.as_ref().is_none_or(|first| share < first.0) {
             first = Some((share, i, there));
         }
     }
-    first.map_or(First::None, |(_, i, there)| First::Event(i, there))
+    Ok(first.map_or(First::None, |(_, i, there)| First::Event(i, there)))
 }
 
-/// The halvings of a step after which a function that begins at 0 must have left it.
-const MOST_HALVES: i32 = 40;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_zero_is_found_to_rounding() {
-        let zero =
-            |f: &dyn Fn(f64) -> f64| zero_within((f(0.0), f(1.0)), (), |x| Some((f(x), ()))).0;
-        assert!((zero(&|x| x.exp() - 2.0) - 2f64.ln()).abs() < 1e-15);
-        assert!((zero(&|x| (x - 0.3).powi(3)) - 0.3).abs() < 1e-5);
-        assert!((zero(&|x| (1e6 * (x - 0.77)).tanh()) - 0.77).abs() < 1e-15);
-        assert!((zero(&|x| 1.0 - 2.0 * x) - 0.5).abs() < 1e-16);
-        // The end itself is the zero.
-        assert_eq!(zero(&|x| x - 1.0), 1.0);
-    }
-
-    /// Free fall: exact steps, so that all errors are those of the events.
-    fn fall(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
-        state.q[0] += h * (state.p[0] - 0.5 * h);
-        state.p[0] -= h;
-        Ok(Effort::default())
-    }
-
-    type Bounces = (Result<Effort, IntegrateError>, Vec<f64>, State<Vec<f64>>);
-
-    /// A ball that falls from height ½ and bounces with a restitution.
-    fn bounce(restitution: f64, end: f64) -> Bounces {
-        let mut state = State::new(vec![0.5], vec![0.0]).expect("finite");
-        let height = |state: StateRef<'_, f64>| state.q[0];
-        let events = [Event { function: &height, direction: Direction::Falling }];
-        let mut times = Vec::new();
-        let mut happen = |_: usize, state: EventState<'_>| {
-            times.push(state.t);
-            let lost = 0.5 * state.p[0] * state.p[0] * (1.0 - restitution * restitution);
-            state.p[0] *= -restitution;
-            state.w[0] += lost;
-            ControlFlow::Continue(())
+/// Finds out how a function that is on the given side reaches zero, with its values at the start
+/// and at the end of the step.
+fn way(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<'_>) -> Way {
+    let direction = event.direction;
+    if side.at_zero.is_none() {
+        return if now * side.sign <= 0.0 && direction.crosses(side.sign, now) {
+            // It moved there by the step to an event of another function.
+            Way::Now
+        } else if direction.crosses(now, after) {
+            Way::After(0.0, now)
+        } else {
+            Way::None
         };
-        let grid = Grid::of(0.3, (end / 0.3) as u64).expect("a grid");
-        let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
-        let outcome = integrate_with_events(
-            &mut fall,
-            grid,
-            &mut state,
-            (&events, &mut happen),
-            &mut observe,
-        );
-        (outcome, times, state)
     }
-
-    #[test]
-    fn a_ball_bounces_at_the_exact_times() {
-        let (outcome, times, state) = bounce(1.0, 30.0);
-        outcome.expect("it runs");
-        for (k, t) in times.iter().enumerate() {
-            assert!((t - (1.0 + 2.0 * k as f64)).abs() < 1e-12, "{k}: {t}");
-        }
-        assert_eq!(times.len(), 15);
-        let energy = state.q[0] + 0.5 * state.p[0] * state.p[0] + state.w[0];
-        assert!((energy - 0.5).abs() < 1e-12, "{energy}");
-        // With a loss, each flight is shorter by the restitution.
-        let (outcome, times, state) = bounce(0.9, 12.0);
-        outcome.expect("it runs");
-        let flights: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        assert!(flights.len() > 6);
-        for (k, flight) in flights.iter().enumerate() {
-            assert!((flight - 2.0 * 0.9f64.powi(k as i32 + 1)).abs() < 1e-11, "{k}: {flight}");
-        }
-        let energy = state.q[0] + 0.5 * state.p[0] * state.p[0] + state.w[0];
-        assert!((energy - 0.5).abs() < 1e-12, "{energy}");
+    let sign = if side.sign == 0.0 { -after.signum() } else { side.sign };
+    if !direction.crosses(sign, after) {
+        return Way::None;
     }
-
-    #[test]
-    fn bounces_without_end_are_a_failure_with_a_name() {
-        let (outcome, times, _) = bounce(0.5, 9.0);
-        let Err(IntegrateError::Run(error)) = outcome else { panic!("{outcome:?}") };
-        assert!(matches!(error.failure, StepFailure::EventsAccumulate { .. }), "{error}");
-        // All bounces are over at t = 3.
-        assert!(times.iter().all(|t| *t < 3.0 + 1e-9) && error.t < 3.0 + 1e-9, "{error}");
-    }
-
-    #[test]
-    fn events_that_change_nothing_happen_once() {
-        let mut state = State::new(vec![0.5], vec![0.0]).expect("finite");
-        let height = |state: StateRef<'_, f64>| state.q[0];
-        let late = |state: StateRef<'_, f64>| state.t - 1.2;
-        let events = [
-            Event { function: &height, direction: Direction::Both },
-            Event { function: &late, direction: Direction::Rising },
-        ];
-        let mut seen = Vec::new();
-        let mut happen = |i: usize, state: EventState<'_>| {
-            seen.push((i, state.t));
-            ControlFlow::Continue(())
-        };
-        let grid = Grid::of(0.6, 5).expect("a grid");
-        let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
-        integrate_with_events(&mut fall, grid, &mut state, (&events, &mut happen), &mut observe)
-            .expect("it runs");
-        assert_eq!(seen.len(), 2, "{seen:?}");
-        assert!(seen[0].0 == 0 && (seen[0].1 - 1.0).abs() < 1e-14, "{seen:?}");
-        assert!(seen[1].0 == 1 && (seen[1].1 - 1.2).abs() < 1e-14, "{seen:?}");
-        assert!((state.t - 3.0).abs() < 1e-15 && (state.p[0] + 3.0).abs() < 1e-14);
+    // It must have been on its side before it crosses zero again.
+    let halves = (1..=MOST_HALVES).map(|k| 0.5f64.powi(k));
+    let left = halves.filter_map(|share| Some((share, event.value(&within(share).ok()?))));
+    let mut left = left.filter(|(_, value)| value * sign > 0.0);
+    match left.next() {
+        Some((share, value)) => Way::After(share, value),
+        None if side.changed => Way::AtOnce,
+        // Of a wall for both directions the start does not tell which side is beyond it.
+        None if side.sign == 0.0 && event.is_wall && direction != Direction::Both => Way::Now,
+        None => Way::None,
     }
 }

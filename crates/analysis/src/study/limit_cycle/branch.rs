@@ -17,7 +17,8 @@ use super::cycle::Cycle;
 use super::event::{self, EVENTS, Tests};
 use super::shooting::{Condition, Image, Shooting, Solved};
 use super::{CycleFailure, Event, Point, phase, steps};
-use afterbay_core::{IntegrateError, zero_within};
+use afterbay_core::IntegrateError;
+use afterbay_core::solver::zero_within;
 use faer::Mat;
 
 /// The longest step along the branch, and the first, measured by the sizes of the unknowns.
