@@ -272,10 +272,10 @@ struct Leak {
     sums_reservoir: bool,
 }
 
-impl Method<[f64; 1], Free> for Leak {
+impl<S: System<f64>> Method<[f64; 1], S> for Leak {
     type Workspace = ();
 
-    fn workspace(&self, _system: &Free) -> Result<(), InputError> {
+    fn workspace(&self, _system: &S) -> Result<(), InputError> {
         Ok(())
     }
 
@@ -285,7 +285,7 @@ impl Method<[f64; 1], Free> for Leak {
 
     fn step(
         &self,
-        _: &Free,
+        _: &S,
         _: f64,
         state: &mut State<[f64; 1]>,
         _: &mut (),
@@ -354,5 +354,47 @@ fn a_reservoir_that_overflows_between_two_blocks_is_a_failure() {
     let Err(IntegrateError::Run(RunError { failure, .. })) = outcome else { panic!("{outcome:?}") };
     let w = Quantity::Reservoir;
     assert_eq!(failure, StepFailure::NonFinite { quantity: w, dof: 0, value: f64::INFINITY });
-    assert_eq!(state.w, [f64::MAX]);
+    assert_eq!(state, State { w: [f64::MAX], ..start(f64::MAX / 1000.0) });
+}
+
+/// A system whose steps are examined.
+struct Singular;
+
+impl System<f64> for Singular {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        Free.energy(q, p)
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        Free.gradient(q, p, hq, hp);
+    }
+    fn dissipation(&self, q: &[f64], p: &[f64], v: &[f64], d: &mut [f64]) {
+        Free.dissipation(q, p, v, d);
+    }
+    fn may_be_singular(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_reservoir_that_overflows_leaves_an_earlier_state() {
+    // w is p times the number of steps, and overflows at step 1501.
+    let p = f64::MAX / 1500.5;
+    fn check(system: &impl System<f64>, p: f64, observer: &mut impl Observer<[f64; 1]>) -> u64 {
+        let (method, grid) = (Leak { sums_reservoir: false }, Grid::of(H, 2000).unwrap());
+        let mut state = start(p);
+        let error = integrate(&method, system, grid, &mut state, observer).unwrap_err();
+        let IntegrateError::Run(RunError { step, t, .. }) = error else { panic!("{error}") };
+        assert_eq!(t, ((step - 1) as f64).mul_add(H, start(p).t));
+        let done = (state.w[0] / p).round();
+        assert!((state.w[0] / p - done).abs() < 1e-9, "{:?}", state.w);
+        assert_eq!(state, State { w: state.w, t: done.mul_add(H, start(p).t), ..start(p) });
+        assert_eq!(done as u64, if system.may_be_singular() { 1500 } else { STEPS_OF_BLOCK });
+        step
+    }
+    assert_eq!(check(&Free, p, &mut record(&mut Seen::new())), 1501);
+    assert_eq!(check(&Free, p, &mut ()), 2000);
+    assert_eq!(check(&Singular, p, &mut record(&mut Seen::new())), 1501);
 }

@@ -4,7 +4,8 @@ use super::input::InputError;
 use super::step::StepFailure;
 use thiserror::Error;
 
-/// A run that failed before its end. The state is that of the last successful step.
+/// A run that failed before its end. The state is that of the last successful step, or an earlier
+/// one if w overflows.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("step {step} (from t = {t:?}): {failure}")]
 pub struct RunError {
@@ -20,7 +21,7 @@ pub struct RunError {
 /// The reason why [`crate::integrate`] did not reach the end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IntegrateError {
-    /// Nothing was computed.
+    /// An invalid input. Nothing was computed, unless an event left an invalid state.
     #[error(transparent)]
     Input(#[from] InputError),
     /// A step failed.

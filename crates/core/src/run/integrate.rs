@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// # Errors
 /// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply;
 /// nothing was computed then. [`IntegrateError::Run`] if a step fails; `state` is then that of the
-/// last successful step.
+/// last successful step, or, if w overflows, one of up to [`STEPS_OF_BLOCK`] steps before.
 pub fn integrate<V, S, M, O>(
     method: &M,
     system: &S,
@@ -102,12 +102,12 @@ where
     // The work of a step, once steps leave the state unchanged.
     let mut idle = None;
     while done < grid.steps {
-        let settled = grid.steps.min(done + STEPS_OF_BLOCK);
+        let end_of_block = grid.steps.min(done + STEPS_OF_BLOCK);
         // A local copy whose address is not shared lets small states stay in registers.
         let mut current = std::mem::replace(state, State::vacant());
         let mut outcome = Ok(ControlFlow::Continue(()));
-        while done < settled && matches!(outcome, Ok(ControlFlow::Continue(()))) {
-            let count = observer.next(done).min(settled).saturating_sub(done).max(1);
+        while done < end_of_block && matches!(outcome, Ok(ControlFlow::Continue(()))) {
+            let count = observer.next(done).min(end_of_block).saturating_sub(done).max(1);
             let taken = match idle {
                 // All further steps leave the state unchanged, too.
                 Some(each) => Ok(Effort::times(each, count)),
@@ -119,7 +119,7 @@ where
                     done += count;
                     current.t = time(done);
                     let seen = reservoir.show(&mut current, |state| observer.observe(done, state));
-                    outcome = seen.map_err(|failure| failed(done, done, failure));
+                    outcome = seen.map_err(|failure| failed(done, done - 1, failure));
                 }
                 Err((good, failure)) => {
                     done += good;
@@ -129,10 +129,12 @@ where
             }
         }
         *state = current;
-        let added = reservoir.end_block(state).map_err(|failure| failed(done, done, failure));
+        if let Err(failure) = reservoir.end_block(state) {
+            state.copy(&before);
+            return Err(failed(done, done.saturating_sub(1), failure).into());
+        }
         let seen = outcome?;
-        added?;
-        state.settle();
+        state.set_tiny_to_zero();
         if seen.is_break() {
             break;
         }
@@ -174,28 +176,26 @@ where
         let examined = taken.and_then(|spent| {
             check_between(system, before.q.as_slice(), state.q.as_slice()).map(|()| spent)
         });
-        let failed = |t: V::Scalar, failure| RunError { step, t: t.to_f64(), failure };
-        match examined {
-            Ok(spent) => effort += spent,
-            Err(failure) => {
-                state.copy(&before);
-                // A sum that overflows here was shown and refused before.
-                reservoir.end_block(state).map_err(|failure| failed(before.t, failure))?;
-                return Err(failed(before.t, failure).into());
-            }
-        }
         state.t = V::Scalar::from_f64(step as f64).mul_add(grid.h, start);
-        let seen = reservoir.show(state, |state| observer.observe(step, state));
-        let seen = seen.map_err(|failure| failed(state.t, failure))?;
-        let last = seen.is_break() || step == grid.steps;
-        if last || step % STEPS_OF_BLOCK == 0 {
-            reservoir.end_block(state).map_err(|failure| failed(state.t, failure))?;
+        let seen = examined.and_then(|spent| {
+            effort += spent;
+            reservoir.show(state, |state| observer.observe(step, state))
+        });
+        let failed = |failure| RunError { step, t: before.t.to_f64(), failure };
+        let last = !matches!(seen, Ok(ControlFlow::Continue(()))) || step == grid.steps;
+        if seen.is_err() {
+            state.copy(&before);
         }
+        if last || step % STEPS_OF_BLOCK == 0 {
+            // This sum was shown before, and did not overflow.
+            reservoir.end_block(state).map_err(failed)?;
+        }
+        let seen = seen.map_err(failed)?;
         if seen.is_break() {
             break;
         }
         if step % STEPS_OF_BLOCK == 0 {
-            state.settle();
+            state.set_tiny_to_zero();
         }
     }
     Ok(effort)

@@ -116,7 +116,7 @@ impl<V: Vector> State<V> {
 
     /// Sets entries of q and p below [`AT_REST`] to 0. Their energy underflows, and arithmetic on
     /// the subnormal numbers that end a long decay is six times slower.
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn set_tiny_to_zero(&mut self) {
         let rest = V::Scalar::from_f64(AT_REST);
         for part in [&mut self.q, &mut self.p] {
             for x in part.as_mut_slice() {

@@ -118,7 +118,7 @@ where
             if pace.off > 0.0 {
                 dice.disturb(&mut state, &expansion, stride, pace.off);
             }
-            state.settle();
+            state.set_tiny_to_zero();
             origin += V::Scalar::from_f64(stride);
             route.strides += 1;
             route.unseen = route.unseen.max(defect.unseen(stride));
