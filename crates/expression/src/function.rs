@@ -48,7 +48,7 @@ pub const FUNCTIONS_OF_TWO: [(&str, &str); 3] = [
 /// The functions of one number that jump, with what they are.
 pub const FUNCTIONS_WITH_JUMPS: [(&str, &str); 2] = [
     ("sign", "the sign, -1, 0 or 1, of a function of the time in a drive"),
-    ("floor", "the largest whole number not above one, of the time in a drive"),
+    ("floor", "the largest whole number not above x, where x depends on the time in a drive"),
 ];
 
 /// The functions of one number that a text may call, with what they are.

@@ -95,7 +95,15 @@ impl<T: Scalar, const P: usize> Points<T> for [Point<'_, T>; P] {
 
     #[inline(always)]
     fn map<const K: usize>(x: [[T; P]; K], f: impl Fn([T; K]) -> T) -> [T; P] {
-        from_fn(|i| f(x.map(|x| x[i])))
+        let mut values = [T::zero(); P];
+        let mut arguments = [T::zero(); K];
+        for i in 0..P {
+            for k in 0..K {
+                arguments[k] = x[k][i];
+            }
+            values[i] = f(arguments);
+        }
+        values
     }
 
     #[inline(always)]

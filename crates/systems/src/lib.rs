@@ -5,10 +5,11 @@
 //! [`afterbay_core::Series`] for Taylor coefficients, or to dual numbers for derivatives.
 //!
 //! All systems have second derivatives ([`afterbay_core::Curvature`]). All but the
-//! [`DampedDoublePendulum`] are [`afterbay_core::Separable`] with divided differences in closed
-//! form; the pendulum is an [`afterbay_core::PhasePlane`], also in closed form. Those with one
-//! degree of freedom are [`afterbay_core::OrderRaising`]. The [`DampedOscillator`] is also linear,
-//! exactly solvable and misprinted. The [`FputChain`] and the [`VanDerPolRing`] are
+//! [`DampedDoublePendulum`] and [`CustomGeneral`], which are [`afterbay_core::PhasePlane`]s, are
+//! [`afterbay_core::Separable`]. Divided differences have closed forms; those of expressions come
+//! from slope arithmetic. The systems with one degree of freedom are
+//! [`afterbay_core::OrderRaising`]. The [`DampedOscillator`] is also linear and exactly solvable,
+//! and the system whose δ the paper misprints. The [`FputChain`] and the [`VanDerPolRing`] are
 //! [`afterbay_core::Uniform`]. [`Custom`] is any other separable system, with potential and
 //! dissipation given as text, and [`CustomGeneral`] one with any H(q, p).
 

@@ -186,3 +186,28 @@ fn the_time_needs_a_clock() {
     assert_eq!(Custom::new(&description("t*q1^2", &[])).unwrap_err(), CustomError::NeedsClock);
     assert_eq!(Described::separable(&description("t^2", &[])).unwrap_err(), CustomError::Empty);
 }
+
+#[test]
+fn steps_end_where_v_or_d_has_a_kink_in_time() {
+    use std::f64::consts::PI;
+    for (potential, forces, expected) in [
+        ("q1^2/2 + abs(sin(t))*q1/10", ["0.1*v1"], &[PI, 2.0 * PI][..]),
+        ("q1^2/2 + t*q1/10", ["max(0.1, abs(t - 2.5))*v1"], &[2.4, 2.5, 2.6]),
+        ("q1^2/2 + abs(q1 - t)/10", ["0.1*v1"], &[]),
+    ] {
+        let system = clocked(&description(potential, &forces));
+        let (mut t, mut found) = (0.1, Vec::new());
+        while t < 7.0 {
+            let h = System::<f64>::step_between_breaks(&system, &[0.3, t], 0.3);
+            assert!(h > 0.0, "{potential}: a step of {h:e} at {t}");
+            if h < 1e-12 {
+                found.push(t + h / 2.0);
+            }
+            t += h;
+        }
+        assert_eq!(found.len(), expected.len(), "{potential}: {found:?}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-13, "{potential}: {found}, not {expected}");
+        }
+    }
+}

@@ -28,6 +28,9 @@ use crate::numbers::{Line, Scalar};
 use crate::quantity::{Block, Quantity};
 use std::sync::Arc;
 
+/// The number of degrees of freedom up to which the momenta are copied without an allocation.
+const FEW: usize = 16;
+
 /// A separable system with N + 1 coordinates, the last of which is the time.
 ///
 /// The wrapped system counts the time among its coordinates. Its D_j of the time is not used.
@@ -89,9 +92,17 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
     }
 
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        let mut own = p.to_vec();
-        own[self.clock] = T::zero();
-        self.system.energy(q, &own) + p[self.clock]
+        // The same momenta with 0 for the clock, which has no kinetic energy.
+        let (mut few, mut many) = ([T::zero(); FEW], Vec::new());
+        let own = match few.get_mut(..p.len()) {
+            Some(few) => few,
+            None => {
+                many.resize(p.len(), T::zero());
+                &mut many
+            }
+        };
+        own[..self.clock].copy_from_slice(&p[..self.clock]);
+        self.system.energy(q, own) + p[self.clock]
     }
 
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
@@ -104,6 +115,20 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
         d[self.clock] = T::zero();
     }
 
+    fn has_batches(&self) -> bool {
+        self.system.has_batches()
+    }
+
+    fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
+        self.system.gradients(q, p, hq, hp);
+        hp.iter_mut().for_each(|hp| hp[self.clock] = T::one());
+    }
+
+    fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
+        self.system.dissipations(q, p, v, d);
+        d.iter_mut().for_each(|d| d[self.clock] = T::zero());
+    }
+
     fn dissipation_form(&self) -> DissipationForm {
         self.system.dissipation_form()
     }
@@ -114,6 +139,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
 
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
         self.system.kinks(q, p, put);
+    }
+
+    fn step_between_breaks(&self, q: &[T], h: T) -> T {
+        self.system.step_between_breaks(q, h)
     }
 
     fn may_be_singular(&self) -> bool {

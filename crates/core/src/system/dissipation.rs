@@ -16,8 +16,8 @@ pub struct DissipationForm {
     pub coupled: bool,
 }
 
-/// The extent to which a system is passive. It is where D = R(q, p) ∂H/∂p with R positive
-/// semidefinite; every step should then satisfy Δw ≥ 0.
+/// The sign of the dissipated power. A system is passive if D = R(q, p) ∂H/∂p with R positive
+/// semidefinite: every step should then satisfy Σ Δw_j ≥ 0, and each Δw_j ≥ 0 if R is diagonal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passive {
     /// The system is active, or nothing is known.
@@ -64,7 +64,7 @@ impl DissipationForm {
     /// Nothing is known.
     pub const GENERAL: Self =
         Self { zero: false, passive: Passive::No, linear: false, coupled: false };
-    /// D_j = γ_j(q) p_j, active.
+    /// D_j = γ_j(q) p_j. Whether it is passive is not known.
     pub const LINEAR: Self = Self { linear: true, ..Self::GENERAL };
     /// D = 0.
     pub const NONE: Self =

@@ -18,15 +18,15 @@
 //! So H̃ + Σ w̃ = H + Σ w - Σ s. A discrete gradient passes one mean force and one mean velocity
 //! to both D̃_j and D̃_m: what leaves the account s_j enters the account of j, to rounding.
 
+mod curvature;
+
 use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm, Passive};
 use super::hamiltonian::System;
 use super::harmonics::Harmonics;
-use super::hessian::Curvature;
 use super::separable::{Separable, Supply};
 use crate::error::InputError;
 use crate::numbers::{Line, Scalar};
-use crate::quantity::Block;
 use std::sync::Arc;
 
 /// Forces on some degrees of freedom, which depend on the coordinates and the time.
@@ -135,8 +135,18 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
         S: System<T>,
         D: Drive<T>,
     {
+        let n = self.dof;
+        self.system.dissipation(&q[..n], &p[..n], &v[..n], &mut d[..n]);
+        self.add_forces(force, v, d);
+    }
+
+    /// Completes D, of which the part of the system is given, by these forces.
+    #[inline(always)]
+    fn add_forces<T: Scalar>(&self, force: impl Fn(usize) -> T, v: &[T], d: &mut [T])
+    where
+        D: Drive<T>,
+    {
         let (d, of_motors) = d.split_at_mut(self.dof);
-        self.system.dissipation(&q[..self.dof], &p[..self.dof], &v[..self.dof], d);
         for (k, &j) in self.drive.driven().iter().enumerate() {
             let force = force(k);
             d[j] -= force;
@@ -148,6 +158,20 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
     fn motor(&self, j: usize) -> Option<(usize, usize)> {
         self.motors.get(j).copied().flatten().map(|k| (self.dof + k, k))
     }
+}
+
+/// The number of points that are passed on together. A choice: the most nodes of a step.
+const TOGETHER: usize = 8;
+
+/// The first n entries of each of up to eight slices.
+fn heads<'a, T>(of: &[&'a [T]], n: usize) -> [&'a [T]; TOGETHER] {
+    std::array::from_fn(|i| of.get(i).map_or(&[][..], |x| &x[..n]))
+}
+
+/// The first n entries of each of up to eight slices, to write to.
+fn heads_mut<'a, T>(of: &'a mut [&mut [T]], n: usize) -> [&'a mut [T]; TOGETHER] {
+    let mut each = of.iter_mut();
+    std::array::from_fn(|_| each.next().map_or(&mut [][..], |x| &mut x[..n]))
 }
 
 impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Driven<S, D> {
@@ -171,6 +195,41 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
         let (own, times) = q.split_at(self.dof);
         self.under(|k| self.drive.force(k, own, times[k]), q, p, v, d);
+    }
+
+    fn has_batches(&self) -> bool {
+        self.system.has_batches()
+    }
+
+    fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
+        let n = self.dof;
+        let points = q.chunks(TOGETHER).zip(p.chunks(TOGETHER));
+        let slopes = hq.chunks_mut(TOGETHER).zip(hp.chunks_mut(TOGETHER));
+        for ((q, p), (hq, hp)) in points.zip(slopes) {
+            let count = q.len();
+            let (q, p) = (heads(q, n), heads(p, n));
+            let (mut own_hq, mut own_hp) = (heads_mut(hq, n), heads_mut(hp, n));
+            let slopes = (&mut own_hq[..count], &mut own_hp[..count]);
+            self.system.gradients(&q[..count], &p[..count], slopes.0, slopes.1);
+            hq.iter_mut().for_each(|no_force| no_force[n..].fill(T::zero()));
+            hp.iter_mut().for_each(|speed| speed[n..].fill(T::one()));
+        }
+    }
+
+    fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
+        let n = self.dof;
+        let points = q.chunks(TOGETHER).zip(p.chunks(TOGETHER)).zip(v.chunks(TOGETHER));
+        for (((q, p), v), d) in points.zip(d.chunks_mut(TOGETHER)) {
+            let count = q.len();
+            let [own_q, own_p, own_v] = [q, p, v].map(|x| heads(x, n));
+            let mut own_d = heads_mut(d, n);
+            let [own_q, own_p, own_v] = [&own_q, &own_p, &own_v].map(|x| &x[..count]);
+            self.system.dissipations(own_q, own_p, own_v, &mut own_d[..count]);
+            for ((q, v), d) in q.iter().zip(v).zip(d) {
+                let (own, times) = q.split_at(n);
+                self.add_forces(|k| self.drive.force(k, own, times[k]), v, d);
+            }
+        }
     }
 
     fn motor_forces(&self, q: &[T], forces: &mut [T]) -> bool {
@@ -207,10 +266,9 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
     }
 
     fn step_between_breaks(&self, q: &[T], h: T) -> T {
-        match q.get(self.dof) {
-            Some(&t) => self.drive.step_between_breaks(t, h),
-            None => h,
-        }
+        let (own, times) = q.split_at(self.dof);
+        let h = self.system.step_between_breaks(own, h);
+        times.first().map_or(h, |&t| self.drive.step_between_breaks(t, h))
     }
 
     fn may_be_singular(&self) -> bool {
@@ -285,67 +343,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized, D: Drive<T> + ?Sized> Separable<T> for
     fn supply(&self, q: &[T], j: usize) -> Option<Supply<T>> {
         let (motor, k) = self.motor(j)?;
         let force = self.drive.force(k, &q[..self.dof], q[motor]);
-        Some(Supply { motor, force, is_uniform: !self.drive.depends_on_own(k) })
-    }
-}
-
-impl<T, S, D> Curvature<T> for Driven<S, D>
-where
-    T: Scalar,
-    S: SecondDerivatives<T> + ?Sized,
-    D: Drive<T> + ?Sized,
-{
-    fn curvature(&self, q: &[T], p: &[T], mut put: impl FnMut(Block, usize, usize, T)) {
-        let (q, times) = q.split_at(self.dof);
-        let p = &p[..self.dof];
-        let (mut hq, mut v) = (vec![T::zero(); self.dof], vec![T::zero(); self.dof]);
-        self.system.gradient(q, p, &mut hq, &mut v);
-        let mut own = Sum(Vec::new());
-        for (k, &j) in self.drive.driven().iter().enumerate() {
-            let motor = self.dof + k;
-            self.drive.slopes(k, q, times[k], &mut |by, slope| {
-                let by = by.unwrap_or(motor);
-                own.add((Block::Dq, j, by), -slope);
-                own.add((Block::Dq, motor, by), -slope * v[j]);
-            });
-        }
-        let forces: Vec<T> =
-            times.iter().enumerate().map(|(k, &t)| self.drive.force(k, q, t)).collect();
-        self.system.each(q, p, &mut |entries| {
-            for &(block, row, column, value) in entries {
-                put(block, row, column, value + own.take((block, row, column)));
-                // D_m = -F_j ∂H/∂p_j also depends on the state by ∂H/∂p_j.
-                let (j, block, by) = match block {
-                    Block::Hpp => (row, Block::Dp, column),
-                    Block::Hqp => (column, Block::Dq, row),
-                    _ => continue,
-                };
-                if let Some((motor, k)) = self.motor(j) {
-                    own.add((block, motor, by), -forces[k] * value);
-                }
-            }
-        });
-        for ((block, row, column), value) in own.0 {
-            put(block, row, column, value);
-        }
-    }
-}
-
-/// Entries of blocks, each once.
-struct Sum<T>(Vec<((Block, usize, usize), T)>);
-
-impl<T: Scalar> Sum<T> {
-    fn add(&mut self, place: (Block, usize, usize), value: T) {
-        match self.0.iter_mut().find(|entry| entry.0 == place) {
-            Some(entry) => entry.1 += value,
-            None => self.0.push((place, value)),
-        }
-    }
-
-    /// Removes an entry; 0 if there is none.
-    fn take(&mut self, place: (Block, usize, usize)) -> T {
-        let found = self.0.iter().position(|entry| entry.0 == place);
-        found.map_or(T::zero(), |index| self.0.remove(index).1)
+        Some(Supply { motor, force, depends_on_own: self.drive.depends_on_own(k) })
     }
 }
 

@@ -67,11 +67,18 @@ fn with_entries<T: Scalar, R>(
     f: impl FnOnce(&[T]) -> R,
 ) -> R {
     if n <= 4 {
-        let room: [_; 4] = std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        let mut room = [T::zero(); 4];
+        for (i, x) in room.iter_mut().enumerate() {
+            if i < n {
+                *x = entry(i);
+            }
+        }
         f(&room[..n])
     } else if n <= MOST_ON_STACK {
-        let room: [_; MOST_ON_STACK] =
-            std::array::from_fn(|i| if i < n { entry(i) } else { T::zero() });
+        let mut room = [T::zero(); MOST_ON_STACK];
+        for (i, x) in room[..n].iter_mut().enumerate() {
+            *x = entry(i);
+        }
         f(&room[..n])
     } else {
         f(&(0..n).map(entry).collect::<Vec<_>>())

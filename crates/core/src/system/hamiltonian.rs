@@ -28,7 +28,8 @@ pub trait System<T: Scalar>: Send + Sync {
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]);
 
     /// Whether methods call [`System::gradients`] and [`System::dissipations`] instead of one point
-    /// after another. Override the three together, where one of them is faster at eight points.
+    /// after another. Override the three together, where one of them is faster at several points;
+    /// a batch has two to eight.
     #[inline(always)]
     fn has_batches(&self) -> bool {
         false

@@ -47,7 +47,8 @@ pub trait Separable<T: Scalar>: System<T> {
 
     /// D_j at (q, p) with its derivatives by q_j and p_j. Newton's method uses the derivatives,
     /// which need not be exact. Only `by_p` must be where [`crate::DissipationForm::linear`] is
-    /// set: D_j is then computed as `by_p` times p_j.
+    /// set: D_j is then computed as `by_p` times p_j. For a motor all are 0: methods count the work
+    /// of its force by [`Separable::supply`].
     fn dissipation_of(&self, q: &[T], p: &[T], j: usize) -> Dissipation<T>;
 
     /// D_j without the force of a drive, as [`Separable::dissipation_of`].
@@ -71,6 +72,6 @@ pub struct Supply<T> {
     pub motor: usize,
     /// F_j
     pub force: T,
-    /// Whether F_j does not depend on q_j.
-    pub is_uniform: bool,
+    /// Whether F_j depends on q_j.
+    pub depends_on_own: bool,
 }

@@ -23,7 +23,7 @@ where
         advance_motor(system, h, j, [q, p])?;
         return Ok(0);
     }
-    let known = system.supply(q, j).filter(|supply| supply.is_uniform);
+    let known = system.supply(q, j).filter(|supply| !supply.depends_on_own);
     let drive = known.map(|supply| supply.force);
     let coordinate = coordinate(system, [h, overall], [j, j], [q, p], dissipative);
     let moved = coordinate.under(drive).advance(&Newton, Along { system, j, q, p })?;
@@ -58,7 +58,7 @@ where
     Ok(())
 }
 
-/// Books the work of the drive on degree of freedom j, which has moved along its edge: the force at
+/// Adds to the motor the work of its force on degree of freedom j, which has moved along its edge: the force at
 /// the midpoint, as in D̄, times the way.
 fn supply<T, S>(
     system: &S,

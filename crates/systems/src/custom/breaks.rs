@@ -1,4 +1,4 @@
-//! The instants at which the forces of a drive jump, have a kink or are singular in t.
+//! The instants at which forces jump, have a kink or are singular in t.
 //!
 //! They are zeros of functions of t: x of |x|, √x, ln x and the sign of x, x - ⌊x⌋ and
 //! x - ⌊x⌋ - 1 of ⌊x⌋, and divisors. The first zero is found by bisection. Parts of the time in
@@ -8,7 +8,7 @@ use super::failure::CustomError;
 use super::programs::{Builder, Part};
 use super::time_point;
 use afterbay_core::{Interval, Scalar};
-use afterbay_expression::{Kinds, Node};
+use afterbay_expression::{Input, Kinds, Node};
 
 /// The width of a break on each side, in units in the last place of the time. It covers the
 /// roundings of the times of stages.
@@ -22,16 +22,27 @@ const MOST_EVALUATIONS: u32 = 4000;
 pub(super) struct Breaks(Vec<Part>);
 
 impl Breaks {
-    /// Those among some functions that depend on nothing but t.
-    pub(super) fn new(builder: &mut Builder, kinks: &[Node]) -> Result<Self, CustomError> {
-        let state = Kinds::ALL.without(Kinds::END);
-        let of_time =
-            |&x: &Node| builder.graph.depends(x, Kinds::END) && !builder.graph.depends(x, state);
+    /// Those among some functions that depend on nothing but `time`: t of a drive, or the
+    /// coordinate of a clock.
+    pub(super) fn new(
+        builder: &mut Builder,
+        kinks: &[Node],
+        time: Input,
+    ) -> Result<Self, CustomError> {
+        let of_time = |&x: &Node| {
+            let inputs = builder.graph.inputs(x, Kinds::ALL);
+            !inputs.is_empty() && inputs.iter().all(|input| *input == time)
+        };
         let of_time: Vec<Node> = kinks.iter().copied().filter(of_time).collect();
         if of_time.is_empty() {
             return Ok(Self(Vec::new()));
         }
-        Ok(Self(builder.many(&(0..).zip(of_time).collect::<Vec<_>>())?))
+        let parts = builder.many(&(0..).zip(of_time).collect::<Vec<_>>())?.into_iter();
+        let of_end = |Part { program, frame }| match time {
+            Input::Coordinate(clock) => Part { program: program.moving(clock), frame },
+            _ => Part { program, frame },
+        };
+        Ok(Self(parts.map(of_end).collect()))
     }
 
     /// The length of the next step from t, at most h > 0: up to just before the next break, or

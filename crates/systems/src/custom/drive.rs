@@ -81,9 +81,9 @@ impl CustomDrive<f64> {
             driven.push(j);
         }
         let kinks = builder.graph.kinks(&nodes);
-        let breaks = Breaks::new(&mut builder, &kinks)?;
+        let breaks = Breaks::new(&mut builder, &kinks, Input::End)?;
         let poles = builder.graph.poles(&nodes);
-        let poles = Breaks::new(&mut builder, &poles)?;
+        let poles = Breaks::new(&mut builder, &poles, Input::End)?;
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let waves: Vec<_> =
             nodes.iter().map(|&force| Wave::new(&mut builder.graph, force)).collect();

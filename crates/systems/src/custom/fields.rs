@@ -165,6 +165,13 @@ impl<T: Scalar> System<T> for Custom<T> {
         }
     }
 
+    fn step_between_breaks(&self, q: &[T], h: T) -> T {
+        match (&self.shape.breaks, q.last()) {
+            (Some(breaks), Some(&t)) => breaks.step(&self.frames, t, h),
+            _ => h,
+        }
+    }
+
     #[inline(always)]
     fn may_be_singular(&self) -> bool {
         self.shape.may_be_singular

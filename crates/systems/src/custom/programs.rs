@@ -17,11 +17,8 @@ pub(super) struct Part {
     pub(super) frame: Range<usize>,
 }
 
-/// The number of points at which a program is run together: the nodes of a panel of collocation.
-const TOGETHER: usize = 8;
-
-/// Runs programs at `count` points. Calls `give` with the point, and the index and the value of
-/// each result.
+/// Runs programs at `count` points, up to eight together. Calls `give` with the point, and the
+/// index and the value of each result.
 pub(super) fn run_at<'a, T: Scalar>(
     parts: &[Part],
     frames: &[T],
@@ -29,19 +26,39 @@ pub(super) fn run_at<'a, T: Scalar>(
     point: impl Fn(usize) -> Point<'a, T>,
     mut give: impl FnMut(usize, u32, T),
 ) {
-    let together = count - count % TOGETHER;
     for Part { program, frame } in parts {
         let frame = &frames[frame.clone()];
-        for first in (0..together).step_by(TOGETHER) {
-            let points: [_; TOGETHER] = from_fn(|i| point(first + i));
-            program.run_at(frame, &points, |index, values| {
-                values.into_iter().enumerate().for_each(|(i, x)| give(first + i, index, x));
-            });
-        }
-        for i in together..count {
-            program.run(frame, &point(i), |index, x| give(i, index, x));
+        let mut first = 0;
+        while first < count {
+            let left = first..count;
+            // Sines and other functions are computed one by one, also at a point that is repeated.
+            first += match left.len() {
+                1 | 2 => {
+                    program.run(frame, &point(first), |index, x| give(first, index, x));
+                    1
+                }
+                3..=5 => run_together::<T, 4>(program, frame, left, &point, &mut give),
+                _ => run_together::<T, 8>(program, frame, left, &point, &mut give),
+            };
         }
     }
+}
+
+/// Runs a program at the first P of the points that are left, and returns P. If fewer are left, the
+/// last one is repeated.
+#[inline(always)]
+fn run_together<'a, T: Scalar, const P: usize>(
+    program: &Program,
+    frame: &[T],
+    left: Range<usize>,
+    point: impl Fn(usize) -> Point<'a, T>,
+    mut give: impl FnMut(usize, u32, T),
+) -> usize {
+    let points: [_; P] = from_fn(|i| point((left.start + i).min(left.end - 1)));
+    program.run_at(frame, &points, |index, values| {
+        left.clone().zip(values).for_each(|(i, x)| give(i, index, x));
+    });
+    P
 }
 
 /// Programs in the making, of one graph.

@@ -1,6 +1,7 @@
 //! The part of a described system that does not depend on parameters: its programs and its
 //! structure.
 
+use super::breaks::Breaks;
 use super::description::Reading;
 use super::failure::{CustomError, Place};
 use super::members::{Members, along};
@@ -67,9 +68,9 @@ pub(super) struct Shape {
     /// Whether V may be singular, by its form.
     pub(super) may_be_singular: bool,
     pub(super) dissipation_kernel: DissipationKernel,
-    /// D_j as functions of (q, p, v), empty if D = 0, and below their derivatives by velocities, if
-    /// these depend on parameters alone.
+    /// D_j as functions of (q, p, v), empty if D = 0.
     pub(super) dissipations: Vec<Node>,
+    /// The entries of R by row and column, if D = R v and they depend on parameters alone.
     pub(super) matrix: Option<Vec<(usize, usize, Node)>>,
     /// V, and D_j as functions of (q, p, v).
     pub(super) fields: Vec<Node>,
@@ -78,6 +79,8 @@ pub(super) struct Shape {
     pub(super) entries: Vec<(Block, usize, usize)>,
     /// The functions at whose zeros ∂V/∂q_j or D_j may not be analytic.
     pub(super) kinks: Vec<Part>,
+    /// Those of them that depend on the time alone, if it is a coordinate.
+    pub(super) breaks: Option<Breaks>,
     pub(super) structure: Structure,
     /// The laws of its members, if it is a chain or a ring of equal ones.
     pub(super) members: Option<Box<Members>>,
@@ -148,6 +151,8 @@ impl Shape {
             kinks.is_empty(),
         );
         let members = members.filter(|members| members.coupling() == structure.coupling);
+        let clock = has_clock.then(|| coordinate(dof - 1));
+        let breaks = clock.map(|clock| Breaks::new(&mut builder, &kinks, clock)).transpose()?;
         let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
         let dissipation_kernel =
             builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
@@ -190,6 +195,7 @@ impl Shape {
             curvature,
             entries,
             kinks,
+            breaks,
             structure,
             members,
         })
