@@ -217,14 +217,15 @@ fn watched(
     let mut end = scene.start();
     let clock = Instant::now();
     let first = run(&mut end, None)?.time(clock);
-    let books = |y: &[f64]| (subject.energy(&y[..n], &y[n..2 * n]), y[2 * n..].iter().sum::<f64>());
-    let start = books(&scene.start()).0;
+    let energies =
+        |y: &[f64]| (subject.energy(&y[..n], &y[n..2 * n]), y[2 * n..].iter().sum::<f64>());
+    let start = energies(&scene.start()).0;
     let mut before = vec![0.0; n];
     let mut violations = 0;
     let spent = run(
         &mut end,
         Some(&mut |y| {
-            let (energy, spent) = books(y);
+            let (energy, spent) = energies(y);
             row.k_drift = row.k_drift.max((energy + spent - start).abs());
             row.k_scale =
                 row.k_scale.max(energy.abs()).max(y[2 * n..].iter().map(|w| w.abs()).sum());

@@ -8,9 +8,9 @@ mod orders;
 mod projection;
 mod rates;
 
-pub(crate) use budget::{Budget, largest, largest_of_first};
+pub(crate) use budget::{Budget, ROUNDINGS, SHARES, largest, scales, sizes};
 pub(crate) use kinks::{KINK_ORDER, Sides};
-pub(crate) use noise::{DOUBT, is_noise};
+pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};
 pub(crate) use orders::adaptive_of_orders;
-pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR, settle_by_motor};
+pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR, balance_by_motor};
 pub(crate) use rates::Rates;

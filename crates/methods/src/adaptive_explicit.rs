@@ -21,8 +21,8 @@ mod methods;
 pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
-    Budget, DOUBT, KINK_ORDER, Projection, REFUSED_ERROR, Rates, Sides, is_noise, largest,
-    settle_by_motor,
+    Budget, KINK_ORDER, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides,
+    balance_by_motor, is_noise, largest,
 };
 use crate::kernels::reductions::sum;
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
@@ -205,11 +205,11 @@ impl<V: Vector> Workspace<V> {
 
     /// Makes K exact at the end of a step with too large an error, if the system is driven.
     #[cold]
-    fn settle<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) {
+    fn balance_rejected_step<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let target = self.target();
-        let settled = settle_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
-        self.ended = settled.is_some();
-        self.end_energy = settled.unwrap_or(self.end_energy);
+        let balanced = balance_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
+        self.ended = balanced.is_some();
+        self.end_energy = balanced.unwrap_or(self.end_energy);
     }
 
     /// The largest factor by which the step may be lengthened while staying stable.
@@ -221,7 +221,7 @@ impl<V: Vector> Workspace<V> {
     /// Computes the bound of |λ|.
     #[cold]
     fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
-        let [_, fastest] = self.rates.see(system, &state.q, &state.p);
+        let fastest = self.rates.bounds(system, &state.q, &state.p).eigenvalue;
         let steady = (fastest - self.fastest).abs() <= STEADY * self.fastest;
         self.until = if steady { MOST_STEPS[0].min(2 * self.until) } else { 1 };
         self.since = 0;
@@ -261,13 +261,13 @@ impl<V: Vector> Workspace<V> {
             return Err(StepFailure::non_finite(&parts));
         }
         if error > 1.0 {
-            self.settle(system);
+            self.balance_rejected_step(system);
             return Ok(error);
         }
         if let Err(way) = self.project::<B, S>(system, allowed) {
             self.finish::<B>(h, state);
-            if error > DOUBT || !self.is_noise(system) {
-                self.settle(system);
+            if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system) {
+                self.balance_rejected_step(system);
                 return Ok(way.max(REFUSED_ERROR));
             }
         }

@@ -25,7 +25,7 @@ pub(crate) struct Account<T> {
 /// The edges are 2^-18 to 2^-24 of each coordinate, short enough to be resolved and long enough for
 /// their rounding errors to differ.
 #[cold]
-pub(crate) fn grain<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) -> T {
+pub(crate) fn rounding_of_potential<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) -> T {
     let at_rest = vec![T::zero(); q.len()];
     let (here, mut moved) = (system.energy(q, &at_rest), q.to_vec());
     let mut most = T::zero();
@@ -44,15 +44,15 @@ pub(crate) fn grain<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) ->
     most / T::from_f64(T::EPSILON)
 }
 
-/// Checks that the change of H and the reservoirs' gain `gained` cancel. `bends` gives the change
-/// of H due to the rounding of the state, times 1/ε; it is evaluated only if the other terms do not
-/// explain the difference.
+/// Checks that the change of H and the reservoirs' gain `gained` cancel. `second_order` gives the
+/// change of H due to the rounding of the state, times 1/ε; it is evaluated only if the other terms
+/// do not explain the difference.
 #[inline]
 pub(crate) fn check<T: Scalar>(
     before: Account<T>,
     after: Account<T>,
     gained: T,
-    bends: impl FnOnce() -> T,
+    second_order: impl FnOnce() -> T,
 ) -> Result<(), StepFailure> {
     let off = (after.energy - before.energy + gained).abs();
     let size = before.size + after.size + gained.abs();
@@ -61,7 +61,7 @@ pub(crate) fn check<T: Scalar>(
     if within(size) {
         return Ok(());
     }
-    let size = size + bends();
+    let size = size + second_order();
     if within(size) {
         return Ok(());
     }

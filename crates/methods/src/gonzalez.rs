@@ -90,7 +90,7 @@ where
             return Ok(Effort::default());
         }
         let dissipative = !system.dissipation_form().zero;
-        let effort = workspace.find(system, h, state, |found| found.settle(system, h, state))?;
+        let effort = workspace.find(system, h, state, |found| found.finish(system, h, state))?;
         let Workspace { q, p, w, energy, .. } = workspace;
         let ends = [q.as_slice(), p.as_slice(), w.as_slice()];
         if !energy.is_finite().all() {

@@ -64,7 +64,7 @@ where
         workspace: &mut Workspace<V>,
     ) -> Result<Effort, StepFailure> {
         let mut effort =
-            workspace.find(system, h, state, |found| settle(found, system, h, state))?;
+            workspace.find(system, h, state, |found| finish(found, system, h, state))?;
         let Workspace { q, p, w, .. } = workspace;
         commit(state, [q.as_slice(), p.as_slice(), w.as_slice()], !system.dissipation_form().zero)?;
         // v̄ and D̄ are evaluated once more, at the solution.
@@ -75,7 +75,7 @@ where
 
 /// Computes v̄, D̄ and w1 at the solution found, and returns whether it solves the equations.
 /// Corrections may be small because the Jacobian, evaluated far out, is large.
-fn settle<V, S>(found: &mut Workspace<V>, system: &S, h: V::Scalar, state: &State<V>) -> bool
+fn finish<V, S>(found: &mut Workspace<V>, system: &S, h: V::Scalar, state: &State<V>) -> bool
 where
     V: Vector,
     S: Curvature<V::Scalar> + ?Sized,

@@ -173,15 +173,15 @@ pub(crate) fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     };
     let gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
     let losses = sum(&mut before[2].iter().zip(after[2]).map(|(a, b)| a.abs() + b.abs()));
-    let bends = || {
+    let second_order = || {
         let terms =
             |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
-        let at = |q: &[T]| terms(q) + balance::grain(system, q);
+        let at = |q: &[T]| terms(q) + balance::rounding_of_potential(system, q);
         at(before[0]) + at(after[0])
     };
     let (before, after) = (account(before), account(after));
     let size = before.size + losses;
-    balance::check(Account { size, ..before }, after, sum(&mut gains.into_iter()), bends)
+    balance::check(Account { size, ..before }, after, sum(&mut gains.into_iter()), second_order)
 }
 
 /// The given order, or the natural one.

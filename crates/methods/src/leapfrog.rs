@@ -70,7 +70,7 @@ where
         validate::masses(system)?;
         if system.dissipation_form().coupled {
             let why = "D couples the momenta and p½ is solved one at a time: \
-                       take rk4, increment-2 or gonzalez";
+                       take rk4 or gonzalez, or increment-2 if D is linear in the velocities";
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
         let zeros = || V::zeros(system.dof());
@@ -269,7 +269,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         finite.all()
     }
 
-    /// Books the work of a drive, h/2 (F(q0) + F(q1)) p½/m, on its motors.
+    /// Adds the work of a drive, h/2 (F(q0) + F(q1)) p½/m, to its motors.
     #[inline(always)]
     fn supply(&mut self) {
         let (first_motor, half_h) = (self.free(), self.h.half());

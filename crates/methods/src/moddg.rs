@@ -13,13 +13,13 @@
 //! **Solved** is one scalar equation for the mean momentum v = p̄, `v = p0 - δ(p)/2 (ΔV/Δq +
 //! D̄)(v)`, which is regular at turning points, where Δq = 0. [`ClosedForm`] evaluates the solution
 //! for linear systems. For all others a [`Solver`](afterbay_core::solver::Solver) computes it to
-//! rounding: [`Newton`], with continuation from h = 0, or simple iteration
+//! rounding: [`Newton`], with continuation from h = 0, or fixed-point iteration
 //! ([`FixedPoint`](afterbay_core::solver::FixedPoint)).
 //!
 //! A step **fails** and leaves the state unchanged where
 //! - a number is not finite ([`StepFailure::NonFinite`]), or a δ has a pole (`Pole`);
 //! - the equation is not solved: `Singular` in closed form, `NewtonStalled` or `SeveralSolutions`
-//!   by Newton's method, `NotContracting` by simple iteration;
+//!   by Newton's method, `NotContracting` by fixed-point iteration;
 //! - V is singular on the edge (`AcrossSingularity`);
 //! - divided differences by quadrature are not resolved (`EdgeUnresolved`) or lose K
 //!   (`BalanceLost`).

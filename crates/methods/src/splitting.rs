@@ -20,7 +20,7 @@
 //!
 //! Explicit if D is linear in its momentum; otherwise each p½ solves a scalar equation. Systems
 //! whose D couples the momenta are refused. With one kick the method is passive where D is. Higher
-//! orders have negative kicks, which book dissipated energy in reverse.
+//! orders have negative kicks, which take dissipated energy out of w.
 //!
 //! A step **fails**, and leaves the state unchanged, where no small projection restores K. This
 //! happens beyond the limit of stability, which the projection does not change: |hω| = 2, 6.3 and
@@ -34,6 +34,7 @@ use crate::commit::commit;
 use crate::increment::Composition;
 use crate::kernels::reductions::sum;
 use crate::kick::kick;
+use crate::measured_rounding::EnergyRounding;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, two_sum, validate,
@@ -94,6 +95,7 @@ pub struct Workspace<V: Vector> {
     fractions: Vec<V::Scalar>,
     /// The first motor of a driven system, or N.
     first_motor: usize,
+    energy_rounding: EnergyRounding<V::Scalar>,
 }
 
 impl<V, S> Method<V, S> for Splitting
@@ -107,7 +109,7 @@ where
         validate::masses(system)?;
         if system.dissipation_form().coupled {
             let why = "D couples the momenta and p½ is solved one at a time: \
-                       take relaxed-rk4, increment-2 or gonzalez";
+                       take relaxed-rk4 or gonzalez, or increment-2 if D is linear in the velocities";
             return Err(InputError::Unsupported { method: "splitting", why });
         }
         let n = system.dof();
@@ -131,6 +133,7 @@ where
             rate: zeros(),
             fractions: self.composition.fractions().collect(),
             first_motor: n - system.motors(),
+            energy_rounding: EnergyRounding::new(n),
         })
     }
 

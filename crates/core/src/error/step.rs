@@ -80,8 +80,8 @@ pub enum StepFailure {
     /// The matrices of the equations exceed the memory allowed.
     #[error(
         "the equations of the step have {unknowns} unknowns, and their matrices would take \
-         {bytes:.1e} bytes: take a step so short that simple iteration contracts, or an explicit \
-         method"
+         {bytes:.1e} bytes: take a step so short that fixed-point iteration contracts, or an \
+         explicit method"
     )]
     TooLarge {
         /// The unknowns of one system of equations.
@@ -101,7 +101,8 @@ pub enum StepFailure {
     },
     /// δ is not finite: its denominator vanishes.
     #[error(
-        "δ of degree of freedom {} has a pole (its denominator is {denominator:e}): step around it",
+        "δ of degree of freedom {} has a pole (its denominator is {denominator:e}): take another \
+         step size",
         dof + 1
     )]
     Pole {
@@ -110,8 +111,11 @@ pub enum StepFailure {
         /// The denominator: p for δ(q), V' + D for δ(p).
         denominator: f64,
     },
-    /// The error control shortens the step until t + h = t.
-    #[error("the step shrinks to {h:e}, and t + h = t: allow a larger error, or end before")]
+    /// The error control shortens the step until t + h = t, or below the least step allowed.
+    #[error(
+        "the step shrinks to {h:e}, where t + h = t or which is below the least step allowed: allow \
+         a larger error, or end before"
+    )]
     Vanishes {
         /// The step.
         h: f64,
@@ -157,7 +161,7 @@ pub enum StepFailure {
     /// it.
     #[error(
         "the mean of ∂V/∂q{} between {from:?} and {to:?} is not resolved by quadrature: take a \
-         smaller step, or give the edge in closed form",
+         smaller step, or give the divided difference in closed form",
         dof + 1
     )]
     EdgeUnresolved {
@@ -170,9 +174,9 @@ pub enum StepFailure {
     },
     /// The divided differences along the edges of a step do not add up to the change of H.
     #[error(
-        "the means along the edges of the step do not add up to the increment of H (K would move \
-         by {roundings:.0} roundings): H changes between the points they are taken from, or is \
-         another function; take a smaller step, or give the edges in closed form"
+        "the divided differences along the step do not add up to the increment of H (K would move \
+         by {roundings:.0} roundings): the quadrature misses a feature of H, or they are not those \
+         of the energy; take a smaller step, or give divided differences in closed form"
     )]
     BalanceLost {
         /// The change of K, in rounding errors of its terms.
@@ -180,8 +184,7 @@ pub enum StepFailure {
     },
     /// The step is too long for the flow of the linearised system to be computed.
     #[error(
-        "h times the rates of the linearised system is more than {limit:e}, or about that: take a \
-         smaller step"
+        "h times the rates of the linearised system is near or above {limit:e}: take a smaller step"
     )]
     TooLong {
         /// The limit.

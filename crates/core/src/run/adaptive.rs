@@ -9,9 +9,10 @@ use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 
-/// The longest step across a break that is not subject to error control, as a share of the time or
-/// of the step before; 256 roundings. Its error is as small, and an estimate of it is rounding.
-const SHORTEST_CONTROLLED: f64 = 5.7e-14;
+/// The longest step across a break that is accepted whatever its estimated error, as a share of
+/// the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step the estimate is
+/// rounding.
+const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
 
 /// A method that estimates its own error.
 pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
@@ -302,7 +303,7 @@ where
             }
             let wanted = self.controller;
             let size = state.t.to_f64().abs().max(wanted.h);
-            let crosses = at_break && h.to_f64() <= SHORTEST_CONTROLLED * size;
+            let crosses = at_break && h.to_f64() <= LARGEST_UNCONTROLLED * size;
             let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
             match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
                 Err(failure) => {

@@ -29,8 +29,8 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
     ) -> Result<Effort, StepFailure>;
 
     /// Whether a step depends on the state alone and not on earlier steps through the workspace. A
-    /// run then skips the steps after one that leaves the state unchanged, and a workspace can be
-    /// reused for another run.
+    /// workspace can then be reused for another run, and a run of a system without singularities
+    /// computes no more steps once the state has not changed over a block of steps.
     #[inline(always)]
     fn is_memoryless(&self) -> bool {
         false

@@ -117,7 +117,7 @@ impl Solver for Newton {
             return Ok(pair.root());
         }
         cold_path();
-        pair.rest();
+        pair.accept_at_rest();
         if pair.done.all() {
             return Ok(pair.root());
         }
@@ -147,7 +147,7 @@ fn solve_with_care<T: Scalar>(
 /// The result of an iteration, lane by lane.
 struct Outcome<T: Scalar> {
     x: T,
-    /// Lanes without a solution that positive slopes lead to.
+    /// Lanes in which the iteration did not converge, or met a slope 1 + F' that is not positive.
     stalled: T::Mask,
     update: T,
     evaluations: u32,

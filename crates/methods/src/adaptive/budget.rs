@@ -3,14 +3,15 @@
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 use std::array::from_fn;
 
-/// The error allowed of a step relative to its share of the error of the run. Steps aim at a fifth
-/// of the allowed error, that is, at their share. The value is calibrated, not derived: where
-/// errors have one sign and are not damped, as on an oscillator without friction, the error at the
-/// end then equals the tolerance, and over the test set it is nowhere above ten times the tolerance
+/// The error allowed of a step relative to its share of the error of the run. With the default
+/// [`safety`](afterbay_core::StepControl::safety) of 0.2 steps aim at a fifth of the allowed error,
+/// that is, at their share. The value is calibrated, not derived: where errors have one sign and
+/// are not damped, as on an oscillator without friction, the error at the end then equals the
+/// tolerance, and over the test set it is nowhere above ten times the tolerance
 /// (`adaptive_accuracy` in the tests prints both).
-const SHARES: f64 = 5.0;
+pub(crate) const SHARES: f64 = 5.0;
 /// Roundings of q, p and w that are allowed of any step.
-const ROUNDINGS: f64 = 4.0;
+pub(crate) const ROUNDINGS: f64 = 4.0;
 /// The number of entries processed side by side.
 const LANES: usize = 8;
 
@@ -67,10 +68,11 @@ impl Budget {
         let allowed = |size: f64, relative: f64, absolute: f64| {
             (share * (relative * size + absolute)).max(ROUNDINGS * V::Scalar::EPSILON * size)
         };
+        let [size_q, size_p, size_w] = sizes(state, self.free);
         [
-            allowed(largest_of_first(&state.q, self.free), relative, absolute),
-            allowed(largest(&state.p), relative, absolute),
-            allowed(largest(&state.w), w.0, w.1),
+            allowed(size_q, relative, absolute),
+            allowed(size_p, relative, absolute),
+            allowed(size_w, w.0, w.1),
         ]
     }
 
@@ -86,22 +88,31 @@ impl Budget {
     /// allowed of a step. A step is always allowed a few roundings of the state.
     #[inline]
     pub(crate) fn scales<V: Vector>(&self, state: &State<V>, allowed: f64) -> [f64; 3] {
-        let Tolerance { relative, absolute, w } = self.tolerance;
         let rounding = ROUNDINGS * V::Scalar::EPSILON / allowed;
-        let scale = |size: f64, relative: f64, absolute: f64| {
-            (relative * size + absolute).max(rounding * size)
-        };
-        [
-            scale(largest_of_first(&state.q, self.free), relative, absolute),
-            scale(largest(&state.p), relative, absolute),
-            scale(largest(&state.w), w.0, w.1),
-        ]
+        scales(&self.tolerance, sizes(state, self.free), rounding)
     }
+}
+
+/// max |q_j| of the first `free` degrees of freedom, max |p_j| and max |w_j|.
+#[inline(always)]
+pub(crate) fn sizes<V: Vector>(state: &State<V>, free: usize) -> [f64; 3] {
+    [largest_of_first(&state.q, free), largest(&state.p), largest(&state.w)]
+}
+
+/// The errors of q, p and w that a tolerance allows at these sizes, at least `rounding` times the
+/// size.
+#[inline(always)]
+pub(crate) fn scales(tolerance: &Tolerance, sizes: [f64; 3], rounding: f64) -> [f64; 3] {
+    let &Tolerance { relative, absolute, w } = tolerance;
+    let scale =
+        |size: f64, relative: f64, absolute: f64| (relative * size + absolute).max(rounding * size);
+    let [q, p, of_w] = sizes;
+    [scale(q, relative, absolute), scale(p, relative, absolute), scale(of_w, w.0, w.1)]
 }
 
 /// max |x_j| over the first `count` entries, or NaN if one of them is not finite.
 #[inline(always)]
-pub(crate) fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
+fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
     let entries = x.as_slice();
     if count == entries.len() {
         return largest(x);

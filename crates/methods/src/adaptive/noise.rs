@@ -1,13 +1,13 @@
 //! Defects of K that are rounding errors, which no projection reduces.
 
-use crate::bend::second_order;
-use crate::grain::grain_at;
+use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
+use crate::second_derivatives::second_order;
 use afterbay_core::{Curvature, Scalar, Vector};
 
 /// A failed projection may be due to rounding if the error of the step is below this share of the
 /// allowed error; between 0 and 1. A choice.
-pub(crate) const DOUBT: f64 = 0.01;
+pub(crate) const ROUNDING_SUSPECTED_BELOW: f64 = 0.01;
 /// The largest defect that may be rounding, in roundings of H. A choice.
 const NOISE_ROUNDINGS: f64 = 16.0;
 
@@ -33,5 +33,5 @@ where
     let found = (end - target).abs().to_f64();
     let before = std::mem::replace(off, found);
     let within = |terms: f64| found <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms);
-    (found > 0.5 * before && within(terms)) || within(grain_at(system, q, p))
+    (found > 0.5 * before && within(terms)) || within(measured_rounding(system, q, p))
 }

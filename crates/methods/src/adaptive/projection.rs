@@ -22,7 +22,7 @@ pub(crate) struct Projection<'a, T> {
     pub(crate) slope: [&'a [T]; 2],
     /// The target value of H.
     pub(crate) target: T,
-    /// The largest absolute term of the target.
+    /// The sum of the absolute terms of the target, whose rounding the projection allows.
     pub(crate) size: f64,
     /// The errors allowed of q and p in the whole run, and the share of them allowed of this step.
     pub(crate) scales: [f64; 2],
@@ -129,7 +129,7 @@ impl<'a, T: Scalar> Projection<'a, T> {
 ///
 /// A step across a jump of the drive is taken whatever its error is, and no change of (q, p) of
 /// the size of the tolerance may then restore K. The account is in error by as much anyway.
-pub(crate) fn settle_by_motor<T: Scalar, S: System<T> + ?Sized>(
+pub(crate) fn balance_by_motor<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
     target: T,
     q: &[T],

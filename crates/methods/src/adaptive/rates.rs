@@ -6,26 +6,35 @@ use afterbay_core::{Block, Curvature, Mask, Scalar, Vector};
 #[derive(Clone, Debug)]
 pub(crate) struct Rates<V: Vector> {
     /// Σ_j |∂²H/∂q_i∂q_j|, and the diagonal entry minus the other entries of its row
-    by_q: V,
-    outweighed: V,
-    by_p: V,
+    hqq: V,
+    dominance: V,
+    hpp: V,
     /// Σ_j |∂D_i/∂q_j|, Σ_j |∂D_i/∂p_j|, and of ∂²H/∂q∂p by rows and by columns
-    drag: V,
-    friction: V,
+    dq: V,
+    dp: V,
     mixed: [V; 2],
     /// The largest changes of p' with q and with p, each of these having entries up to 1.
     force: [f64; 2],
+}
+
+/// Bounds at one point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    /// √(|Hpp| |Hqq|), which bounds the frequencies if H is separable.
+    pub(crate) frequency: f64,
+    /// A bound of the absolute eigenvalues of the Jacobian.
+    pub(crate) eigenvalue: f64,
 }
 
 impl<V: Vector> Rates<V> {
     pub(crate) fn new(n: usize) -> Self {
         let zeros = || V::zeros(n);
         Self {
-            by_q: zeros(),
-            outweighed: zeros(),
-            by_p: zeros(),
-            drag: zeros(),
-            friction: zeros(),
+            hqq: zeros(),
+            dominance: zeros(),
+            hpp: zeros(),
+            dq: zeros(),
+            dp: zeros(),
             mixed: [zeros(), zeros()],
             force: [0.0; 2],
         }
@@ -58,23 +67,23 @@ impl<V: Vector> Rates<V> {
     /// Rows and columns of motors are left out: their coordinates are the time and no slope depends
     /// on their momenta, so that J is block triangular and its other eigenvalues are 0.
     #[inline]
-    pub(crate) fn see<S>(&mut self, system: &S, q: &V, p: &V) -> [f64; 2]
+    pub(crate) fn bounds<S>(&mut self, system: &S, q: &V, p: &V) -> Bounds
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let zero = V::Scalar::zero();
         let [row, column] = &mut self.mixed;
-        let [by_q, outweighed, by_p, drag, friction, row, column] = [
-            &mut self.by_q,
-            &mut self.outweighed,
-            &mut self.by_p,
-            &mut self.drag,
-            &mut self.friction,
+        let [hqq, dominance, hpp, dq, dp, row, column] = [
+            &mut self.hqq,
+            &mut self.dominance,
+            &mut self.hpp,
+            &mut self.dq,
+            &mut self.dp,
             row,
             column,
         ]
         .map(V::as_mut_slice);
-        for sums in [&mut *by_q, outweighed, by_p, drag, friction, row, column] {
+        for sums in [&mut *hqq, dominance, hpp, dq, dp, row, column] {
             sums.fill(zero);
         }
         let (mut coupled, mut backward) = (false, false);
@@ -86,19 +95,19 @@ impl<V: Vector> Rates<V> {
             let size = value.abs();
             match block {
                 Block::Hqq => {
-                    by_q[i] += size;
-                    outweighed[i] += if i == j { value } else { -size };
+                    hqq[i] += size;
+                    dominance[i] += if i == j { value } else { -size };
                 }
                 Block::Hpp => {
-                    by_p[i] += size;
+                    hpp[i] += size;
                     backward |= value.lt(zero).any();
                 }
                 Block::Hqp => {
                     row[i] += size;
                     column[j] += size;
                 }
-                Block::Dq => drag[i] += size,
-                Block::Dp => friction[i] += size,
+                Block::Dq => dq[i] += size,
+                Block::Dp => dp[i] += size,
             }
             coupled |= i != j && matches!(block, Block::Hpp | Block::Dp);
         });
@@ -108,23 +117,18 @@ impl<V: Vector> Rates<V> {
         let both = |x: &[V::Scalar], y: &[V::Scalar]| {
             x.iter().zip(y).fold(0.0, |most, (&x, &y)| larger(most, (x + y).to_f64()))
         };
-        let [a, b] = [largest(column), largest(by_p)];
-        let [c, d] = [both(by_q, drag), both(row, friction)];
+        let [a, b] = [largest(column), largest(hpp)];
+        let [c, d] = [both(hqq, dq), both(row, dp)];
         self.force = [c, d];
-        let frequency = (b * largest(by_q)).sqrt();
-        let least = outweighed.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
+        let frequency = (b * largest(hqq)).sqrt();
+        let least = dominance.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
         let falls = least < -ROUNDINGS * f64::EPSILON * c;
-        if !coupled
-            && !backward
-            && !falls
-            && a == 0.0
-            && largest(row) == 0.0
-            && largest(drag) == 0.0
+        if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(dq) == 0.0
         {
-            return [frequency, frequency.max(d)];
+            return Bounds { frequency, eigenvalue: frequency.max(d) };
         }
-        let bound = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));
-        [frequency, bound]
+        let eigenvalue = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));
+        Bounds { frequency, eigenvalue }
     }
 }
 
@@ -191,7 +195,7 @@ mod tests {
 
         fn bound(&self) -> f64 {
             let zeros = vec![0.0; self.n];
-            Rates::<Vec<f64>>::new(self.n).see(self, &zeros, &zeros)[1]
+            Rates::<Vec<f64>>::new(self.n).bounds(self, &zeros, &zeros).eigenvalue
         }
     }
 

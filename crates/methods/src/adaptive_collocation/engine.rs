@@ -10,7 +10,9 @@ use super::end::End;
 use super::gauss::{Columns, Gauss};
 use super::stages::{Stages, extrapolate, weighted};
 use super::stiffness::Stiffness;
-use crate::adaptive::{Budget, DOUBT, KINK_ORDER, REFUSED_ERROR, Rates, Sides, settle_by_motor};
+use crate::adaptive::{
+    Budget, KINK_ORDER, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides, balance_by_motor,
+};
 use crate::collocation;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
@@ -138,12 +140,12 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
-                Err(way) if error > DOUBT => error = way.max(REFUSED_ERROR),
+                Err(way) if error > ROUNDING_SUSPECTED_BELOW => error = way.max(REFUSED_ERROR),
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
         }
         if error > 1.0 {
-            self.settle(system, before);
+            self.balance_rejected_step(system, before);
         }
         let reach = (BEST_CONTRACTION / self.contraction)
             .sqrt()
@@ -155,11 +157,15 @@ impl<V: Vector, const K: usize> Engine<V, K> {
 
     /// Makes K exact at the end of a step with too large an error, if the system is driven.
     #[cold]
-    fn settle<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, before: V::Scalar) {
+    fn balance_rejected_step<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        before: V::Scalar,
+    ) {
         let End { q, p, gain, energy, .. } = &mut self.end;
         let target = gain.as_slice().iter().fold(before, |energy, &gain| energy - gain);
-        let settled = settle_by_motor(system, target, q.as_slice(), p.as_mut_slice());
-        *energy = settled.unwrap_or(*energy);
+        let balanced = balance_by_motor(system, target, q.as_slice(), p.as_mut_slice());
+        *energy = balanced.unwrap_or(*energy);
     }
 
     /// Whether the start, the nodes and the end of the step are on both sides of a kink.

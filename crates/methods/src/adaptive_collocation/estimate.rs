@@ -66,6 +66,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     #[inline]
     pub(super) fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let Self { end, rates, .. } = self;
-        [self.fastest, _] = rates.see(system, &end.q, &end.p);
+        self.fastest = rates.bounds(system, &end.q, &end.p).frequency;
     }
 }

@@ -3,7 +3,7 @@
 use super::engine::Engine;
 use crate::adaptive::Projection;
 use crate::collocation::{MOST_NODES, Workspace};
-use crate::grain::grain_at;
+use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
@@ -60,7 +60,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         if roundings > ACCEPTED_ROUNDINGS
             && roundings * rounding::<V::Scalar>(spare.scale())
-                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(grain_at(system, q, p))
+                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p))
         {
             return Err(StepFailure::Unresolved { nodes: MOST_NODES, roundings });
         }
@@ -71,7 +71,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 trial.f[i].as_mut_slice()[d] = f[i];
             }
         }
-        trial.settle(system, gauss, h, state);
+        trial.place_and_dissipate(system, gauss, h, state);
         let [q, p, w] = spare.ends();
         end.q.as_mut_slice().copy_from_slice(q.as_slice());
         end.p.as_mut_slice().copy_from_slice(p.as_slice());

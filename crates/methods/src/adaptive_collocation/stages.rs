@@ -164,9 +164,9 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         [length * moved_q, length * moved_p, length * moved_w]
     }
 
-    /// Computes velocities and losses at the given forces and velocities, and then the positions
-    /// they lead to.
-    pub(super) fn settle<S: System<V::Scalar> + ?Sized>(
+    /// Computes p and q at the nodes from the given forces and velocities, and then the losses
+    /// D_j v_j there.
+    pub(super) fn place_and_dissipate<S: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
         gauss: &Gauss<V::Scalar, K>,

@@ -12,6 +12,7 @@ use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::{Modes, NODES, Panel, extrapolate, extrapolation, none, rules, value};
 use crate::kernels::reductions::max_norm;
 use crate::legendre::MODES;
+use crate::measured_rounding::EnergyRounding;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 use std::hint::cold_path;
@@ -79,7 +80,8 @@ pub struct Workspace<V: Vector> {
     /// The size of the step that produced it, if any.
     made_by: Option<V::Scalar>,
     /// The measured rounding of H at the start and the end of the step, once it was needed.
-    pub(super) grains: [Option<f64>; 2],
+    pub(super) energy_roundings: [Option<f64>; 2],
+    pub(super) energy_rounding: EnergyRounding<V::Scalar>,
     /// Σ Δw_j
     pub(super) gained: V::Scalar,
     pub(super) defect: f64,
@@ -120,7 +122,8 @@ impl<V: Vector> Workspace<V> {
             p: zeros(),
             w: zeros(),
             made_by: None,
-            grains: [None; 2],
+            energy_roundings: [None; 2],
+            energy_rounding: EnergyRounding::new(n),
             gained: V::Scalar::zero(),
             defect: 0.0,
             scale: 0.0,
@@ -174,9 +177,11 @@ impl<V: Vector> Workspace<V> {
             effort += self.solve(&problem)?;
             let before = self.defect;
             self.finish(&problem)?;
-            self.grains[1] = None;
-            // If more nodes do not reduce the error, it may be due to the rounding of H.
-            let settled = level > 0 && self.defect > 0.5 * before;
+            self.energy_roundings[1] = None;
+            // If more nodes do not reduce the error, it may be due to the rounding of H. So may be
+            // that with the most nodes.
+            let is_last = level + 1 == self.rules.len();
+            let settled = level > 0 && (is_last || self.defect > 0.5 * before);
             let resolved = self.defect <= RESOLVED_ROUNDINGS;
             if resolved
                 || (settled && self.defect <= ROUNDINGS_A_TERM * state.dof() as f64)
@@ -211,7 +216,7 @@ impl<V: Vector> Workspace<V> {
         let continued = self.made_by.take() == Some(h)
             && self.q.as_slice() == state.q.as_slice()
             && self.p.as_slice() == state.p.as_slice();
-        self.grains = [self.grains[1].filter(|_| continued), None];
+        self.energy_roundings = [self.energy_roundings[1].filter(|_| continued), None];
         if !continued {
             return self.rest(state.dof());
         }

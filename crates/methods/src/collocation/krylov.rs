@@ -232,7 +232,8 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Exact<'_, '_, V,
             return Ok(Verdict::Converged);
         }
         let diverges = progress.diverges(STALLED_CORRECTIONS) && self.change <= UNTESTED_SHARE;
-        if diverges && self.step.workspace.is_noise(&self.step.problem, self.change) {
+        let may_be_noise = diverges || is_last;
+        if may_be_noise && self.step.workspace.is_noise(&self.step.problem, self.change) {
             return Ok(Verdict::Converged);
         }
         if diverges || is_last { Err(self.stalled()) } else { Ok(Verdict::Renew) }

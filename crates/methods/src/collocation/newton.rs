@@ -182,13 +182,10 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
             && progress.is_clear();
         let diverges = progress.diverges(STALLED_CORRECTIONS);
         if crawls || diverges || is_last {
-            let noise = if is_last && !diverges {
-                progress.is_rounding()
-            } else {
-                self.workspace.is_noise(&self.problem, updates.last())
-            };
+            let noise = (is_last && progress.is_rounding())
+                || self.workspace.is_noise(&self.problem, updates.last());
             let failure = self.stalled(self.dof, updates.last());
-            return if noise && !crawls { Ok(Verdict::Converged) } else { Err(failure) };
+            return if noise { Ok(Verdict::Converged) } else { Err(failure) };
         }
         let renew = ratio > SLOWEST_RATIO && progress.is_clear();
         Ok(if renew { Verdict::Renew } else { Verdict::Keep })

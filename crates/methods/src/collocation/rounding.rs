@@ -1,14 +1,16 @@
 //! Bounds of the change of K that is due to rounding over a step.
 
 use super::iteration::{Problem, ROUNDINGS_A_TERM, Workspace};
-use crate::bend::{bend, second_order};
-use crate::grain::grain_at;
 use crate::kernels::reductions::max_norm;
-use crate::rounding::{KEPT_ROUNDINGS, rounding};
+use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
+use crate::second_derivatives::{largest_second_derivative, second_order};
 use afterbay_core::{Curvature, Scalar, Vector};
 
 /// The largest change of the coefficients, in roundings, that may be noise.
 const NOISE_ROUNDINGS: f64 = 64.0;
+/// The largest change relative to p at which the rounding of H is measured. As a motion decays, the
+/// first changes that are noise are small; a measurement takes 255 gradients. A choice.
+const LARGEST_FIRST_NOISE: f64 = 1e-3;
 
 impl<V: Vector> Workspace<V> {
     /// The scale of the rounding error of K over the step: `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ
@@ -22,21 +24,22 @@ impl<V: Vector> Workspace<V> {
         problem: &Problem<'_, V, S>,
     ) -> f64 {
         let Problem { system, h, state, .. } = *problem;
-        let grains = self.grains(problem);
+        let energy_roundings = self.energy_roundings(problem);
         let Self { slopes, q, p, w, .. } = self;
         let ([hq, d, ..], [hp, ..]) = (&mut slopes.hq, &mut slopes.hp);
         let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
         let total = |x: &[V::Scalar]| x.iter().map(|x| x.to_f64().abs()).sum::<f64>();
-        let mut terms = grains[0] + grains[1];
+        let mut terms = energy_roundings[0] + energy_roundings[1];
         for (q, p, w) in [(&state.q, &state.p, &state.w), (&*q, &*p, &*w)] {
             let (q, p) = (q.as_slice(), p.as_slice());
             system.gradient(q, p, hq, hp);
             system.dissipation(q, p, hp, d);
-            let (bend, z) = (bend(system, q, p), max_norm(q).max(max_norm(p)));
+            let (largest, z) =
+                (largest_second_derivative(system, q, p), max_norm(q).max(max_norm(p)));
             let slopes = total(hq) + total(hp) + total(d);
-            let reach = (1.0 + h.to_f64().abs() * bend) * z;
+            let reach = (1.0 + h.to_f64().abs() * largest) * z;
             // At an equilibrium the slopes vanish, and a rounding of z changes H in second order.
-            let square = bend * V::Scalar::EPSILON * z * z;
+            let square = largest * V::Scalar::EPSILON * z * z;
             terms +=
                 system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
         }
@@ -55,43 +58,60 @@ impl<V: Vector> Workspace<V> {
         if self.defect <= kept {
             return true;
         }
-        let grains = self.grains(problem);
+        let energy_roundings = self.energy_roundings(problem);
         let second_order = |q: &V, p: &V| second_order(system, q.as_slice(), p.as_slice());
         let second_order = second_order(&state.q, &state.p) + second_order(&self.q, &self.p);
-        let ends = V::Scalar::EPSILON * second_order + grains[0] + grains[1];
-        self.defect * rounding::<V::Scalar>(self.scale) <= kept * rounding::<V::Scalar>(ends)
+        let ends = kept * rounding::<V::Scalar>(V::Scalar::EPSILON * second_order);
+        let measured = energy_roundings[0] + energy_roundings[1];
+        let measured = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured);
+        self.defect * rounding::<V::Scalar>(self.scale) <= ends.max(measured)
     }
 
     /// The rounding of H at both ends. A measurement takes 255 gradients, so that of the end serves
     /// the next step, too. It stays where K is restored, which moves the end by at most 1e-8 of z.
-    fn grains<S: Curvature<V::Scalar> + ?Sized>(
+    fn energy_roundings<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         &Problem { system, state, .. }: &Problem<'_, V, S>,
     ) -> [f64; 2] {
-        let measure = |q: &V, p: &V| grain_at(system, q.as_slice(), p.as_slice());
-        let [start, end] = self.grains;
+        let [start, end] = self.energy_roundings;
+        let rounding = &mut self.energy_rounding;
+        let mut measure = |q: &V, p: &V| rounding.measure(system, q.as_slice(), p.as_slice());
         let start = start.unwrap_or_else(|| measure(&state.q, &state.p));
         let end = end.unwrap_or_else(|| measure(&self.q, &self.p));
-        self.grains = [Some(start), Some(end)];
+        self.energy_roundings = [Some(start), Some(end)];
         [start, end]
     }
 
     /// Whether changes that no longer shrink, of the given share of p, are the rounding of the
-    /// forces. Near an equilibrium away from the origin the forces are differences of large terms,
-    /// and p is small compared with the effect of their rounding: `ε h |H''| |z|`.
+    /// forces. Near an equilibrium the forces are differences of large terms, and p is small
+    /// compared with the effect of their rounding: `ε h |H''| |z|` away from the origin, and the
+    /// rounding of these terms ([`EnergyRounding::of_forces`]).
     #[cold]
     pub(super) fn is_noise<S: Curvature<V::Scalar> + ?Sized>(
-        &self,
+        &mut self,
         problem: &Problem<'_, V, S>,
         change: f64,
     ) -> bool {
-        let Problem { system, h, state, .. } = *problem;
+        let Problem { system, h, state, start, .. } = *problem;
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let length = h.to_f64().abs();
         let reach =
             self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
         let size = max_norm(p) + length * reach;
-        let terms = size + length * bend(system, q, p) * max_norm(q).max(max_norm(p));
-        change * size <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms)
+        let second = largest_second_derivative(system, q, p);
+        let moved = second * max_norm(q).max(max_norm(p));
+        let is_within = |forces: f64| {
+            let terms = size + length * (moved + forces);
+            change * size <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms)
+        };
+        let energy = start.to_f64();
+        if is_within(self.energy_rounding.of_forces(energy, second)) {
+            return true;
+        }
+        if change > LARGEST_FIRST_NOISE {
+            return false;
+        }
+        self.energy_rounding.measure(system, q, p);
+        is_within(self.energy_rounding.of_forces(energy, second))
     }
 }

@@ -4,6 +4,7 @@
 use super::jacobian::Jacobian;
 use crate::kernels::reductions::{dot, products};
 use crate::linear::LinearSolver;
+use crate::measured_rounding::EnergyRounding;
 use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
 
 /// The new state and the memory of the iteration.
@@ -52,8 +53,13 @@ pub struct Workspace<V: Vector> {
     pub(super) dragged: f64,
     /// 1 + slope · turned, if the rank-one part is present
     coupled: Option<f64>,
-    /// The measured rounding of H over ε, once an iteration has stalled.
-    pub(super) grain: f64,
+    /// The largest rounding of H measured in the run.
+    pub(super) measured: EnergyRounding<V::Scalar>,
+    /// The roundings times 1/ε of H, of the numerator of λ beyond |H|, and of the forces, once an
+    /// iteration has stalled.
+    pub(super) energy_rounding: f64,
+    pub(super) lambda_rounding: f64,
+    pub(super) force_rounding: f64,
 }
 
 /// λ, the rounding of its numerator over ε|Δz|², and 1/|Δz|²; all 0 where λ = 0 is imposed.
@@ -116,7 +122,10 @@ impl<V: Vector> Workspace<V> {
             gain: 0.0,
             dragged: 0.0,
             coupled: None,
-            grain: 0.0,
+            measured: EnergyRounding::new(n),
+            energy_rounding: 0.0,
+            lambda_rounding: 0.0,
+            force_rounding: 0.0,
         })
     }
 
@@ -167,7 +176,7 @@ impl<V: Vector> Workspace<V> {
         }
         let end = system.energy(self.q.as_slice(), self.p.as_slice());
         let inverse = 1.0 / square.to_f64();
-        let rough = ((self.start.abs() + end.abs()).to_f64() + self.grain) * inverse;
+        let rough = ((self.start.abs() + end.abs()).to_f64() + self.lambda_rounding) * inverse;
         Lambda { value: (end - self.start - along) / square, rough, inverse }
     }
 

@@ -7,8 +7,9 @@
 //! point may be so far out that corrections are small only because the Jacobian is large.)
 
 use super::equation::{Lambda, Workspace};
-use crate::grain::{Scratch, grain};
+use super::update::terms;
 use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
+use crate::second_derivatives::largest_second_derivative;
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -36,18 +37,18 @@ pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
 pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 impl<V: Vector> Workspace<V> {
-    /// Computes Δz, z̄ and z1. `settle` computes w1 and returns whether it accepts the solution.
+    /// Computes Δz, z̄ and z1. `finish` computes w1 and returns whether it accepts the solution.
     pub(crate) fn find<S>(
         &mut self,
         system: &S,
         h: V::Scalar,
         state: &State<V>,
-        settle: impl Fn(&mut Self) -> bool,
+        finish: impl Fn(&mut Self) -> bool,
     ) -> Result<Effort, StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.grain = 0.0;
+        (self.energy_rounding, self.lambda_rounding, self.force_rounding) = (0.0, 0.0, 0.0);
         if self.has_lambda {
             self.start = state.energy(system);
         }
@@ -64,18 +65,17 @@ impl<V: Vector> Workspace<V> {
             reach: f64::NAN,
             spent: 0,
         };
-        if step.solve_from_rest().is_ok() && settle(step.workspace) {
+        if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
-        // Terms that cancel inside H leave λ a rounding that |H| does not show.
-        if step.workspace.has_lambda {
-            step.workspace.measure_grain(system, state);
-        }
-        if step.workspace.grain > 0.0 && step.solve_from_rest().is_ok() && settle(step.workspace) {
+        // Terms that cancel leave λ a rounding that |H| does not show, and the forces one that p does
+        // not show.
+        step.workspace.measure_roundings(system, state);
+        if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
         step.solve_by_continuation()?;
-        if settle(step.workspace) {
+        if finish(step.workspace) {
             return Ok(step.effort());
         }
         if step.workspace.energy.is_finite().all() {
@@ -84,20 +84,23 @@ impl<V: Vector> Workspace<V> {
         Err(StepFailure::non_finite(&[(Quantity::Energy, &[step.workspace.energy])]))
     }
 
-    /// Measures the rounding of H at the start.
+    /// Measures the rounding of H at the start, and estimates that of the forces.
     #[cold]
-    fn measure_grain<S>(&mut self, system: &S, state: &State<V>)
+    fn measure_roundings<S>(&mut self, system: &S, state: &State<V>)
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let [hq, hp] = &mut self.ends;
-        let scratch = Scratch {
-            q: self.q.as_mut_slice(),
-            p: self.p.as_mut_slice(),
-            hq: hq.as_mut_slice(),
-            hp: hp.as_mut_slice(),
-        };
-        self.grain = grain(system, [state.q.as_slice(), state.p.as_slice()], scratch);
+        let (q, p) = (state.q.as_slice(), state.p.as_slice());
+        let measured = self.measured.measure(system, q, p);
+        let second = largest_second_derivative(system, q, p);
+        self.force_rounding = self.measured.of_forces(state.energy(system).to_f64(), second);
+        if self.has_lambda {
+            let [hq, hp] = &mut self.ends;
+            system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
+            // A rounding of z changes H by a rounding of these terms.
+            let made_of = (terms(hq, &state.q) + terms(hp, &state.p)).to_f64();
+            (self.energy_rounding, self.lambda_rounding) = (measured, measured + made_of);
+        }
     }
 }
 

@@ -3,8 +3,8 @@
 
 use super::equation::{Lambda, Workspace};
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
-use crate::bend::second_order;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
+use crate::second_derivatives::second_order;
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
 /// A solution is rejected if K changes by more than this share of H, of the terms of H and of Δw.
@@ -46,14 +46,15 @@ impl<V: Vector> Workspace<V> {
             |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
         let size = beside(q_scale, p_scale);
         let finite = (q.correction + p.correction).is_finite();
-        let reach = beside(gain.mul_add(p_scale, q_scale), gain.mul_add(q_scale, p_scale));
+        let p_reach = h.to_f64().abs().mul_add(self.force_rounding, p_scale);
+        let reach = beside(gain.mul_add(p_reach, q_scale), gain.mul_add(q_scale, p_reach));
         let size = if finite { size } else { f64::NAN };
         Update { size, reach }
     }
 
     /// Computes w1, and returns whether K is near its old value. It is not if corrections were
     /// small because the Jacobian, evaluated far out, was large.
-    pub(super) fn settle<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
+    pub(super) fn finish<S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> bool
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
@@ -78,7 +79,11 @@ impl<V: Vector> Workspace<V> {
         self.energy = end;
         // H may be a small sum of large terms.
         let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
-        let size = start.abs() + end.abs() + spent[1] + made_of + V::Scalar::from_f64(self.grain);
+        let size = start.abs()
+            + end.abs()
+            + spent[1]
+            + made_of
+            + V::Scalar::from_f64(self.energy_rounding);
         if off.to_f64() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(size.to_f64()) {
             return true;
         }
@@ -108,8 +113,9 @@ impl<V: Vector> Workspace<V> {
         let off = (self.energy - start + gained).abs();
         // At an equilibrium these terms vanish, and a rounding of z changes H in second order.
         let second_order = second_order(system, self.q_mean.as_slice(), self.p_mean.as_slice());
-        let terms = size.to_f64() + V::Scalar::EPSILON * second_order + self.grain;
-        let kept = KEPT_ROUNDINGS * rounding::<V::Scalar>(terms);
+        let terms = size.to_f64() + V::Scalar::EPSILON * second_order;
+        let kept = (KEPT_ROUNDINGS * rounding::<V::Scalar>(terms))
+            .max(RESTORED_ROUNDINGS * rounding::<V::Scalar>(self.energy_rounding));
         let off = off.to_f64();
         // Far out H may be infinite at a finite z. A state that is not finite is reported by the
         // step.
@@ -170,7 +176,7 @@ impl<V: Vector> Workspace<V> {
 }
 
 /// Σ |∂H/∂z_j z_j|
-fn terms<V: Vector>(slope: &V, z: &V) -> V::Scalar {
+pub(super) fn terms<V: Vector>(slope: &V, z: &V) -> V::Scalar {
     let terms = slope.as_slice().iter().zip(z.as_slice());
     terms.fold(V::Scalar::zero(), |sum, (&slope, &z)| sum + (slope * z).abs())
 }

@@ -13,8 +13,8 @@
 //! One correction squares the error of the equation, and ρ is accurate to 105 bits ([`Corrected`]),
 //! so the carried state conserves K to that accuracy. The caller sees the carried state rounded to
 //! f64, and its K differs by this one rounding. The carried remainders belong to the state that the
-//! last step produced: in each entry in which the state given differs from it, the remainder is
-//! reset to 0. In lanes, each lane moves as it would alone.
+//! last step produced: if the given state differs from it in any entry, or in any lane, all
+//! remainders are reset to 0.
 //!
 //! Sources: the carried state follows E. Hairer, R. I. McLachlan, A. Razakarivony, *Achieving
 //! Brouwer's law with implicit Runge-Kutta methods*, BIT 48 (2008), where compensated summation
@@ -253,7 +253,8 @@ fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
     Err(StepFailure::NewtonStalled { dof: coordinate.dof, iterations: evaluations, update })
 }
 
-/// Combines the given state with the carried remainders, in the entries where they belong to it.
+/// Carries on from `state`: keeps the remainders if it is the state of the last step, and else sets
+/// all of them to 0.
 fn take_up<V: Vector>(carried: &mut State<InCorrected<V>>, state: &State<V>)
 where
     V::Scalar: Lanewise,

@@ -120,7 +120,7 @@ fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
     let mut gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
     let gained = sum(&mut gains);
     // The kinetic and the potential energy may cancel in H.
-    let bends = || {
+    let second_order = || {
         let at = |[q, p, _]: [&[T]; 3]| {
             sum(&mut (0..q.len()).map(|j| {
                 let Slopes { hq, hp, .. } = system.slopes(q, p, j, [q[j], p[j]]);
@@ -129,7 +129,7 @@ fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
         };
         at(before) + at(after)
     };
-    balance::check(account(before), account(after), gained, bends)
+    balance::check(account(before), account(after), gained, second_order)
 }
 
 /// Updates every degree of freedom once, in the given order.

@@ -73,14 +73,25 @@ pub(crate) fn sum<T: Scalar, const SLICES: usize>(
     term: impl Fn([T; SLICES]) -> T,
 ) -> T {
     let length = slices[0].len();
-    let parted = slices.map(|x| x[..length].as_chunks::<8>());
-    let mut sums = [T::zero(); 8];
-    for block in 0..length / 8 {
-        let blocks = parted.map(|(blocks, _)| &blocks[block]);
-        sums = from_fn(|lane| sums[lane] + term(blocks.map(|block| block[lane])));
+    let (mut blocks, mut rests) = ([[].as_slice(); SLICES], [[].as_slice(); SLICES]);
+    for ((slice, blocks), rest) in slices.iter().zip(&mut blocks).zip(&mut rests) {
+        (*blocks, *rest) = slice[..length].as_chunks::<8>();
     }
-    let rest = 0..length % 8;
-    sums[0] = rest.fold(sums[0], |sum, j| sum + term(parted.map(|(_, rest)| rest[j])));
+    let (mut sums, mut entries) = ([T::zero(); 8], [T::zero(); SLICES]);
+    for block in 0..length / 8 {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            for (entry, blocks) in entries.iter_mut().zip(&blocks) {
+                *entry = blocks[block][lane];
+            }
+            *sum += term(entries);
+        }
+    }
+    for j in 0..length % 8 {
+        for (entry, rest) in entries.iter_mut().zip(&rests) {
+            *entry = rest[j];
+        }
+        sums[0] += term(entries);
+    }
     if length < 8 { sums[0] } else { total(sums) }
 }
 
@@ -105,6 +116,9 @@ pub(crate) fn largest_difference<T: Scalar>(x: &[T], y: &[T]) -> T {
 /// Whether all numbers are finite. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
 #[inline]
 pub(crate) fn all_finite<T: Scalar>(numbers: &[T]) -> bool {
+    if numbers.len() < 8 {
+        return numbers.iter().all(|x| x.is_finite().all());
+    }
     let zero = T::zero();
     sum([numbers], |[x]| x * zero).is_finite().all()
 }

@@ -4,6 +4,7 @@
 use super::slopes::Slopes;
 use crate::gonzalez::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
 use crate::linear_flow::LinearFlow;
+use crate::measured_rounding::EnergyRounding;
 use afterbay_core::{Curvature, Scalar, State, Vector};
 
 /// The new state and the memory of the iteration.
@@ -32,6 +33,7 @@ pub struct Workspace<V: Vector> {
     pub(super) w: V,
     /// Intermediate vectors
     pub(super) scratch: [V; 6],
+    pub(super) energy_rounding: EnergyRounding<V::Scalar>,
 }
 
 impl<V: Vector> Workspace<V> {
@@ -53,6 +55,7 @@ impl<V: Vector> Workspace<V> {
             rest: zeros(),
             w: zeros(),
             scratch: [zeros(), zeros(), zeros(), zeros(), zeros(), zeros()],
+            energy_rounding: EnergyRounding::new(n),
         }
     }
 
@@ -131,8 +134,8 @@ impl<V: Vector> Workspace<V> {
             return zero;
         }
         let end = system.energy(self.end[0].as_slice(), self.end[1].as_slice());
-        let (excess, rounding) =
-            (end - start - along, V::Scalar::EPSILON * (start.abs() + end.abs()).to_f64());
+        let terms = (start.abs() + end.abs()).to_f64() + self.energy_rounding.largest();
+        let (excess, rounding) = (end - start - along, V::Scalar::EPSILON * terms);
         let felt = (h.abs() / square).to_f64() * rounding > LARGEST_LAMBDA_NOISE;
         let resolved = !felt || excess.abs().to_f64() > NEGLIGIBLE_ROUNDINGS * rounding;
         if *self.resolved.get_or_insert(resolved) { excess / square } else { zero }

@@ -2,12 +2,11 @@
 
 use super::equation::Workspace;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
-use crate::bend::bend;
 use crate::commit;
-use crate::grain::grain_at;
 use crate::iteration::{Correction, Iteration, Verdict};
 use crate::kernels::reductions::max_norm;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding, roundings};
+use crate::second_derivatives::largest_second_derivative;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -49,7 +48,15 @@ impl<V: Vector> Workspace<V> {
         self.initial_guess();
         let mut step =
             Step { workspace: self, system, h, state, start, moved: 0.0, dof: 0, spent: 0 };
-        step.converge()?;
+        if let Err(failure) = step.converge() {
+            // Terms that cancel inside H leave λ a rounding that |H| does not show.
+            let known = step.workspace.energy_rounding.largest();
+            if step.measure_rounding() <= known {
+                return Err(failure);
+            }
+            step.workspace.initial_guess();
+            step.converge()?;
+        }
         Ok(Effort { evaluations: step.spent, iterations: step.spent })
     }
 
@@ -105,7 +112,9 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         Correction { count, is_last, .. }: Correction,
     ) -> Result<Verdict, StepFailure> {
         let (epsilon, update) = (V::Scalar::EPSILON, updates.last());
-        let small = update <= NOISE_ROUNDINGS * (epsilon + self.roughness(self.start));
+        let measured = V::Scalar::from_f64(self.workspace.energy_rounding.largest());
+        let roughness = self.roughness(self.start.abs() + measured);
+        let small = update <= NOISE_ROUNDINGS * (epsilon + roughness);
         // For a linear system the first path is the solution.
         let done = self.workspace.linear
             || update <= CONVERGED_ROUNDINGS * epsilon
@@ -145,7 +154,8 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         let Self { workspace, system, state, start, .. } = self;
         let (system, start) = (*system, *start);
         let n = state.dof();
-        let Workspace { end: [q, p], w, gradient: [hq, hp], .. } = &mut **workspace;
+        let Workspace { end: [q, p], w, gradient: [hq, hp], energy_rounding, .. } =
+            &mut **workspace;
         let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_slice());
         let (hq, hp, w0) = (hq.as_mut_slice(), hp.as_mut_slice(), state.w.as_slice());
         system.gradient(q, p, hq, hp);
@@ -174,38 +184,48 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             return Ok(());
         }
         let off = (energy - target).abs().to_f64();
-        if off <= KEPT_ROUNDINGS * rounding::<V::Scalar>(grain_at(system, q, p)) {
+        let measured = rounding::<V::Scalar>(energy_rounding.measure(system, q, p));
+        if off <= RESTORED_ROUNDINGS * measured {
             return Ok(());
         }
         Err(StepFailure::ProjectionFailed { excess: (energy - target).to_f64() })
     }
 
-    /// Whether the change of the end is the rounding of the forces. Near an equilibrium away from
-    /// the origin the forces are differences of large terms, and p is small compared with the
-    /// effect of their rounding: `ε h |H''| |z|`.
+    /// Whether the change of the end is the rounding of the forces. Near an equilibrium the forces
+    /// are differences of large terms, and p is small compared with the effect of their rounding:
+    /// `ε h |H''| |z|` away from the origin, and the rounding of these terms.
     #[cold]
-    fn is_noise(&self) -> bool {
+    fn is_noise(&mut self) -> bool {
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
         let z = max_norm(q).max(max_norm(p));
-        let amplified = 1.0 + self.h.to_f64().abs() * bend(self.system, q, p);
-        self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * amplified * z
+        let second = largest_second_derivative(self.system, q, p);
+        self.measure_rounding();
+        let rounding = &self.workspace.energy_rounding;
+        let forces = second * z + rounding.of_forces(self.start.to_f64(), second);
+        self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * (z + self.h.to_f64().abs() * forces)
+    }
+
+    /// Measures the rounding of H at the start, and returns the largest so far.
+    #[cold]
+    fn measure_rounding(&mut self) -> f64 {
+        let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
+        self.workspace.energy_rounding.measure(self.system, q, p)
     }
 
     /// Whether an update is the effect of the measured rounding of H.
     #[cold]
-    fn is_rounding(&self, update: f64) -> bool {
-        let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
-        let grain = V::Scalar::from_f64(grain_at(self.system, q, p));
-        update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(grain))
+    fn is_rounding(&mut self, update: f64) -> bool {
+        let energy = V::Scalar::from_f64(self.measure_rounding());
+        update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(energy))
     }
 
     /// Follows the path of the current Δz, and w along it if requested.
-    fn walk(&mut self, books: bool) -> Result<(), StepFailure> {
+    fn walk(&mut self, with_w: bool) -> Result<(), StepFailure> {
         let Self { workspace, system, h, state, start, .. } = self;
         let h = *h;
         workspace.place(state);
         workspace.evaluate(*system, h, *start);
-        let books = books && workspace.dissipative;
+        let with_w = with_w && workspace.dissipative;
         let Workspace { slopes, flow, dz, gradient, d, rest, w, scratch, .. } = &mut **workspace;
         let [middle_q, middle_p, sq, sp, a, b] = scratch;
         let (middle_q, middle_p) = (middle_q.as_mut_slice(), middle_p.as_mut_slice());
@@ -217,7 +237,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             h,
             |x, to| slopes.multiply(x, to, [a.as_mut_slice(), b.as_mut_slice()]),
             |weight, [q, p]| {
-                if !books {
+                if !with_w {
                     return;
                 }
                 for j in 0..w.len() {

@@ -73,9 +73,11 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
         let energy = system.energy(&[q], &[T::zero()]);
         Account { energy, size: energy.abs() + p * p / system.mass(0) + w.abs() }
     };
-    let bends = || {
-        let at = |q: T| (q * system.partial(&[q], 0, q)).abs() + balance::grain(system, &[q]);
+    let second_order = || {
+        let at = |q: T| {
+            (q * system.partial(&[q], 0, q)).abs() + balance::rounding_of_potential(system, &[q])
+        };
         at(q0) + at(q1)
     };
-    balance::check(account(q0, p0), account(q1, p1), -rise, bends)
+    balance::check(account(q0, p0), account(q1, p1), -rise, second_order)
 }

@@ -16,7 +16,7 @@
 
 use super::engine::Engine;
 use super::share::Allowed;
-use crate::adaptive::{DOUBT, Projection, is_noise};
+use crate::adaptive::{Projection, ROUNDING_SUSPECTED_BELOW, is_noise};
 use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
 
 /// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
@@ -36,13 +36,14 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         self.place_end(system, state);
         self.sum_gains();
         if self.dissipative && self.undriven {
-            self.book(system);
+            self.share_defect(system);
         }
         self.project(system, allowed).or_else(|excess| {
             self.place_end(system, state);
             let energies = [self.energy, self.end_energy, self.target()];
             let end = [&self.q, &self.p];
-            let noise = error <= DOUBT && is_noise(system, end, energies, &mut self.off);
+            let noise =
+                error <= ROUNDING_SUSPECTED_BELOW && is_noise(system, end, energies, &mut self.off);
             if noise { Ok(()) } else { Err(excess) }
         })
     }
@@ -94,9 +95,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     /// Adds to the reservoirs their share of the defect, in proportion to their estimated errors,
     /// unless this would drain a passive one.
     #[inline(always)]
-    fn book<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) {
+    fn share_defect<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) {
         let defect = self.target() - self.end_energy;
-        let Self { errors: [of_q, of_p, _, of_w], trial, last, gain, .. } = self;
+        let Self { errors: [of_q, of_p, of_w], trial, last, gain, .. } = self;
         let n = V::LEN.unwrap_or(gain.as_slice().len()) - system.motors();
         let zero = V::Scalar::zero();
         let [of_q, of_p, of_w] = [of_q, of_p, of_w].map(|x| &x.as_slice()[..n]);

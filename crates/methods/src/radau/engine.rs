@@ -9,9 +9,9 @@
 
 use super::equations::Equations;
 use super::share::Share;
-use super::stages::{Columns, Point, Stages};
+use super::stages::{Columns, Point, Points, Stages};
 use super::tables::Tables;
-use crate::adaptive::{KINK_ORDER, REFUSED_ERROR, Sides, settle_by_motor};
+use crate::adaptive::{KINK_ORDER, REFUSED_ERROR, Sides, balance_by_motor};
 use afterbay_core::{
     Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, System, Tolerance,
     Vector,
@@ -27,6 +27,7 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     /// The stages of the current trial step, and of the last accepted one.
     pub(super) trial: Stages<V, S>,
     pub(super) kept: Stages<V, S>,
+    pub(super) points: Points<V, S>,
     /// The lengths of the trial step and of the last accepted one, if any.
     pub(super) h: V::Scalar,
     pub(super) kept_h: Option<V::Scalar>,
@@ -46,8 +47,8 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     /// ∂H/∂q and D at the last stage, and whether it is the end of the step.
     pub(super) last: Point<V>,
     pub(super) unmoved: bool,
-    /// The estimated errors of q, p and w, and the estimate of w before it is filtered.
-    pub(super) errors: [V; 4],
+    /// The estimated errors of q, p and w, that of w before it is filtered.
+    pub(super) errors: [V; 3],
     /// Memory for a point and the slopes there.
     pub(super) at: [V; 2],
     pub(super) moved: Point<V>,
@@ -83,6 +84,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             undriven: !(0..n).any(|motor| system.driven_by(motor).is_some()),
             trial: Stages::new(n),
             kept: Stages::new(n),
+            points: Points::new(n),
             h: zero,
             kept_h: None,
             extrapolation: [[zero; S]; S],
@@ -96,7 +98,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             end_energy: zero,
             last: Point::new(n),
             unmoved: false,
-            errors: [(); 4].map(|()| zeros()),
+            errors: [(); 3].map(|()| zeros()),
             at: [zeros(), zeros()],
             moved: Point::new(n),
             equations: Equations::new::<V, F>(system)?,
@@ -140,7 +142,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             }
         }
         if error > 1.0 {
-            self.settle(system, state);
+            self.balance_rejected_step(system, state);
         }
         let order = if smooth { 2 * S as u32 } else { KINK_ORDER };
         Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort })
@@ -213,19 +215,23 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// Computes the end of a step with too large an error, with K exact if the system is driven.
     #[cold]
-    fn settle<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+    fn balance_rejected_step<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        state: &State<V>,
+    ) {
         self.place_end(system, state);
         self.sum_gains();
         let target = self.target();
-        let settled = settle_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
-        self.end_energy = settled.unwrap_or(self.end_energy);
+        let balanced = balance_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
+        self.end_energy = balanced.unwrap_or(self.end_energy);
     }
 
     /// Accepts the trial step.
     #[inline(always)]
     pub(crate) fn accept(&mut self, state: &mut State<V>) {
         self.write(state);
-        self.share.see(self.h.to_f64().abs());
+        self.share.spend(self.h.to_f64().abs());
         std::mem::swap(&mut self.trial, &mut self.kept);
         self.kept_h = Some(self.h);
         self.energy = self.end_energy;

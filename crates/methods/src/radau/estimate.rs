@@ -24,7 +24,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     #[inline(always)]
     pub(super) fn estimate(&mut self, h: V::Scalar, allowed: Allowed, smooth: bool) -> f64 {
         let Self { tables, trial, equations, start, errors, dissipative, .. } = self;
-        let [of_q, of_p, of_w, raw_of_w] = errors.each_mut().map(V::as_mut_slice);
+        let [of_q, of_p, raw_of_w] = errors.each_mut().map(V::as_mut_slice);
         let Point { v, f, d: drag, loss, .. } = start;
         let n = V::LEN.unwrap_or(of_q.len());
         let scale = h * V::Scalar::from_f64(tables.eigenvalue);
@@ -56,8 +56,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     *most = if x > *most { x } else { *most };
                     poison += 0.0 * x;
                 }
-                for (to, x) in [&mut *of_q, of_p, of_w, raw_of_w].into_iter().zip([a, b, c, raw_c])
-                {
+                for (to, x) in [&mut *of_q, of_p, raw_of_w].into_iter().zip([a, b, raw_c]) {
                     to[d] = V::Scalar::from_f64(x);
                 }
             },

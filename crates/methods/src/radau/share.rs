@@ -11,15 +11,11 @@
 //!
 //! The exponent expresses that the first steps say little about the later ones.
 
-use crate::adaptive::{largest, largest_of_first};
+use crate::adaptive::{ROUNDINGS, SHARES, scales, sizes};
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 
 /// The number of steps before those taken count for more than a guess. A choice.
 const FEW: f64 = 8.0;
-/// The error allowed of a step relative to its share. Steps aim at a fifth of it.
-const SHARES: f64 = 5.0;
-/// Roundings of q, p and w that are allowed of any step.
-const ROUNDINGS: f64 = 4.0;
 
 /// The tolerance of a run, and the history of its steps.
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +48,9 @@ impl Share {
         Self { tolerance: *tolerance, span, free, from: None, steps: 0.0, longest: 0.0 }
     }
 
-    /// Records that a step has been accepted.
+    /// Counts an accepted step.
     #[inline(always)]
-    pub(super) fn see(&mut self, length: f64) {
+    pub(super) fn spend(&mut self, length: f64) {
         self.steps += 1.0;
         self.longest = self.longest.max(length);
     }
@@ -68,18 +64,9 @@ impl Share {
         let room = if self.longest > 0.0 { (left / self.longest).max(1.0) } else { 1.0 };
         let steps = self.steps + FEW + power(room, self.steps / (self.steps + FEW));
         let share = SHARES / steps;
-        let Tolerance { relative, absolute, w } = self.tolerance;
-        let rounding = ROUNDINGS * V::Scalar::EPSILON / share;
-        let size_of_q = largest_of_first(&state.q, self.free);
-        let sizes = [size_of_q, largest(&state.p), largest(&state.w)];
-        let scale = |size: f64, relative: f64, absolute: f64| {
-            (relative * size + absolute).max(rounding * size)
-        };
-        let scales = [
-            scale(sizes[0], relative, absolute),
-            scale(sizes[1], relative, absolute),
-            scale(sizes[2], w.0, w.1),
-        ];
+        let Tolerance { relative, w, .. } = self.tolerance;
+        let sizes = sizes(state, self.free);
+        let scales = scales(&self.tolerance, sizes, ROUNDINGS * V::Scalar::EPSILON / share);
         let roundings = (sizes[0] / scales[0]).max(sizes[1] / scales[1]);
         Allowed {
             scales,

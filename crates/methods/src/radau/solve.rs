@@ -31,6 +31,10 @@ const DIVERGING: f64 = 0.9;
 const CONTRACTING: f64 = 0.02;
 /// The least η from which a step starts.
 const LEAST_ETA: f64 = 1e-16;
+/// The largest ratio of a step to the last one, which may have been cut short by a break, at which
+/// the polynomial of the last step is extrapolated to it. A choice, above the largest growth of a
+/// step.
+const LARGEST_STRETCH: f64 = 16.0;
 /// A step starts with the last η to this power, which is larger: its corrections may converge less
 /// fast (Hairer, Wanner II, IV.8).
 const ETA_POWER: f64 = 0.8;
@@ -77,7 +81,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     #[inline(always)]
     fn initial_guess(&mut self, shift: Option<[V::Scalar; 2]>) {
-        let Some([offset, ratio]) = shift else { return self.trial.rest() };
+        let known = shift.filter(|[_, ratio]| ratio.to_f64().abs() <= LARGEST_STRETCH);
+        let Some([offset, ratio]) = known else { return self.trial.rest() };
         if self.extrapolation_for != shift {
             self.extrapolation = self.tables.extrapolation(offset, ratio);
             self.extrapolation_for = shift;
@@ -151,8 +156,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     /// Computes the slopes at the stages.
     #[inline(always)]
     fn look<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
-        let Self { trial, at, last, dissipative, .. } = self;
-        trial.look(system, *dissipative, state, at, last);
+        let Self { trial, points, last, dissipative, .. } = self;
+        trial.look(system, *dissipative, state, points, last);
     }
 
     /// Corrects the stages once, and returns the size of the correction; NaN if it is not finite.

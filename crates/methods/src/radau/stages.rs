@@ -1,6 +1,7 @@
 //! The stages of a Radau IIA step.
 
 use super::tables::Tables;
+use crate::points::{dissipation, gradient};
 use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
 use std::array::from_fn;
 
@@ -42,27 +43,22 @@ impl<V: Vector> Point<V> {
         S: System<V::Scalar> + ?Sized,
     {
         let Self { hq, v, f, d, loss } = self;
-        let [v, f, loss] = [v, f, loss].map(V::as_mut_slice);
-        slopes(system, dissipative, [q, p].map(V::as_slice), [hq, d], [v, f, loss]);
+        let (q, p) = (q.as_slice(), p.as_slice());
+        system.gradient(q, p, hq.as_mut_slice(), v.as_mut_slice());
+        if dissipative {
+            system.dissipation(q, p, v.as_slice(), d.as_mut_slice());
+        }
+        forces(dissipative, [hq, d, v], [f, loss]);
     }
 }
 
-/// Writes ∂H/∂p, -∂H/∂q - D and D_j ∂H/∂p_j at (q, p); ∂H/∂q and D as well.
+/// Writes -∂H/∂q - D and D_j ∂H/∂p_j for the given ∂H/∂q, D and ∂H/∂p.
 #[inline(always)]
-fn slopes<V: Vector, S: System<V::Scalar> + ?Sized>(
-    system: &S,
-    dissipative: bool,
-    [q, p]: [&[V::Scalar]; 2],
-    [hq, d]: [&mut V; 2],
-    [v, f, loss]: [&mut [V::Scalar]; 3],
-) {
-    let n = V::LEN.unwrap_or(q.len());
-    let hq = &mut hq.as_mut_slice()[..n];
-    let (v, f, loss) = (&mut v[..n], &mut f[..n], &mut loss[..n]);
-    system.gradient(q, p, hq, v);
+fn forces<V: Vector>(dissipative: bool, [hq, d, v]: [&V; 3], [f, loss]: [&mut V; 2]) {
+    let n = V::LEN.unwrap_or(hq.as_slice().len());
+    let [hq, d, v] = [hq, d, v].map(|x| &x.as_slice()[..n]);
+    let [f, loss] = [f, loss].map(|x| &mut x.as_mut_slice()[..n]);
     if dissipative {
-        let d = &mut d.as_mut_slice()[..n];
-        system.dissipation(q, p, v, d);
         for j in 0..n {
             f[j] = -(hq[j] + d[j]);
             loss[j] = d[j] * v[j];
@@ -74,36 +70,60 @@ fn slopes<V: Vector, S: System<V::Scalar> + ?Sized>(
     }
 }
 
+/// The points of the stages, and ∂H/∂q and D there.
+#[derive(Clone, Debug)]
+pub(super) struct Points<V: Vector, const S: usize> {
+    q: [V; S],
+    p: [V; S],
+    hq: [V; S],
+    d: [V; S],
+}
+
+impl<V: Vector, const S: usize> Points<V, S> {
+    pub(super) fn new(n: usize) -> Self {
+        let zeros = || from_fn(|_| V::zeros(n));
+        Self { q: zeros(), p: zeros(), hq: zeros(), d: zeros() }
+    }
+}
+
 impl<V: Vector, const S: usize> Stages<V, S> {
     pub(super) fn new(n: usize) -> Self {
         let zeros = || from_fn(|_| V::zeros(n));
         Self { q: zeros(), p: zeros(), v: zeros(), f: zeros(), loss: zeros() }
     }
 
-    /// Computes the slopes at the stages of a step from `state`. `at` and `last` are overwritten;
-    /// ∂H/∂q and D of the last stage, which is the end of the step, remain in `last`.
+    /// Computes the slopes at the stages of a step from `state`. ∂H/∂q and D of the last stage,
+    /// which is the end of the step, are copied to `last`.
     #[inline(always)]
     pub(super) fn look<F: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &F,
         dissipative: bool,
         state: &State<V>,
-        [q, p]: &mut [V; 2],
+        points: &mut Points<V, S>,
         last: &mut Point<V>,
     ) {
         let n = V::LEN.unwrap_or(state.dof());
-        for i in 0..S {
-            for (to, from, by) in [(&mut *q, &state.q, &self.q[i]), (&mut *p, &state.p, &self.p[i])]
-            {
-                let (to, from, by) =
-                    (&mut to.as_mut_slice()[..n], &from.as_slice()[..n], &by.as_slice()[..n]);
+        let Self { q: by_q, p: by_p, v, f, loss } = self;
+        let Points { q, p, hq, d } = points;
+        for (to, from, by) in [(&mut *q, &state.q, by_q), (&mut *p, &state.p, by_p)] {
+            let from = &from.as_slice()[..n];
+            for (to, by) in to.iter_mut().zip(by) {
+                let (to, by) = (&mut to.as_mut_slice()[..n], &by.as_slice()[..n]);
                 for j in 0..n {
                     to[j] = from[j] + by[j];
                 }
             }
-            let slopes = [&mut self.v[i], &mut self.f[i], &mut self.loss[i]].map(V::as_mut_slice);
-            let point = [q.as_slice(), p.as_slice()];
-            self::slopes(system, dissipative, point, [&mut last.hq, &mut last.d], slopes);
+        }
+        gradient(system, q, p, hq, v);
+        if dissipative {
+            dissipation(system, q, p, v, d);
+        }
+        for i in 0..S {
+            forces(dissipative, [&hq[i], &d[i], &v[i]], [&mut f[i], &mut loss[i]]);
+        }
+        for (to, from) in [(&mut last.hq, &hq[S - 1]), (&mut last.d, &d[S - 1])] {
+            to.as_mut_slice().copy_from_slice(from.as_slice());
         }
     }
 

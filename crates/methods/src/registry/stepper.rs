@@ -46,6 +46,9 @@ impl<V: Vector> Clone for Box<dyn Stepper<V>> {
 }
 
 /// A method for one system. The system that its functions receive must be that one.
+///
+/// It does not pass on [`Method::refuses_singularities`]: such methods examine the edges of a step,
+/// and the time loop then also examines the straight line to its end.
 pub(super) struct ErasedMethod<V: Vector> {
     /// It is copied and never takes a step.
     first: Box<dyn Stepper<V>>,

@@ -206,7 +206,7 @@ pub static METHODS: &[Row] = &[
     },
     Row {
         name: "moddg-fixed-point",
-        about: "moddg solved by simple iteration, as the paper does",
+        about: "moddg solved by fixed-point iteration, as the paper does",
         local_order: [2, 2, 2],
         keeps_k: true,
         passive: true,

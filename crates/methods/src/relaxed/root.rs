@@ -1,8 +1,8 @@
 //! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K.
 
 use super::direction::Direction;
-use crate::grain::grain_at;
 use crate::kernels::reductions::sum;
+use crate::measured_rounding::measured_rounding;
 use crate::rounding::{RESTORED_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
@@ -70,7 +70,7 @@ impl<V: Vector> Chord<V> {
         }
         // Terms that cancel inside H leave it a rounding that |H| does not show.
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
-        let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(grain_at(system, q, p));
+        let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p));
         let nearest = root.filter(|root| root.excess.to_f64().abs() <= noise);
         let plain = Some(plain).filter(|plain| plain.excess.to_f64().abs() <= noise);
         if let Some(root) = nearest.or(plain) {

@@ -3,7 +3,6 @@
 use super::Workspace;
 use crate::adaptive::Projection;
 use crate::commit::check;
-use crate::grain::grain_at;
 use crate::kernels::reductions::{largest_difference, max_norm, sum};
 use crate::rounding::{RESTORED_ROUNDINGS, SMALL_ROUNDINGS, rounding, roundings};
 use afterbay_core::{Quantity, Scalar, Separable, State, StepFailure, Vector};
@@ -98,7 +97,7 @@ impl<V: Vector> Workspace<V> {
     where
         S: Separable<V::Scalar> + ?Sized,
     {
-        let Self { q, p, hq, hp, gain, .. } = self;
+        let Self { q, p, hq, hp, gain, energy_rounding, .. } = self;
         let (q, p) = (q.as_slice(), p.as_slice());
         system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
         let products =
@@ -108,10 +107,8 @@ impl<V: Vector> Workspace<V> {
             self.energy[0].abs() + energy.abs() + sum([gain.as_slice()], |[gain]| gain.abs());
         let first_order = (known + products(hq, q) + products(hp, p)).to_f64();
         let second_order = second_order(system, q, p) * V::Scalar::EPSILON;
-        // Roundings may vanish by chance at one end.
-        let grain =
-            grain_at(system, q, p) + grain_at(system, state.q.as_slice(), state.p.as_slice());
-        let terms = first_order + second_order + grain;
+        energy_rounding.measure(system, state.q.as_slice(), state.p.as_slice());
+        let terms = first_order + second_order + energy_rounding.measure(system, q, p);
         (energy - target).to_f64().abs() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(terms)
     }
 }

@@ -72,7 +72,7 @@ where
 }
 
 /// Checks K and Δw ≥ 0 at every step of a run by each method.
-fn books<S>(
+fn check_k_and_w<S>(
     system: &S,
     tolerance: Tolerance,
     end: f64,
@@ -107,14 +107,14 @@ proptest! {
         tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0,
         z in [-2.0..2.0, -2.0..2.0],
     ) {
-        books(&Duffing::new(alpha, beta, c).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        check_k_and_w(&Duffing::new(alpha, beta, c).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
         // With μ < 0 solutions diverge.
         let cycle = ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap();
-        books(&cycle, tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        check_k_and_w(&cycle, tolerance, 10.0, vec![z[0]], vec![z[1]])?;
         // Starts near the equilibrium on top of the barrier, and at the equilibrium.
         let wells = Duffing::new(-1.0, 1.0, c.abs()).unwrap();
-        books(&wells, tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
-        books(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![0.0], vec![0.0])?;
+        check_k_and_w(&wells, tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
+        check_k_and_w(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![0.0], vec![0.0])?;
     }
 
     /// Slow waves: steps are much longer than the period of the fastest mode.
@@ -124,7 +124,7 @@ proptest! {
     ) {
         let phase = |i: usize| std::f64::consts::PI * i as f64 / (n + 1) as f64;
         let q = (1..=n).map(|i| a * phase(i).sin()).collect();
-        books(&FputChain::new(n, 1.0, c).unwrap(), tolerance, 100.0, q, vec![0.0; n])?;
+        check_k_and_w(&FputChain::new(n, 1.0, c).unwrap(), tolerance, 100.0, q, vec![0.0; n])?;
     }
 
     #[test]
@@ -132,11 +132,11 @@ proptest! {
         tolerance in tolerance(), c in 0.0..1.0, z in prop::array::uniform20(-1.0..1.0),
     ) {
         let chain = FputChain::new(10, 0.5, c).unwrap();
-        books(&chain, tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
+        check_k_and_w(&chain, tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
         let ring = VanDerPolRing::new(3, c, 0.5).unwrap();
-        books(&ring, tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
+        check_k_and_w(&ring, tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
         let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
-        books(&pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
+        check_k_and_w(&pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
     }
 }
 

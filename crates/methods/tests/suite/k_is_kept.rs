@@ -2,11 +2,10 @@
 //! rounding, for all states, systems and steps; and under methods that claim passivity the
 //! reservoir of a passive system never decreases. `k_on_expressions` has the other methods.
 
-use crate::books;
+use crate::one_step::*;
 use afterbay_core::{Dissipation, Method, Quad, Scalar, Separable, State, StepFailure, System};
 use afterbay_methods::ModDg;
 use afterbay_methods::registry::{FIXED, Row, find};
-use books::*;
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 

@@ -1,10 +1,9 @@
 //! Deliberate errors, each of which the properties of `k_is_kept.rs` must detect; and the limits of
 //! what methods claim.
 
-use crate::books;
+use crate::one_step::*;
 use afterbay_core::{RunError, State, StepFailure};
 use afterbay_methods::registry::{FIXED, Number, Run, find};
-use books::*;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 

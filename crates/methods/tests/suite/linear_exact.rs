@@ -210,7 +210,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn books(
+    fn k_and_w_are_right(
         h in (-6.0..2.0_f64).prop_map(|x| 10f64.powf(x)),
         k in (-2.0..2.0_f64).prop_map(|x| 10f64.powf(x)),
         c in -0.05..3.0_f64, z in prop::array::uniform6(-2.0..2.0),

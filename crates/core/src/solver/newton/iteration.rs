@@ -68,8 +68,8 @@ struct Iteration<T: Scalar> {
     anew: T::Mask,
     /// The last two corrections.
     correction: Correction<T>,
-    /// The square of what the inverse missed of the last slope.
-    rest: T,
+    /// The relative error of the inverse: the square of what it missed before its improvement.
+    inverse_error: T,
     /// The last two points.
     seen: [Point<T>; 2],
     argument_rounding: T,
@@ -96,7 +96,7 @@ impl<T: Scalar> Iteration<T> {
             inverse: one,
             anew: none,
             correction: Correction::none(),
-            rest: zero,
+            inverse_error: zero,
             seen: [Point { x: zero, slope: one, residual: zero }; 2],
             argument_rounding: zero,
             value_rounding: zero,
@@ -117,7 +117,7 @@ impl<T: Scalar> Iteration<T> {
             x: pair.end,
             inverse: pair.inverse,
             correction: pair.correction,
-            rest: missing * missing,
+            inverse_error: missing * missing,
             seen: [
                 Point { x, slope: one + first.slope, residual: before },
                 Point { x: middle, slope: one + second.slope, residual },
@@ -136,10 +136,10 @@ impl<T: Scalar> Iteration<T> {
         // Newton's iteration for the inverse, y ← y (2 - (1 + F') y), squares what y misses and
         // needs no division. An inverse that misses much, as for any slope that is not positive, is
         // computed anew.
-        let (before, inverse) = (self.rest, self.inverse);
+        let (before, inverse) = (self.inverse_error, self.inverse);
         let short = one - inverse;
         let missing = (-f.slope).mul_add(inverse, short);
-        self.rest = missing * missing;
+        self.inverse_error = missing * missing;
         self.anew = open.and(T::from_f64(MOST_MISSING).le(missing.abs()));
         self.inverse = if DIRECT && evaluations == 2 {
             // Equal to `two_corrections` to the bit. The square of a small inverse would underflow.
@@ -157,13 +157,13 @@ impl<T: Scalar> Iteration<T> {
             }
             self.stalled = self.stalled.or(self.anew.and(stalled));
             open = open.and(self.stalled.not());
-            self.rest = T::select(self.anew, zero, self.rest);
+            self.inverse_error = T::select(self.anew, zero, self.inverse_error);
             self.inverse = T::select(self.anew, derivative.recip(), self.inverse);
         }
         let residual = if DIRECT && evaluations == 1 { -f.value } else { start - self.x - f.value };
         let update = residual * self.inverse;
         self.correction =
-            Correction { previous: self.correction.update, update, rest: before, missing };
+            Correction { previous: self.correction.update, update, inverse_error: before, missing };
         self.seen = [self.seen[1], Point { x: self.x, slope: one + f.slope, residual }];
         let mut end = residual.mul_add(self.inverse, self.x);
         if evaluations > EVALUATIONS_BEFORE_BRACKET {

@@ -48,7 +48,7 @@ impl<T: Scalar> TwoCorrections<T> {
     /// Marks lanes that are done at rest, where the first point is the solution and both
     /// corrections are 0, and near rest, where products of corrections underflow.
     #[inline(always)]
-    pub(super) fn rest(&mut self) {
+    pub(super) fn accept_at_rest(&mut self) {
         let none = self.correction.previous.abs().le(T::zero());
         let converged = self.correction.next_is_rounding_near_rest(self.scale);
         self.done = self.done.or(self.improvable.and(none.or(converged)));
@@ -66,7 +66,7 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     equation: &mut impl Equation<T>,
 ) -> TwoCorrections<T> {
     let one = T::one();
-    let (inverse, rest) = (one - first.slope, first.slope * first.slope);
+    let (inverse, inverse_error) = (one - first.slope, first.slope * first.slope);
     let before = if DIRECT { -first.value } else { start - x - first.value };
     let (previous, middle) = (before * inverse, before.mul_add(inverse, x));
     let second = equation.at(s, middle);
@@ -78,7 +78,7 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     // A lower bound of the rounding error, by fewer operations than in `iterate_to_rounding`.
     let scale =
         T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
-    let correction = Correction { previous, update, rest, missing };
+    let correction = Correction { previous, update, inverse_error, missing };
     let converged = correction.next_is_rounding(scale);
     let improvable = can_be_improved(first.slope).and(can_be_improved(missing));
     TwoCorrections {
@@ -97,9 +97,13 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
 /// Two successive corrections.
 #[derive(Clone, Copy)]
 pub(super) struct Correction<T> {
+    /// The correction before the last.
     pub(super) previous: T,
+    /// The last correction.
     pub(super) update: T,
-    pub(super) rest: T,
+    /// The relative error of the inverse slope of the correction before.
+    pub(super) inverse_error: T,
+    /// What that inverse lacks at the last slope: 1 - (1 + F') y.
     pub(super) missing: T,
 }
 
@@ -107,7 +111,7 @@ impl<T: Scalar> Correction<T> {
     #[inline(always)]
     pub(super) fn none() -> Self {
         let zero = T::zero();
-        Self { previous: zero, update: zero, rest: zero, missing: zero }
+        Self { previous: zero, update: zero, inverse_error: zero, missing: zero }
     }
 
     /// Whether the next correction is less than `scale`, the rounding of x.
@@ -121,7 +125,8 @@ impl<T: Scalar> Correction<T> {
     #[inline(always)]
     pub(super) fn next_is_rounding(&self, scale: T) -> T::Mask {
         let (size, largest) = (self.update.abs(), self.previous.abs());
-        let off = (self.rest + self.missing).half().mul_add(-self.previous, self.update).abs();
+        let off =
+            (self.inverse_error + self.missing).half().mul_add(-self.previous, self.update).abs();
         let contraction = self.missing.abs().mul_add(largest, size);
         let next = contraction.mul_add(contraction, off * largest) * size;
         next.lt(scale * (largest * largest))

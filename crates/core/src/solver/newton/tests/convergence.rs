@@ -170,7 +170,7 @@ fn stiff_forces_are_solved() {
     check("stiff", stiff, [-4.0, 0.0], [-3.0, 1.0]);
 }
 
-/// The rounding of F stops simple iterations too.
+/// The rounding of F stops fixed-point iterations too.
 #[test]
 fn simple_iteration_ends_where_its_updates_are_rounding() {
     let mut seed = 5;

@@ -1,0 +1,160 @@
+//! The rounding error of H, measured.
+
+use afterbay_core::{Scalar, System};
+
+/// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1], to 15 digits: an estimate
+/// needs no more.
+/// M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table 25.4.
+const GAUSS_LEGENDRE: [(f64, f64); 5] = [
+    (0.046_910_077_030_668, 0.118_463_442_528_094_5),
+    (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
+    (0.5, 0.284_444_444_444_444_4),
+    (0.769_234_655_052_841_5, 0.239_314_335_249_683_2),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_5),
+];
+/// The error of H, in roundings of |H| and of the terms of ∇H·z, that needs no cancellation: below
+/// all bounds of the change of K, which are 16 of these roundings or more, so that no step falls
+/// between the two. A choice.
+const EXPLAINED_ROUNDINGS: f64 = 4.0;
+/// The ratio of the bound of the rounding error to the largest of those measured. A choice: there
+/// are few of them.
+const BOUND_OVER_MEASURED: f64 = 4.0;
+
+/// Memory for a point and ∇H there.
+#[derive(Clone, Debug)]
+struct Memory<T> {
+    at: [Vec<T>; 2],
+    slope: [Vec<T>; 2],
+}
+
+impl<T: Scalar> Memory<T> {
+    fn new(n: usize) -> Self {
+        let zeros = || [(); 2].map(|()| vec![T::zero(); n]);
+        Self { at: zeros(), slope: zeros() }
+    }
+}
+
+/// The points z (1 + share).
+struct Ray<'a, T, S: ?Sized> {
+    system: &'a S,
+    z: [&'a [T]; 2],
+    memory: &'a mut Memory<T>,
+}
+
+impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
+    /// Moves to the point at a share.
+    fn go(&mut self, share: f64) {
+        let factor = T::from_f64(1.0 + share);
+        for (at, z) in self.memory.at.iter_mut().zip(self.z) {
+            at.iter_mut().zip(z).for_each(|(at, &z)| *at = factor * z);
+        }
+    }
+
+    /// H at a share.
+    fn energy(&mut self, share: f64) -> T {
+        self.go(share);
+        let [q, p] = &self.memory.at;
+        self.system.energy(q, p)
+    }
+
+    /// The integral of ∇H·z over the shares between two, and the largest sum of its terms.
+    fn rise(&mut self, [from, to]: [f64; 2]) -> [f64; 2] {
+        let (mut integral, mut largest) = (0.0, 0.0_f64);
+        for (node, weight) in GAUSS_LEGENDRE {
+            self.go(from + node * (to - from));
+            let Memory { at: [q, p], slope: [hq, hp] } = &mut *self.memory;
+            self.system.gradient(q, p, hq, hp);
+            let products = self.z[0].iter().zip(&*hq).chain(self.z[1].iter().zip(&*hp));
+            let (mut sum, mut size) = (T::zero(), T::zero());
+            for (&z, &slope) in products {
+                sum += z * slope;
+                size += (z * slope).abs();
+            }
+            integral += weight * (to - from) * sum.to_f64();
+            largest = largest.max(size.to_f64());
+        }
+        [integral, largest]
+    }
+}
+
+/// The rounding error of H near z = (q, p), times 1/ε, that cancellation between its terms causes:
+/// the largest difference between the change of H when z grows by a share of itself and the
+/// integral of its slope. It is 0 where |H| and the terms of ∇H·z explain the difference.
+///
+/// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
+/// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
+/// the last place of its terms unless z is nearly at rest. A share counts only if twice as many
+/// nodes give nearly the same integral, and both are finite. In scalars of more than 53 bits
+/// nothing is measured.
+#[cold]
+fn measure<T: Scalar, S: System<T> + ?Sized>(
+    system: &S,
+    [q, p]: [&[T]; 2],
+    memory: &mut Memory<T>,
+) -> f64 {
+    // The rule has 16 digits.
+    if T::EPSILON < f64::EPSILON / 4.0 {
+        return 0.0;
+    }
+    let mut ray = Ray { system, z: [q, p], memory };
+    let here = system.energy(q, p);
+    let mut most = 0.0_f64;
+    for power in 4..21 {
+        let share = 2.0_f64.powi(-power);
+        let [rise, size] = ray.rise([0.0, share]);
+        let halves = [[0.0, 0.5 * share], [0.5 * share, share]];
+        let finer: f64 = halves.iter().map(|part| ray.rise(*part)[0]).sum();
+        let end = ray.energy(share);
+        let off = ((end - here).to_f64() - finer).abs();
+        let terms = here.abs().to_f64() + end.abs().to_f64() + size;
+        let explained = EXPLAINED_ROUNDINGS * T::EPSILON * terms;
+        if off.is_finite() && off > explained && (rise - finer).abs() <= off / 16.0 {
+            most = most.max(off);
+        }
+    }
+    BOUND_OVER_MEASURED * most / T::EPSILON
+}
+
+/// [`measure`] where a few allocations do not matter.
+#[cold]
+pub(crate) fn measured_rounding<T: Scalar, S: System<T> + ?Sized>(
+    system: &S,
+    q: &[T],
+    p: &[T],
+) -> f64 {
+    measure(system, [q, p], &mut Memory::new(q.len()))
+}
+
+/// The rounding of H in a run, times 1/ε: the largest that was measured so far. Where the terms of H
+/// are exact by chance, as at q = 0 in 1 - cos q, a measurement finds nothing.
+#[derive(Clone, Debug)]
+pub(crate) struct EnergyRounding<T> {
+    largest: f64,
+    memory: Memory<T>,
+}
+
+impl<T: Scalar> EnergyRounding<T> {
+    pub(crate) fn new(n: usize) -> Self {
+        Self { largest: 0.0, memory: Memory::new(n) }
+    }
+
+    /// Measures the rounding of H at (q, p), and returns the largest so far.
+    #[cold]
+    pub(crate) fn measure<S: System<T> + ?Sized>(&mut self, system: &S, q: &[T], p: &[T]) -> f64 {
+        self.largest = self.largest.max(measure(system, [q, p], &mut self.memory));
+        self.largest
+    }
+
+    /// The largest so far.
+    pub(crate) fn largest(&self) -> f64 {
+        self.largest
+    }
+
+    /// The rounding of the forces, times 1/ε, where H has the value `energy` and second derivatives
+    /// up to `second`. It is an estimate by dimensions: a term H of the second derivative H'' has a
+    /// slope of about √(H H'').
+    pub(crate) fn of_forces(&self, energy: f64, second: f64) -> f64 {
+        // The product of the two may overflow where this does not.
+        (energy.abs() + self.largest).sqrt() * second.sqrt()
+    }
+}
