@@ -1,6 +1,7 @@
 //! The experiments of a scene: trajectories and studies, as tables, figures and a report with a
 //! finding on each.
 
+mod about;
 mod basins;
 mod bifurcation;
 mod declared;
@@ -20,11 +21,10 @@ mod sweep;
 mod trajectories;
 mod work;
 
+pub use about::stops;
 pub use ledger::{Afresh, Ledger, checkpoint, under_way};
 
-use crate::Model;
 use crate::claim::Finding;
-use crate::model::is_linear;
 use crate::progress::Progress;
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report};
@@ -33,9 +33,8 @@ use crate::sheet::{ReportError, Sheet};
 use crate::study::cell::Cell;
 use crate::study::outcome::INTERRUPTED;
 use crate::study::pick::Pick;
-use afterbay_core::{InputError, IntegrateError, Passive, State};
+use afterbay_core::{InputError, IntegrateError};
 use afterbay_methods::registry::Row;
-use afterbay_systems::Described;
 use declared::Boxed;
 use serde::{Deserialize, Serialize};
 
@@ -192,7 +191,8 @@ fn sheets(
             Err(error) => return Err(error),
         }
     }
-    sheets.push(about(scene)?);
+    let about = about::sheet(scene)?;
+    sheets.push(if task == Task::Study { about::beyond_stops(about, scene) } else { about });
     Ok((sheets, whole))
 }
 
@@ -241,7 +241,8 @@ fn declared(task: Task, scene: &Scene) -> Result<Vec<Boxed<'_>>, ReportError> {
 /// # Errors
 /// [`ReportError`] if a table cannot be made.
 pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
-    let sheets = vec![pick::sheet(scene, found)?, about(scene)?];
+    let about = about::beyond_stops(about::sheet(scene)?, scene);
+    let sheets = vec![pick::sheet(scene, found)?, about];
     finish_as("pick", scene, sheets)
 }
 
@@ -275,79 +276,6 @@ fn without_reference(scene: &Scene, study: &'static str, why: String) -> Sheet {
         failure: Some(why),
     });
     sheet
-}
-
-/// Describes the scene.
-fn about(scene: &Scene) -> Result<Sheet, ReportError> {
-    let (mut sheet, problem) = (Sheet::new("The scene"), &scene.problem);
-    let system = problem.model.system::<f64>()?;
-    let start: State<Vec<f64>> = problem.start()?;
-    let table = &scene.document.system;
-    let mut rows = vec![vec!["system".into(), problem.model.name().into()]];
-    let mut row = |name: &str, value: String| rows.push(vec![name.into(), value]);
-    let model = match &problem.model {
-        Model::Driven(model, _) => model,
-        model => model,
-    };
-    match model {
-        Model::Custom(custom) => {
-            for (name, expression) in table.expressions() {
-                row(&name, expression);
-            }
-            if let Described::Separable(custom) = custom {
-                let degree = custom.structure().degree;
-                let degree = degree.map_or("not a polynomial".into(), |degree| degree.to_string());
-                row("degree of V", degree);
-            }
-            let coupling = model.system::<f64>()?.coupling();
-            row("coupling", format!("{coupling:?}").to_lowercase());
-        }
-        Model::Listed(known, _) => row("equations", known.equations.into()),
-        Model::Driven(..) => {}
-    }
-    let drive = scene.document.drive.as_ref();
-    for (name, force) in drive.iter().flat_map(|drive| drive.force.named("F")) {
-        row(&name, force);
-    }
-    let of_drive = drive.iter().flat_map(|drive| &drive.parameters);
-    for (name, value) in table.parameters.iter().chain(of_drive) {
-        row(name, value.text());
-    }
-    row("degrees of freedom", problem.model.degrees().to_string());
-    let alone = model.system::<f64>()?;
-    let linear = if is_linear(&alone) { "yes" } else { "no" };
-    let apart = if drive.is_some() { ", apart from the drive" } else { "" };
-    row("equations are linear", format!("{linear}{apart}"));
-    let damping = alone.dissipation_form();
-    row(
-        "friction",
-        match (damping.zero, problem.model.passive()?) {
-            (true, _) if drive.is_some() => "none: w stays 0".into(),
-            (true, _) => "none: H itself is constant".into(),
-            (_, Passive::Each) => "passive: every w_j only fills".into(),
-            (_, Passive::InSum) => "passive in sum: Σ w_j only fills".into(),
-            (_, Passive::No) => "active, or not known to be passive: w may fall".into(),
-        },
-    );
-    row("q at t = 0", list(&problem.q));
-    row("p at t = 0", list(&problem.p));
-    row("H at t = 0, which K keeps", start.energy(&*system).to_string());
-    row("end of time", problem.end.to_string());
-    row("step", scene.step.to_string());
-    sheet.table(&["what", "value"], rows);
-    Ok(sheet)
-}
-
-/// The first few numbers of a list.
-fn list(numbers: &[f64]) -> String {
-    const SHOWN: usize = 8;
-    let shown: Vec<_> = numbers.iter().take(SHOWN).map(ToString::to_string).collect();
-    let more = if numbers.len() > SHOWN {
-        format!(", … ({} in all)", numbers.len())
-    } else {
-        String::new()
-    };
-    format!("{}{more}", shown.join(", "))
 }
 
 /// The names of methods, for a title or a sentence.

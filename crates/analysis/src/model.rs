@@ -1,6 +1,7 @@
 //! A system by name, with its parameters.
 
 mod binding;
+mod periods;
 mod serialize;
 
 use afterbay_core::{Drive, InputError, Motors, Passive};
@@ -132,13 +133,13 @@ impl Model {
         }
     }
 
-    /// The period P_j of each coordinate for which V and D are periodic; `None` for the other
-    /// coordinates. See [`afterbay_systems::Custom::periods`].
+    /// The period P_j of each coordinate for which V, D and the forces of a drive are periodic;
+    /// `None` for the other coordinates. See [`afterbay_systems::Custom::periods`].
     pub fn periods(&self) -> Vec<Option<f64>> {
         match self {
             Self::Listed(row, _) => vec![row.period; self.degrees()],
             Self::Custom(custom) => custom.periods(),
-            Self::Driven(model, _) => model.periods(),
+            Self::Driven(model, drive) => periods::under(drive, &model.periods()),
         }
     }
 

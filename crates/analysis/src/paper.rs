@@ -5,7 +5,7 @@
 //! are judged by is in `rule.rs`. The paper gives no horizon for its figures; [0, 20] stands for it
 //! wherever nothing else is said.
 
-mod books;
+mod energy_balance;
 mod errata;
 pub(crate) mod many_degrees;
 mod orders;
@@ -97,7 +97,7 @@ struct Part {
 const PARTS: [Part; 8] = [
     orders::PART,
     errata::PART,
-    books::PART,
+    energy_balance::PART,
     other_systems::PART,
     work::PART,
     stability::PART,

@@ -62,6 +62,8 @@ pub struct Scene {
     pub studies: Studies,
     /// The points at which everything is repeated.
     pub sweep: Option<Arc<Sweep>>,
+    /// The error of what does not follow an event that changes the state.
+    changing: Option<SceneError>,
 }
 
 /// The JSON schema of scenes.
@@ -119,10 +121,23 @@ impl Scene {
         let sweep = planner.sweep()?.map(Arc::new);
         planner.points = sweep.as_ref().map_or(1, |sweep| sweep.count());
         let (run, studies) = (planner.run()?, planner.studies()?);
+        let changing = run.as_ref().and_then(|run| planner.changing(&run.events));
+        if let Some(error) = changing.as_ref().filter(|_| !studies.is_empty()) {
+            return Err(error.clone());
+        }
         let figures = planner.figures(run.as_ref())?;
         let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());
         let step = grid.h.to_f64();
-        Ok(Self { title, step, problem, run, figures, units, studies, sweep, document })
+        Ok(Self { title, step, problem, run, figures, units, studies, sweep, document, changing })
+    }
+
+    /// Refuses a scene with an event that changes the state: studies and `pick` follow the motion
+    /// without events. A scene that declares studies has no such event.
+    ///
+    /// # Errors
+    /// [`SceneProblem::Changes`] with the place of the event.
+    pub fn refuse_changes(&self) -> Result<(), SceneError> {
+        self.changing.clone().map_or(Ok(()), Err)
     }
 
     /// SHA-256 of the document.

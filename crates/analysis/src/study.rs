@@ -34,7 +34,7 @@ pub mod trajectory;
 pub mod work_precision;
 mod zero;
 
-pub use reference::LARGEST_BY_SERIES;
+pub use reference::MOST_DEGREES_IN_QUAD;
 
 use crate::progress::Progress;
 use crate::{Model, Solution};
@@ -76,7 +76,7 @@ impl Problem {
     }
 
     /// The reference at the times `i h`, i = 0..=count, with its doubt at each. Up to
-    /// [`LARGEST_BY_SERIES`] degrees of freedom it comes from Taylor series in 106 bits, rounded;
+    /// [`MOST_DEGREES_IN_QUAD`] degrees of freedom it comes from Taylor series in 106 bits, rounded;
     /// with more from series in 53 bits. Where series end at a kink or take too many strides, it is
     /// one of the two runs that agree best.
     ///

@@ -63,13 +63,13 @@ fn tables_have_the_energy_pumped_behind_the_energy_supplied() {
             let mut widths = table.text.lines().map(width);
             assert!(widths.all(|width| width == columns.len()), "{}", run.method);
         }
-        let books = energy::run(problem, &rows(&["moddg"]), 0.02, 8, &Silent).unwrap();
+        let runs = energy::run(problem, &rows(&["moddg"]), 0.02, 8, &Silent).unwrap();
         let columns = energy::columns(&problem.model);
         let last = if is_driven { ",w1,s1,supplied,st" } else { ",w1,st" };
         assert!(columns.join(",").ends_with(last), "{columns:?}");
-        drop(Artifact::wide_table("energy", &columns, &books[0].rows).unwrap());
-        assert_eq!(books[0].violations, Some(0));
-        assert!(books[0].drift < 1e-13, "{:e}", books[0].drift);
+        drop(Artifact::wide_table("energy", &columns, &runs[0].rows).unwrap());
+        assert_eq!(runs[0].violations, Some(0));
+        assert!(runs[0].drift < 1e-13, "{:e}", runs[0].drift);
     }
 }
 

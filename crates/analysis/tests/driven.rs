@@ -32,6 +32,39 @@ fn rows(names: &[&str]) -> Vec<&'static Row> {
     names.iter().map(|name| find(name).unwrap()).collect()
 }
 
+/// The states at q and at q plus its period are the same for the forces of the drive, too.
+#[test]
+fn a_coordinate_has_a_period_only_if_the_drive_has_it() {
+    let turn = Some(2.0 * PI);
+    for (potential, force, periods) in [
+        ("-cos(q1)", &["cos(t)"][..], &[turn][..]),
+        ("-cos(q1)", &["cos(t - q1) + sin(2*q1)"], &[turn]),
+        ("-cos(2*q1)", &["cos(t)"], &[Some(PI)]),
+        ("-cos(2*q1)", &["cos(t + q1)"], &[turn]),
+        ("-cos(3*q1)", &["cos(t + q1) + cos(q1/2)"], &[Some(4.0 * PI)]),
+        ("-cos(q1)", &["cos(t) + 0.01*q1"], &[None]),
+        ("-cos(q1)", &["cos(t) + 1e-9*q1"], &[None]),
+        ("-cos(q1)", &["cos(t + q1*sqrt(2))"], &[None]),
+        ("-cos(q1)", &["t*exp(-q1^2)"], &[None]),
+        ("-cos(q1) - cos(q2)", &["cos(t)", "0"], &[turn, turn]),
+        ("-cos(q1) - cos(q2)", &["q2*cos(t)", "cos(q1/3)"], &[Some(6.0 * PI), None]),
+    ] {
+        let zeros = vec![0.0; periods.len()];
+        let scene = Scene::read(&format!(
+            "[system]\nname = \"custom\"\npotential = \"{potential}\"\n[drive]\n\
+             force = {force:?}\n[initial]\nq = {zeros:?}\np = {zeros:?}\n[time]\nend = 1.0\n\
+             step = 0.1\n"
+        ));
+        let found =
+            scene.unwrap_or_else(|error| panic!("{force:?}: {error}")).problem.model.periods();
+        for (found, exact) in found.iter().zip(periods) {
+            let off = found.unwrap_or(0.0) - exact.unwrap_or(0.0);
+            assert!(off.abs() < 1e-14, "{potential}, {force:?}: {found:?}, not {exact:?}");
+        }
+        assert_eq!(found.len(), periods.len());
+    }
+}
+
 /// When the start is forgotten, the amplitude is f/|k - ω² + iωb|, and a period dissipates what it
 /// supplies, π b ω A².
 #[test]
@@ -169,11 +202,11 @@ fn tables_have_the_energy_supplied_behind_the_reservoir() {
         assert!(pairs().any(|pair| pair[1].w[0] - pair[1].s[0] < pair[0].w[0] - pair[0].s[0]));
         Artifact::wide_table("trajectory", &columns, &run.rows).unwrap();
     }
-    let books = energy::run(problem, &rows(&["moddg"]), scene.step, 8, &Silent).unwrap();
-    let table = Artifact::wide_table("energy", &energy::columns(&problem.model), &books[0].rows);
+    let runs = energy::run(problem, &rows(&["moddg"]), scene.step, 8, &Silent).unwrap();
+    let table = Artifact::wide_table("energy", &energy::columns(&problem.model), &runs[0].rows);
     let table = table.unwrap();
     assert!(table.text.lines().next().unwrap().ends_with("doubt_d_R,w1,s1,supplied"));
-    assert_eq!(books[0].violations, Some(0));
+    assert_eq!(runs[0].violations, Some(0));
 }
 
 /// On a linear system under a sine, `linear-exact` steps over whole periods without an error.

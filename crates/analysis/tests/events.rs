@@ -2,8 +2,9 @@
 
 #![cfg(test)]
 
-use afterbay_analysis::experiment;
-use afterbay_analysis::progress::Silent;
+use afterbay_analysis::ReportError;
+use afterbay_analysis::experiment::{self, Results};
+use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::events::{self, EventRow, Steps};
 use afterbay_analysis::study::trajectory::{self, Trajectory};
@@ -186,6 +187,34 @@ fn the_tables_of_a_run_hold_its_events_and_its_samples() {
     let samples = file(OSCILLATOR, "data/trajectory.csv");
     assert_eq!(samples.lines().count(), 1 + 58);
     assert!(samples.lines().nth(2).unwrap().starts_with("moddg,1,0.07,"), "{samples}");
+}
+
+/// Studies and `pick` follow the motion without events: they take no scene in which a wall changes
+/// it, and say that they go on where an event ends a run.
+#[test]
+fn what_is_measured_without_its_events_is_refused_or_said() {
+    let study = "[study.global-order]\nmethods = [\"rk4\"]\nsteps = [0.1, 0.05]\n";
+    let scene = Scene::read(BALL).expect("a scene");
+    let refused = scene.refuse_changes().expect_err("a wall");
+    assert_eq!(&BALL[refused.span.clone()], "action = \"bounce\"");
+    assert_eq!(Scene::read(&format!("{BALL}{study}")).map(drop), Err(refused));
+    let stop = BALL.replace("action = \"bounce\"\nrestitution = 0.9", "action = \"stop\"") + study;
+    let scene = Scene::read(&stop).unwrap();
+    assert_eq!(scene.refuse_changes(), Ok(()));
+    let (_, findings) = experiment::study(&scene, &Silent).unwrap();
+    let said = findings.iter().find(|finding| finding.topic == "Events").expect("a finding");
+    let statement =
+        "floor would end a run; studies and `pick` follow the motion to its end at t = 2.";
+    assert_eq!(said.statement, statement);
+    // Events that are only recorded need no word, and neither do runs, which take all of them.
+    let record = stop.replace("\"stop\"", "\"record\"");
+    for (text, command) in [
+        (record, experiment::study as fn(&Scene, &dyn Progress) -> Result<Results, ReportError>),
+        (stop, experiment::run),
+    ] {
+        let (_, findings) = command(&Scene::read(&text).unwrap(), &Silent).unwrap();
+        assert!(findings.iter().all(|finding| finding.topic != "Events"), "{findings:?}");
+    }
 }
 
 #[test]

@@ -263,6 +263,26 @@ fn a_cycle_that_loses_its_symmetry_is_a_branching() {
     close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
 }
 
+/// The amplitude is max |q|: of an oscillator about q = 3 in closed form. Of a pendulum that turns at
+/// the rate Ω, q - Ω t is nearly sin(Ω t)/Ω², wherever the transient ends.
+#[test]
+fn the_amplitude_is_without_turns() {
+    let custom = |system: &str| format!("name = \"custom\"\n{system}");
+    let away = custom("potential = \"(q1 - 3)^2/2\"\ndissipation = [\"0.3*p1\"]");
+    let away = problem(&away, "[drive]\nforce = [\"cos(1.7*t)\"]", [3.0, 0.0]);
+    let found = only(&study(away, 150.0).run(&REFERENCE, 0.1, &Silent).unwrap());
+    let exact = f64::hypot(1.0 - 1.7 * 1.7, 0.3 * 1.7).recip();
+    close("amplitude", found.amplitude[0], 3.0 + exact, 1e-12);
+    let turning = custom("potential = \"-cos(q1)\"\ndissipation = [\"0.1*v1 - 0.5\"]");
+    let turning = problem(&turning, "", [0.0, 5.0]);
+    let [short, long] = [100.0, 150.0].map(|transient| {
+        only(&study(turning.clone(), transient).run(row("rk4"), 0.02, &Silent).unwrap())
+    });
+    close("period", short.period, TAU / 5.0, 0.01);
+    close("amplitude", short.amplitude[0], (short.period / TAU).powi(2), 1e-3);
+    close("amplitude", short.amplitude[0], long.amplitude[0], 1e-7);
+}
+
 #[test]
 fn the_table_has_its_columns() {
     let problem = van_der_pol(1.0);

@@ -8,7 +8,7 @@ use afterbay_analysis::record::Artifact;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, Statistic, order};
 use afterbay_analysis::study::long_run::Setup;
 use afterbay_analysis::study::{
-    LARGEST_BY_SERIES, Problem, energy, global_order, long_run, trajectory, work_precision,
+    MOST_DEGREES_IN_QUAD, Problem, energy, global_order, long_run, trajectory, work_precision,
 };
 use afterbay_core::{InputError, IntegrateError, Quad, Quantity};
 use afterbay_methods::registry::{Row, find};
@@ -40,9 +40,9 @@ fn read(table: &Artifact) -> Vec<std::collections::BTreeMap<String, String>> {
 #[test]
 fn books_show_every_reservoir() {
     let problem = chain(3, 0.3, 2.0);
-    let books = energy::run(&problem, &rows(&["increment-2"]), 0.1, 2, &Silent).unwrap();
+    let runs = energy::run(&problem, &rows(&["increment-2"]), 0.1, 2, &Silent).unwrap();
     let table =
-        Artifact::wide_table("energy", &energy::columns(&problem.model), &books[0].rows).unwrap();
+        Artifact::wide_table("energy", &energy::columns(&problem.model), &runs[0].rows).unwrap();
     let records = read(&table);
     assert_eq!(records.len(), 11);
     let number = |i: usize, column: &str| records[i][column].parse::<f64>().unwrap();
@@ -52,7 +52,7 @@ fn books_show_every_reservoir() {
     assert_eq!(number(10, "w_error").abs(), off);
     assert!(w.iter().all(|&w| w > 0.05) && off > 1e-6 && off < 1e-1, "{w:?} {off}");
     let lost = number(0, "H") - number(10, "H");
-    assert!((lost - w.iter().sum::<f64>()).abs() < 1e-13 && books[0].drift < 1e-13, "{lost} {w:?}");
+    assert!((lost - w.iter().sum::<f64>()).abs() < 1e-13 && runs[0].drift < 1e-13, "{lost} {w:?}");
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn trajectories_hold_the_states_asked_for() {
 
 #[test]
 fn a_long_chain_is_followed_in_f64() {
-    let problem = chain(LARGEST_BY_SERIES + 1, 0.1, 2.0);
+    let problem = chain(MOST_DEGREES_IN_QUAD + 1, 0.1, 2.0);
     let found = problem.solution(0.5, 4, &Silent).unwrap();
     let exact = problem
         .model
@@ -197,9 +197,9 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     let [one] = &long_run::run(&starts[..1], &runs[..1], 100, &Silent).unwrap()[..] else {
         panic!()
     };
-    let books =
+    let runs =
         &energy::run(&Problem { end: 5.0, ..starts[0].clone() }, &rows(&["rk4"]), 0.05, 1, &Silent);
-    let steps = &books.as_ref().unwrap()[0].rows;
+    let steps = &runs.as_ref().unwrap()[0].rows;
     let mean = steps[1..].iter().map(|row| row.drift).sum::<f64>() / 100.0 / steps[0].energy;
     assert!((one.rows[0].mean - mean).abs() < 1e-14, "{} {mean}", one.rows[0].mean);
 }

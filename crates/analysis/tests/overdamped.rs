@@ -6,7 +6,7 @@ use afterbay_analysis::paper::{self, Extent};
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::decay::{self, Decay, DecayRow};
-use afterbay_analysis::study::energy::{self, Books, EnergyRow};
+use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_core::{IntegrateError, System};
 use afterbay_methods::registry::{FIXED, Row, find};
@@ -23,8 +23,8 @@ fn problem(b: f64) -> Problem {
 
 fn decays(b: f64, methods: &[&'static Row]) -> Vec<DecayRow> {
     let problem = problem(b);
-    let books = energy::run(&problem, methods, 0.1, 1, &Silent).expect("runs");
-    decay::rows(&problem, b, 0.1, &books, &Silent).expect("rows")
+    let runs = energy::run(&problem, methods, 0.1, 1, &Silent).expect("runs");
+    decay::rows(&problem, b, 0.1, &runs, &Silent).expect("rows")
 }
 
 /// Whether the loss of energy is right.
@@ -83,7 +83,7 @@ fn the_report_has_a_line_for_every_method() {
 }
 
 /// Three states of a run, h apart, with the given energies.
-fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
+fn energy_run(energies: [f64; 3], drift: f64, ending: Ending) -> EnergyRun {
     let row = |i: usize| EnergyRow {
         method: "any",
         h: 0.1,
@@ -101,7 +101,7 @@ fn books(energies: [f64; 3], drift: f64, ending: Ending) -> Books {
         pumped: Vec::new(),
     };
     let rows = (0..3).map(row).collect();
-    Books { method: "any", rows, drift, violations: Some(0), ending }
+    EnergyRun { method: "any", rows, drift, violations: Some(0), ending }
 }
 
 fn completed() -> Ending {
@@ -113,7 +113,7 @@ fn numbers_decide() {
     // The energy at the start is 2, so that K is kept within 2e-12. The exact loss of the second
     // step is 0.01.
     let exact = 0.99;
-    let judge = |energies, drift| Decay::judge(&books(energies, drift, completed()), exact);
+    let judge = |energies, drift| Decay::judge(&energy_run(energies, drift, completed()), exact);
     let after = |loss: f64| [2.0, 1.5, 1.5 * (1.0 - loss)];
     for (loss, drift, expected) in [
         (0.01, 0.0, Decay::Right),
@@ -134,7 +134,10 @@ fn numbers_decide() {
     // Growth within rounding does not count.
     assert_eq!(judge([2.0, 2.0 + 1e-12, 1.98], 0.0), Decay::Right);
     let stopped = Ending::of::<()>(&Ok(()), 2, 1);
-    assert_eq!(Decay::judge(&books(after(0.01), 0.0, stopped), exact), Decay::Failed(INTERRUPTED));
+    assert_eq!(
+        Decay::judge(&energy_run(after(0.01), 0.0, stopped), exact),
+        Decay::Failed(INTERRUPTED)
+    );
 }
 
 #[test]

@@ -98,32 +98,32 @@ fn tables_follow_their_contract() {
 
 #[test]
 fn books_tell_the_methods_that_keep_k() {
-    let books = energy::run(&oscillator(), &FIXED.iter().collect::<Vec<_>>(), 0.05, 1, &Silent)
+    let runs = energy::run(&oscillator(), &FIXED.iter().collect::<Vec<_>>(), 0.05, 1, &Silent)
         .expect("runs");
-    for (row, books) in FIXED.iter().zip(&books) {
-        assert!(books.ending.is_completed(), "{}: {}", row.name, books.ending.describe());
+    for (row, run) in FIXED.iter().zip(&runs) {
+        assert!(run.ending.is_completed(), "{}: {}", row.name, run.ending.describe());
         // H is quadratic, and implicit-midpoint keeps a quadratic K without claiming to keep
         // others.
         let keeps_k = row.keeps_k || row.name == "implicit-midpoint";
-        assert_eq!(books.drift < 1e-12, keeps_k, "{}: {:e}", row.name, books.drift);
+        assert_eq!(run.drift < 1e-12, keeps_k, "{}: {:e}", row.name, run.drift);
         if row.passive {
-            assert_eq!(books.violations, Some(0), "{}", row.name);
+            assert_eq!(run.violations, Some(0), "{}", row.name);
         }
     }
     let active = Problem { model: Model::of(&VAN_DER_POL, &[1.0]), ..oscillator() };
-    let books = energy::run(&active, &rows(&["moddg"]), 0.05, 1, &Silent).expect("runs");
-    assert_eq!(books[0].violations, None, "an active system owes nothing");
+    let runs = energy::run(&active, &rows(&["moddg"]), 0.05, 1, &Silent).expect("runs");
+    assert_eq!(runs[0].violations, None, "an active system owes nothing");
 }
 
 #[test]
 fn the_overdamped_oscillator_has_perfect_books_and_a_wrong_decay() {
     let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, 200.0]);
     let problem = Problem { model, q: vec![1.0], p: vec![1.0], end: 1.0 };
-    let books = energy::run(&problem, &rows(&["moddg"]), 0.1, 1, &Silent).expect("runs");
-    let row = &books[0].rows[2];
+    let runs = energy::run(&problem, &rows(&["moddg"]), 0.1, 1, &Silent).expect("runs");
+    let row = &runs[0].rows[2];
     let (found, off) = (row.ratio.expect("a ratio"), row.ratio_error.expect("a ratio"));
     assert!((found - 0.8504).abs() < 5e-5 && (found - off - 0.9990).abs() < 5e-5, "{found} {off}");
-    assert!(books[0].drift < 1e-15 && books[0].violations == Some(0));
+    assert!(runs[0].drift < 1e-15 && runs[0].violations == Some(0));
 }
 
 #[test]

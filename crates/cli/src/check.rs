@@ -4,8 +4,8 @@ use crate::arguments::Format;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{scene, table};
-use afterbay_analysis::Model;
 use afterbay_analysis::scene::Scene;
+use afterbay_analysis::{Model, experiment};
 use afterbay_methods::registry::Row;
 use serde::Serialize;
 use std::path::Path;
@@ -83,6 +83,12 @@ fn plans(scene: &Scene) -> Vec<Plan> {
         let steps = steps(count);
         let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(plan.every));
         add("run", &all, detail);
+        if let Err(error) = scene.refuse_changes() {
+            add("events", &[], error.problem.to_string());
+        }
+        if let Some(stops) = experiment::stops(scene) {
+            add("events", &[], stops.statement);
+        }
         let figures: Vec<_> = scene.figures.iter().map(|plan| plan.name.as_str()).collect();
         if !figures.is_empty() {
             add("figures", &[], figures.join(", "));

@@ -64,7 +64,7 @@ pub(crate) enum Trouble {
     Merge(#[source] Box<JournalError>),
     #[error("{} of {all} cells are missing: {}", .missing, .first)]
     #[diagnostic(help(
-        "run the shards that are missing, or those that stopped with --resume, and merge again"
+        "run the shares that are missing, or those that stopped with --resume, and merge again"
     ))]
     Missing { missing: usize, all: usize, first: String },
     #[error("there is no share to compute: {name} is {found}")]

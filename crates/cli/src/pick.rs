@@ -19,6 +19,7 @@ const NEAREST: usize = 3;
 pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode, Failure> {
     let &PickArguments { error, at_end, keep_k, passive, .. } = arguments;
     let (text, scene) = scene::with_text(&arguments.scene)?;
+    scene.refuse_changes().map_err(|error| Failure::scene(&arguments.scene, &text, error))?;
     if let Some(file) = &arguments.write
         && file.exists()
         && !arguments.force
@@ -47,9 +48,15 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     let written = written.map(|(file, _)| file);
     let lines = winner.map(|winner| recommended::lines(&scene, winner));
     match format {
-        Format::Json => table::json(&Answer { found: &found, lines, written })?,
+        Format::Json => {
+            let events = experiment::stops(&scene).map(|stops| stops.statement);
+            table::json(&Answer { found: &found, events, lines, written })?;
+        }
         Format::Table => {
             print(&found, scene.problem.end)?;
+            if let Some(stops) = experiment::stops(&scene) {
+                table::text(&format!("{}: {}", stops.topic, stops.statement))?;
+            }
             if let Some(lines) = lines {
                 table::line(&format!("To run it, put these tables into the scene:\n\n{lines}"))?;
             }
@@ -73,6 +80,8 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
 struct Answer<'a> {
     #[serde(flatten)]
     found: &'a Pick,
+    /// The events that would end a run, in words; none if there is no such event.
+    events: Option<String>,
     /// The tables of a scene that run the recommendation.
     lines: Option<String>,
     /// The scene that was written.
@@ -127,7 +136,7 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
             found.doubt.most()
         ))?;
     }
-    if found.wanted.passive && !found.owed {
+    if found.wanted.passive && !found.is_passive {
         table::text("The system is not known to be passive: no step can violate passivity.")?;
     }
     let shown = found.qualified.iter().take(SHOWN).chain(found.others.iter().take(NEAREST));

@@ -51,9 +51,11 @@ fn sheet(
     }));
     sheet.text(format!(
         "Runs from {width} × {height} initial states, observed {}. A run has reached an attractor \
-         when its states repeat, or when they stay near an attractor that another run has shown. \
-         The boundary between basins has the dimension 2 - α, where the share of cells with a cell \
-         of another attractor at a distance ε grows like ε^α.{}",
+         when its states repeat, when they stay near an attractor that another run has shown, or \
+         when they fill a region of the same extent all along. One that still moves towards \
+         something, or away, is unsettled. The boundary between basins has the dimension 2 - α, \
+         where the share of cells with a cell of another attractor at a distance ε grows like ε^α; \
+         runs that fail count as one basin there, and unsettled cells are left out.{}",
         study.section.describe(model),
         of_reference(plan.reference),
     ));
@@ -70,11 +72,19 @@ fn sheet(
         let shares = map.shares();
         let reached = shares.iter().filter(|share| **share > 0.0).count();
         readings.add(&label, "attractors", reached);
-        readings.add(&label, "α", map.uncertainty(width));
+        if map.has_boundary(width) {
+            readings.add(&label, "α", map.uncertainty(width));
+        }
         if let Some(exact) = exact.filter(|_| map.row.name != EXACT) {
-            let pairs = map.cells.iter().zip(&exact.cells);
-            let same = pairs.filter(|(a, b)| a.attractor.is_some() && a.attractor == b.attractor);
+            let pairs = || map.cells.iter().zip(&exact.cells);
+            let of_exact = || pairs().filter(|(_, exact)| exact.attractor.is_some());
+            let same = of_exact().filter(|(own, exact)| own.attractor == exact.attractor);
+            let other = |(own, exact): &(&basins::Cell, &basins::Cell)| {
+                own.attractor.is_some() && exact.attractor.is_none()
+            };
+            readings.add(&label, "cells of the reference", of_exact().count());
             readings.add(&label, "as the reference", same.count());
+            readings.add(&label, "others", pairs().filter(other).count());
         }
     }
     let table = found.iter().flat_map(|map| {
@@ -141,24 +151,30 @@ fn chart(scene: &Scene, study: &Basins, map: &BasinMap) -> HeatMap {
 fn what_is_seen(r: &Readings) -> Said {
     let one = |label: &str| {
         let number = |what: &str| r.number(label, what);
-        let cells = number("cells");
         let mut said = vec![match number("attractors") {
             1.0 => "1 attractor".to_owned(),
             count => format!("{count} attractors"),
         }];
-        let alike = number("as the reference");
-        if !alike.is_nan() {
+        let (alike, of) = (number("as the reference"), number("cells of the reference"));
+        if of > 0.0 {
+            let share = fixed(100.0 * alike / of, 1);
+            let cells = if of == 1.0 { "cell" } else { "cells" };
             said.push(format!(
-                "that of the reference in {} % of the cells",
-                fixed(100.0 * alike / cells, 1)
+                "that of the reference in {share} % of the {of} {cells} where it has one"
             ));
         }
-        if !number("α").is_nan() {
-            said.push(format!("α = {}", fixed(number("α"), 2)));
+        if number("others") > 0.0 {
+            said.push(format!("one in {} cells where the reference has none", number("others")));
+        }
+        if r.of_all("α").contains(&label) {
+            said.push(match number("α") {
+                alpha if alpha.is_nan() => "α not known".to_owned(),
+                alpha => format!("α = {}", fixed(alpha, 2)),
+            });
         }
         for (what, word) in [("unsettled", "unsettled"), ("failed", "failed")] {
             if number(what) > 0.0 {
-                said.push(format!("{} cells {word}", number(what)));
+                said.push(format!("{} of {} cells {word}", number(what), number("cells")));
             }
         }
         format!("{label}: {}", list(said))

@@ -7,7 +7,7 @@ use crate::claim::{Readings, Said};
 use crate::report::Verdict;
 use crate::scene::{EnergyPlan, Scene};
 use crate::sheet::{ReportError, Sheet, line, measured, of_errors, over_time, scientific};
-use crate::study::energy::{self, Books, Energy, EnergyRow};
+use crate::study::energy::{self, Energy, EnergyRow, EnergyRun};
 use crate::study::outcome::COMPLETED;
 
 /// The table from which the charts are made.
@@ -16,18 +16,17 @@ const DATA: &str = "energy";
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a EnergyPlan) -> Boxed<'a> {
     let (problem, methods, every) = (&scene.problem, &plan.methods[..], plan.every.max(1));
     let study = Energy { problem, methods, h: plan.step, every };
-    let made = |_: &Energy<'_>, found: Vec<Books>| sheet(scene, plan, &found);
+    let made = |_: &Energy<'_>, found: Vec<EnergyRun>| sheet(scene, plan, &found);
     section(["energy", "energy balance"], study, made)
 }
 
-fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, ReportError> {
+fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[EnergyRun]) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Energy balance");
     let problem = &scene.problem;
-    let rows: Vec<_> = found.iter().flat_map(|books| &books.rows).collect();
+    let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data(DATA, &energy::columns(&problem.model), &rows)?;
-    let record = |books: &Books| {
-        books.ending.record("energy", problem.model.name(), books.method, plan.step)
-    };
+    let record =
+        |run: &EnergyRun| run.ending.record("energy", problem.model.name(), run.method, plan.step);
     sheet.runs.extend(found.iter().map(record));
     sheet.text(format!(
         "Each run has h = {}. The table shows three separate figures: the drift of K over all \
@@ -35,29 +34,27 @@ fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, Rep
          that violate passivity.",
         plan.step
     ));
-    sheet.doubt(
-        "Energy balance",
-        found.iter().flat_map(|books| &books.rows).map(EnergyRow::measured_w),
-    );
-    let worst = |books: &Books, value: fn(&EnergyRow) -> Option<Measured>| {
-        books.rows.iter().filter_map(value).fold(Measured::default(), Measured::larger)
+    sheet
+        .doubt("Energy balance", found.iter().flat_map(|run| &run.rows).map(EnergyRow::measured_w));
+    let worst = |run: &EnergyRun, value: fn(&EnergyRow) -> Option<Measured>| {
+        run.rows.iter().filter_map(value).fold(Measured::default(), Measured::larger)
     };
-    let readings = found.iter().fold(Readings::default(), |r, books| {
-        let w = worst(books, |row| Some(row.measured_w()));
-        r.and(books.method, "drift", books.drift)
-            .and(books.method, "error of w", w.error)
-            .and(books.method, "doubt of w", w.doubt)
-            .and(books.method, "run", books.ending.outcome)
+    let readings = found.iter().fold(Readings::default(), |r, run| {
+        let w = worst(run, |row| Some(row.measured_w()));
+        r.and(run.method, "drift", run.drift)
+            .and(run.method, "error of w", w.error)
+            .and(run.method, "doubt of w", w.doubt)
+            .and(run.method, "run", run.ending.outcome)
     });
     sheet.find("Energy balance", readings, k_and_w);
-    let cells = |books: &Books| {
+    let cells = |run: &EnergyRun| {
         vec![
-            books.method.into(),
-            books.ending.describe(),
-            scientific(Some(books.drift)),
-            measured(Some(worst(books, |row| Some(row.measured_w())))),
-            measured(Some(worst(books, EnergyRow::measured_ratio))),
-            books.violations.map_or("not counted".into(), |count| count.to_string()),
+            run.method.into(),
+            run.ending.describe(),
+            scientific(Some(run.drift)),
+            measured(Some(worst(run, |row| Some(row.measured_w())))),
+            measured(Some(worst(run, EnergyRow::measured_ratio))),
+            run.violations.map_or("not counted".into(), |count| count.to_string()),
         ]
     };
     sheet.table(
@@ -65,12 +62,12 @@ fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, Rep
         found.iter().map(cells).collect(),
     );
     let curves = |value: &dyn Fn(&EnergyRow) -> f64| -> Vec<Curve> {
-        let of = |books: &Books| books.rows.iter().map(|row| (row.t, value(row))).collect();
-        found.iter().map(|books| line(books.method, of(books))).collect()
+        let of = |run: &EnergyRun| run.rows.iter().map(|row| (row.t, value(row))).collect();
+        found.iter().map(|run| line(run.method, of(run))).collect()
     };
-    let w_errors = found.iter().map(|books| {
-        let errors = books.rows.iter().map(|row| (row.t, row.measured_w()));
-        of_errors(books.method, Style::Line, errors)
+    let w_errors = found.iter().map(|run| {
+        let errors = run.rows.iter().map(|row| (row.t, row.measured_w()));
+        of_errors(run.method, Style::Line, errors)
     });
     let w_errors = w_errors.collect();
     let energy = |quantity: &str| scene.units.energy(quantity);
@@ -80,17 +77,17 @@ fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, Rep
     };
     let charts = [
         (
-            "books-energy",
+            "balance-energy",
             "H over time.",
             over_time("Energy", Axis::linear(energy("H")), curves(&|row| row.energy)),
         ),
         (
-            "books-reservoir",
+            "balance-reservoir",
             "The sum of all reservoirs.",
             over_time("Reservoir", Axis::linear(energy("Σ w")), curves(&|row| row.w.iter().sum())),
         ),
         (
-            "books-deviation-of-k",
+            "balance-deviation-of-k",
             "Deviation of K. Exact zeros cannot be shown on a logarithmic axis.",
             over_time(
                 "Deviation of K",
@@ -99,7 +96,7 @@ fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, Rep
             ),
         ),
         (
-            "books-error-of-w",
+            "balance-error-of-w",
             "Error of w against the reference, the largest over the degrees of freedom.",
             over_time("Error of w", Axis::log(energy("|w − w(t)|")), w_errors),
         ),
@@ -124,9 +121,9 @@ fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[Books]) -> Result<Sheet, Rep
         let title = format!("Balance of {}", first.method);
         let balance = over_time(&title, Axis::linear(energy("energy")), parts);
         let caption = "The energy that the drive, or H itself in time, has supplied.";
-        let left = sheet.figure("books-supplied", supplied.draw(), caption, DATA);
+        let left = sheet.figure("balance-supplied", supplied.draw(), caption, DATA);
         let caption = "Energy stored, dissipated and supplied, and the sum that stays constant.";
-        let right = sheet.figure("books-balance", balance.draw(), caption, DATA);
+        let right = sheet.figure("balance-of-energy", balance.draw(), caption, DATA);
         sheet.show_pair(left, right);
     }
     sheet.show_pair(c, d);

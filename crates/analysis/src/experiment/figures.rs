@@ -67,14 +67,14 @@ fn defaults(model: &Model, run: &RunPlan) -> Vec<FigurePlan> {
         plans.push(plan("phase-plane", "Phase plane of degree 1", &one, portrait));
         plans.push(plan("reservoirs", "Reservoirs", &one, curves(time, first(Variable::W))));
     }
-    let mut books = vec![Observable::Energy, Observable::Reservoirs, Observable::Total];
+    let mut balance = vec![Observable::Energy, Observable::Reservoirs, Observable::Total];
     if model.has_clock() {
-        books.insert(2, Observable::Pumped);
+        balance.insert(2, Observable::Pumped);
     }
     if is_driven {
-        books.insert(2, Observable::Supplied);
+        balance.insert(2, Observable::Supplied);
     }
-    plans.push(plan("energy", "Energy", &all, curves(time, books)));
+    plans.push(plan("energy", "Energy", &all, curves(time, balance)));
     let drift = Shown::Curves { x: time, y: vec![Observable::Drift], log: true };
     plans.push(plan("deviation-of-k", "Deviation of K", &all, drift));
     plans

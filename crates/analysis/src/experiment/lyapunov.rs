@@ -41,7 +41,9 @@ fn sheet(
          over t = {} after {} that are not measured. Each has the standard error that its {} \
          intervals show. The sum of the exponents is that at which volumes grow, and the \
          divergence of the equations is its value as h → 0. A largest exponent above 0 by \
-         {DIFFERENT} standard errors counts as chaos.{}",
+         {DIFFERENT} standard errors counts as chaos if the motion stays bounded, and as unstable \
+         if it grows from the first to the second half of this time like small displacements, or \
+         rests.{}",
         study.time,
         study.transient,
         study.rows,
@@ -56,6 +58,7 @@ fn sheet(
         readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
+        readings.add(&label, "growth of the motion", done.and(spectrum.growth));
     }
     let table = found.iter().map(|spectrum| {
         let last = spectrum.rows.last();
@@ -115,8 +118,12 @@ fn what_is_seen(r: &Readings) -> Said {
             return format!("{label}: {run}");
         }
         let (largest, error) = (r.number(label, "largest"), r.number(label, "standard error"));
+        let growth = r.number(label, "growth of the motion");
         let kind = match largest / error {
-            share if share > DIFFERENT => "chaos",
+            // A motion that grows like its displacements, or that rests, is no chaos.
+            share if share > DIFFERENT && growth <= 0.5 * largest => "chaos",
+            share if share > DIFFERENT && growth.is_nan() => "unstable, at rest",
+            share if share > DIFFERENT => "unstable, the motion grows",
             share if share < -DIFFERENT => "no chaos",
             share if share.is_nan() => "undecided",
             _ => "0 within the error",

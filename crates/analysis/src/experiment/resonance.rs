@@ -75,7 +75,7 @@ fn sheet(
         let off = |row: &ResonanceRow| {
             Some((row.supplied? - row.dissipated?).abs() / row.supplied?.abs())
         };
-        let unbalanced = rows().filter_map(off).fold(0.0, f64::max);
+        let unbalanced = rows().filter_map(off).reduce(f64::max);
         let failed = curve.rows.iter().filter(|row| failed(row)).count();
         let unsteady = curve.rows.len() - failed - rows().count();
         readings.add(&curve.label, "peak", peak.map(|peak| peak.0));
@@ -92,7 +92,7 @@ fn sheet(
                 }
                 Some((own.amplitude[0]? - exact.amplitude[0]?).abs() / exact.amplitude[0]?)
             };
-            let worst = pairs.filter_map(off).fold(0.0, f64::max);
+            let worst = pairs.filter_map(off).reduce(f64::max);
             readings.add(&curve.label, "off", worst);
         }
     }
@@ -133,17 +133,20 @@ fn what_is_seen(r: &Readings) -> Said {
             off if off.is_nan() => String::new(),
             off => format!(", off by up to {} % of the reference", fixed(100.0 * off, 1)),
         };
-        let failed = number("failed runs");
-        let mut end = match number("unsteady") {
+        let fails = match number("failed runs") {
+            failed if failed > 0.0 => format!("; {failed} runs fail"),
+            _ => String::new(),
+        };
+        if number("peak").is_nan() {
+            return format!("{label}: none of {} motions is steady{fails}", number("values"));
+        }
+        let unsteady = match number("unsteady") {
             0.0 => String::new(),
             count => format!("; {count} of {} motions are not steady", number("values")),
         };
-        if failed > 0.0 {
-            end += &format!("; {failed} runs fail");
-        }
         format!(
             "{label}: largest steady amplitude {} at {}{off}; supplied and dissipated energy \
-             differ by {} of it at most{end}",
+             differ by {} of it at most{unsteady}{fails}",
             fixed(number("peak"), 4),
             fixed(number("at"), 4),
             sci(number("balance")),

@@ -230,7 +230,7 @@ fn sheet(
                 cells.push(format!("{:.6}", row.s.iter().sum::<f64>()));
             }
             cells.extend(row.pumped.iter().map(|pumped| format!("{pumped:.6}")));
-            cells.push(scientific(Some(tally.drift)));
+            cells.push(scientific((row.step > 0).then_some(tally.drift)));
         }
         cells
     };
@@ -255,7 +255,11 @@ fn sheet(
 fn say(sheet: &mut Sheet, found: &[Run], only_falls: bool) {
     let readings = found.iter().fold(Readings::default(), |r, Run { shown, tally }| {
         let Trajectory { method, ending, .. } = shown;
-        let r = r.and(method, "run", ending.outcome).and(method, "drift", tally.drift);
+        let mut r = r.and(method, "run", ending.outcome);
+        // Without a step there is no deviation.
+        if tally.last.as_ref().is_some_and(|last| last.step > 0) {
+            r = r.and(method, "drift", tally.drift);
+        }
         match tally.rise().filter(|_| only_falls) {
             Some(rise) => r.and(method, "rise", rise),
             None => r,
@@ -268,12 +272,15 @@ fn where_they_went(r: &Readings) -> Said {
     let all = r.of_all("run");
     let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
     let off = r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {drift:.0e}"));
-    let mut statement = format!(
-        "{done} of {} runs reached the end. K is off by {}; that says nothing of the error of (q, \
-         p) and of w, which `afterbay study` measures.",
-        all.len(),
-        off.collect::<Vec<_>>().join(", "),
-    );
+    let off: Vec<String> = off.collect();
+    let mut statement = format!("{done} of {} runs reached the end.", all.len());
+    if !off.is_empty() {
+        statement += &format!(
+            " K is off by {}; that says nothing of the error of (q, p) and of w, which `afterbay \
+             study` measures.",
+            off.join(", ")
+        );
+    }
     let rises = r.numbers("rise").into_iter().map(|(name, rise)| format!("{name} {rise:.0e}"));
     let rises: Vec<String> = rises.collect();
     if !rises.is_empty() {

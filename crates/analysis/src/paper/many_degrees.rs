@@ -1,6 +1,6 @@
 //! Beyond the paper: N degrees of freedom, on a chain, a ring and a double pendulum.
 
-mod books;
+mod energy_balance;
 mod long_run;
 mod orders;
 mod size;
@@ -9,7 +9,7 @@ mod work;
 use super::{Extent, Paper, Part};
 use crate::Model;
 use crate::sheet::{ReportError, Sheet};
-use crate::study::{LARGEST_BY_SERIES, Problem};
+use crate::study::{MOST_DEGREES_IN_QUAD, Problem};
 use afterbay_systems::{DAMPED_DOUBLE_PENDULUM, FPUT_CHAIN, VAN_DER_POL_RING};
 use std::f64::consts::PI;
 
@@ -18,8 +18,8 @@ pub(super) const PART: Part = Part {
     methods: &[
         &orders::SEPARABLE,
         &orders::ANY,
-        &books::KEPT,
-        &books::OF_ONE_DEGREE,
+        &energy_balance::KEPT,
+        &energy_balance::OF_ONE_DEGREE,
         &size::COMPARED,
         &size::TIMED,
     ],
@@ -33,12 +33,12 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
          from rest as a sine with the strain 1 at its ends; a ring of five Van der Pol oscillators \
          (μ = 1, κ = 0.5), which is active; and a double pendulum with friction (m = l = g = 1, c \
          = 0.1), whose H is not separable. Errors are the largest over the degrees of freedom. The \
-         reference is a Taylor series, in 106 bits up to {LARGEST_BY_SERIES} degrees of freedom \
+         reference is a Taylor series, in 106 bits up to {MOST_DEGREES_IN_QUAD} degrees of freedom \
          and in 53 beyond, or a run whose step was halved until two runs agree, where a series \
          takes too many strides. Its doubt stands in each table.",
     ));
     orders::add(paper, &mut sheet)?;
-    books::add(paper, &mut sheet)?;
+    energy_balance::add(paper, &mut sheet)?;
     long_run::add(paper, &mut sheet)?;
     work::add(paper, &mut sheet)?;
     size::add(paper, &mut sheet)?;

@@ -164,13 +164,13 @@ fn drifts(
     paper: &Paper<'_>,
     all: &[&'static Row],
 ) -> Result<Vec<(&'static str, f64)>, ReportError> {
-    let books = energy::run(&oscillator(), all, FIGURE_STEP, u64::MAX, paper.progress)?;
-    let drift = |books: &energy::Books| {
-        let done = books.ending.is_completed().then_some(books.drift);
-        let start = books.rows.first().map_or(f64::NAN, |row| row.energy);
-        (books.method, done.unwrap_or(f64::NAN) / start)
+    let runs = energy::run(&oscillator(), all, FIGURE_STEP, u64::MAX, paper.progress)?;
+    let drift = |run: &energy::EnergyRun| {
+        let done = run.ending.is_completed().then_some(run.drift);
+        let start = run.rows.first().map_or(f64::NAN, |row| row.energy);
+        (run.method, done.unwrap_or(f64::NAN) / start)
     };
-    Ok(books.iter().map(drift).collect())
+    Ok(runs.iter().map(drift).collect())
 }
 
 fn find<'a>(

@@ -96,33 +96,33 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             of.find(|row| row.statistic == Statistic::Median.name()).and_then(|row| row.order)
         };
 
-        let books = energy::run(&problem, &rows_of, FIGURE_STEP, 1, progress)?;
-        let all: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
+        let runs = energy::run(&problem, &rows_of, FIGURE_STEP, 1, progress)?;
+        let all: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
         sheet.wide_data(&format!("{name}/energy"), &energy::columns(&problem.model), &all)?;
 
-        let drift = |books: &energy::Books| {
-            let done = books.ending.is_completed().then_some(books.drift);
-            Some(done? / books.rows.first()?.energy.abs())
+        let drift = |run: &energy::EnergyRun| {
+            let done = run.ending.is_completed().then_some(run.drift);
+            Some(done? / run.rows.first()?.energy.abs())
         };
-        let of = |name: &str| books.iter().find(|books| books.method == name);
+        let of = |name: &str| runs.iter().find(|run| run.method == name);
         let mut readings = VARIABLES.iter().fold(Readings::default(), |r, variable| {
             r.and(variable, "median", median("moddg", variable))
         });
         for method in ["moddg", "leapfrog", "rk4"] {
             readings.add(method, "drift", of(method).and_then(drift));
         }
-        let fell = of("moddg")
-            .map(|books| books.rows.windows(2).filter(|pair| pair[1].w < pair[0].w).count());
-        readings.add("w", "steps", of("moddg").map(|books| books.rows.len() as f64 - 1.0));
+        let fell =
+            of("moddg").map(|run| run.rows.windows(2).filter(|pair| pair[1].w < pair[0].w).count());
+        readings.add("w", "steps", of("moddg").map(|run| run.rows.len() as f64 - 1.0));
         readings.add("w", "falls", fell.map(|count| count as f64));
         sheet.find(&format!("modDG on {name}"), readings, second_order_with_k);
-        let table = rows_of.iter().zip(&books).map(|(row, books)| {
+        let table = rows_of.iter().zip(&runs).map(|(row, run)| {
             let mut cells = vec![row.name.to_string()];
             cells.extend(VARIABLES.map(|variable| decimal(median(row.name, variable))));
-            let w_error = books.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
-            cells.extend([scientific(Some(books.drift)), scientific(Some(w_error))]);
-            cells.push(books.violations.map_or("not counted".into(), |count| count.to_string()));
-            cells.push(books.ending.describe());
+            let w_error = run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
+            cells.extend([scientific(Some(run.drift)), scientific(Some(w_error))]);
+            cells.push(run.violations.map_or("not counted".into(), |count| count.to_string()));
+            cells.push(run.ending.describe());
             cells
         });
         let header = [
@@ -146,14 +146,12 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             ],
         );
         let curves = ["moddg", "rk4", "leapfrog"].map(|method| {
-            let rows = books
-                .iter()
-                .find(|books| books.method == method)
-                .map_or(&[][..], |books| &books.rows);
+            let rows =
+                runs.iter().find(|run| run.method == method).map_or(&[][..], |run| &run.rows);
             line(method, rows.iter().map(|row| (row.t, row.drift.abs())).collect())
         });
         let reservoir = over_time(&format!("{name}: energy"), Axis::linear("energy H"), {
-            let rows = &books[0].rows;
+            let rows = &runs[0].rows;
             vec![line("H", rows.iter().map(|row| (row.t, row.energy)).collect())]
         });
         let chart =

@@ -11,7 +11,7 @@ use crate::progress::Silent;
 use crate::sheet::{ReportError, Sheet, line, marked, over_time, scientific};
 use crate::study::Problem;
 use crate::study::decay::{self, DecayRow};
-use crate::study::energy::{self, Books};
+use crate::study::energy::{self, EnergyRun};
 use afterbay_methods::registry::Row;
 use afterbay_systems::DAMPED_OSCILLATOR;
 
@@ -43,16 +43,16 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
          methods are A-stable but not L-stable. Here b = 200, h = 0.1, from (1, 1).",
     );
     let problem = problem(FRICTION[0]);
-    let books = energy::run(&problem, &paper.methods(&SHOWN)?, STEP, 1, &Silent)?;
-    let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
+    let runs = energy::run(&problem, &paper.methods(&SHOWN)?, STEP, 1, &Silent)?;
+    let rows: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data("overdamped_energy", &energy::columns(&problem.model), &rows)?;
 
-    let ratio = |books: &Books, step: usize| books.rows.get(step).and_then(|row| row.ratio);
-    let exact = |books: &Books, step: usize| {
-        let row = books.rows.get(step)?;
+    let ratio = |run: &EnergyRun, step: usize| run.rows.get(step).and_then(|row| row.ratio);
+    let exact = |run: &EnergyRun, step: usize| {
+        let row = run.rows.get(step)?;
         Some(row.ratio? - row.ratio_error?)
     };
-    let moddg = &books[0];
+    let moddg = &runs[0];
     let start = moddg.rows.first().map(|row| row.energy);
     let readings = Readings::default()
         .and("moddg", "R", ratio(moddg, 2))
@@ -64,17 +64,17 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let four = |ratio: Option<f64>| ratio.map_or(String::new(), |ratio| format!("{ratio:.4}"));
     let table = (1..=8).map(|step| {
         let mut cells = vec![step.to_string(), four(exact(moddg, step))];
-        cells.extend(books.iter().map(|books| four(ratio(books, step))));
+        cells.extend(runs.iter().map(|run| four(ratio(run, step))));
         cells
     });
     sheet.table(&["step", "R exact", "R moddg", "R leapfrog", "R rk4"], table.collect());
-    for books in &books {
-        if let Some(failure) = &books.ending.failure {
-            sheet.text(format!("{}: {failure}.", books.method));
+    for run in &runs {
+        if let Some(failure) = &run.ending.failure {
+            sheet.text(format!("{}: {failure}.", run.method));
         }
     }
     every_method(paper, &mut sheet)?;
-    energies(paper, &mut sheet, &problem, &books)?;
+    energies(paper, &mut sheet, &problem, &runs)?;
     Ok(sheet)
 }
 
@@ -83,10 +83,10 @@ fn energies(
     paper: &Paper<'_>,
     sheet: &mut Sheet,
     problem: &Problem,
-    books: &[Books],
+    runs: &[EnergyRun],
 ) -> Result<(), ReportError> {
     let energies =
-        |books: &Books| books.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
+        |run: &EnergyRun| run.rows.iter().map(|row| (row.t, row.energy)).collect::<Vec<_>>();
     let solution =
         problem.solution(STEP / 10.0, (10.0 * problem.end / STEP).round() as usize, &Silent)?;
     let system = problem.model.system::<f64>()?;
@@ -96,31 +96,31 @@ fn energies(
     let fine = energy::run(problem, &paper.methods(&["moddg"])?, FINE.0, FINE.1, &Silent)?;
     let l_stable = energy::run(problem, &paper.methods(&[L_STABLE])?, STEP, 1, &Silent)?;
     let charted = [
-        (format!("moddg, h = {STEP}"), &books[0]),
-        (format!("leapfrog, h = {STEP}"), &books[1]),
+        (format!("moddg, h = {STEP}"), &runs[0]),
+        (format!("leapfrog, h = {STEP}"), &runs[1]),
         (format!("moddg, h = {}", FINE.0), &fine[0]),
         (format!("{L_STABLE}, h = {STEP}"), &l_stable[0]),
     ];
     let mut readings = Readings::default();
-    for (label, books) in charted
+    for (label, run) in charted
         .iter()
-        .map(|(label, books)| (label.as_str(), *books))
-        .chain([("rk4, h = 0.1", &books[2])])
+        .map(|(label, run)| (label.as_str(), *run))
+        .chain([("rk4, h = 0.1", &runs[2])])
     {
         // Every state shown is at a whole multiple of the step, ten states of the solution further
         // on.
-        let off = books
+        let off = run
             .rows
             .iter()
             .zip(exact.iter().step_by(10))
             .map(|(row, exact)| (row.energy - exact.1).abs());
         let off = off.reduce(|a, b| if a >= b || a.is_nan() { a } else { b });
-        let whole = books.ending.is_completed();
+        let whole = run.ending.is_completed();
         readings.add(label, "off H₀ by", off.filter(|_| whole).map(|off| off / exact[0].1));
     }
     sheet.find("energies beside the exact one", readings, claims::energies);
     let mut curves = vec![line("exact", exact)];
-    curves.extend(charted.iter().map(|(label, books)| marked(label, energies(books))));
+    curves.extend(charted.iter().map(|(label, run)| marked(label, energies(run))));
     let chart = over_time("Energy of the overdamped oscillator", Axis::linear("energy H"), curves);
     sheet.show(
         "overdamped",
@@ -136,8 +136,8 @@ fn every_method(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), ReportError>
     let all: Vec<&'static Row> = paper.registry.iter().collect();
     let run = |b: f64| -> Result<Vec<DecayRow>, ReportError> {
         let problem = problem(b);
-        let books = energy::run(&problem, &all, STEP, 1, &Silent)?;
-        Ok(decay::rows(&problem, b, STEP, &books, &Silent)?)
+        let runs = energy::run(&problem, &all, STEP, 1, &Silent)?;
+        Ok(decay::rows(&problem, b, STEP, &runs, &Silent)?)
     };
     let [found, stiffer] = [run(FRICTION[0])?, run(FRICTION[1])?];
     let rows: Vec<&DecayRow> = found.iter().chain(&stiffer).collect();

@@ -5,7 +5,7 @@ use super::document::{Spacing, Variable};
 use crate::observable::Observable;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Bifurcation;
-use crate::study::events::EventPlan;
+use crate::study::events::{Action, EventPlan};
 use crate::study::limit_cycle::LimitCycle;
 use crate::study::local_order::LocalOrder;
 use crate::study::lyapunov::Lyapunov;
@@ -34,6 +34,12 @@ impl RunPlan {
     /// The names of all methods, those that take a step first.
     pub fn names(&self) -> Vec<&'static str> {
         self.methods.iter().chain(&self.adaptive).map(|row| row.name).collect()
+    }
+
+    /// The names of the events with this kind of action.
+    pub fn events_that(&self, is_one: impl Fn(Action) -> bool) -> Vec<&str> {
+        let those = self.events.iter().filter(|event| is_one(event.action));
+        those.map(|event| event.name.as_str()).collect()
     }
 }
 

@@ -276,6 +276,12 @@ pub enum SceneProblem {
         /// The period.
         period: f64,
     },
+    /// An event that changes the state, where the motion is followed without events.
+    #[error("the event {event} changes the state: neither a study nor `pick` follows it")]
+    Changes {
+        /// Its name.
+        event: String,
+    },
     /// Rules for all degrees of freedom, without their number.
     #[error("the number of degrees of freedom is not given")]
     NoCount,

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The largest distance of points that count as one, relative to the extent of all points.
+/// The largest distance of points that count as one, relative to [`Attractor::size`].
 const SAME: f64 = 1e-4;
-/// The largest distance of two attractors that count as one, relative to their extent. A coarse
+/// The largest distance of two attractors that count as one, relative to their size. A coarse
 /// choice: methods at finite steps shift an attractor without changing its kind.
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
@@ -28,7 +28,7 @@ pub struct Attractor {
     points: Vec<Vec<f64>>,
     /// The kind.
     pub kind: Kind,
-    /// The largest range of a coordinate or momentum, at least the largest magnitude.
+    /// The largest |q_j| or |p_j| of the points.
     pub size: f64,
 }
 
@@ -46,11 +46,21 @@ impl Attractor {
         Some(Self { points, kind, size })
     }
 
+    /// q and p of its points.
+    pub(crate) fn points(&self) -> &[Vec<f64>] {
+        &self.points
+    }
+
     /// The largest distance of a point of one attractor from the nearest point of the other,
     /// relative to the size of this one.
     pub fn distance(&self, other: &Self) -> f64 {
+        self.apart(other) / self.size.max(f64::MIN_POSITIVE)
+    }
+
+    /// The largest distance of a point of one attractor from the nearest point of the other.
+    pub(crate) fn apart(&self, other: &Self) -> f64 {
         let [a, b] = [self, other].map(Self::compared);
-        beyond(&a, &b).max(beyond(&b, &a)) / self.size.max(f64::MIN_POSITIVE)
+        beyond(&a, &b).max(beyond(&b, &a))
     }
 
     /// Whether both are of one kind and lie in one place.

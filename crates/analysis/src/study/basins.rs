@@ -8,7 +8,7 @@
 mod known;
 
 use super::dynamics::Dynamics;
-use super::ensemble::{Ensemble, Member, Watch};
+use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
 use super::section::{Section, point};
 use super::stability::MapError;
@@ -21,7 +21,7 @@ use crate::words::by_name;
 use afterbay_core::{InputError, StateRef};
 use afterbay_methods::registry::Row;
 pub use known::Known;
-use known::{Found, Nearby};
+use known::{Found, Nearby, same};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -32,6 +32,9 @@ const MOST_ATTRACTORS: usize = 24;
 const NEW_AT_ONCE: usize = 8;
 /// The runs that look for attractors before all others, in each direction of the grid.
 const SAMPLES: usize = 6;
+/// The runs that are followed at once where those before have shown nothing new. It bounds the
+/// states that are stored.
+const TOGETHER: usize = 4 * GROUP;
 
 /// The basins of a problem.
 #[derive(Clone, Debug)]
@@ -42,7 +45,9 @@ pub struct Basins {
     pub section: Section,
     /// The two axes of the grid.
     pub axes: [Axis; 2],
-    /// The most returns to the section of a run.
+    /// The returns to the section within which a run is compared with the attractors beside others.
+    /// One that has reached none of them is followed until it shows a new one, for at most 4000
+    /// returns more.
     pub longest: u64,
 }
 
@@ -129,7 +134,7 @@ impl Basins {
         let mut cells: Vec<Option<Cell>> = vec![None; size];
         let ensemble = Ensemble { row, parameter: "", section: &self.section, h: h_near, progress };
         for i in self.samples() {
-            self.discover(&ensemble, i, &mut map.attractors, &mut cells)?;
+            self.discover(&ensemble, &[i], &mut map.attractors, &mut cells)?;
         }
         loop {
             let open: Vec<usize> = (0..size).filter(|&i| cells[i].is_none()).collect();
@@ -155,46 +160,54 @@ impl Basins {
             }
             // The runs that reach none of the attractors show new ones.
             let left: Vec<usize> = open.into_iter().filter(|&i| cells[i].is_none()).collect();
-            let stride = left.len().div_ceil(NEW_AT_ONCE).max(1);
+            let (stride, before) = (left.len().div_ceil(NEW_AT_ONCE).max(1), map.attractors.len());
             for &i in left.iter().step_by(stride) {
-                self.discover(&ensemble, i, &mut map.attractors, &mut cells)?;
+                self.discover(&ensemble, &[i], &mut map.attractors, &mut cells)?;
+            }
+            if map.attractors.len() > before {
+                continue;
+            }
+            // Another comparison would be that of before. Each run decides for itself.
+            for group in left.chunks(TOGETHER) {
+                if map.attractors.len() < MOST_ATTRACTORS {
+                    self.discover(&ensemble, group, &mut map.attractors, &mut cells)?;
+                }
             }
         }
         map.cells = cells.into_iter().flatten().collect();
         Ok(map)
     }
 
-    /// Follows one run until it shows an attractor, and adds that to the others if it is new.
+    /// Follows the runs of open cells until each reaches an attractor or shows one, and adds that
+    /// to the others if it is new.
     fn discover(
         &self,
         ensemble: &Ensemble<'_>,
-        i: usize,
+        group: &[usize],
         attractors: &mut Vec<Known>,
         cells: &mut [Option<Cell>],
     ) -> Result<(), InputError> {
-        if cells[i].is_some() {
-            return Ok(());
-        }
-        let nearby = Nearby::new(self, attractors, self.longest);
-        let watch = Found::new(nearby);
-        let Some((watch, mut ending)) = ensemble.follow(vec![(self.member(i)?, watch)])?.pop()
-        else {
-            return Ok(());
+        let open: Vec<usize> = group.iter().copied().filter(|&i| cells[i].is_none()).collect();
+        let watch = |&i: &usize| {
+            Ok((self.member(i)?, Found::new(Nearby::new(self, attractors, self.longest))))
         };
-        let (reached, periods, found) = watch.ended();
-        let room = attractors.len() < MOST_ATTRACTORS;
-        let attractor = match (reached, found) {
-            (Some(reached), _) => Some(reached),
-            (None, Some(found)) if ending.is_completed() && room => {
-                attractors.push(found);
-                Some(attractors.len() - 1)
+        let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
+        let ended = ensemble.follow(members)?.into_iter();
+        let ended: Vec<_> = ended.map(|(watch, ending)| (watch.ended(), ending)).collect();
+        for (&i, ((reached, periods, found), mut ending)) in open.iter().zip(ended) {
+            let found = found.filter(|_| ending.is_completed());
+            let new = |found: Known| {
+                same(self, attractors, &found).or_else(|| {
+                    let room = attractors.len() < MOST_ATTRACTORS;
+                    room.then(|| attractors.push(found)).map(|()| attractors.len() - 1)
+                })
+            };
+            let attractor = reached.or_else(|| found.and_then(new));
+            if attractor.is_none() && ending.is_completed() {
+                ending.outcome = UNSETTLED;
             }
-            _ => None,
-        };
-        if attractor.is_none() && ending.is_completed() {
-            ending.outcome = UNSETTLED;
+            cells[i] = Some(Cell { attractor, periods, ending });
         }
-        cells[i] = Some(Cell { attractor, periods, ending });
         Ok(())
     }
 
@@ -319,24 +332,35 @@ impl BasinMap {
 
     /// The uncertainty exponent α of the boundary (Grebogi and others 1983): the share of cells
     /// with a cell of another attractor beside them at a distance ε grows like ε^α, and the
-    /// dimension of the boundary is 2 - α. None if there is no boundary.
+    /// dimension of the boundary is 2 - α. A run that fails counts as one that leaves for an
+    /// attractor of its own; cells that are unsettled, and those beside them, are left out. None
+    /// if the shares do not grow, as with too few cells.
     pub fn uncertainty(&self, width: usize) -> Option<f64> {
-        let at = |i: usize| self.cells[i].attractor;
-        let share = |apart: usize| {
-            let differs = |&i: &usize| at(i) != at(i - apart) || at(i) != at(i + apart);
-            let inner = |i: &usize| (apart..width - apart).contains(&(i % width));
-            let all = (0..self.cells.len()).filter(inner);
-            let count = all.clone().count();
-            all.filter(differs).count() as f64 / count.max(1) as f64
-        };
         let points: Vec<(f64, f64)> = [1, 2, 4, 8]
             .into_iter()
             .filter(|&apart| 4 * apart < width)
-            .map(|apart| (apart as f64, share(apart)))
+            .map(|apart| (apart as f64, self.uncertain(width, apart)))
             .filter(|point| point.1 > 0.0)
             .map(|(apart, share)| (apart.ln(), share.ln()))
             .collect();
-        fit(&points).map(|fit| fit.slope)
+        fit(&points).map(|fit| fit.slope).filter(|&slope| slope > 0.0)
+    }
+
+    /// Whether there is a boundary: cells of two attractors side by side.
+    pub fn has_boundary(&self, width: usize) -> bool {
+        self.uncertain(width, 1) > 0.0
+    }
+
+    /// The share of cells with a cell of another attractor so many cells beside them.
+    fn uncertain(&self, width: usize, apart: usize) -> f64 {
+        let settled = |i: usize| self.cells[i].ending.outcome != UNSETTLED;
+        let beside = |i: usize| [i - apart, i + apart];
+        let inner = |i: &usize| (apart..width.saturating_sub(apart)).contains(&(i % width));
+        let known = |i: &usize| settled(*i) && beside(*i).into_iter().all(settled);
+        let at = |i: usize| self.cells[i].attractor;
+        let differs = |&i: &usize| beside(i).into_iter().any(|other| at(other) != at(i));
+        let all: Vec<usize> = (0..self.cells.len()).filter(inner).filter(known).collect();
+        all.iter().copied().filter(differs).count() as f64 / all.len().max(1) as f64
     }
 }
 

@@ -1,7 +1,7 @@
 //! Decay faster than the step: the ratio R = H₂/H₁ of the energies after and before the second
 //! step, beside the exact ratio, and whether the drift of K reveals an error.
 
-use super::energy::Books;
+use super::energy::EnergyRun;
 use crate::progress::Progress;
 use afterbay_core::IntegrateError;
 use serde::{Serialize, Serializer};
@@ -31,17 +31,17 @@ pub(crate) const KEPT: f64 = 1e-12;
 impl Decay {
     /// Judges a run of at least two steps with every step recorded. `exact` is the exact ratio R of
     /// the second step.
-    pub fn judge(books: &Books, exact: f64) -> Self {
-        let start = books.rows.first().map_or(0.0, |row| row.energy);
+    pub fn judge(run: &EnergyRun, exact: f64) -> Self {
+        let start = run.rows.first().map_or(0.0, |row| row.energy);
         let grown = |energy: f64| energy.is_nan() || energy > start * (1.0 + KEPT);
-        if books.rows.iter().any(|row| grown(row.energy)) {
+        if run.rows.iter().any(|row| grown(row.energy)) {
             return Self::Diverged;
         }
-        if !books.ending.is_completed() {
-            return Self::Failed(books.ending.outcome);
+        if !run.ending.is_completed() {
+            return Self::Failed(run.ending.outcome);
         }
-        let kept = books.drift <= KEPT * start;
-        let right = second_ratio(books)
+        let kept = run.drift <= KEPT * start;
+        let right = second_ratio(run)
             .is_some_and(|found| (found - exact).abs() <= TOLERANCE * (1.0 - exact));
         match (right, kept) {
             (true, true) => Self::Right,
@@ -92,7 +92,7 @@ pub struct DecayRow {
     pub decay: Decay,
 }
 
-/// Judges the books of every method. They must be of runs with step h and record every step.
+/// Judges the runs of every method. They must have the step h and record every step.
 ///
 /// # Errors
 /// Errors of the exact solution.
@@ -100,25 +100,25 @@ pub fn rows(
     problem: &super::Problem,
     b: f64,
     h: f64,
-    books: &[Books],
+    runs: &[EnergyRun],
     progress: &dyn Progress,
 ) -> Result<Vec<DecayRow>, IntegrateError> {
     let system = problem.model.system::<f64>()?;
     let solution = problem.solution(h, 2, progress)?;
     let exact = solution.at(2).energy(&*system) / solution.at(1).energy(&*system);
-    let row = |books: &Books| DecayRow {
-        method: books.method,
+    let row = |run: &EnergyRun| DecayRow {
+        method: run.method,
         b,
         h,
-        ratio: second_ratio(books),
+        ratio: second_ratio(run),
         exact,
-        k_drift: Some(books.drift).filter(|drift| drift.is_finite() && books.rows.len() > 1),
-        decay: Decay::judge(books, exact),
+        k_drift: Some(run.drift).filter(|drift| drift.is_finite() && run.rows.len() > 1),
+        decay: Decay::judge(run, exact),
     };
-    Ok(books.iter().map(row).collect())
+    Ok(runs.iter().map(row).collect())
 }
 
 /// R of the second step.
-fn second_ratio(books: &Books) -> Option<f64> {
-    books.rows.get(2)?.ratio
+fn second_ratio(run: &EnergyRun) -> Option<f64> {
+    run.rows.get(2)?.ratio
 }

@@ -72,7 +72,7 @@ pub fn columns(model: &Model) -> Vec<String> {
 
 /// The energy balance of one run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Books {
+pub struct EnergyRun {
     /// Name of the method.
     #[serde(deserialize_with = "word")]
     pub method: Word,
@@ -80,23 +80,23 @@ pub struct Books {
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
     pub drift: f64,
-    /// Steps that violate passivity; none where the system is active.
+    /// Steps that violate passivity; none where the system is not known to be passive.
     pub violations: Option<u64>,
     /// The outcome of the run.
     pub ending: Ending,
 }
 
-/// Computes the books of each method with steps of size h, and records every `every`-th state.
+/// Computes the energy balance of each method with steps of size h, and records every `every`-th state.
 ///
 /// # Errors
-/// Invalid input. The books of a run that fails contain its failure.
+/// Invalid input. A run that fails contains its failure.
 pub fn run(
     problem: &Problem,
     methods: &[&'static Row],
     h: f64,
     every: u64,
     progress: &dyn Progress,
-) -> Result<Vec<Books>, IntegrateError> {
+) -> Result<Vec<EnergyRun>, IntegrateError> {
     compute_all(&Energy { problem, methods, h, every: every.max(1) }, progress)
 }
 
@@ -114,7 +114,7 @@ pub struct Energy<'a> {
 
 impl Study for Energy<'_> {
     type Shared = Solution<f64>;
-    type Part = Books;
+    type Part = EnergyRun;
     type Error = IntegrateError;
 
     fn cells(&self) -> Vec<Cell> {
@@ -136,11 +136,11 @@ impl Study for Energy<'_> {
         solution: &Self::Shared,
         index: usize,
         progress: &dyn Progress,
-    ) -> Result<Books, IntegrateError> {
+    ) -> Result<EnergyRun, IntegrateError> {
         let Self { problem, methods, h, every } = *self;
-        let books = follow(problem, methods[index], h, every, solution, progress);
+        let run = follow(problem, methods[index], h, every, solution, progress);
         progress.advance();
-        books
+        run
     }
 }
 
@@ -151,7 +151,7 @@ fn follow(
     every: u64,
     solution: &Solution<f64>,
     progress: &dyn Progress,
-) -> Result<Books, IntegrateError> {
+) -> Result<EnergyRun, IntegrateError> {
     let system = problem.model.system::<f64>()?;
     let method = problem.model.bind(row)?;
     let mut state = problem.start()?;
@@ -206,7 +206,7 @@ fn follow(
     });
     let violations = passivity.violations();
     let ending = Ending::of(&result, grid.steps, done);
-    Ok(Books { method: row.name, rows, drift, violations, ending })
+    Ok(EnergyRun { method: row.name, rows, drift, violations, ending })
 }
 
 /// H, without the momenta of the motors behind n degrees of freedom.

@@ -84,7 +84,7 @@ pub struct CycleRow {
     pub value: Option<f64>,
     /// The period.
     pub period: Option<f64>,
-    /// max |q_j| of each degree of freedom.
+    /// max |q_j| of each degree of freedom, without turns: [`Cycle::amplitude`].
     pub amplitude: Vec<Option<f64>>,
     /// Real and imaginary part of each multiplier, the largest first.
     pub multipliers: Vec<Option<f64>>,

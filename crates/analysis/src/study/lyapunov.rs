@@ -25,7 +25,7 @@ mod growth;
 
 use super::dynamics::Dynamics;
 use super::outcome::Ending;
-use super::section::Section;
+use super::section::{Section, far, point};
 use super::stability::MapError;
 use super::tangent::Tangent;
 use super::{Problem, numbered};
@@ -102,6 +102,11 @@ pub struct Spectrum {
     pub h: f64,
     /// One row for each time.
     pub rows: Vec<LyapunovRow>,
+    /// The mean rate ln(b/a)/(t/2) at which the motion grows, with a and b its largest distances
+    /// from where it was at first, in the first and the second half of the time t. It is λ where
+    /// the motion grows like displacements at a rate λ, and nearly 0 where it stays bounded. None
+    /// with one row, and where the motion rests.
+    pub growth: Option<f64>,
     /// The outcome of the run.
     pub ending: Ending,
 }
@@ -136,7 +141,8 @@ impl Dynamics for Lyapunov {
     }
 
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<Spectrum>) -> Spectrum {
-        let none = Spectrum { row, h, rows: Vec::new(), ending: Ending::interrupted() };
+        let ending = Ending::interrupted();
+        let none = Spectrum { row, h, rows: Vec::new(), growth: None, ending };
         pieces.into_iter().next().unwrap_or(none)
     }
 }
@@ -168,6 +174,7 @@ impl Lyapunov {
         let mut result = walk
             .take(before - turning, None, &mut piece)
             .and_then(|()| walk.take(turning, Some(&mut none.clone()), &mut piece));
+        walk.from = walk.point();
         while result.is_ok() && (intervals.len() as u64) < rows {
             let mut growth = none.clone();
             result = walk.take(between, Some(&mut growth), &mut piece);
@@ -181,7 +188,7 @@ impl Lyapunov {
             found.push(of_intervals(&[none], row.name, h));
         }
         found.iter_mut().for_each(|row| row.outcome = ending.outcome);
-        Ok(Spectrum { row, h, rows: found, ending })
+        Ok(Spectrum { row, h, rows: found, growth: of_motion(&intervals, h), ending })
     }
 
     /// The number of steps in a time.
@@ -223,6 +230,16 @@ fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovR
     }
 }
 
+/// The mean rate at which the motion grows: [`Spectrum::growth`].
+fn of_motion(intervals: &[Growth], h: f64) -> Option<f64> {
+    let half = intervals.len() / 2;
+    let reach = |part: &[Growth]| part.iter().map(|growth| growth.reach).fold(0.0, f64::max);
+    let (first, second) = (&intervals[..half], &intervals[intervals.len() - half..]);
+    let steps: u64 = intervals[half..].iter().map(|growth| growth.steps).sum();
+    let rate = (reach(second) / reach(first)).ln() / (h * steps as f64);
+    rate.is_finite().then_some(rate)
+}
+
 /// A run under way.
 struct Walk<'a> {
     run: Run<f64>,
@@ -231,8 +248,11 @@ struct Walk<'a> {
     frame: Frame,
     /// The number of degrees of freedom that are not motors.
     dof: usize,
+    periods: Vec<Option<f64>>,
     h: f64,
     state: State<Vec<f64>>,
+    /// q and p where the measurement begins.
+    from: Vec<f64>,
     /// The steps done, and all that will be.
     done: u64,
     all: u64,
@@ -250,7 +270,27 @@ impl<'a> Walk<'a> {
         let dof = model.degrees();
         let (run, tangent) = (model.bind(row)?, Tangent::new(model, row)?);
         let (divergence, frame) = (Divergence::new(model)?, Frame::new(2 * dof));
-        Ok(Self { run, tangent, divergence, frame, dof, h, state, done: 0, all, progress })
+        let (periods, from, done) = (model.periods(), Vec::new(), 0);
+        let walk = Self {
+            run,
+            tangent,
+            divergence,
+            frame,
+            dof,
+            periods,
+            h,
+            state,
+            from,
+            done,
+            all,
+            progress,
+        };
+        Ok(walk)
+    }
+
+    /// q and p of the state.
+    fn point(&self) -> Vec<f64> {
+        point(&self.periods, self.dof, self.state.state_ref()).concat()
     }
 
     /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of
@@ -270,11 +310,16 @@ impl<'a> Walk<'a> {
         }
         self.rewind();
         let Self { run, tangent, divergence, frame, state, progress, h, done, all, .. } = self;
+        let (periods, dof, from) = (&self.periods, self.dof, &self.from);
         let (grid, stride) =
             (Grid { h: *h, steps }, if growth.is_some() { 1 } else { STEPS_BETWEEN_LOOKS });
         let mut broken = Ok(());
         let result = run.run(grid, state, stride, &mut |step, state| {
             piece.reach(*done + step, *all);
+            if let Some(growth) = &mut growth {
+                let off = far(periods, from, &point(periods, dof, state).concat());
+                growth.reach = growth.reach.max(off);
+            }
             broken = match &mut growth {
                 _ if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() => {
                     Err(Stop::Run(IntegrateError::Interrupted))
@@ -306,10 +351,28 @@ impl<'a> Walk<'a> {
 mod tests {
     use super::*;
 
+    const TEN: Growth =
+        Growth { steps: 10, logs: Vec::new(), log_det: 0.0, divergence: None, reach: 0.0 };
+
+    #[test]
+    fn the_rate_of_a_motion_is_that_between_its_halves() {
+        let reaching = |reach: &[f64]| {
+            let interval = |&reach: &f64| Growth { reach, ..TEN };
+            of_motion(&reach.iter().map(interval).collect::<Vec<_>>(), 0.1)
+        };
+        // From the end of the second interval of t = 1 to that of the fifth: from 3 to 3³.
+        let rate = reaching(&[1.0, 3.0, 5.0, 9.0, 27.0]).unwrap();
+        assert!((rate - 9.0_f64.ln() / 3.0).abs() < 1e-14, "{rate}");
+        assert_eq!(reaching(&[2.0, 1.0, 1.5, 2.0]), Some(0.0));
+        for no_rate in [&[][..], &[1.0], &[0.0, 0.0], &[0.0, 1.0]] {
+            assert_eq!(reaching(no_rate), None, "{no_rate:?}");
+        }
+    }
+
     #[test]
     fn the_standard_error_is_that_of_the_mean_of_intervals() {
         let interval =
-            |log: f64| Growth { steps: 10, logs: vec![log], log_det: log, divergence: Some(-20.0) };
+            |log: f64| Growth { logs: vec![log], log_det: log, divergence: Some(-20.0), ..TEN };
         // Rates 1, 2 and 6 over t = 1 each: mean 3, s² = 7.
         let row = of_intervals(&[interval(1.0), interval(2.0), interval(6.0)], "rk4", 0.1);
         assert!((row.t - 3.0).abs() < 1e-15 && (row.sum.unwrap() - 3.0).abs() < 1e-14);

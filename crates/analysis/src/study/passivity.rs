@@ -7,7 +7,7 @@ use afterbay_core::{Accounts, InputError, Motors, Passive, StateRef, accounts};
 /// account of its own and does not count.
 #[derive(Clone, Debug)]
 pub(super) struct Passivity {
-    owed: Passive,
+    passive: Passive,
     motors: Motors,
     before: Vec<f64>,
     violations: u64,
@@ -20,7 +20,7 @@ impl Passivity {
     /// [`InputError::Parameter`] for a parameter out of range.
     pub(super) fn new(model: &Model, state: StateRef<'_, f64>) -> Result<Self, InputError> {
         let mut passivity = Self {
-            owed: model.passive()?,
+            passive: model.passive()?,
             motors: model.motors(),
             before: Vec::new(),
             violations: 0,
@@ -33,7 +33,7 @@ impl Passivity {
     pub(super) fn see(&mut self, state: StateRef<'_, f64>) {
         if self.motors.driven.is_empty() {
             let w = &state.w[..self.before.len()];
-            self.violations += u64::from(self.owed.violated(&self.before, w));
+            self.violations += u64::from(self.passive.violated(&self.before, w));
             self.before.copy_from_slice(w);
             return;
         }
@@ -48,13 +48,13 @@ impl Passivity {
             .collect();
         let shifted =
             |w: &[f64]| -> Vec<f64> { w.iter().zip(&sizes).map(|(w, size)| w + size).collect() };
-        self.violations += u64::from(self.owed.violated(&shifted(&self.before), &shifted(&w)));
+        self.violations += u64::from(self.passive.violated(&shifted(&self.before), &shifted(&w)));
         self.before = w;
     }
 
     /// The number of steps that violate passivity; none where the system is not passive.
     pub(super) fn violations(&self) -> Option<u64> {
-        (self.owed != Passive::No).then_some(self.violations)
+        (self.passive != Passive::No).then_some(self.violations)
     }
 }
 
@@ -64,9 +64,10 @@ mod tests {
 
     #[test]
     fn steps_are_counted_and_not_degrees_of_freedom() {
-        let count = |owed| {
+        let count = |passive| {
             let (before, violations) = (vec![0.0; 2], 0);
-            let mut passivity = Passivity { owed, motors: Motors::default(), before, violations };
+            let mut passivity =
+                Passivity { passive, motors: Motors::default(), before, violations };
             // Both rise; one falls and the sum rises; both fall; one falls and the sum with it.
             [[1.0, 1.0], [0.5, 2.0], [0.25, 1.0], [2.0, -2.0]]
                 .iter()
@@ -82,8 +83,8 @@ mod tests {
     fn the_work_of_a_drive_is_no_violation_and_hides_none() {
         let count = |steps: [[f64; 3]; 3]| {
             let motors = Motors { driven: vec![0], ..Motors::default() };
-            let (owed, before) = (Passive::Each, vec![0.0]);
-            let mut passivity = Passivity { owed, motors, before, violations: 0 };
+            let (passive, before) = (Passive::Each, vec![0.0]);
+            let mut passivity = Passivity { passive, motors, before, violations: 0 };
             // w_1 - s_1, and s_1 as momentum and account of the motor.
             for [w, s, q] in steps {
                 let state = StateRef { q: &[0.0, q], p: &[0.0, s], w: &[w - s, -s], t: q };

@@ -92,8 +92,8 @@ pub struct Pick {
     pub too_sensitive: Option<TooSensitive>,
     /// Whether the search was interrupted. The result then contains what was found until then.
     pub interrupted: bool,
-    /// Whether the system is passive, so that violations can be counted.
-    pub owed: bool,
+    /// Whether the system is known to be passive, so that violations can be counted.
+    pub is_passive: bool,
 }
 
 /// Measures every method that applies.
@@ -105,7 +105,7 @@ pub fn run(
     wanted: Wanted,
     progress: &dyn Progress,
 ) -> Result<Pick, IntegrateError> {
-    let owed = problem.model.passive()? != Passive::No;
+    let is_passive = problem.model.passive()? != Passive::No;
     let mut pick = Pick {
         wanted,
         qualified: Vec::new(),
@@ -116,7 +116,7 @@ pub fn run(
         doubt: Doubt::default(),
         too_sensitive: None,
         interrupted: false,
-        owed,
+        is_passive,
     };
     match fill(&mut pick, problem, progress) {
         Ok(()) | Err(IntegrateError::Interrupted) => {

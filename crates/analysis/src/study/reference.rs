@@ -15,7 +15,7 @@ use afterbay_systems::catalog::Expandable;
 
 /// The largest number of degrees of freedom for which a reference comes from Taylor series in 106
 /// bits, whose cost grows with N. Larger systems use series in `f64`.
-pub const LARGEST_BY_SERIES: usize = 16;
+pub const MOST_DEGREES_IN_QUAD: usize = 16;
 
 /// The least number of strides for which a series is tried.
 const FEWEST: usize = 64;
@@ -27,7 +27,7 @@ pub(super) fn reference(
     count: usize,
     progress: &dyn Progress,
 ) -> Result<Solution<f64>, IntegrateError> {
-    if problem.model.dof() <= LARGEST_BY_SERIES {
+    if problem.model.dof() <= MOST_DEGREES_IN_QUAD {
         let found = by_series::<Quad>(problem, h, count, progress);
         if let Some(found) = last_word(problem, found)? {
             return Ok(found.rounded());

@@ -27,7 +27,7 @@ pub struct SizeRow {
     pub error_w: Option<f64>,
     /// max |K - K0| over all steps done.
     pub k_drift: f64,
-    /// Steps that violate passivity; none where the system is active.
+    /// Steps that violate passivity; none where the system is not known to be passive.
     pub passivity_violations: Option<u64>,
     /// The doubt of q and p of the reference.
     pub doubt_qp: f64,

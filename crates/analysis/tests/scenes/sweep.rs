@@ -140,6 +140,7 @@ fn mistakes_are_refused() {
         ("vary.c = [1, 1]", "1 is in the list already"),
         ("vary.c = { from = 1, to = 2 }", "the key count is missing"),
         ("vary.c = { from = 1, to = 2, count = 3, uniform = [0, 1] }", "this is no list, range"),
+        ("vary.c = { from = 1, to = 2, count = 1 }", "to = 2 must be that of `from`"),
         ("vary.c = {}", "this is no list, range"),
         ("vary.c = { uniform = [1, 0] }\nsamples = 3", "uniform = 1 must be below"),
         ("vary.c = { normal = [1, -1] }\nsamples = 3", "normal = -1 must be a mean"),

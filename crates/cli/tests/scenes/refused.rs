@@ -65,6 +65,44 @@ fn a_file_that_is_no_scene_ends_with_3() {
     }
 }
 
+/// `pick` and studies follow the motion without events.
+#[test]
+fn a_wall_that_is_not_followed_ends_with_3_and_a_stop_is_said() {
+    let text = std::fs::read_to_string(folder().join("damped-oscillator.toml")).expect("a scene");
+    let until = text.find("[run]").expect("runs");
+    let scene = |action: &str, more: &str| {
+        format!(
+            "{}[run]\nmethods = [\"rk4\"]\n[run.events.wall]\nof = \"q1\"\nvalue = -0.3\n\
+             direction = \"falling\"\naction = \"{action}\"\n{more}",
+            &text[..until]
+        )
+    };
+    let study = "[study.global-order]\nsteps = [0.1, 0.05]\n";
+    let (folder, path) = written("scene.toml", scene("bounce", "").as_bytes());
+    let pick = || done(afterbay(&["pick", "--error", "1e-2"]).arg(&path));
+    let out = folder.path().join("out");
+    let study_of = || done(afterbay(&["study", "--out"]).arg(&out).arg(&path));
+    let said = |text: &str| squeezed(text);
+    let why = said("the event wall changes the state: neither a study nor `pick` follows it");
+    let (code, stdout, stderr) = pick();
+    assert_eq!((code, stdout.as_str()), (Some(3), ""));
+    assert!(said(&stderr).contains(&why) && said(&stderr).contains("`afterbayrun`"), "{stderr}");
+    // A scene for `run` alone is valid, and `check` says what else does not take it.
+    let (code, stdout, _) = done(afterbay(&["check"]).arg(&path));
+    assert!(code == Some(0) && said(&stdout).contains("neitherastudynor"), "{stdout}");
+    std::fs::write(&path, scene("bounce", study)).expect("a file");
+    for (code, stdout, stderr) in [study_of(), done(afterbay(&["check"]).arg(&path))] {
+        assert_eq!((code, stdout.as_str()), (Some(3), ""));
+        assert!(said(&stderr).contains(&why), "{stderr}");
+    }
+    assert!(!out.exists());
+    std::fs::write(&path, scene("stop", study)).expect("a file");
+    let goes_on = said("wall would end a run; studies and `pick` follow the motion to its end");
+    for (code, stdout, stderr) in [pick(), study_of(), done(afterbay(&["check"]).arg(&path))] {
+        assert!(code == Some(0) && said(&stdout).contains(&goes_on), "{stdout}{stderr}");
+    }
+}
+
 #[test]
 fn a_scene_with_nothing_to_do_ends_with_3() {
     let [_, good, ..] = bad::GOOD;

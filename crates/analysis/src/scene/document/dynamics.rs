@@ -15,7 +15,7 @@ pub struct SectionTable {
     /// The value that it crosses [default: 0].
     #[serde(default)]
     pub value: f64,
-    /// The direction of the crossing.
+    /// The direction of the crossing [default: rising].
     #[serde(default)]
     pub direction: Direction,
 }
@@ -128,7 +128,8 @@ pub struct BasinsTable {
     /// without one, 1].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval: Option<f64>,
-    /// The most intervals of a run [default: 1000].
+    /// The intervals within which a run is compared with the attractors known so far [default:
+    /// 1000]. Runs that reach none are followed for up to 4000 more, to find new ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub longest: Option<u64>,
     /// Whether a reference with small steps is shown, too [default: true].

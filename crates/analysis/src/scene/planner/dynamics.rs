@@ -41,7 +41,7 @@ pub(super) struct Common<'a> {
     pub(super) reference: Option<bool>,
 }
 
-/// The methods and the steps of a study, that of the reference last, and its section.
+/// The methods of a study, their steps, the step of the reference if there is one, and the section.
 pub(super) struct Settings {
     pub(super) methods: Vec<&'static Row>,
     pub(super) steps: Vec<f64>,
@@ -62,7 +62,8 @@ impl Planner<'_> {
             reference: table.reference,
         };
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
-        let [transient, points] = self.returns(path, [table.transient, table.points], POINCARE)?;
+        let (at, given) = ((path, "points"), [table.transient, table.points]);
+        let [transient, points] = self.returns(at, given, POINCARE)?;
         let starts = self.starts(path, table.starts.unwrap_or(1), table.spread)?;
         let problem = self.problem.clone();
         let runs = starts.len() as f64;
@@ -89,8 +90,8 @@ impl Planner<'_> {
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let named = format!("{path}.parameter");
         let values = self.parameter(&named, &table.parameter)?;
-        let [transient, points] =
-            self.returns(path, [table.transient, table.points], BIFURCATION)?;
+        let (at, given) = ((path, "points"), [table.transient, table.points]);
+        let [transient, points] = self.returns(at, given, BIFURCATION)?;
         let (parameter, follow) = (table.parameter.name.clone(), table.follow);
         let spacing: Spacing = table.parameter.scale;
         let problem = self.problem.clone();
@@ -130,8 +131,8 @@ impl Planner<'_> {
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let (named, name) = (format!("{path}.parameter"), table.parameter.name.clone());
         let values = self.parameter(&named, &table.parameter)?;
-        let [transient, periods] =
-            self.returns(path, [table.transient, table.periods], RESONANCE)?;
+        let (at, given) = ((path, "periods"), [table.transient, table.periods]);
+        let [transient, periods] = self.returns(at, given, RESONANCE)?;
         let (problem, spacing) = (self.problem.clone(), table.parameter.scale);
         let mut lengths = Vec::new();
         for &value in &values {
@@ -282,12 +283,17 @@ impl Planner<'_> {
     }
 
     /// The numbers of states that are not kept, and that are kept.
-    fn returns(&self, path: &str, given: [Option<u64>; 2], unless: [u64; 2]) -> Planned<[u64; 2]> {
+    fn returns(
+        &self,
+        (path, name): (&str, &'static str),
+        given: [Option<u64>; 2],
+        unless: [u64; 2],
+    ) -> Planned<[u64; 2]> {
         let [transient, points] = [0, 1].map(|k| given[k].unwrap_or(unless[k]));
         if points == 0 {
-            let (name, value, range) = ("points", 0.0, "at least 1");
+            let (value, range) = (0.0, "at least 1");
             return self
-                .refuse(&format!("{path}.points"), SceneProblem::Range { name, value, range });
+                .refuse(&format!("{path}.{name}"), SceneProblem::Range { name, value, range });
         }
         Ok([transient, points])
     }

@@ -4,7 +4,7 @@ use super::{Planned, Planner};
 use crate::observable::Observable;
 use crate::scene::Variable;
 use crate::scene::document::{ActionName, EventTable, Expression};
-use crate::scene::problem::SceneProblem;
+use crate::scene::problem::{SceneError, SceneProblem};
 use crate::study::events::{Action, EventPlan, Function};
 use crate::study::section::Direction;
 use afterbay_systems::CustomError;
@@ -14,6 +14,15 @@ impl Planner<'_> {
     pub(super) fn events(&self) -> Planned<Vec<EventPlan>> {
         let tables = self.document.run.iter().flat_map(|run| &run.events);
         tables.map(|(name, table)| self.event(name, table)).collect()
+    }
+
+    /// The error of a study, or of `pick`, that follows the motion without an event that changes
+    /// the state; none if there is no such event.
+    pub(in crate::scene) fn changing(&self, events: &[EventPlan]) -> Option<SceneError> {
+        let changes = |event: &&EventPlan| matches!(event.action, Action::Bounce(..));
+        let event = events.iter().find(changes)?.name.clone();
+        let span = self.source.span_of(&["run", "events", &event, "action"]);
+        Some(SceneError { problem: SceneProblem::Changes { event }, span })
     }
 
     fn event(&self, name: &str, table: &EventTable) -> Planned<EventPlan> {
@@ -71,7 +80,7 @@ impl Planner<'_> {
             Some(Err(CustomError::Expression { span, problem, .. })) => {
                 let span = self.source.span_within(&path, &span);
                 let problem = SceneProblem::Expression(problem);
-                Err(crate::scene::SceneError { problem, span })
+                Err(SceneError { problem, span })
             }
             Some(Err(error)) => self.refuse(&path, SceneProblem::Custom(error)),
             _ => Ok(function),

@@ -70,6 +70,9 @@ impl Planner<'_> {
         if count > 1 && from == to {
             return refuse("to", to, "another value than `from`, where there is more than one");
         }
+        if count == 1 && from != to {
+            return refuse("to", to, "that of `from`, where there is one value");
+        }
         for (key, value) in [("from", from), ("to", to)] {
             if scale == Spacing::Log && value <= 0.0 {
                 return refuse(key, value, "positive where the scale is \"log\"");

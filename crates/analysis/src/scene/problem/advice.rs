@@ -76,6 +76,11 @@ impl SceneProblem {
             Self::OffPeriod { period, .. } => {
                 Some(format!("leave it out, or write a multiple of {period:?}"))
             }
+            Self::Changes { .. } => Some(
+                "leave the event out, to measure the motion without it; or use `afterbay run`, on a \
+                 scene without [study.*]"
+                    .into(),
+            ),
             Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
             Self::Expression(problem) | Self::Custom(CustomError::Expression { problem, .. }) => {
                 problem.advice()

@@ -1,8 +1,8 @@
 //! Attractors as they are found and recognized.
 
 use super::Basins;
-use crate::study::attractor::{Attractor, Kind};
-use crate::study::section::nearest;
+use crate::study::attractor::Attractor;
+use crate::study::section::far;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
@@ -15,6 +15,18 @@ const REPEATED: f64 = 1e-6;
 const LONGEST_CYCLE: usize = 32;
 /// Returns beyond one period that must repeat before a cycle is believed.
 const MORE: usize = 5;
+/// The states in which a cycle is looked for.
+const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
+/// The distance below which repeated states are one but for roundings, relative to the grid.
+const ROUNDINGS: f64 = 1e-10;
+/// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] and of
+/// the extent of the cycle. A choice: other runs are then told to be near the same cycle.
+const TO_GO: f64 = 0.1;
+/// The least change of the extent from one half of the points to the other that shows that a run
+/// has not settled. A choice: chaos shows less, since its halves are of 2000 points.
+const CHANGE: f64 = 0.05;
+/// The least move of the mean between these halves that shows it, as a share of their range.
+const MOVE: f64 = 0.5;
 /// The side of the boxes of an attractor without a period, relative to the grid.
 const BOX: f64 = 0.02;
 /// Returns that fill these boxes.
@@ -32,6 +44,8 @@ pub struct Known {
     cycle: Vec<Vec<f64>>,
     /// The boxes of an attractor without a period.
     boxes: HashSet<Vec<i64>>,
+    /// The extent of the grid.
+    scale: f64,
 }
 
 impl Known {
@@ -39,15 +53,14 @@ impl Known {
     /// A coarse choice: at large steps a method shifts an attractor by its phase, too.
     pub(super) const ALIKE: f64 = 0.5;
 
-    /// The distance from another attractor, relative to the size of this one; infinite if they are
-    /// of different kinds.
+    /// The distance from another attractor, relative to the size of this one, or to the distance
+    /// at which runs reach it if that is larger; infinite if they are of different kinds.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        match (self.attractor.kind, other.attractor.kind) {
-            (Kind::Period(a), Kind::Period(b)) if a == b => {
-                self.attractor.distance(&other.attractor)
-            }
-            (Kind::Aperiodic, Kind::Aperiodic) => self.attractor.distance(&other.attractor),
-            _ => f64::INFINITY,
+        let size = self.attractor.size.max(NEAR * self.scale);
+        if self.attractor.kind == other.attractor.kind {
+            self.attractor.apart(&other.attractor) / size
+        } else {
+            f64::INFINITY
         }
     }
 
@@ -128,14 +141,23 @@ impl<'a> Nearby<'a> {
         if n >= self.longest { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The largest difference of two points, round coordinates with a period.
+    /// The largest difference of two points.
     fn far(&self, a: &[f64], b: &[f64]) -> f64 {
-        let periods = self.periods.iter().take(self.dof).copied().chain(std::iter::repeat(None));
-        let off = |((a, b), period): ((&f64, &f64), Option<f64>)| {
-            period.map_or(a - b, |period| nearest(a - b, period)).abs()
-        };
-        a.iter().zip(b).zip(periods).map(off).fold(0.0, f64::max)
+        far(&self.periods, a, b)
     }
+}
+
+/// The known attractor that the points of a new one show, if they show one.
+pub(super) fn same(basins: &Basins, known: &[Known], new: &Known) -> Option<usize> {
+    let points = match &new.cycle[..] {
+        [] => new.attractor.points(),
+        cycle => cycle,
+    };
+    // As often as the longest cycle must be seen.
+    let mut nearby = Nearby::new(basins, known, u64::MAX);
+    let again = points.iter().cycle().take(points.len().max(2 * SEEN));
+    let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
+    nearby.reached
 }
 
 /// The box that a point lies in.
@@ -171,46 +193,100 @@ impl<'a> Found<'a> {
 
     /// Adds the state of return n.
     pub(super) fn add(&mut self, n: u64, at: Vec<f64>) -> ControlFlow<()> {
-        if n <= self.nearby.longest {
-            // The end of the transient is no reason to stop here.
-            let _ = self.nearby.compare(n, &at);
-            if self.nearby.reached.is_some() {
-                return ControlFlow::Break(());
-            }
-        } else {
+        // The end of the transient is no reason to stop here.
+        let _ = self.nearby.compare(n, &at);
+        if self.nearby.reached.is_some() {
+            return ControlFlow::Break(());
+        }
+        if n > self.nearby.longest {
             self.filling.push(at.clone());
         }
-        for (k, before) in self.last.iter().rev().enumerate() {
+        for (repeats, before) in self.repeats.iter_mut().zip(self.last.iter().rev()) {
             let same = self.nearby.far(before, &at) <= REPEATED * self.nearby.scale;
-            self.repeats[k] = if same { self.repeats[k] + 1 } else { 0 };
+            *repeats = if same { *repeats + 1 } else { 0 };
         }
         self.last.push_back(at);
-        if self.last.len() > LONGEST_CYCLE {
+        if self.last.len() > SEEN {
             self.last.pop_front();
         }
-        self.period = (1..=LONGEST_CYCLE).find(|&k| self.repeats[k - 1] > 2 * k + MORE);
+        let period = (1..=LONGEST_CYCLE).find(|&k| self.repeats[k - 1] > 2 * (k + MORE));
+        self.period = period.filter(|&k| self.has_settled(k));
         let done = self.period.is_some() || self.filling.len() as u64 >= FILLING;
         if done { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The known attractor that the run has reached, its returns, and a new attractor.
+    /// Whether states that repeat after k returns are near the cycle that they tend to. They may
+    /// also be those of a slow spiral, whose turns differ by less than what counts as repeated.
+    fn has_settled(&self, k: usize) -> bool {
+        let (window, end, scale) = (k + MORE, self.last.len() - 1, self.nearby.scale);
+        let off = |i: usize| self.nearby.far(&self.last[end - i], &self.last[end - i - k]);
+        let [now, before] =
+            [0, window].map(|from| (from..from + window).map(off).fold(0.0, f64::max));
+        if now <= ROUNDINGS * scale {
+            return true;
+        }
+        // These distances fall like a geometric series or faster. The bound is that of its sum.
+        let to_go = now / (1.0 - now / before) * window as f64 / k as f64;
+        let of_cycle = (1..k).map(|i| self.nearby.far(&self.last[end], &self.last[end - i]));
+        let extent = of_cycle.reduce(f64::max).unwrap_or(f64::INFINITY);
+        now < before && to_go <= TO_GO * extent.min(NEAR * scale)
+    }
+
+    /// The known attractor that the run has reached, its returns, and a new attractor, if the run
+    /// has settled.
     pub(super) fn ended(self) -> (Option<usize>, u64, Option<Known>) {
         let Self { nearby, last, period, filling, .. } = self;
-        let dof = nearby.dof;
+        let (dof, scale) = (nearby.dof, nearby.scale);
         let split = |point: &Vec<f64>| [point[..dof].to_vec(), point[dof..].to_vec()];
         let cycle: Vec<Vec<f64>> = match period {
             Some(period) => last.range(last.len() - period..).cloned().collect(),
             None => Vec::new(),
         };
+        if cycle.is_empty() && still_moves(&filling, REPEATED * scale) {
+            return (nearby.reached, nearby.returns, None);
+        }
         // Two turns of a cycle show its period.
         let points = if cycle.is_empty() { filling } else { [&cycle[..], &cycle[..]].concat() };
         let attractor = Attractor::of(&points.iter().map(split).collect::<Vec<_>>());
         let boxes = if cycle.is_empty() {
-            points.iter().map(|point| boxed(point, nearby.scale)).collect()
+            points.iter().map(|point| boxed(point, scale)).collect()
         } else {
             HashSet::new()
         };
-        let known = attractor.map(|attractor| Known { attractor, cycle, boxes });
+        let known = attractor.map(|attractor| Known { attractor, cycle, boxes, scale });
         (nearby.reached, nearby.returns, known)
+    }
+}
+
+/// Whether a run changes from the first half of its points to the second: an entry shrinks or
+/// grows, in range and in standard deviation, or its mean moves.
+fn still_moves(points: &[Vec<f64>], least: f64) -> bool {
+    let halves = points.split_at(points.len() / 2);
+    let mut entries = 0..points.first().map_or(0, Vec::len);
+    entries.any(|j| {
+        let [first, second] = [halves.0, halves.1].map(|half| Course::of(half, j));
+        let range = first.range.max(second.range);
+        let (by_range, by_deviation) =
+            ((second.range / first.range).ln(), (second.deviation / first.deviation).ln());
+        let both = by_range.min(by_deviation) > CHANGE || by_range.max(by_deviation) < -CHANGE;
+        range > least && (both || (second.mean - first.mean).abs() > MOVE * range)
+    })
+}
+
+/// What an entry of points does.
+struct Course {
+    range: f64,
+    mean: f64,
+    deviation: f64,
+}
+
+impl Course {
+    fn of(points: &[Vec<f64>], j: usize) -> Self {
+        let (values, count) = (|| points.iter().map(|point| point[j]), points.len() as f64);
+        let mean = values().sum::<f64>() / count;
+        let square = values().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
+        let least = values().fold(f64::INFINITY, f64::min);
+        let most = values().fold(f64::NEG_INFINITY, f64::max);
+        Self { range: most - least, mean, deviation: square.sqrt() }
     }
 }

@@ -25,7 +25,9 @@ pub struct Cycle {
     pub multiple: Option<u64>,
     /// q and p of one of its states; under a drive, that at the start of its period.
     pub start: [Vec<f64>; 2],
-    /// max |q_j| of each degree of freedom, at steps and at turning points between them.
+    /// max |q_j| of each degree of freedom, at steps and at turning points between them, without
+    /// whole turns of an angle. Of an angle that gains whole turns in a cycle, it is
+    /// (max - min)/2 of q_j less its uniform rotation.
     pub amplitude: Vec<f64>,
     /// The eigenvalues of ∂Φ/∂z, the largest first.
     pub multipliers: Vec<Complex>,
@@ -82,8 +84,9 @@ fn multipliers(matrix: &Mat<f64>) -> Result<Vec<Complex>, CycleFailure> {
     Ok(values)
 }
 
-/// max |q_j| over a cycle. Where ∂H/∂p_j changes its sign within a step, the state at which it is 0
-/// counts as well.
+/// max |q_j| over a cycle, or (max - min)/2 of q_j less its uniform rotation
+/// ([`Cycle::amplitude`]). Where the velocity ∂H/∂p_j less that of the rotation changes its sign
+/// within a step, the state at which it is 0 counts as well.
 fn amplitude(
     model: &Model,
     row: &'static Row,
@@ -92,33 +95,57 @@ fn amplitude(
 ) -> Result<Vec<f64>, CycleFailure> {
     let (run, n, motors) = (model.bind(row)?, model.degrees(), model.driven().len());
     let system = model.system::<f64>()?;
+    let periods = model.periods();
+    let rotation = rotation(&periods, h, path);
     let velocities = |state: StateRef<'_, f64>| {
         let (mut hq, mut hp) = (vec![0.0; n + motors], vec![0.0; n + motors]);
         system.gradient(state.q, state.p, &mut hq, &mut hp);
-        hp
+        hp.iter().zip(&rotation).map(|(v, rate)| v - rate).collect::<Vec<_>>()
     };
     let state = |k: usize| {
         let (q, p) = path[k].split_at(n);
         let t = h * k as f64;
         with_motors(&State { q: q.to_vec(), p: p.to_vec(), w: vec![0.0; n], t }, motors)
     };
-    let mut most = vec![0.0_f64; n];
-    let mut raise = |j: usize, q: &[f64]| most[j] = most[j].max(q[j].abs());
+    let mut range = vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
+    let mut widen = |j: usize, state: StateRef<'_, f64>| {
+        let (q, [least, most]) = (state.q[j] - rotation[j] * state.t, &mut range[j]);
+        (*least, *most) = (least.min(q), most.max(q));
+    };
     let mut before = state(0);
     let mut last = velocities(before.state_ref());
     for k in 1..path.len() {
         let after = state(k);
         let now = velocities(after.state_ref());
         for j in 0..n {
-            raise(j, &after.q);
+            widen(j, after.state_ref());
             if last[j] * now[j] < 0.0 {
                 let ends = ((&before, last[j]), (after.state_ref(), now[j]));
-                raise(j, &at_zero(&run, h, |state| velocities(state)[j], ends.0, ends.1).q);
+                let turn = at_zero(&run, h, |state| velocities(state)[j], ends.0, ends.1);
+                widen(j, turn.state_ref());
             }
         }
         (before, last) = (after, now);
     }
-    Ok(most)
+    let amplitude = |(j, &[least, most]): (usize, &[f64; 2])| {
+        if rotation[j] != 0.0 {
+            return 0.5 * (most - least);
+        }
+        let middle = 0.5 * (least + most);
+        let turns = periods[j].map_or(0.0, |period| period * (middle / period).round());
+        (least - turns).abs().max((most - turns).abs())
+    };
+    Ok(range.iter().enumerate().map(amplitude).collect())
+}
+
+/// The mean velocity of each coordinate that gains whole periods in a cycle; 0 for the others.
+fn rotation(periods: &[Option<f64>], h: f64, path: &[Vec<f64>]) -> Vec<f64> {
+    let time = h * (path.len() - 1) as f64;
+    let gained = |(j, period): (usize, &Option<f64>)| {
+        let gain = path[path.len() - 1][j] - path[0][j];
+        period.map_or(0.0, |period| period * (gain / period).round() / time)
+    };
+    periods.iter().enumerate().map(gained).collect()
 }
 
 #[cfg(test)]

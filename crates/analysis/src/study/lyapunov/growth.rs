@@ -55,12 +55,14 @@ pub(super) struct Growth {
     pub(super) log_det: f64,
     /// The sum of the mean divergence of each step; none for a system without second derivatives.
     pub(super) divergence: Option<f64>,
+    /// The largest distance of a state from the one at which the measurement begins.
+    pub(super) reach: f64,
 }
 
 impl Growth {
     /// No steps, with `size` tangent vectors.
     pub(super) fn new(size: usize) -> Self {
-        Self { steps: 0, logs: vec![0.0; size], log_det: 0.0, divergence: Some(0.0) }
+        Self { steps: 0, logs: vec![0.0; size], log_det: 0.0, divergence: Some(0.0), reach: 0.0 }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::Wanted;
 use super::dense::Dense;
 use crate::progress::Progress;
-use crate::study::{LARGEST_BY_SERIES, Problem};
+use crate::study::{MOST_DEGREES_IN_QUAD, Problem};
 use afterbay_core::{IntegrateError, Quad, Scalar, State, StateRef};
 use serde::Serialize;
 use std::fmt;
@@ -63,7 +63,7 @@ pub(super) fn judge(
     let doubt = if wanted.at_end { dense.doubt_at_end() } else { dense.doubt() }.most();
     let unknown = doubt > wanted.error || doubt.is_nan();
     let by_doubt = unknown.then_some(TooSensitive::Reference { doubt });
-    if problem.model.dof() > LARGEST_BY_SERIES {
+    if problem.model.dof() > MOST_DEGREES_IN_QUAD {
         return Ok(by_doubt);
     }
     let (start, h) = (problem.start::<Quad>()?, Quad::from_f64(problem.end / TIMES as f64));

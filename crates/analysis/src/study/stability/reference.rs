@@ -148,7 +148,7 @@ impl<T: Side> Exact<'_, T> {
             let last = count >= MOST_STEPS;
             let mut found = self.solution(end, count)?;
             if let Some(found) = &mut found
-                && (settle(found, before.as_deref()) || last)
+                && (mark_resolved(found, before.as_deref()) || last)
             {
                 return Ok(Some(std::mem::take(found)));
             }
@@ -191,7 +191,7 @@ impl<T: Side> Exact<'_, T> {
 }
 
 /// Marks the references that agree with the ones before as resolved. Returns whether all are.
-fn settle(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bool {
+fn mark_resolved(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bool {
     let Some(before) = before else { return false };
     let mut all = true;
     for (found, before) in found.iter_mut().flatten().zip(before.iter().flatten()) {

@@ -71,6 +71,14 @@ p = [0, 0]"#;
 
 /// Changes of [`GOOD`].
 pub(super) const CHANGES: &[Change] = &[
+    // Events that studies do not follow.
+    (
+        "[study.local-order]",
+        "[run.events.wall]\nof = \"q1\"\naction = \"bounce\"\n[study.local-order]",
+        "action = \"bounce\"",
+        "the event wall changes the state: neither a study nor `pick` follows it",
+        "leave the event out",
+    ),
     // Systems and their parameters.
     (
         "\"damped-oscillator\"",

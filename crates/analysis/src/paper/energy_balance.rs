@@ -8,7 +8,7 @@ use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
 use crate::sheet::{ReportError, Sheet, decimal, line, marked, over_time, scientific};
 use crate::statistics::median;
-use crate::study::energy::{self, Books, EnergyRow};
+use crate::study::energy::{self, EnergyRow, EnergyRun};
 use crate::study::global_order;
 use crate::study::local_order::{LocalOrder, Trace};
 use afterbay_core::Quad;
@@ -54,7 +54,7 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
          {BASE_STEP} for comparison.",
     ));
     let traces = local_errors(paper, &mut sheet)?;
-    let books = energy_books(paper, &mut sheet)?;
+    let runs = energy_balance(paper, &mut sheet)?;
     let fine = energy::run(
         &oscillator(),
         &paper.methods(&COMPARED)?,
@@ -62,17 +62,17 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         u64::MAX,
         paper.progress,
     )?;
-    order_raised(&mut sheet, &traces, &books);
-    drift_of_k(&mut sheet, &books, &fine);
+    order_raised(&mut sheet, &traces, &runs);
+    drift_of_k(&mut sheet, &runs, &fine);
     compared(&mut sheet, &traces);
-    energy_ratio(&mut sheet, &books);
+    energy_ratio(&mut sheet, &runs);
     sheet.text(
         "The energies of each run: the drift of K, the errors of w and of R, and the number of \
          steps that took energy back.",
     );
     sheet.table(
         &["method", "max |K - K₀|", "max |w - w(t)|", "max |d_R|", "steps with Δw < 0"],
-        books.iter().map(summary).collect(),
+        runs.iter().map(summary).collect(),
     );
     global_orders(paper, &mut sheet)?;
     Ok(sheet)
@@ -125,13 +125,13 @@ fn local_errors(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Traces, ReportEr
     Ok(Traces(traces))
 }
 
-fn order_raised(sheet: &mut Sheet, traces: &Traces, books: &[Books]) {
+fn order_raised(sheet: &mut Sheet, traces: &Traces, runs: &[EnergyRun]) {
     let readings = RAISED.into_iter().fold(Readings::default(), |r, name| {
         let [median, maximum] = traces.of_q(name, FIGURE_STEP);
         r.and(name, "median", median).and(name, "maximum", maximum).and(
             name,
             "drift",
-            drift(books, name),
+            drift(runs, name),
         )
     });
     sheet.find(
@@ -175,48 +175,48 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
     sheet.show("figure-4-3", &chart, "Local error of p along the solution.", "local_errors");
 }
 
-fn energy_books(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<Books>, ReportError> {
+fn energy_balance(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<EnergyRun>, ReportError> {
     paper.progress.begin("energies", KEPT.len() + COMPARED.len());
     let all = energy::run(&oscillator(), &paper.methods(&KEPT)?, FIGURE_STEP, 1, paper.progress)?;
-    sheet.runs.extend(all.iter().map(|books| {
-        books.ending.record("energy", oscillator().model.name(), books.method, FIGURE_STEP)
+    sheet.runs.extend(all.iter().map(|run| {
+        run.ending.record("energy", oscillator().model.name(), run.method, FIGURE_STEP)
     }));
-    let rows: Vec<&EnergyRow> = all.iter().flat_map(|books| &books.rows).collect();
+    let rows: Vec<&EnergyRow> = all.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data("energy", &energy::columns(&oscillator().model), &rows)?;
     Ok(all)
 }
 
-fn largest(books: &Books, value: impl Fn(&EnergyRow) -> Option<f64>) -> f64 {
-    books.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
+fn largest(run: &EnergyRun, value: impl Fn(&EnergyRow) -> Option<f64>) -> f64 {
+    run.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
 }
 
-fn summary(books: &Books) -> Vec<String> {
+fn summary(run: &EnergyRun) -> Vec<String> {
     vec![
-        books.method.into(),
-        scientific(Some(books.drift)),
-        scientific(Some(largest(books, |row| Some(row.w_error)))),
-        scientific(Some(largest(books, |row| row.ratio_error))),
-        books.violations.map_or("not counted".into(), |count| count.to_string()),
+        run.method.into(),
+        scientific(Some(run.drift)),
+        scientific(Some(largest(run, |row| Some(row.w_error)))),
+        scientific(Some(largest(run, |row| row.ratio_error))),
+        run.violations.map_or("not counted".into(), |count| count.to_string()),
     ]
 }
 
-fn of<'a>(books: &'a [Books], name: &str) -> Option<&'a Books> {
-    books.iter().find(|books| books.method == name)
+fn of<'a>(runs: &'a [EnergyRun], name: &str) -> Option<&'a EnergyRun> {
+    runs.iter().find(|run| run.method == name)
 }
 
 /// max |K - K₀| of a run that reached its end, relative to the energy at the start.
-fn drift(books: &[Books], name: &str) -> Option<f64> {
-    let books = of(books, name).filter(|books| books.ending.is_completed())?;
-    Some(books.drift / books.rows.first()?.energy)
+fn drift(runs: &[EnergyRun], name: &str) -> Option<f64> {
+    let run = of(runs, name).filter(|run| run.ending.is_completed())?;
+    Some(run.drift / run.rows.first()?.energy)
 }
 
-fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
-    let at = |h: f64, books: &[Books]| {
+fn drift_of_k(sheet: &mut Sheet, runs: &[EnergyRun], fine: &[EnergyRun]) {
+    let at = |h: f64, runs: &[EnergyRun]| {
         COMPARED.into_iter().fold(Readings::default().and("step", "h", h), |r, name| {
-            r.and(name, "drift", drift(books, name))
+            r.and(name, "drift", drift(runs, name))
         })
     };
-    let (as_shown, base) = (at(FIGURE_STEP, books), at(BASE_STEP, fine));
+    let (as_shown, base) = (at(FIGURE_STEP, runs), at(BASE_STEP, fine));
     for (quotation, say) in [
         ("SV scheme underperforms", claims::underperforms as fn(&Readings) -> Said),
         ("modDG goes head to head with eRK4", claims::head_to_head),
@@ -225,16 +225,16 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
         sheet.find(&topic, as_shown.clone(), say);
         sheet.find(&format!("{topic}, at the base step"), base.clone(), say);
     }
-    let simpler = books.iter().filter(|books| books.method.ends_with("-shared"));
+    let simpler = runs.iter().filter(|run| run.method.ends_with("-shared"));
     let simpler = simpler
-        .fold(Readings::default(), |r, one| r.and(one.method, "drift", drift(books, one.method)));
+        .fold(Readings::default(), |r, one| r.and(one.method, "drift", drift(runs, one.method)));
     sheet.find(
         "figure 4.2, \"even when we substitute simpler expression for the δ function\"",
         simpler,
         claims::simpler_delta,
     );
     let curve = |name: &str| {
-        let rows = of(books, name).map_or(&[][..], |books| &books.rows);
+        let rows = of(runs, name).map_or(&[][..], |run| &run.rows);
         line(name, rows.iter().map(|row| (row.t, row.drift.abs())).collect())
     };
     let chart = over_time(
@@ -250,16 +250,16 @@ fn drift_of_k(sheet: &mut Sheet, books: &[Books], fine: &[Books]) {
     );
 }
 
-fn energy_ratio(sheet: &mut Sheet, books: &[Books]) {
+fn energy_ratio(sheet: &mut Sheet, runs: &[EnergyRun]) {
     let curve = |name: &str| {
-        let rows = of(books, name).map_or(&[][..], |books| &books.rows);
+        let rows = of(runs, name).map_or(&[][..], |run| &run.rows);
         line(name, rows.iter().filter_map(|row| Some((row.t, row.ratio_error?.abs()))).collect())
     };
     let readings = ["rk4", "moddg-p4-shared", "leapfrog", "moddg"].into_iter().fold(
         Readings::default(),
         |r, name| {
-            let worst = of(books, name).map(|books| largest(books, |row| row.ratio_error));
-            r.and(name, "d_R", worst).and(name, "drift", drift(books, name))
+            let worst = of(runs, name).map(|run| largest(run, |row| row.ratio_error));
+            r.and(name, "d_R", worst).and(name, "drift", drift(runs, name))
         },
     );
     sheet.find("figure 4.4", readings, claims::energy_ratio);

@@ -19,41 +19,39 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let n = masses(extent);
     let problem = chain(n, extent.pick(10.0, end(extent)));
     progress.begin("energies of the chain", KEPT.len());
-    let books = energy::run(&problem, &paper.methods(&KEPT)?, STEP, 1, progress)?;
-    let rows: Vec<_> = books.iter().flat_map(|books| &books.rows).collect();
+    let runs = energy::run(&problem, &paper.methods(&KEPT)?, STEP, 1, progress)?;
+    let rows: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data("fput-chain/energy", &energy::columns(&problem.model), &rows)?;
     sheet.runs.extend(
-        books
-            .iter()
-            .map(|books| books.ending.record("energy", problem.model.name(), books.method, STEP)),
+        runs.iter().map(|run| run.ending.record("energy", problem.model.name(), run.method, STEP)),
     );
     let readings = Readings::default().and("chain", "N", n).and("chain", "h", STEP);
-    let readings = books.iter().fold(readings, |r, books| {
-        let start = books.rows.first().map_or(f64::NAN, |row| row.energy);
-        let done = books.ending.is_completed().then_some(books.drift / start);
-        r.and(books.method, "drift", done)
+    let readings = runs.iter().fold(readings, |r, run| {
+        let start = run.rows.first().map_or(f64::NAN, |row| row.energy);
+        let done = run.ending.is_completed().then_some(run.drift / start);
+        r.and(run.method, "drift", done)
     });
     sheet.find("K with a reservoir for each degree of freedom", readings, k_is_kept);
     let w_error =
-        |books: &energy::Books| books.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
-    let cells = |books: &energy::Books| {
+        |run: &energy::EnergyRun| run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
+    let cells = |run: &energy::EnergyRun| {
         vec![
-            books.method.into(),
-            scientific(Some(books.drift)),
-            scientific(Some(w_error(books))),
-            books.violations.map_or("not counted".into(), |count| count.to_string()),
+            run.method.into(),
+            scientific(Some(run.drift)),
+            scientific(Some(w_error(run))),
+            run.violations.map_or("not counted".into(), |count| count.to_string()),
         ]
     };
     sheet.table(
         &["method", "max |K - K₀|", "max |w_j - w_j(t)|", "times Δw_j < 0"],
-        books.iter().map(cells).collect(),
+        runs.iter().map(cells).collect(),
     );
     let reservoirs = over_time(
         &format!("The chain of {n}: what each reservoir holds"),
         Axis::linear("w_j"),
         (0..n.div_ceil(2))
             .map(|j| {
-                let points = books[0].rows.iter().filter_map(|row| Some((row.t, *row.w.get(j)?)));
+                let points = runs[0].rows.iter().filter_map(|row| Some((row.t, *row.w.get(j)?)));
                 line(&format!("w{}", j + 1), points.collect())
             })
             .collect(),
@@ -61,10 +59,9 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let drift = over_time(
         &format!("The chain of {n}: deviation of K"),
         Axis::log("|K - K₀|"),
-        books
-            .iter()
-            .map(|books| {
-                line(books.method, books.rows.iter().map(|row| (row.t, row.drift.abs())).collect())
+        runs.iter()
+            .map(|run| {
+                line(run.method, run.rows.iter().map(|row| (row.t, row.drift.abs())).collect())
             })
             .collect(),
     );
