@@ -3,8 +3,8 @@
 #![cfg(test)]
 
 use afterbay_core::{
-    Direction, Effort, Event, EventState, Grid, IntegrateError, State, StateRef, StepFailure,
-    integrate_with_events,
+    Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, State, StateRef,
+    StepFailure, integrate_with_events,
 };
 use std::ops::ControlFlow;
 
@@ -92,8 +92,12 @@ fn events_that_change_nothing_happen_once() {
     assert!((state.t - 3.0).abs() < 1e-15 && (state.p[0] + 3.0).abs() < 1e-14);
 }
 
-/// Free motion.
+/// Free motion. Steps below the rounding of t are refused, as those of a method are.
 fn drift(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+    let end = state.t + h;
+    if end + h == end {
+        return Err(InputError::TimeStalled { t: end, h }.into());
+    }
     let State { q, p, .. } = state;
     q.iter_mut().zip(p).for_each(|(q, p)| *q += h * *p);
     Ok(Effort::default())
@@ -178,6 +182,21 @@ fn a_wall_holds_wherever_it_lies_in_the_grid() {
             outcome.expect("it runs");
             assert!(found.len() == 1, "{h} {direction:?}: {found:?}");
             assert!((state.q[0] - (state.t - 1.0)).abs() < 1e-14, "{h} {direction:?}: {state:?}");
+        }
+    }
+}
+
+/// The rest of a step after an event may be too short to leave the wall.
+#[test]
+fn a_wall_holds_just_before_a_time_of_the_grid() {
+    for k in -40..=40 {
+        for (h, steps) in [(0.1, 50), (0.2, 25), (0.3, 17), (0.7, 7)] {
+            let height = 1.0 + f64::from(k) * f64::EPSILON / 8.0;
+            let (outcome, found, state) =
+                free([&[height], &[-1.0]], (h, steps), &[(first, Direction::Falling, Some(0))]);
+            outcome.expect("it runs");
+            assert!(found.len() == 1, "{k} {h}: {found:?}");
+            assert!((state.q[0] - (state.t - height)).abs() < 1e-13, "{k} {h}: {state:?}");
         }
     }
 }

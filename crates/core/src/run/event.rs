@@ -270,7 +270,7 @@ fn first(
 /// and at the end of the step.
 fn way(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<'_>) -> Way {
     let direction = event.direction;
-    if side.at_zero.is_none() {
+    let Some(noise) = side.at_zero else {
         return if now * side.sign <= 0.0 && direction.crosses(side.sign, now) {
             // It moved there by the step to an event of another function.
             Way::Now
@@ -279,6 +279,10 @@ fn way(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<'_>) 
         } else {
             Way::None
         };
+    };
+    if after.abs() <= noise {
+        // It is still at zero.
+        return Way::None;
     }
     let sign = if side.sign == 0.0 { -after.signum() } else { side.sign };
     if !direction.crosses(sign, after) {
