@@ -263,8 +263,8 @@ fn a_cycle_that_loses_its_symmetry_is_a_branching() {
     close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
 }
 
-/// The amplitude is max |q|: of an oscillator about q = 3 in closed form. Of a pendulum that turns at
-/// the rate Ω, q - Ω t is nearly sin(Ω t)/Ω², wherever the transient ends.
+/// The amplitude is max |q|: of an oscillator about q = 3 in closed form. Of a pendulum that turns
+/// at the rate Ω, q - Ω t is nearly sin(Ω t)/Ω², wherever the transient ends.
 #[test]
 fn the_amplitude_is_without_turns() {
     let custom = |system: &str| format!("name = \"custom\"\n{system}");

@@ -1,4 +1,5 @@
-//! The rounding error of H, measured.
+//! The rounding error of H near a state: its measurement, the largest in a run, and the rounding of
+//! the forces that follows from it.
 
 use afterbay_core::{Scalar, System};
 
@@ -125,8 +126,8 @@ pub(crate) fn measured_rounding<T: Scalar, S: System<T> + ?Sized>(
     measure(system, [q, p], &mut Memory::new(q.len()))
 }
 
-/// The rounding of H in a run, times 1/ε: the largest that was measured so far. Where the terms of H
-/// are exact by chance, as at q = 0 in 1 - cos q, a measurement finds nothing.
+/// The rounding of H in a run, times 1/ε: the largest that was measured so far. It is kept because
+/// a measurement finds nothing where the terms of H happen to be exact, as at q = 0 in 1 - cos q.
 #[derive(Clone, Debug)]
 pub(crate) struct EnergyRounding<T> {
     largest: f64,

@@ -1,4 +1,4 @@
-//! The effect of rounding of z on the forces and on H.
+//! Sizes of the second derivatives of H: they tell how a rounding of z changes the forces and H.
 
 use afterbay_core::{Block, Curvature, Scalar};
 

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Expressions are made of numbers, the names of parameters, q1, q2, .. and p1, p2, .., in D also
-//! the velocities v1, v2, .., + - * / ^, parentheses, pi, the [`FUNCTIONS`], min and max. In V and D
-//! of a separable system t is the time; the system is then [`Described::Clocked`].
+//! the velocities v1, v2, .., + - * / ^, parentheses, pi, the [`FUNCTIONS`], min and max. In V and
+//! D of a separable system t is the time; the system is then [`Described::Clocked`].
 //! `-q1^2` is -(q1²), `2^3^2` is 512. A power is a product if the exponent is a whole number, with
 //! a square root if it is half of one, and e^(b ln a) otherwise, where a must be positive. `q[i+1]`
 //! is an entry, `sum(i, 1, n-1, ..)` a sum over whole numbers, `wrap(i+1)` a periodic index; i in

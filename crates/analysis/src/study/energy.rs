@@ -86,7 +86,8 @@ pub struct EnergyRun {
     pub ending: Ending,
 }
 
-/// Computes the energy balance of each method with steps of size h, and records every `every`-th state.
+/// Computes the energy balance of each method with steps of size h, and records every `every`-th
+/// state.
 ///
 /// # Errors
 /// Invalid input. A run that fails contains its failure.

@@ -10,8 +10,8 @@ use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 
 /// The longest step across a break that is accepted whatever its estimated error, as a share of
-/// the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step the estimate is
-/// rounding.
+/// the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step the estimate
+/// is rounding.
 const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
 
 /// A method that estimates its own error.

@@ -84,7 +84,7 @@ pub type Step<'a> = &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effor
 /// order of the list. w is rounded at every step: it is not summed in blocks, as it is without
 /// events.
 ///
-/// A function that crosses zero twice within one step shows no event there, and neither does a pole.
+/// A function that crosses zero twice within one step shows no event there. A pole is no event.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`StepFailure::EventsAccumulate`] where more than
@@ -213,9 +213,10 @@ enum First {
     None,
 }
 
-/// The way of a function to zero within a step.
+/// How a function reaches zero within a step.
 enum Way {
-    /// It crosses zero after this share of the step, at which it has this value.
+    /// It crosses zero between a share of the step, at which it has a value on its side, and the
+    /// end: the share and the value.
     After(f64, f64),
     /// It is at zero or beyond it at the start.
     Now,
@@ -252,7 +253,7 @@ fn first(
         if let Some(failure) = failure {
             return Err(failure);
         }
-        // At a pole no value is much smaller than those at the ends.
+        // At a pole the value found is no smaller than those at the ends of the step.
         let [least, most] = [before.abs().min(after.abs()), before.abs().max(after.abs())];
         let value = event.value(&there).abs();
         if 2.0 * value >= least && value > NOISE_ROUNDINGS * f64::EPSILON * most {

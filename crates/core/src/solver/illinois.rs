@@ -7,8 +7,8 @@ const MOST_EVALUATIONS: usize = 100;
 /// and `beyond` are its values at the ends, which differ in sign, and `end` belongs to the second.
 ///
 /// Regula falsi with the rule of Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168-174) finds
-/// the share to rounding. Where `at` fails, the nearer end of the bracket so
-/// far is taken. At a pole the bracket ends on both sides of it.
+/// the share to rounding. Where `at` fails, the end of the bracket so far with the smaller value is
+/// taken. At a pole the ends of the bracket lie on both sides of it, and their values are large.
 pub fn zero_within<R>(
     (mut off, mut beyond): (f64, f64),
     end: R,

@@ -68,8 +68,8 @@ impl<V: Vector> Workspace<V> {
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
-        // Terms that cancel leave λ a rounding that |H| does not show, and the forces one that p does
-        // not show.
+        // Where terms cancel, the rounding of λ exceeds that of |H|, and the rounding of the forces
+        // that of p.
         step.workspace.measure_roundings(system, state);
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());

@@ -58,8 +58,8 @@ where
     Ok(())
 }
 
-/// Adds to the motor the work of its force on degree of freedom j, which has moved along its edge: the force at
-/// the midpoint, as in D̄, times the way.
+/// Adds to the motor the work of its force on degree of freedom j, which has moved along its edge:
+/// the force at the midpoint, as in D̄, times the way.
 fn supply<T, S>(
     system: &S,
     j: usize,

@@ -46,8 +46,8 @@ fn every_method_comes_to_rest_from_afar() {
     }
 }
 
-/// Checks that every method that keeps K follows the decay from q_j = start cos j to rest with steps
-/// h, or within a tolerance. `terms` is the size of the terms of the potential.
+/// Checks that every method that keeps K follows the decay from q_j = start cos j to rest, with
+/// steps h or within a tolerance. `terms` is the size of the terms of the potential.
 fn reaches_rest((potential, terms): (&str, f64), n: usize, start: f64, [h, end]: [f64; 2]) {
     let system = system(potential, n);
     let q: Vec<f64> = (0..n).map(|j| start * (1.0 + j as f64).cos()).collect();

@@ -264,7 +264,7 @@ fn still_moves(points: &[Vec<f64>], least: f64) -> bool {
     let halves = points.split_at(points.len() / 2);
     let mut entries = 0..points.first().map_or(0, Vec::len);
     entries.any(|j| {
-        let [first, second] = [halves.0, halves.1].map(|half| Course::of(half, j));
+        let [first, second] = [halves.0, halves.1].map(|half| Distribution::of(half, j));
         let range = first.range.max(second.range);
         let (by_range, by_deviation) =
             ((second.range / first.range).ln(), (second.deviation / first.deviation).ln());
@@ -273,14 +273,14 @@ fn still_moves(points: &[Vec<f64>], least: f64) -> bool {
     })
 }
 
-/// What an entry of points does.
-struct Course {
+/// The range, the mean and the standard deviation of one coordinate or momentum over points.
+struct Distribution {
     range: f64,
     mean: f64,
     deviation: f64,
 }
 
-impl Course {
+impl Distribution {
     fn of(points: &[Vec<f64>], j: usize) -> Self {
         let (values, count) = (|| points.iter().map(|point| point[j]), points.len() as f64);
         let mean = values().sum::<f64>() / count;

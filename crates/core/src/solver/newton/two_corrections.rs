@@ -101,9 +101,9 @@ pub(super) struct Correction<T> {
     pub(super) previous: T,
     /// The last correction.
     pub(super) update: T,
-    /// The relative error of the inverse slope of the correction before.
+    /// 1 - (1 + F') y at the first of the two points, with the inverse slope y used there.
     pub(super) inverse_error: T,
-    /// What that inverse lacks at the last slope: 1 - (1 + F') y.
+    /// 1 - (1 + F') y at the second point, with the same y.
     pub(super) missing: T,
 }
 
