@@ -113,6 +113,11 @@ impl Readings {
         }
     }
 
+    /// The number `what` of the subject `of`, if there is one.
+    pub(crate) fn known(&self, of: &str, what: &str) -> Option<f64> {
+        Some(self.number(of, what)).filter(|number| !number.is_nan())
+    }
+
     /// The subjects that have the quantity `what`, in order.
     pub(crate) fn of_all(&self, what: &str) -> Vec<&str> {
         self.0.iter().filter(|one| one.what == what).map(|one| one.of.as_str()).collect()
@@ -121,6 +126,11 @@ impl Readings {
     /// The numbers of the quantity `what` with their subjects; NaN where one is missing.
     pub(crate) fn numbers(&self, what: &str) -> Vec<(&str, f64)> {
         self.of_all(what).into_iter().map(|of| (of, self.number(of, what))).collect()
+    }
+
+    /// A sentence with a part about each subject that has the quantity `what`.
+    pub(crate) fn each(&self, what: &str, say: impl Fn(&str) -> String) -> String {
+        format!("{}.", self.of_all(what).into_iter().map(say).collect::<Vec<_>>().join("; "))
     }
 }
 
@@ -155,6 +165,11 @@ impl Finding {
 /// [`Verdict::Holds`] or [`Verdict::Fails`].
 pub(crate) fn verdict(holds: bool) -> Verdict {
     if holds { Verdict::Holds } else { Verdict::Fails }
+}
+
+/// [`Verdict::Note`] if nothing went wrong, else [`Verdict::Fails`].
+pub(crate) fn note(is_right: bool) -> Verdict {
+    if is_right { Verdict::Note } else { Verdict::Fails }
 }
 
 /// A number for a sentence, with two significant digits.

@@ -15,8 +15,8 @@ pub use scenes::Difference;
 use crate::claim::Finding;
 use crate::data::DataError;
 use crate::record::{Artifact, Manifest, Output, processor};
-use crate::report::{Block, Figure, Report};
-use crate::sheet::{ReportError, Sheet, scientific, table};
+use crate::report::{Block, Report};
+use crate::sheet::{Placed, ReportError, Sheet, scientific, table};
 use charts::Drawn;
 use findings::Counts;
 use folder::Folder;
@@ -258,19 +258,12 @@ fn shortened(cells: Vec<String>) -> Vec<String> {
 
 /// Shows charts, narrow ones side by side.
 fn show(sheet: &mut Sheet, charts: impl Iterator<Item = (Drawn, String)>) {
-    let mut narrow: Option<Figure> = None;
-    for (Drawn { name, drawing, caption, wide }, data) in charts {
-        let figure = sheet.figure(&name, drawing, caption, &data);
-        match (wide, narrow.take()) {
-            (false, None) => narrow = Some(figure),
-            (false, Some(left)) => sheet.show_pair(left, figure),
-            (true, left) => {
-                sheet.section.blocks.extend(left.map(Block::Figure));
-                sheet.section.blocks.push(Block::Figure(figure));
-            }
-        }
-    }
-    sheet.section.blocks.extend(narrow.map(Block::Figure));
+    let place = |(Drawn { name, drawing, caption, wide }, data): (Drawn, String)| Placed {
+        figure: sheet.figure(&name, drawing, caption, &data),
+        wide,
+    };
+    let figures: Vec<_> = charts.map(place).collect();
+    sheet.arrange(figures);
 }
 
 fn output(a: &Folder, b: &Folder, sheets: Vec<Sheet>) -> Output {

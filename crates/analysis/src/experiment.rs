@@ -15,6 +15,7 @@ mod long_run;
 mod lyapunov;
 mod pick;
 mod poincare;
+mod reference;
 mod resonance;
 mod stability;
 mod sweep;

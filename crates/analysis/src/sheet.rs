@@ -6,6 +6,7 @@ use crate::journal::JournalError;
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
+use crate::scene::Spacing;
 use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;
@@ -167,6 +168,33 @@ impl Sheet {
     pub(crate) fn show_pair(&mut self, left: Figure, right: Figure) {
         self.section.blocks.push(Block::Pair(left, right));
     }
+
+    /// Shows charts in pairs. The last one of an odd number stands alone.
+    pub(crate) fn show_pairs(&mut self, figures: impl IntoIterator<Item = Figure>) {
+        self.arrange(figures.into_iter().map(|figure| Placed { figure, wide: false }));
+    }
+
+    /// Shows charts in order. Two neighbours that are not wide stand side by side.
+    pub(crate) fn arrange(&mut self, figures: impl IntoIterator<Item = Placed>) {
+        let mut narrow: Option<Figure> = None;
+        for Placed { figure, wide } in figures {
+            match (wide, narrow.take()) {
+                (false, None) => narrow = Some(figure),
+                (false, Some(left)) => self.show_pair(left, figure),
+                (true, left) => {
+                    self.section.blocks.extend(left.map(Block::Figure));
+                    self.section.blocks.push(Block::Figure(figure));
+                }
+            }
+        }
+        self.section.blocks.extend(narrow.map(Block::Figure));
+    }
+}
+
+/// A figure, and whether it takes the full width.
+pub(crate) struct Placed {
+    pub(crate) figure: Figure,
+    pub(crate) wide: bool,
 }
 
 /// States the doubt of the reference beside the number of errors that are not resolved.
@@ -187,9 +215,17 @@ pub(crate) fn table(header: &[&str], rows: Vec<Vec<String>>) -> Block {
     Block::Table(Table { header: header.iter().map(|&name| name.into()).collect(), rows })
 }
 
+/// An axis on which values of this spacing are evenly spaced.
+pub(crate) fn spaced(label: &str, spacing: Spacing) -> Axis {
+    match spacing {
+        Spacing::Linear => Axis::linear(label),
+        Spacing::Log => Axis::log(label),
+    }
+}
+
 /// A chart over time.
 pub(crate) fn over_time(title: &str, y: Axis, curves: Vec<Curve>) -> LineChart {
-    LineChart { title: title.into(), x: Axis::linear("time t"), y, curves, guides: Vec::new() }
+    LineChart::new(title, Axis::linear("time t"), y, curves)
 }
 
 /// A curve without markers.

@@ -66,6 +66,11 @@ pub struct LineChart {
 }
 
 impl LineChart {
+    /// A chart without guides.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
+        Self { title: title.into(), x, y, curves, guides: Vec::new() }
+    }
+
     /// The chart as a drawing.
     pub fn draw(&self) -> Drawing {
         let placed: Vec<Vec<_>> =

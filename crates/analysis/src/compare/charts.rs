@@ -176,7 +176,7 @@ fn draw(kind: &Kind, title: &str, of: &str, runs: Vec<Pair>) -> (Option<(Drawing
         });
         let curves = curves.filter(|(_, points)| !points.is_empty());
         let curves = curves.map(|(label, points)| curve(label, points)).collect();
-        let chart = LineChart { title: title.into(), x, y, curves, guides: Vec::new() };
+        let chart = LineChart::new(title, x, y, curves);
         return (Some((chart.draw(), false)), 0);
     }
     let left_out = runs.len().saturating_sub(PANELS);

@@ -1,21 +1,18 @@
 //! Basins of attraction: a map for each method and step, beside that of the reference.
 
 use super::declared::{Boxed, section};
-use super::poincare::of_reference;
+use super::reference::{EXACT, label, of_reference};
+use crate::Model;
 use crate::chart::{Axis, Cells, HeatMap};
-use crate::claim::{Readings, Said, fixed, list};
-use crate::record::RunOutcome;
-use crate::report::{Block, Verdict};
+use crate::claim::{Readings, Said, fixed, list, note};
+use crate::findings::all_zero;
 use crate::scene::{DynamicsPlan, Scene};
 use crate::sheet::{ReportError, Sheet, decimal};
 use crate::study::basins::{self, BasinMap, Basins, UNSETTLED};
-use crate::study::outcome::COMPLETED;
-use afterbay_methods::registry::REFERENCE;
+use crate::study::outcome::{COMPLETED, Ending};
 
 /// The table from which the maps are made.
 const DATA: &str = "basins";
-/// The label of the reference.
-const EXACT: &str = REFERENCE.name;
 /// The most attractors with a colour of their own.
 const MOST_COLOURS: usize = 8;
 
@@ -29,10 +26,8 @@ fn sheet(
     plan: &DynamicsPlan<Basins>,
     mut found: Vec<BasinMap>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Basins of attraction");
-    let DynamicsPlan { study, .. } = plan;
+    let (mut sheet, study) = (Sheet::new("Basins of attraction"), &plan.study);
     let model = &scene.problem.model;
-    let [width, height] = study.axes.each_ref().map(|axis| axis.values.len());
     if let Some((exact, others)) = found.split_first_mut().filter(|(x, _)| x.row.name == EXACT) {
         others.iter_mut().for_each(|map| map.renumber(exact));
     }
@@ -40,88 +35,81 @@ fn sheet(
     sheet.wide_data(DATA, &basins::columns(model), &rows)?;
     sheet.runs.extend(found.iter().map(|map| {
         let failed = map.cells.iter().find(|cell| cell.ending.outcome != COMPLETED);
-        RunOutcome {
-            study: "basins",
-            system: model.name(),
-            method: map.row.name,
-            h: map.h,
-            outcome: failed.map_or(COMPLETED, |cell| cell.ending.outcome).into(),
-            failure: failed.and_then(|cell| cell.ending.failure.clone()),
-        }
+        let ending = failed.map_or(Ending::completed(), |cell| cell.ending.clone());
+        ending.record("basins", model.name(), map.row.name, map.h)
     }));
-    sheet.text(format!(
+    sheet.text(prose(plan, model));
+    sheet.table(&HEADER, found.iter().flat_map(cells).collect());
+    sheet.find("Basins of attraction", readings(study, &found), what_is_seen);
+    let figure = |(nth, map): (usize, &BasinMap)| {
+        let caption = "The attractor that each initial state reaches.";
+        let name = format!("basins-{}-{nth}", map.row.name);
+        sheet.figure(&name, chart(scene, study, map).draw(), caption, DATA)
+    };
+    let figures: Vec<_> = found.iter().enumerate().map(figure).collect();
+    sheet.show_pairs(figures);
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
+    let [width, height] = plan.study.axes.each_ref().map(|axis| axis.values.len());
+    format!(
         "Runs from {width} × {height} initial states, observed {}. A run has reached an attractor \
          when its states repeat, when they stay near an attractor that another run has shown, or \
          when they fill a region of the same extent all along. One that still moves towards \
          something, or away, is unsettled. The boundary between basins has the dimension 2 - α, \
          where the share of cells with a cell of another attractor at a distance ε grows like ε^α; \
          runs that fail count as one basin there, and unsettled cells are left out.{}",
-        study.section.describe(model),
+        plan.study.section.describe(model),
         of_reference(plan.reference),
-    ));
+    )
+}
+
+fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
+    let width = study.axes[0].values.len();
     let exact = found.first().filter(|first| first.row.name == EXACT);
     let mut readings = Readings::default();
-    for map in &found {
-        let label = label(map);
+    for map in found {
+        let label = label(map.row, map.h);
         let count =
             |which: fn(&basins::Cell) -> bool| map.cells.iter().filter(|cell| which(cell)).count();
         readings.add(&label, "cells", map.cells.len());
         readings.add(&label, "unsettled", count(|cell| cell.ending.outcome == UNSETTLED));
-        let failed = |cell: &basins::Cell| ![COMPLETED, UNSETTLED].contains(&cell.ending.outcome);
-        readings.add(&label, "failed", count(failed));
-        let shares = map.shares();
-        let reached = shares.iter().filter(|share| **share > 0.0).count();
+        let failed = count(|cell| ![COMPLETED, UNSETTLED].contains(&cell.ending.outcome));
+        readings.add(&label, "failed", failed);
+        let reached = map.shares().iter().filter(|share| **share > 0.0).count();
         readings.add(&label, "attractors", reached);
         if map.has_boundary(width) {
             readings.add(&label, "α", map.uncertainty(width));
         }
         if let Some(exact) = exact.filter(|_| map.row.name != EXACT) {
-            let pairs = || map.cells.iter().zip(&exact.cells);
-            let of_exact = || pairs().filter(|(_, exact)| exact.attractor.is_some());
-            let same = of_exact().filter(|(own, exact)| own.attractor == exact.attractor);
-            let other = |(own, exact): &(&basins::Cell, &basins::Cell)| {
-                own.attractor.is_some() && exact.attractor.is_none()
-            };
-            readings.add(&label, "cells of the reference", of_exact().count());
-            readings.add(&label, "as the reference", same.count());
-            readings.add(&label, "others", pairs().filter(other).count());
+            compare(&mut readings, &label, map, exact);
         }
     }
-    let table = found.iter().flat_map(|map| {
-        let (label, shares) = (label(map), map.shares());
-        let row = move |(k, share): (usize, f64)| {
-            let attractor = map.attractors[k].describe();
-            vec![label.clone(), (k + 1).to_string(), attractor, decimal(Some(share))]
-        };
-        shares.into_iter().enumerate().filter(|(_, share)| *share > 0.0).map(row)
-    });
-    sheet.table(&["method and step", "attractor", "kind", "share of the cells"], table.collect());
-    sheet.find("Basins of attraction", readings, what_is_seen);
-    let figures: Vec<_> = found
-        .iter()
-        .enumerate()
-        .map(|(nth, map)| {
-            let caption = "The attractor that each initial state reaches.";
-            let name = format!("basins-{}-{nth}", map.row.name);
-            sheet.figure(&name, chart(scene, study, map).draw(), caption, DATA)
-        })
-        .collect();
-    let mut figures = figures.into_iter();
-    while let Some(left) = figures.next() {
-        match figures.next() {
-            Some(right) => sheet.show_pair(left, right),
-            None => sheet.section.blocks.push(Block::Figure(left)),
-        }
-    }
-    Ok(sheet)
+    readings
 }
 
-/// A method and its step.
-fn label(map: &BasinMap) -> String {
-    match map.row.name {
-        EXACT => EXACT.into(),
-        name => format!("{name}, h = {:.4}", map.h),
-    }
+/// Compares a map with that of the reference, cell by cell.
+fn compare(readings: &mut Readings, label: &str, map: &BasinMap, exact: &BasinMap) {
+    let pairs = || map.cells.iter().zip(&exact.cells);
+    let of_exact = || pairs().filter(|(_, exact)| exact.attractor.is_some());
+    let same = of_exact().filter(|(own, exact)| own.attractor == exact.attractor);
+    let others =
+        pairs().filter(|(own, exact)| own.attractor.is_some() && exact.attractor.is_none());
+    readings.add(label, "cells of the reference", of_exact().count());
+    readings.add(label, "as the reference", same.count());
+    readings.add(label, "others", others.count());
+}
+
+const HEADER: [&str; 4] = ["method and step", "attractor", "kind", "share of the cells"];
+
+/// A row for each attractor that some run has reached.
+fn cells(map: &BasinMap) -> impl Iterator<Item = Vec<String>> {
+    let shares = map.shares().into_iter().enumerate().filter(|(_, share)| *share > 0.0);
+    shares.map(|(k, share)| {
+        let attractor = map.attractors[k].describe();
+        vec![label(map.row, map.h), (k + 1).to_string(), attractor, decimal(Some(share))]
+    })
 }
 
 fn chart(scene: &Scene, study: &Basins, map: &BasinMap) -> HeatMap {
@@ -139,7 +127,7 @@ fn chart(scene: &Scene, study: &Basins, map: &BasinMap) -> HeatMap {
     let verdicts = map.cells.iter();
     let verdicts = verdicts.map(|cell| cell.attractor.map_or(shown, |k| k.min(shown))).collect();
     HeatMap {
-        title: format!("Attractor: {}", label(map)),
+        title: format!("Attractor: {}", label(map.row, map.h)),
         x: axis(0),
         y: axis(1),
         xs: study.axes[0].values.clone(),
@@ -179,8 +167,5 @@ fn what_is_seen(r: &Readings) -> Said {
         }
         format!("{label}: {}", list(said))
     };
-    let all = r.of_all("cells");
-    let done = r.numbers("failed").iter().all(|(_, failed)| *failed == 0.0);
-    let verdict = if done { Verdict::Note } else { Verdict::Fails };
-    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+    (note(all_zero(r, "failed")), r.each("cells", one))
 }

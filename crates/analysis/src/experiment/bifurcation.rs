@@ -1,21 +1,19 @@
 //! Bifurcation diagrams: the points of each method beside those of the reference.
 
 use super::declared::{Boxed, section};
-use super::poincare::of_reference;
+use super::reference::{EXACT, States, label, of_reference, show_states};
+use crate::Model;
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said};
-use crate::report::Verdict;
-use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
-use crate::sheet::{ReportError, Sheet, dotted};
+use crate::claim::{Readings, Said, note};
+use crate::findings::all_zero;
+use crate::scene::{DynamicsPlan, Scene, Variable};
+use crate::sheet::{ReportError, Sheet, spaced};
 use crate::study::attractor::{Attractor, Kind};
 use crate::study::bifurcation::{self, Bifurcation, Column, Diagram};
 use crate::study::outcome::Ending;
-use afterbay_methods::registry::REFERENCE;
 
 /// The table from which the charts are made.
 const DATA: &str = "bifurcation";
-/// The label of the reference.
-const EXACT: &str = REFERENCE.name;
 /// The most changes of the period that a sentence names.
 const MOST_NAMED: usize = 6;
 
@@ -29,8 +27,7 @@ fn sheet(
     plan: &DynamicsPlan<Bifurcation>,
     found: Vec<Diagram>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Bifurcation diagram");
-    let DynamicsPlan { study, .. } = plan;
+    let (mut sheet, study) = (Sheet::new("Bifurcation diagram"), &plan.study);
     let model = &scene.problem.model;
     let rows: Vec<_> =
         found.iter().flat_map(|diagram| diagram.rows(&study.parameter, model.degrees())).collect();
@@ -41,12 +38,31 @@ fn sheet(
         let ending = ending.unwrap_or_else(Ending::interrupted);
         ending.record("bifurcation", model.name(), diagram.row.name, diagram.h)
     }));
+    sheet.text(prose(plan, model));
+    sheet.find("Bifurcation diagram", readings(study, &found), what_is_seen);
+    let states = |diagram: &Diagram| States {
+        row: diagram.row,
+        label: label(diagram.row, diagram.h),
+        points: points(diagram),
+    };
+    let states: Vec<_> = found.iter().map(states).collect();
+    show_states(&mut sheet, DATA, &states, |label, curves| {
+        let title = format!("States against {}: {label}", study.parameter);
+        let x = spaced(&study.parameter, study.spacing);
+        let y = Axis::linear(scene.units.variable(Variable::Q, "q1"));
+        LineChart::new(title, x, y, curves)
+    });
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
+    let study = &plan.study;
     let begin = if study.follow {
         "Each run begins where that of the value before ended, once upwards and once downwards."
     } else {
         "Each run begins at the initial state."
     };
-    sheet.text(format!(
+    format!(
         "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
          attractors count as the same if both have one period and lie within 5 % of their size, or \
          if neither has a period and their extents agree.{}",
@@ -56,64 +72,35 @@ fn sheet(
         study.values.len(),
         study.parameter,
         of_reference(plan.reference),
-    ));
+    )
+}
+
+fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
     let exact = found.iter().find(|diagram| diagram.row.name == EXACT).map(kinds);
     let mut readings = Readings::default();
-    for diagram in &found {
-        let (label, own) = (label(diagram), kinds(diagram));
+    for diagram in found {
+        let (label, own) = (label(diagram.row, diagram.h), kinds(diagram));
         let failed = diagram.columns.iter().filter(|column| !column.ending.is_completed());
         readings.add(&label, "values", diagram.columns.len());
         readings.add(&label, "failed runs", failed.count());
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
         if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
-            let known = exact.iter().flatten().count();
+            let pairs = || own.iter().zip(exact);
             let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| {
                 own.as_ref().zip(exact.as_ref()).is_some_and(|(own, exact)| exact.is_like(own))
             };
-            let other =
-                |pair: (&Option<Attractor>, &Option<Attractor>)| pair.1.is_some() && !same(pair);
-            let first = own.iter().zip(exact).position(other);
-            let alike = own.iter().zip(exact).filter(|&pair| same(pair)).count();
+            let known = exact.iter().flatten().count();
             if known > 0 {
+                let alike = pairs().filter(|&pair| same(pair)).count();
                 readings.add(&label, "compared", known);
                 readings.add(&label, "as the reference", alike);
             }
+            let first = pairs().position(|pair| pair.1.is_some() && !same(pair));
             let first = first.and_then(|i| diagram.columns.get(i)).map(|column| column.value);
             readings.add(&label, "first other value", first);
         }
     }
-    sheet.find("Bifurcation diagram", readings, what_is_seen);
-    for (nth, diagram) in found.iter().enumerate() {
-        let exact = found.iter().find(|diagram| diagram.row.name == EXACT);
-        if diagram.row.name == EXACT && found.len() > 1 {
-            continue;
-        }
-        let chart = LineChart {
-            title: format!("States against {}: {}", study.parameter, label(diagram)),
-            x: match study.spacing {
-                Spacing::Linear => Axis::linear(&study.parameter),
-                Spacing::Log => Axis::log(&study.parameter),
-            },
-            y: Axis::linear(scene.units.variable(Variable::Q, "q1")),
-            curves: exact
-                .into_iter()
-                .chain((diagram.row.name != EXACT).then_some(diagram))
-                .map(|diagram| dotted(&label(diagram), points(diagram)))
-                .collect(),
-            guides: Vec::new(),
-        };
-        let name = format!("bifurcation-{}-{nth}", diagram.row.name);
-        sheet.show(&name, &chart, "Grey: the reference. It lies below the method.", DATA);
-    }
-    Ok(sheet)
-}
-
-/// A method and its step.
-fn label(diagram: &Diagram) -> String {
-    match diagram.row.name {
-        EXACT => EXACT.into(),
-        name => format!("{name}, h = {:.4}", diagram.h),
-    }
+    readings
 }
 
 fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
@@ -173,8 +160,5 @@ fn what_is_seen(r: &Readings) -> Said {
         let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };
         format!("{label}: {beside}{end}")
     };
-    let all = r.of_all("values");
-    let done = r.numbers("failed runs").iter().all(|(_, failed)| *failed == 0.0);
-    let verdict = if done { Verdict::Note } else { Verdict::Fails };
-    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+    (note(all_zero(r, "failed runs")), r.each("values", one))
 }

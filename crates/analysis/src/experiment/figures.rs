@@ -152,7 +152,7 @@ fn draw_curves(
         let panels = Panels { title, x: x_axis, y: y_axis, panels };
         return Drawn { drawing: panels.draw(), caption: caption + ".", wide: true };
     }
-    let chart = LineChart { title, x: x_axis, y: y_axis, curves: overlaid, guides: Vec::new() };
+    let chart = LineChart::new(title, x_axis, y_axis, overlaid);
     Drawn { drawing: chart.draw(), caption: caption + ".", wide: false }
 }
 

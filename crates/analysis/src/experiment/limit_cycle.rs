@@ -1,20 +1,17 @@
 //! Limit cycles of each method beside those of the reference, and their branches.
 
 use super::declared::{Boxed, section};
-use super::poincare::of_reference;
+use super::reference::{EXACT, label, of_reference};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed, list, sci};
-use crate::report::Verdict;
+use crate::claim::{Readings, Said, fixed, list, note, sci};
+use crate::findings::all_completed;
 use crate::scene::{DynamicsPlan, Scene, Variable};
 use crate::sheet::{ReportError, Sheet, decimal, line, scientific};
 use crate::study::limit_cycle::{self, Cycle, Cycles, Event, LimitCycle};
 use crate::study::outcome::COMPLETED;
-use afterbay_methods::registry::REFERENCE;
 
 /// The table from which the chart is made.
 const DATA: &str = "limit_cycle";
-/// The label of the reference.
-const EXACT: &str = REFERENCE.name;
 /// The most bifurcations that a sentence names.
 const MOST_NAMED: usize = 6;
 
@@ -28,89 +25,88 @@ fn sheet(
     plan: &DynamicsPlan<LimitCycle>,
     found: Vec<Cycles>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Limit cycle");
-    let DynamicsPlan { study, .. } = plan;
-    let model = &scene.problem.model;
-    let parameter = study.branch.as_ref().map(|branch| branch.parameter.as_str());
+    let (mut sheet, model) = (Sheet::new("Limit cycle"), &scene.problem.model);
+    let parameter = plan.study.branch.as_ref().map(|branch| branch.parameter.as_str());
     let rows: Vec<_> =
         found.iter().flat_map(|cycles| cycles.rows(parameter, model.degrees())).collect();
     sheet.wide_data(DATA, &limit_cycle::columns(model), &rows)?;
     sheet.runs.extend(found.iter().map(|cycles| {
         cycles.ending.record("limit-cycle", model.name(), cycles.row.name, cycles.h)
     }));
+    sheet.text(prose(plan, parameter));
+    let readings = readings(parameter, &found);
+    sheet.table(&HEADER, found.iter().map(|cycles| cells(cycles, &readings)).collect());
+    sheet.find("Limit cycle", readings, what_is_seen);
+    if let Some(parameter) = parameter {
+        let curve = |cycles: &Cycles| line(&label(cycles.row, cycles.h), points(cycles));
+        let title = format!("Amplitude against {parameter}");
+        let y = Axis::linear(scene.units.variable(Variable::Q, "amplitude of q1"));
+        let curves = found.iter().map(curve).collect();
+        let chart = LineChart::new(title, Axis::linear(parameter), y, curves);
+        sheet.show("limit-cycle", &chart, "Stable and unstable cycles.", DATA);
+    }
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
     let along = parameter.map_or(String::new(), |name| {
         format!(" The branch is followed in {name}; a value may occur more than once.")
     });
-    sheet.text(format!(
+    format!(
         "The cycle of each method near its state at t = {}: n steps that lead back to their start, \
          found by Newton's method. The amplitude is max |q1|, at steps and between them; of an angle \
          that turns, half the range of q1 less its uniform rotation. The \
          multipliers are those by which small displacements grow over a period; the cycle is \
          stable if all are less than 1, but for the one along a cycle without a drive.{along}{}",
-        study.transient,
+        plan.study.transient,
         of_reference(plan.reference),
-    ));
+    )
+}
+
+fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
     let mut readings = Readings::default();
     let exact = found.iter().find(|cycles| cycles.row.name == EXACT).and_then(first);
-    for cycles in &found {
-        let (label, cycle) = (label(cycles), first(cycles));
+    for cycles in found {
+        let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
         readings.add(&label, "run", cycles.ending.outcome);
         readings.add(&label, "period", cycle.map(|cycle| cycle.period));
         readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
         readings.add(&label, "multiplier", cycle.and_then(largest));
         if let Some((cycle, exact)) = cycle.zip(exact).filter(|_| cycles.row.name != EXACT) {
-            let off = (cycle.period - exact.period).abs() / exact.period;
-            readings.add(&label, "period off", off);
-            let off = (cycle.amplitude[0] - exact.amplitude[0]).abs() / exact.amplitude[0];
+            let off = |own: f64, exact: f64| (own - exact).abs() / exact;
+            readings.add(&label, "period off", off(cycle.period, exact.period));
+            let off = off(cycle.amplitude[0], exact.amplitude[0]);
             readings.add(&label, "amplitude off", off);
         }
         if let Some(parameter) = parameter {
             readings.add(&label, "bifurcations", bifurcations(cycles, parameter));
         }
     }
-    let table = found.iter().map(|cycles| {
-        let (label, cycle) = (label(cycles), first(cycles));
-        let number = |what: &str| Some(readings.number(&label, what)).filter(|x| !x.is_nan());
-        vec![
-            label.clone(),
-            cycles.ending.describe(),
-            decimal(cycle.map(|cycle| cycle.period)),
-            decimal(cycle.map(|cycle| cycle.amplitude[0])),
-            scientific(number("multiplier")),
-            scientific(number("period off")),
-            scientific(number("amplitude off")),
-        ]
-    });
-    let header = [
-        "method and step",
-        "run",
-        "period",
-        "amplitude of q1",
-        "largest multiplier",
-        "relative error of the period",
-        "of the amplitude",
-    ];
-    sheet.table(&header, table.collect());
-    sheet.find("Limit cycle", readings, what_is_seen);
-    if let Some(parameter) = parameter {
-        let chart = LineChart {
-            title: format!("Amplitude against {parameter}"),
-            x: Axis::linear(parameter),
-            y: Axis::linear(scene.units.variable(Variable::Q, "amplitude of q1")),
-            curves: found.iter().map(|cycles| line(&label(cycles), points(cycles))).collect(),
-            guides: Vec::new(),
-        };
-        sheet.show("limit-cycle", &chart, "Stable and unstable cycles.", DATA);
-    }
-    Ok(sheet)
+    readings
 }
 
-/// A method and its step.
-fn label(cycles: &Cycles) -> String {
-    match cycles.row.name {
-        EXACT => EXACT.into(),
-        name => format!("{name}, h = {:.4}", cycles.h),
-    }
+const HEADER: [&str; 7] = [
+    "method and step",
+    "run",
+    "period",
+    "amplitude of q1",
+    "largest multiplier",
+    "relative error of the period",
+    "of the amplitude",
+];
+
+fn cells(cycles: &Cycles, readings: &Readings) -> Vec<String> {
+    let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
+    let number = |what: &str| scientific(readings.known(&label, what));
+    vec![
+        label.clone(),
+        cycles.ending.describe(),
+        decimal(cycle.map(|cycle| cycle.period)),
+        decimal(cycle.map(|cycle| cycle.amplitude[0])),
+        number("multiplier"),
+        number("period off"),
+        number("amplitude off"),
+    ]
 }
 
 fn first(cycles: &Cycles) -> Option<&Cycle> {
@@ -177,8 +173,5 @@ fn what_is_seen(r: &Readings) -> Said {
             sci(number("multiplier")),
         )
     };
-    let all = r.of_all("run");
-    let done = all.iter().all(|label| r.word(label, "run") == COMPLETED);
-    let verdict = if done { Verdict::Note } else { Verdict::Fails };
-    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+    (note(all_completed(r, "run")), r.each("run", one))
 }

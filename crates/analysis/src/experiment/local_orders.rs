@@ -7,9 +7,12 @@ use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed};
 use crate::report::Verdict;
 use crate::scene::{LocalOrderPlan, Scene};
-use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
+use crate::sheet::{ReportError, Sheet, decimal, marked, scientific, table};
 use crate::study::VARIABLES;
 use crate::study::local_order::{LocalErrors, LocalOrders, OrderRow, Statistic, rows};
+
+/// The table from which the charts are made.
+const DATA: &str = "local_orders";
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a LocalOrderPlan) -> Boxed<'a> {
     let study = plan.study.of::<f64>(&scene.problem, &plan.methods);
@@ -23,9 +26,8 @@ fn sheet(
     errors: &[LocalErrors],
 ) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Local errors and orders");
-    let study = &plan.study;
-    let orders = rows(errors, |_, _, _| None);
-    sheet.data("local_orders", &orders)?;
+    let (study, orders) = (&plan.study, rows(errors, |_, _, _| None));
+    sheet.data(DATA, &orders)?;
     sheet.text(format!(
         "One step of each size is taken from every point of the reference at a multiple of {}. The \
          local error T is the increment of the reference minus that of the method, divided by h. \
@@ -34,69 +36,70 @@ fn sheet(
         study.base_step,
         left_out(&orders, study.steps.len())
     ));
-    let of = |method: &str, variable: &str, statistic: &str| {
-        orders.iter().find(|row| {
-            row.method == method && row.variable == variable && row.statistic == statistic
-        })
-    };
-    let all = names(&plan.methods);
-    let readings = all.iter().fold(Readings::default(), |r, name| {
-        VARIABLES.iter().fold(r, |r, variable| {
-            r.and(name, variable, of(name, variable, "median").and_then(|row| row.order))
-        })
-    });
-    sheet.find("Local orders of q / p / w (median)", readings, local);
-    let cells = |row: &OrderRow| {
-        vec![
-            row.method.into(),
-            row.variable.into(),
-            row.statistic.into(),
-            order_of(row),
-            row.ci_low
-                .zip(row.ci_high)
-                .map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
-            format!("{} of {}", row.points, study.steps.len()),
-            row.worst_t.to_string(),
-            scientific(row.pole_distance),
-            row.failed.to_string(),
-        ]
-    };
-    let header = [
-        "method",
-        "variable",
-        "statistic",
-        "order",
-        "95 % interval",
-        "steps used",
-        "t of the worst point",
-        "its distance to a pole",
-        "steps that failed",
-    ];
-    let table = crate::sheet::table(&header, orders.iter().map(cells).collect());
-    sheet.fold("every order", vec![table]);
-    let chart = |i: usize, name: &str| LineChart {
-        title: format!("Local error of {name}, median"),
-        x: Axis::log(scene.units.time("step h")),
-        y: Axis::log(format!("median of |T| of {name}")),
-        curves: all
-            .iter()
-            .map(|method| {
-                let points = errors.iter().filter(|errors| errors.method.name == *method);
-                let point =
-                    |errors: &LocalErrors| (errors.h, errors.variables[i].get(Statistic::Median));
-                marked(method, points.map(point).collect())
-            })
-            .collect(),
-        guides: slopes(plan.methods.iter().map(|row| row.local_order[i])),
-    };
-    let [q, p, w] = [0, 1, 2].map(|i| {
+    sheet.find("Local orders of q / p / w (median)", readings(plan, &orders), local);
+    let cells = orders.iter().map(|row| cells(row, study.steps.len()));
+    sheet.fold("every order", vec![table(&HEADER, cells.collect())]);
+    let figures = [0, 1, 2].map(|i| {
         let name = VARIABLES[i];
         let caption = format!("Median of the local errors of {name} over the base grid.");
-        sheet.figure(&format!("local-error-{name}"), chart(i, name).draw(), caption, "local_orders")
+        let chart = chart(scene, plan, errors, i);
+        sheet.figure(&format!("local-error-{name}"), chart.draw(), caption, DATA)
     });
-    sheet.show_pair(q, p);
-    sheet.section.blocks.push(crate::report::Block::Figure(w));
+    sheet.show_pairs(figures);
     Ok(sheet)
+}
+
+fn readings(plan: &LocalOrderPlan, orders: &[OrderRow]) -> Readings {
+    let median = |method: &str, variable: &str| {
+        let mut rows = orders.iter().filter(|row| row.method == method && row.variable == variable);
+        rows.find(|row| row.statistic == "median").and_then(|row| row.order)
+    };
+    names(&plan.methods).iter().fold(Readings::default(), |r, name| {
+        VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, median(name, variable)))
+    })
+}
+
+const HEADER: [&str; 9] = [
+    "method",
+    "variable",
+    "statistic",
+    "order",
+    "95 % interval",
+    "steps used",
+    "t of the worst point",
+    "its distance to a pole",
+    "steps that failed",
+];
+
+fn cells(row: &OrderRow, steps: usize) -> Vec<String> {
+    let interval = row.ci_low.zip(row.ci_high);
+    vec![
+        row.method.into(),
+        row.variable.into(),
+        row.statistic.into(),
+        order_of(row),
+        interval.map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
+        format!("{} of {steps}", row.points),
+        row.worst_t.to_string(),
+        scientific(row.pole_distance),
+        row.failed.to_string(),
+    ]
+}
+
+/// The median of the local errors of variable number i against the step.
+fn chart(scene: &Scene, plan: &LocalOrderPlan, errors: &[LocalErrors], i: usize) -> LineChart {
+    let curve = |method: &&str| {
+        let points = errors.iter().filter(|errors| errors.method.name == *method);
+        let point = |errors: &LocalErrors| (errors.h, errors.variables[i].get(Statistic::Median));
+        marked(method, points.map(point).collect())
+    };
+    LineChart {
+        title: format!("Local error of {}, median", VARIABLES[i]),
+        x: Axis::log(scene.units.time("step h")),
+        y: Axis::log(format!("median of |T| of {}", VARIABLES[i])),
+        curves: names(&plan.methods).iter().map(curve).collect(),
+        guides: slopes(plan.methods.iter().map(|row| row.local_order[i])),
+    }
 }
 
 /// An order, or the reason why there is none.
@@ -135,5 +138,5 @@ pub(super) fn orders_of_three(r: &Readings, decimals: usize, none: &str) -> Stri
         };
         format!("{name} {}", VARIABLES.map(order).join(" / "))
     };
-    format!("{}.", r.of_all(VARIABLES[0]).into_iter().map(one).collect::<Vec<_>>().join("; "))
+    r.each(VARIABLES[0], one)
 }

@@ -2,14 +2,13 @@
 
 use super::declared::{Boxed, section};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said};
+use crate::claim::{Readings, Said, note};
 use crate::findings::long_run::{cells, chart_of, growth, readings};
-use crate::report::Verdict;
+use crate::findings::{all_completed, ended};
 use crate::scene::{LongRunPlan, Scene};
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
 use crate::study::long_run::{LongRun, LongRuns, Setup};
-use crate::study::outcome::COMPLETED;
 
 /// The number of starts, the scene's and others with slightly larger amplitudes, since a single
 /// random walk determines its exponent poorly.
@@ -88,14 +87,11 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
 }
 
 fn how_k_grows(r: &Readings) -> Said {
-    let one = |(label, rms): (&str, f64)| {
-        let run = r.word(label, "run");
-        let end = if run == COMPLETED { String::new() } else { format!(" ({run})") };
-        format!("{label}: {rms:.0e} of K, {}{end}", growth(r, label))
+    let one = |label: &str| {
+        let rms = r.number(label, "rms");
+        format!("{label}: {rms:.0e} of K, {}{}", growth(r, label), ended(r, label))
     };
-    let all = r.numbers("rms");
-    let done = all.iter().all(|(label, _)| r.word(label, "run") == COMPLETED);
-    let all: Vec<_> = all.into_iter().map(one).collect();
-    let statement = format!("after {} steps: {}.", r.number("run", "steps"), all.join("; "));
-    (if done { Verdict::Note } else { Verdict::Fails }, statement)
+    let steps = r.number("run", "steps");
+    let statement = format!("after {steps} steps: {}", r.each("rms", one));
+    (note(all_completed(r, "rms")), statement)
 }

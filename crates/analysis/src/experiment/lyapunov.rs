@@ -1,20 +1,17 @@
 //! Lyapunov exponents of each method beside those of the reference.
 
 use super::declared::{Boxed, section};
-use super::poincare::of_reference;
-use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed, sci};
-use crate::report::Verdict;
+use super::reference::{EXACT, label, of_reference};
+use crate::chart::{Axis, Curve, LineChart};
+use crate::claim::{Readings, Said, fixed, note, sci};
+use crate::findings::all_completed;
 use crate::scene::{DynamicsPlan, Scene};
 use crate::sheet::{ReportError, Sheet, decimal, line};
-use crate::study::lyapunov::{self, Lyapunov, Spectrum};
+use crate::study::lyapunov::{self, Lyapunov, LyapunovRow, Spectrum};
 use crate::study::outcome::COMPLETED;
-use afterbay_methods::registry::REFERENCE;
 
 /// The table from which the chart is made.
 const DATA: &str = "lyapunov";
-/// The label of the reference.
-const EXACT: &str = REFERENCE.name;
 /// The standard errors beyond which two numbers differ.
 const DIFFERENT: f64 = 3.0;
 
@@ -28,15 +25,26 @@ fn sheet(
     plan: &DynamicsPlan<Lyapunov>,
     found: Vec<Spectrum>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Lyapunov exponents");
-    let DynamicsPlan { study, .. } = plan;
-    let model = &scene.problem.model;
+    let (mut sheet, model) = (Sheet::new("Lyapunov exponents"), &scene.problem.model);
     let rows: Vec<_> = found.iter().flat_map(|spectrum| &spectrum.rows).collect();
     sheet.wide_data(DATA, &lyapunov::columns(model), &rows)?;
     sheet.runs.extend(found.iter().map(|spectrum| {
         spectrum.ending.record("lyapunov", model.name(), spectrum.row.name, spectrum.h)
     }));
-    sheet.text(format!(
+    sheet.text(prose(plan));
+    sheet.table(&HEADER, found.iter().map(cells).collect());
+    sheet.find("Lyapunov exponents", readings(&found), what_is_seen);
+    let title = "Largest Lyapunov exponent";
+    let x = Axis::linear("time of the measurement");
+    let y = Axis::linear("mean over the time so far");
+    let chart = LineChart::new(title, x, y, found.iter().map(curve).collect());
+    sheet.show("lyapunov", &chart, "Its convergence.", DATA);
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Lyapunov>) -> String {
+    let study = &plan.study;
+    format!(
         "The mean rates at which small displacements of (q, p) grow under the steps of a method, \
          over t = {} after {} that are not measured. Each has the standard error that its {} \
          intervals show. The sum of the exponents is that at which volumes grow, and the \
@@ -48,66 +56,52 @@ fn sheet(
         study.transient,
         study.rows,
         of_reference(plan.reference),
-    ));
+    )
+}
+
+fn readings(found: &[Spectrum]) -> Readings {
     let mut readings = Readings::default();
-    for spectrum in &found {
-        let (label, last) = (label(spectrum), spectrum.rows.last());
+    for spectrum in found {
+        let label = label(spectrum.row, spectrum.h);
+        let done = spectrum.rows.last().filter(|_| spectrum.ending.is_completed());
         readings.add(&label, "run", spectrum.ending.outcome);
-        let done = last.filter(|_| spectrum.ending.is_completed());
         readings.add(&label, "largest", done.and_then(|row| row.exponents[0]));
         readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
         readings.add(&label, "growth of the motion", done.and(spectrum.growth));
     }
-    let table = found.iter().map(|spectrum| {
-        let last = spectrum.rows.last();
-        let number = |of: fn(&lyapunov::LyapunovRow) -> Option<f64>| decimal(last.and_then(of));
-        vec![
-            label(spectrum),
-            spectrum.ending.outcome.to_owned(),
-            number(|row| row.exponents[0]),
-            number(|row| row.standard_errors[0]),
-            number(|row| row.exponents.last().copied().flatten()),
-            number(|row| row.sum),
-            number(|row| row.mean_divergence),
-        ]
-    });
-    let header = [
-        "method and step",
-        "run",
-        "largest exponent",
-        "standard error",
-        "least exponent",
-        "sum",
-        "mean divergence",
-    ];
-    sheet.table(&header, table.collect());
-    sheet.find("Lyapunov exponents", readings, what_is_seen);
-    let chart = LineChart {
-        title: "Largest Lyapunov exponent".into(),
-        x: Axis::linear("time of the measurement"),
-        y: Axis::linear("mean over the time so far"),
-        curves: found
-            .iter()
-            .map(|spectrum| {
-                let points =
-                    spectrum.rows.iter().filter_map(|row| Some((row.t, row.exponents[0]?)));
-                line(&label(spectrum), points.collect())
-            })
-            .collect(),
-        guides: Vec::new(),
-    };
-    sheet.show("lyapunov", &chart, "Its convergence.", DATA);
-    Ok(sheet)
+    readings
 }
 
-/// A method and its step.
-fn label(spectrum: &Spectrum) -> String {
-    match spectrum.row.name {
-        EXACT => EXACT.into(),
-        name => format!("{name}, h = {:.4}", spectrum.h),
-    }
+const HEADER: [&str; 7] = [
+    "method and step",
+    "run",
+    "largest exponent",
+    "standard error",
+    "least exponent",
+    "sum",
+    "mean divergence",
+];
+
+fn cells(spectrum: &Spectrum) -> Vec<String> {
+    let last = spectrum.rows.last();
+    let number = |of: fn(&LyapunovRow) -> Option<f64>| decimal(last.and_then(of));
+    vec![
+        label(spectrum.row, spectrum.h),
+        spectrum.ending.outcome.to_owned(),
+        number(|row| row.exponents[0]),
+        number(|row| row.standard_errors[0]),
+        number(|row| row.exponents.last().copied().flatten()),
+        number(|row| row.sum),
+        number(|row| row.mean_divergence),
+    ]
+}
+
+/// The largest exponent over the time of the measurement.
+fn curve(spectrum: &Spectrum) -> Curve {
+    let points = spectrum.rows.iter().filter_map(|row| Some((row.t, row.exponents[0]?)));
+    line(&label(spectrum.row, spectrum.h), points.collect())
 }
 
 fn what_is_seen(r: &Readings) -> Said {
@@ -143,8 +137,5 @@ fn what_is_seen(r: &Readings) -> Said {
             fixed(r.number(label, "divergence"), 5),
         )
     };
-    let all = r.of_all("run");
-    let done = all.iter().all(|label| r.word(label, "run") == COMPLETED);
-    let verdict = if done { Verdict::Note } else { Verdict::Fails };
-    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+    (note(all_completed(r, "run")), r.each("run", one))
 }

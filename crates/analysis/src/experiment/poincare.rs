@@ -1,21 +1,19 @@
 //! Poincaré sections: the points of each method beside those of the reference.
 
 use super::declared::{Boxed, section};
+use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::Model;
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, list};
-use crate::report::Verdict;
+use crate::claim::{Readings, Said, list, note};
+use crate::findings::{all_completed, all_zero, ended};
 use crate::scene::{DynamicsPlan, Scene, Variable};
-use crate::sheet::{ReportError, Sheet, dotted, scientific};
+use crate::sheet::{ReportError, Sheet, scientific};
 use crate::study::attractor::Attractor;
 use crate::study::outcome::{COMPLETED, Ending};
 use crate::study::poincare::{self, Poincare, Portrait};
-use afterbay_methods::registry::REFERENCE;
 
 /// The table from which the charts are made.
 const DATA: &str = "poincare";
-/// The label of the reference.
-const EXACT: &str = REFERENCE.name;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Poincare>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<Poincare>, parts| sheet(scene, plan, plan.gather(parts));
@@ -27,107 +25,96 @@ fn sheet(
     plan: &DynamicsPlan<Poincare>,
     found: Vec<Portrait>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Poincaré section");
-    let DynamicsPlan { study, .. } = plan;
-    let model = &scene.problem.model;
+    let (mut sheet, model) = (Sheet::new("Poincaré section"), &scene.problem.model);
     let rows: Vec<_> = found.iter().flat_map(|portrait| &portrait.rows).collect();
     sheet.wide_data(DATA, &poincare::columns(model), &rows)?;
-    let records = found.iter().flat_map(|portrait| {
-        let record = |ending: &Ending| {
-            ending.record("poincare", model.name(), portrait.row.name, portrait.h)
-        };
-        portrait.endings.iter().map(record)
+    for Portrait { row, h, endings, .. } in &found {
+        let record = |ending: &Ending| ending.record("poincare", model.name(), row.name, *h);
+        sheet.runs.extend(endings.iter().map(record));
+    }
+    sheet.text(prose(plan, model));
+    let readings = readings(&found);
+    sheet.table(&HEADER, found.iter().map(|portrait| cells(portrait, &readings)).collect());
+    sheet.find("Poincaré section", readings, what_is_seen);
+    let states = |portrait: &Portrait| States {
+        row: portrait.row,
+        label: label(portrait.row, portrait.h),
+        points: portrait.rows.iter().map(|row| (row.q[0], row.p[0])).collect(),
+    };
+    let states: Vec<_> = found.iter().map(states).collect();
+    show_states(&mut sheet, DATA, &states, |label, curves| {
+        let title = format!("{}: {label}", title(&plan.study, model));
+        let x = Axis::linear(scene.units.variable(Variable::Q, "q1"));
+        let y = Axis::linear(scene.units.variable(Variable::P, "p1"));
+        LineChart::new(title, x, y, curves)
     });
-    sheet.runs.extend(records.collect::<Vec<_>>());
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
+    let study = &plan.study;
     let starts = match study.starts.len() {
         1 => "from the initial state".to_owned(),
         count => format!("from each of {count} initial states"),
     };
-    sheet.text(format!(
+    format!(
         "The states of runs {starts}, {}: {} of each run after {} that are not shown. Steps divide \
          the interval between two states of a stroboscopic section.{}",
         study.section.describe(model),
         study.points,
         study.transient,
         of_reference(plan.reference),
-    ));
+    )
+}
+
+fn readings(found: &[Portrait]) -> Readings {
     let attractors: Vec<_> = found.iter().map(attractors).collect();
     let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
     let mut readings = Readings::default();
     for (portrait, own) in found.iter().zip(&attractors) {
-        let label = label(portrait);
+        let label = label(portrait.row, portrait.h);
         let broken = portrait.endings.iter().find(|ending| !ending.is_completed());
-        let outcome = broken.map_or(COMPLETED, |ending| ending.outcome);
-        readings.add(&label, "run", outcome);
+        readings.add(&label, "run", broken.map_or(COMPLETED, |ending| ending.outcome));
         readings.add(&label, "attractors", kinds(own));
         if let Some(exact) = exact.filter(|_| portrait.row.name != EXACT) {
-            // Only starts whose reference has an attractor are compared.
-            let pairs =
-                || own.iter().zip(&attractors[exact]).filter_map(|(a, b)| Some((a, b.as_ref()?)));
-            let starts = pairs().count();
-            if starts > 0 {
-                let like = |(a, b): (&Option<Attractor>, &Attractor)| {
-                    a.as_ref().is_some_and(|a| b.is_like(a))
-                };
-                readings.add(
-                    &label,
-                    "other attractors",
-                    starts - pairs().filter(|&x| like(x)).count(),
-                );
-                readings.add(&label, "starts", starts);
-                let both = pairs().filter_map(|(a, b)| Some((a.as_ref()?, b)));
-                let off = both.map(|(a, b)| b.distance(a)).reduce(f64::max);
-                readings.add(&label, "distance", off);
-            }
+            compare(&mut readings, &label, own, &attractors[exact]);
         }
     }
-    let table = found.iter().map(|portrait| {
-        let label = label(portrait);
-        let number = |what: &str| Some(readings.number(&label, what)).filter(|x| !x.is_nan());
-        vec![
-            label.clone(),
-            readings.word(&label, "run").to_owned(),
-            portrait.rows.len().to_string(),
-            readings.word(&label, "attractors").to_owned(),
-            scientific(number("distance")),
-        ]
-    });
-    let header = ["method and step", "run", "points", "attractor", "distance from the reference"];
-    sheet.table(&header, table.collect());
-    sheet.find("Poincaré section", readings, what_is_seen);
-    let exact = exact.map(|exact| points(&found[exact]));
-    for (nth, portrait) in found.iter().enumerate() {
-        if portrait.row.name == EXACT && found.len() > 1 {
-            continue;
-        }
-        let own = (portrait.row.name != EXACT).then(|| dotted(&label(portrait), points(portrait)));
-        let reference = exact.clone().map(|points| dotted(EXACT, points));
-        let chart = LineChart {
-            title: format!("{}: {}", title(study, model), label(portrait)),
-            x: Axis::linear(scene.units.variable(Variable::Q, "q1")),
-            y: Axis::linear(scene.units.variable(Variable::P, "p1")),
-            curves: reference.into_iter().chain(own).collect(),
-            guides: Vec::new(),
-        };
-        let name = format!("poincare-{}-{nth}", portrait.row.name);
-        sheet.show(&name, &chart, "Grey: the reference. It lies below the method.", DATA);
-    }
-    Ok(sheet)
+    readings
 }
 
-/// How the reference is computed, in words.
-pub(super) fn of_reference(h: Option<f64>) -> String {
-    h.map_or(String::new(), |h| {
-        format!(" The reference takes steps of nearly {h:.2e} with DOP853.")
-    })
+/// Compares attractors with those of the reference, start by start. Starts whose reference has no
+/// attractor are left out.
+fn compare(
+    readings: &mut Readings,
+    label: &str,
+    own: &[Option<Attractor>],
+    exact: &[Option<Attractor>],
+) {
+    let pairs = || own.iter().zip(exact).filter_map(|(own, exact)| Some((own, exact.as_ref()?)));
+    let starts = pairs().count();
+    if starts > 0 {
+        let both = || pairs().filter_map(|(own, exact)| Some((own.as_ref()?, exact)));
+        let alike = both().filter(|(own, exact)| exact.is_like(own)).count();
+        let off = both().map(|(own, exact)| exact.distance(own)).reduce(f64::max);
+        readings.add(label, "other attractors", starts - alike);
+        readings.add(label, "starts", starts);
+        readings.add(label, "distance", off);
+    }
 }
 
-/// A method and its step.
-fn label(portrait: &Portrait) -> String {
-    match portrait.row.name {
-        EXACT => EXACT.into(),
-        name => format!("{name}, h = {:.4}", portrait.h),
-    }
+const HEADER: [&str; 5] =
+    ["method and step", "run", "points", "attractor", "distance from the reference"];
+
+fn cells(portrait: &Portrait, readings: &Readings) -> Vec<String> {
+    let label = label(portrait.row, portrait.h);
+    vec![
+        label.clone(),
+        readings.word(&label, "run").to_owned(),
+        portrait.rows.len().to_string(),
+        readings.word(&label, "attractors").to_owned(),
+        scientific(readings.known(&label, "distance")),
+    ]
 }
 
 fn title(study: &Poincare, model: &Model) -> String {
@@ -135,10 +122,6 @@ fn title(study: &Poincare, model: &Model) -> String {
         Some(interval) => format!("States once every {interval:.4}"),
         None => format!("States {}", study.section.describe(model)),
     }
-}
-
-fn points(portrait: &Portrait) -> Vec<(f64, f64)> {
-    portrait.rows.iter().map(|row| (row.q[0], row.p[0])).collect()
 }
 
 /// The attractor of each start, if its run got far enough.
@@ -166,8 +149,7 @@ fn kinds(attractors: &[Option<Attractor>]) -> String {
 
 fn what_is_seen(r: &Readings) -> Said {
     let one = |label: &str| {
-        let (run, kinds) = (r.word(label, "run"), r.word(label, "attractors"));
-        let end = if run == COMPLETED { String::new() } else { format!(" ({run})") };
+        let (kinds, end) = (r.word(label, "attractors"), ended(r, label));
         let (other, starts) = (r.number(label, "other attractors"), r.number(label, "starts"));
         let beside = match (other, starts) {
             (other, _) if other.is_nan() => String::new(),
@@ -180,9 +162,6 @@ fn what_is_seen(r: &Readings) -> Said {
         };
         format!("{label}: {kinds}{beside}{end}")
     };
-    let all = r.of_all("attractors");
-    let right = r.numbers("other attractors").iter().all(|(_, other)| *other == 0.0);
-    let done = all.iter().all(|label| r.word(label, "run") == COMPLETED);
-    let verdict = if right && done { Verdict::Note } else { Verdict::Fails };
-    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+    let right = all_zero(r, "other attractors") && all_completed(r, "attractors");
+    (note(right), r.each("attractors", one))
 }

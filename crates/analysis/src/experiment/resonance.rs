@@ -1,22 +1,19 @@
 //! Resonance curves: the amplitude and the energy per period of each method beside the reference.
 
 use super::declared::{Boxed, section};
-use super::poincare::of_reference;
-use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed, sci};
-use crate::record::RunOutcome;
-use crate::report::Verdict;
+use super::reference::{EXACT, label, of_reference};
+use crate::chart::{self, Axis, LineChart};
+use crate::claim::{Found, Readings, Said, fixed, note, sci};
+use crate::findings::all_zero;
 use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
-use crate::sheet::{ReportError, Sheet, marked};
+use crate::sheet::{ReportError, Sheet, marked, spaced};
 use crate::study::bifurcation::Way;
-use crate::study::outcome::COMPLETED;
+use crate::study::outcome::{COMPLETED, Ending};
 use crate::study::resonance::{self, Resonance, ResonanceRow, UNSTEADY};
-use afterbay_methods::registry::{REFERENCE, Row};
+use afterbay_methods::registry::Row;
 
 /// The table from which the charts are made.
 const DATA: &str = "resonance";
-/// The label of the reference.
-const EXACT: &str = REFERENCE.name;
 
 /// The rows of a method and a step.
 struct Curve {
@@ -34,28 +31,35 @@ fn sheet(
     plan: &DynamicsPlan<Resonance>,
     found: Vec<Vec<ResonanceRow>>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Resonance");
-    let DynamicsPlan { study, .. } = plan;
-    let model = &scene.problem.model;
-    let curve = |((row, h), rows): ((&Row, f64), Vec<ResonanceRow>)| {
-        let label =
-            if row.name == EXACT { EXACT.into() } else { format!("{}, h = {h:.4}", row.name) };
-        Curve { label, rows }
-    };
+    let (mut sheet, model) = (Sheet::new("Resonance"), &scene.problem.model);
+    let curve =
+        |((row, h), rows): ((&Row, f64), Vec<ResonanceRow>)| Curve { label: label(row, h), rows };
     let found: Vec<Curve> = plan.settings().zip(found).map(curve).collect();
     let rows: Vec<_> = found.iter().flat_map(|curve| &curve.rows).collect();
     sheet.wide_data(DATA, &resonance::columns(model), &rows)?;
-    let failed = |row: &ResonanceRow| ![COMPLETED, UNSTEADY].contains(&row.outcome);
-    let steady = |row: &&ResonanceRow| row.outcome == COMPLETED;
-    sheet.runs.extend(rows.iter().filter(|row| failed(row)).map(|row| RunOutcome {
-        study: "resonance",
-        system: model.name(),
-        method: row.method,
-        h: row.h,
-        outcome: row.outcome.into(),
-        failure: row.failure.clone(),
-    }));
-    sheet.text(format!(
+    let record = |row: &&ResonanceRow| {
+        let ending = Ending { outcome: row.outcome, failure: row.failure.clone() };
+        ending.record("resonance", model.name(), row.method, row.h)
+    };
+    sheet.runs.extend(rows.iter().filter(|row| is_failed(row)).map(record));
+    sheet.text(prose(plan));
+    sheet.find("Resonance", readings(&found), what_is_seen);
+    charts(&mut sheet, scene, plan.study.spacing, &found);
+    Ok(sheet)
+}
+
+/// Whether the run of a row failed.
+fn is_failed(row: &ResonanceRow) -> bool {
+    ![COMPLETED, UNSTEADY].contains(&row.outcome)
+}
+
+fn is_steady(row: &ResonanceRow) -> bool {
+    row.outcome == COMPLETED
+}
+
+fn prose(plan: &DynamicsPlan<Resonance>) -> String {
+    let study = &plan.study;
+    format!(
         "The steady motion at {} values of {}, once upwards and once downwards. Each begins where \
          the one before ended; {} periods pass before {} are measured. The amplitude is the largest \
          |q| between steps, found to rounding. In a steady motion the drive supplies in a period \
@@ -65,65 +69,76 @@ fn sheet(
         study.transient,
         study.periods,
         of_reference(plan.reference),
-    ));
+    )
+}
+
+fn readings(found: &[Curve]) -> Readings {
     let exact = found.iter().find(|curve| curve.label == EXACT);
     let mut readings = Readings::default();
-    for curve in &found {
-        let rows = || curve.rows.iter().filter(steady);
-        let amplitudes = || rows().filter_map(|row| Some((row.amplitude[0]?, row)));
-        let peak = amplitudes().max_by(|a, b| a.0.total_cmp(&b.0));
+    for curve in found {
+        let mut add = |what: &str, value: Found| readings.add(&curve.label, what, value);
+        let (rows, failed) = (curve.rows.len(), curve.rows.iter().filter(|row| is_failed(row)));
+        let (steady, failed) = (curve.steady().count(), failed.count());
+        let amplitudes = curve.steady().filter_map(|row| Some((row.amplitude[0]?, row.frequency)));
+        let peak = amplitudes.max_by(|a, b| a.0.total_cmp(&b.0));
+        add("peak", peak.map(|peak| peak.0).into());
+        add("at", peak.map(|peak| peak.1).into());
+        add("balance", curve.imbalance().into());
+        add("failed runs", failed.into());
+        add("unsteady", (rows - failed - steady).into());
+        add("values", rows.into());
+        if let Some(exact) = exact.filter(|_| curve.label != EXACT) {
+            add("off", curve.distance(exact).into());
+        }
+    }
+    readings
+}
+
+impl Curve {
+    fn steady(&self) -> impl Iterator<Item = &ResonanceRow> {
+        self.rows.iter().filter(|row| is_steady(row))
+    }
+
+    /// The largest difference of the energies supplied and dissipated, relative to the former.
+    fn imbalance(&self) -> Option<f64> {
         let off = |row: &ResonanceRow| {
             Some((row.supplied? - row.dissipated?).abs() / row.supplied?.abs())
         };
-        let unbalanced = rows().filter_map(off).reduce(f64::max);
-        let failed = curve.rows.iter().filter(|row| failed(row)).count();
-        let unsteady = curve.rows.len() - failed - rows().count();
-        readings.add(&curve.label, "peak", peak.map(|peak| peak.0));
-        readings.add(&curve.label, "at", peak.map(|peak| peak.1.frequency));
-        readings.add(&curve.label, "balance", unbalanced);
-        readings.add(&curve.label, "failed runs", failed);
-        readings.add(&curve.label, "unsteady", unsteady);
-        readings.add(&curve.label, "values", curve.rows.len());
-        if let Some(exact) = exact.filter(|_| curve.label != EXACT) {
-            let pairs = curve.rows.iter().zip(&exact.rows);
-            let off = |(own, exact): (&ResonanceRow, &ResonanceRow)| {
-                if !steady(&own) || !steady(&exact) {
-                    return None;
-                }
-                Some((own.amplitude[0]? - exact.amplitude[0]?).abs() / exact.amplitude[0]?)
-            };
-            let worst = pairs.filter_map(off).reduce(f64::max);
-            readings.add(&curve.label, "off", worst);
-        }
+        self.steady().filter_map(off).reduce(f64::max)
     }
-    sheet.find("Resonance", readings, what_is_seen);
-    let frequency = || match study.spacing {
-        Spacing::Linear => Axis::linear("angular frequency of the drive"),
-        Spacing::Log => Axis::log("angular frequency of the drive"),
+
+    /// The largest relative difference of the amplitudes from those of the reference, where both
+    /// are steady.
+    fn distance(&self, exact: &Curve) -> Option<f64> {
+        let pairs = self.rows.iter().zip(&exact.rows);
+        let both = pairs.filter(|(own, exact)| is_steady(own) && is_steady(exact));
+        let off = |(own, exact): (&ResonanceRow, &ResonanceRow)| {
+            Some((own.amplitude[0]? - exact.amplitude[0]?).abs() / exact.amplitude[0]?)
+        };
+        both.filter_map(off).reduce(f64::max)
+    }
+
+    /// A quantity against the frequency, upwards or downwards.
+    fn branch(&self, way: Way, value: fn(&ResonanceRow) -> Option<f64>) -> chart::Curve {
+        let rows = self.rows.iter().filter(|row| row.branch == way);
+        let points = rows.filter_map(|row| Some((row.frequency, value(row)?))).collect();
+        let way = if way == Way::Up { "up" } else { "down" };
+        marked(&format!("{}, {way}", self.label), points)
+    }
+}
+
+fn charts(sheet: &mut Sheet, scene: &Scene, spacing: Spacing, found: &[Curve]) {
+    let chart = |title: &str, y: String, value: fn(&ResonanceRow) -> Option<f64>| {
+        let branches = |curve: &Curve| [Way::Up, Way::Down].map(|way| curve.branch(way, value));
+        let x = spaced("angular frequency of the drive", spacing);
+        LineChart::new(title, x, Axis::linear(y), found.iter().flat_map(branches).collect())
     };
-    let chart = |title: &str, y: Axis, value: fn(&ResonanceRow) -> Option<f64>| LineChart {
-        title: title.into(),
-        x: frequency(),
-        y,
-        curves: found
-            .iter()
-            .flat_map(|curve| [Way::Up, Way::Down].map(|way| (curve, way)))
-            .map(|(curve, way)| {
-                let rows = curve.rows.iter().filter(|row| row.branch == way);
-                let points = rows.filter_map(|row| Some((row.frequency, value(row)?))).collect();
-                let way = if way == Way::Up { "up" } else { "down" };
-                marked(&format!("{}, {way}", curve.label), points)
-            })
-            .collect(),
-        guides: Vec::new(),
-    };
-    let amplitude = Axis::linear(scene.units.variable(Variable::Q, "amplitude of q1"));
+    let amplitude = scene.units.variable(Variable::Q, "amplitude of q1");
     let amplitude = chart("Amplitude", amplitude, |row| row.amplitude[0]);
     sheet.show("resonance-amplitude", &amplitude, "Largest |q1| of the steady motion.", DATA);
-    let energy = Axis::linear(scene.units.energy("energy supplied in a period"));
+    let energy = scene.units.energy("energy supplied in a period");
     let energy = chart("Energy", energy, |row| row.supplied);
     sheet.show("resonance-energy", &energy, "Energy that the drive supplies in a period.", DATA);
-    Ok(sheet)
 }
 
 fn what_is_seen(r: &Readings) -> Said {
@@ -152,8 +167,5 @@ fn what_is_seen(r: &Readings) -> Said {
             sci(number("balance")),
         )
     };
-    let all = r.of_all("peak");
-    let done = r.numbers("failed runs").iter().all(|(_, failed)| *failed == 0.0);
-    let verdict = if done { Verdict::Note } else { Verdict::Fails };
-    (verdict, format!("{}.", all.into_iter().map(one).collect::<Vec<_>>().join("; ")))
+    (note(all_zero(r, "failed runs")), r.each("peak", one))
 }

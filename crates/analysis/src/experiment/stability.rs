@@ -2,13 +2,12 @@
 
 use super::declared::{Boxed, section};
 use super::names;
-use crate::chart::{Axis, Cells, HeatMap};
 use crate::claim::{Readings, Said};
-use crate::record::RunOutcome;
-use crate::report::{Block, Verdict as Holds};
-use crate::scene::{Scene, Spacing, StabilityPlan, UnitsTable};
-use crate::sheet::{ReportError, Sheet};
-use crate::study::outcome::INTERRUPTED;
+use crate::findings::stability::{Grid, spectral_radii, verdicts};
+use crate::report::Verdict as Holds;
+use crate::scene::{Scene, StabilityPlan};
+use crate::sheet::{ReportError, Sheet, spaced};
+use crate::study::outcome::{Ending, INTERRUPTED};
 use crate::study::stability::{AtlasRow, Map, StabilityRow, Tiles, Verdict, atlas, rules};
 
 /// The table from which the maps are made.
@@ -49,85 +48,70 @@ fn sheet(
     ));
     sheet.data(DATA, found)?;
     let whole = plan.methods.len() * plan.steps.len() * plan.values.len();
-    let model = scene.problem.model.name();
     if found.len() < whole {
         let missing = format!("{} of {whole} cells were not begun", whole - found.len());
-        let outcome = INTERRUPTED.into();
-        let (study, method, h) = ("stability", "all", scene.step);
-        sheet.runs.push(RunOutcome {
-            study,
-            system: model,
-            method,
-            h,
-            outcome,
-            failure: Some(missing.clone()),
-        });
         sheet.text(format!("Interrupted: {missing}, and the maps are left out."));
+        let ending = Ending { outcome: INTERRUPTED, failure: Some(missing) };
+        let model = scene.problem.model.name();
+        sheet.runs.push(ending.record("stability", model, "all", scene.step));
         return Ok(sheet);
     }
     let rows = atlas(found);
-    let readings = rows.iter().fold(Readings::default(), |r, row| {
-        let first = row.verdict.map_or("", Verdict::describe);
-        r.and(row.method, "first failure", first).and(row.method, "h", row.h)
-    });
-    sheet.find("First failure as h grows", readings, what_breaks_first);
-    let mut figures = Vec::new();
-    for method in names(&plan.methods) {
-        let cells: Vec<_> = found.iter().filter(|row| row.method == method).collect();
-        let verdicts = verdict_map(&format!("{method}: verdict"), plan, &cells, &scene.units);
-        let name = format!("stability-{method}");
-        figures.push(sheet.figure(&name, verdicts.draw(), "What the run did.", DATA));
-        let radii: Option<Vec<f64>> = cells.iter().map(|row| row.spectral_radius).collect();
-        if let Some(radii) = radii {
-            let cells = Cells::Values {
-                label: "log₁₀ of the spectral radius (0: neither growing nor decaying)".into(),
-                span: 1.0,
-                values: radii.into_iter().map(f64::log10).collect(),
-            };
-            let radius = HeatMap { title: format!("{method}: spectral radius"), cells, ..verdicts };
-            let caption = "The exact spectral radius of the step matrix.";
-            figures.push(sheet.figure(
-                &format!("spectral-radius-{method}"),
-                radius.draw(),
-                caption,
-                DATA,
-            ));
-        }
-    }
-    let mut figures = figures.into_iter();
-    while let Some(left) = figures.next() {
-        match figures.next() {
-            Some(right) => sheet.show_pair(left, right),
-            None => sheet.section.blocks.push(Block::Figure(left)),
-        }
-    }
+    sheet.find("First failure as h grows", readings(&rows), what_breaks_first);
+    maps(&mut sheet, scene, plan, found);
     sheet.text(
         "Map of failures: the first verdict of each method that is not right as h grows, over all \
          values and at the middle one.",
     );
-    let header = [
-        "method",
-        "first failure",
-        "from h",
-        "at values",
-        "at the middle value",
-        "from h",
-        "value",
-    ];
-    sheet.table(&header, rows.iter().map(cells_of).collect());
+    sheet.table(&HEADER, rows.iter().map(cells).collect());
     Ok(sheet)
 }
+
+fn readings(rows: &[AtlasRow]) -> Readings {
+    rows.iter().fold(Readings::default(), |r, row| {
+        let first = row.verdict.map_or("", Verdict::describe);
+        r.and(row.method, "first failure", first).and(row.method, "h", row.h)
+    })
+}
+
+/// Shows the verdicts of each method, and beside them the spectral radii where its steps are
+/// linear.
+fn maps(sheet: &mut Sheet, scene: &Scene, plan: &StabilityPlan, found: &[StabilityRow]) {
+    let grid = Grid {
+        x: spaced(&scene.units.time("step h"), plan.step_spacing),
+        y: spaced(&plan.parameter, plan.spacing),
+        steps: &plan.steps,
+        values: &plan.values,
+    };
+    let mut figures = Vec::new();
+    for method in names(&plan.methods) {
+        let rows: Vec<_> = found.iter().filter(|row| row.method == method).collect();
+        let map = verdicts(format!("{method}: verdict"), &grid, &rows);
+        let name = format!("stability-{method}");
+        figures.push(sheet.figure(&name, map.draw(), "What the run did.", DATA));
+        if let Some(map) = spectral_radii(method, &grid, &rows) {
+            let (name, caption) = (
+                format!("spectral-radius-{method}"),
+                "The exact spectral radius of the step matrix.",
+            );
+            figures.push(sheet.figure(&name, map.draw(), caption, DATA));
+        }
+    }
+    sheet.show_pairs(figures);
+}
+
+const HEADER: [&str; 7] =
+    ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
 
 fn what_breaks_first(r: &Readings) -> Said {
     let one = |method: &str| match r.word(method, "first failure") {
         "" => format!("{method}: nothing fails"),
         verdict => format!("{method}: {verdict} from h = {:.3}", r.number(method, "h")),
     };
-    let all: Vec<_> = r.of_all("first failure").into_iter().map(one).collect();
-    (Holds::Note, format!("{}.", all.join("; ")))
+    (Holds::Note, r.each("first failure", one))
 }
 
-fn cells_of(row: &AtlasRow) -> Vec<String> {
+fn cells(row: &AtlasRow) -> Vec<String> {
     let verdict =
         |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
     let step = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.4}"));
@@ -143,31 +127,4 @@ fn cells_of(row: &AtlasRow) -> Vec<String> {
         step(row.middle_h),
         format!("{} = {:.3}", row.parameter, row.middle),
     ]
-}
-
-/// The verdicts of one method over steps and values, as a map.
-fn verdict_map(
-    title: &str,
-    plan: &StabilityPlan,
-    cells: &[&StabilityRow],
-    units: &UnitsTable,
-) -> HeatMap {
-    let index = |row: &&StabilityRow| {
-        Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0)
-    };
-    let axis = |label: &str, spacing| match spacing {
-        Spacing::Linear => Axis::linear(label),
-        Spacing::Log => Axis::log(label),
-    };
-    HeatMap {
-        title: title.into(),
-        x: axis(&units.time("step h"), plan.step_spacing),
-        y: axis(&plan.parameter, plan.spacing),
-        xs: plan.steps.clone(),
-        ys: plan.values.clone(),
-        cells: Cells::Verdicts {
-            names: Verdict::ALL.map(|verdict| verdict.describe().into()).into(),
-            verdicts: cells.iter().map(index).collect(),
-        },
-    }
 }

@@ -8,7 +8,7 @@ use crate::chart::{Axis, LineChart};
 use crate::claim::{Found, Readings, Said};
 use crate::progress::Progress;
 use crate::record::{Artifact, RunOutcome, StorageError};
-use crate::report::{Block, Verdict};
+use crate::report::Verdict;
 use crate::scene::{Scene, Sweep};
 use crate::sheet::{ReportError, Sheet, marked};
 use crate::study::cell::{Cell, Study};
@@ -270,7 +270,7 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
         }
     }
     let mut ranges = Vec::new();
-    let (mut shown, mut left) = (0, None);
+    let mut figures = Vec::new();
     for ((topic, what), curves) in numbers {
         for (of, points) in &curves {
             let values = || points.iter().map(|x| x.1);
@@ -284,10 +284,9 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
         let same = |points: &Vec<(f64, f64)>| {
             points.iter().all(|x| x.1.to_bits() == points[0].1.to_bits())
         };
-        if shown == MOST_CHARTS || lines.len() < 2 || curves.values().all(same) {
+        if figures.len() == MOST_CHARTS || lines.len() < 2 || curves.values().all(same) {
             continue;
         }
-        shown += 1;
         let all = || curves.values().flatten();
         let (x, y) = (axis(name, all().map(|x| x.0)), axis(what, all().map(|x| x.1)));
         let curves = curves
@@ -299,15 +298,12 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
             })
             .collect();
         let title = format!("{topic}: {what}");
-        let chart = LineChart { title: title.clone(), x, y, curves, guides: Vec::new() };
+        let (name, chart) =
+            (format!("sweep-{}", figures.len() + 1), LineChart::new(&title, x, y, curves));
         let caption = format!("{title} over the sweep.");
-        let figure = sheet.figure(&format!("sweep-{shown}"), chart.draw(), caption, DATA);
-        match left.take() {
-            Some(left) => sheet.show_pair(left, figure),
-            None => left = Some(figure),
-        }
+        figures.push(sheet.figure(&name, chart.draw(), caption, DATA));
     }
-    sheet.section.blocks.extend(left.map(Block::Figure));
+    sheet.show_pairs(figures);
     sheet.table(&["topic", "number", "of", "least", "largest"], ranges);
 }
 

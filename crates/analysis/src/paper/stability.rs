@@ -2,8 +2,9 @@
 
 use super::{Paper, Part, oscillator};
 use crate::Model;
-use crate::chart::{Axis, Cells, HeatMap};
+use crate::chart::Axis;
 use crate::claim::{Readings, Said};
+use crate::findings::stability::{Grid, spectral_radii, verdicts};
 use crate::report::Verdict as Holds;
 use crate::sheet::{ReportError, Sheet};
 use crate::study::Problem;
@@ -16,7 +17,6 @@ pub(super) const PART: Part =
     Part { heading: "Stability where methods fail", methods: &[&MAPPED], sheet };
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
-    let Paper { extent, progress, .. } = *paper;
     sheet.text(format!(
         "Each cell is a run over [0, 20] of at least 50 steps. Its motion is measured by A = \
          T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p, which is nonnegative for every V. T_max and Q \
@@ -26,11 +26,9 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
          radius of the matrix of one step is shown beside the verdict, where the step is linear.",
         rules()
     ));
-    let count = extent.pick(60, 16);
+    let count = paper.extent.pick(60, 16);
     let steps = spread(count, 0.01, 10.0, true);
     let values = spread(count, 0.0, 10.0, false);
-    let rows = paper.methods(&MAPPED)?;
-
     let map = Map {
         problem: oscillator(),
         parameter: "b",
@@ -39,64 +37,57 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         end: 20.0,
         least_steps: 50,
     };
-    progress.begin("stability of the damped oscillator", map.pieces(rows.len()));
-    let cells = map.run(&rows, progress)?;
-    sheet.data("stability", &cells)?;
-    compare_with_spectrum(&mut sheet, &cells);
-    for method in MAPPED {
-        let cells: Vec<_> = cells.iter().filter(|row| row.method == method).collect();
-        let verdicts = verdict_map(&format!("{method}: verdict"), "damping b", &map, &cells);
-        let right = sheet.figure(
-            &format!("stability-{method}"),
-            verdicts.draw(),
-            "What the run did.",
-            "stability",
-        );
-        let radii: Option<Vec<f64>> = cells.iter().map(|row| row.spectral_radius).collect();
-        if let Some(radii) = radii {
-            let cells = Cells::Values {
-                label: "log₁₀ of the spectral radius (0: neither growing nor decaying)".into(),
-                span: 1.0,
-                values: radii.into_iter().map(f64::log10).collect(),
-            };
-            let radius = HeatMap { title: format!("{method}: spectral radius"), cells, ..verdicts };
-            let left = sheet.figure(
-                &format!("spectral-radius-{method}"),
-                radius.draw(),
-                "The exact spectral radius of the step matrix.",
-                "stability",
-            );
-            sheet.show_pair(left, right);
-        } else {
-            sheet.section.blocks.push(crate::report::Block::Figure(right));
-        }
-    }
-
+    of_oscillator(paper, &mut sheet, &map)?;
     let problem =
         Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.5], end: 20.0 };
-    let map = Map { problem, parameter: "mu", ..map };
-    let rows = paper.methods(&MAPPED[..4])?;
-    progress.begin("stability of Van der Pol", map.pieces(rows.len()));
-    let cells = map.run(&rows, progress)?;
-    sheet.data("van-der-pol/stability", &cells)?;
-    first_failures(&mut sheet, &cells);
-    let figures: Vec<_> = MAPPED[..4]
-        .iter()
-        .map(|method| {
-            let cells: Vec<_> = cells.iter().filter(|row| row.method == *method).collect();
-            let chart = verdict_map(&format!("Van der Pol, {method}"), "activity μ", &map, &cells);
-            sheet.figure(
-                &format!("stability-van-der-pol-{method}"),
-                chart.draw(),
-                "What the run did.",
-                "van-der-pol/stability",
-            )
-        })
-        .collect();
-    for pair in figures.chunks_exact(2) {
-        sheet.show_pair(pair[0].clone(), pair[1].clone());
-    }
+    of_van_der_pol(paper, &mut sheet, &Map { problem, parameter: "mu", ..map })?;
     Ok(sheet)
+}
+
+/// The map of the damped oscillator, whose verdicts are compared with the spectral radius.
+fn of_oscillator(paper: &Paper<'_>, sheet: &mut Sheet, map: &Map<'_>) -> Result<(), ReportError> {
+    let methods = paper.methods(&MAPPED)?;
+    paper.progress.begin("stability of the damped oscillator", map.pieces(methods.len()));
+    let cells = map.run(&methods, paper.progress)?;
+    sheet.data("stability", &cells)?;
+    compare_with_spectrum(sheet, &cells);
+    let grid = grid("damping b", map);
+    for method in MAPPED {
+        let rows: Vec<_> = cells.iter().filter(|row| row.method == method).collect();
+        let right = verdicts(format!("{method}: verdict"), &grid, &rows).draw();
+        let name = format!("stability-{method}");
+        let right = sheet.figure(&name, right, "What the run did.", "stability");
+        let left = spectral_radii(method, &grid, &rows).map(|map| {
+            let name = format!("spectral-radius-{method}");
+            let caption = "The exact spectral radius of the step matrix.";
+            sheet.figure(&name, map.draw(), caption, "stability")
+        });
+        sheet.show_pairs(left.into_iter().chain([right]));
+    }
+    Ok(())
+}
+
+fn of_van_der_pol(paper: &Paper<'_>, sheet: &mut Sheet, map: &Map<'_>) -> Result<(), ReportError> {
+    let methods = paper.methods(&MAPPED[..4])?;
+    paper.progress.begin("stability of Van der Pol", map.pieces(methods.len()));
+    let cells = map.run(&methods, paper.progress)?;
+    let data = "van-der-pol/stability";
+    sheet.data(data, &cells)?;
+    first_failures(sheet, &cells);
+    let grid = grid("activity μ", map);
+    let figure = |method: &&str| {
+        let rows: Vec<_> = cells.iter().filter(|row| row.method == *method).collect();
+        let chart = verdicts(format!("Van der Pol, {method}"), &grid, &rows);
+        let name = format!("stability-van-der-pol-{method}");
+        sheet.figure(&name, chart.draw(), "What the run did.", data)
+    };
+    let figures: Vec<_> = MAPPED[..4].iter().map(figure).collect();
+    sheet.show_pairs(figures);
+    Ok(())
+}
+
+fn grid<'a>(y: &str, map: &Map<'a>) -> Grid<'a> {
+    Grid { x: Axis::log("step h"), y: Axis::linear(y), steps: map.steps, values: map.values }
 }
 
 /// `count` values from `low` to `high`.
@@ -111,23 +102,6 @@ fn spread(count: usize, low: f64, high: f64, logarithmic: bool) -> Vec<f64> {
             }
         })
         .collect()
-}
-
-fn verdict_map(title: &str, y: &str, map: &Map, cells: &[&StabilityRow]) -> HeatMap {
-    let index = |row: &&StabilityRow| {
-        Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0)
-    };
-    HeatMap {
-        title: title.into(),
-        x: Axis::log("step h"),
-        y: Axis::linear(y),
-        xs: map.steps.to_vec(),
-        ys: map.values.to_vec(),
-        cells: Cells::Verdicts {
-            names: Verdict::ALL.map(|verdict| verdict.describe().into()).into(),
-            verdicts: cells.iter().map(index).collect(),
-        },
-    }
 }
 
 fn bounded(row: &StabilityRow) -> bool {
@@ -195,6 +169,5 @@ fn what_breaks_first(r: &Readings) -> Said {
             format!("{method}: {verdict} from h = {h:.3} (μ = {mu:.1})")
         }
     };
-    let all: Vec<_> = r.of_all("first failure").into_iter().map(one).collect();
-    (Holds::Note, format!("{}.", all.join("; ")))
+    (Holds::Note, r.each("first failure", one))
 }

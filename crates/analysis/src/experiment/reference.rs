@@ -1,0 +1,53 @@
+//! Methods at several steps beside a reference: their labels, and charts of their states.
+
+use crate::chart::{Curve, LineChart};
+use crate::sheet::{Sheet, dotted};
+use afterbay_methods::registry::{REFERENCE, Row};
+
+/// The label of the reference.
+pub(super) const EXACT: &str = REFERENCE.name;
+
+/// The label of a method and its step.
+pub(super) fn label(row: &Row, h: f64) -> String {
+    match row.name {
+        EXACT => EXACT.into(),
+        name => format!("{name}, h = {h:.4}"),
+    }
+}
+
+/// How the reference is computed, in words.
+pub(super) fn of_reference(h: Option<f64>) -> String {
+    h.map_or(String::new(), |h| {
+        format!(" The reference takes steps of nearly {h:.2e} with DOP853.")
+    })
+}
+
+/// The states of a method and a step, as the points of a chart.
+pub(super) struct States {
+    pub(super) row: &'static Row,
+    pub(super) label: String,
+    pub(super) points: Vec<(f64, f64)>,
+}
+
+/// Shows a chart of the states of each method above those of the reference, or a chart of the
+/// reference if nothing else was computed. `chart` makes one from a label and curves.
+pub(super) fn show_states(
+    sheet: &mut Sheet,
+    data: &str,
+    found: &[States],
+    chart: impl Fn(&str, Vec<Curve>) -> LineChart,
+) {
+    let of_exact = |states: &&States| states.row.name == EXACT;
+    let exact = found.iter().find(of_exact);
+    for (nth, states) in found.iter().enumerate() {
+        if of_exact(&states) && found.len() > 1 {
+            continue;
+        }
+        let own = Some(states).filter(|states| !of_exact(states));
+        let curves = exact.into_iter().chain(own);
+        let curves = curves.map(|states| dotted(&states.label, states.points.clone())).collect();
+        let name = format!("{data}-{}-{nth}", states.row.name);
+        let caption = "Grey: the reference. It lies below the method.";
+        sheet.show(&name, &chart(&states.label, curves), caption, data);
+    }
+}
