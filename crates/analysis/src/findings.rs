@@ -3,6 +3,7 @@
 pub(crate) mod long_run;
 pub(crate) mod stability;
 pub(crate) mod work;
+pub(crate) mod work_charts;
 
 pub(crate) use crate::study::decay::KEPT;
 

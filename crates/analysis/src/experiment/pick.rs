@@ -1,12 +1,11 @@
 //! The result of `pick` with the charts of its runs.
 
-use crate::chart::{Axis, LineChart};
+use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::{Readings, Said, sci};
-use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, line, marked, scientific};
-use crate::study::outcome::INTERRUPTED;
+use crate::study::outcome::Ending;
 use crate::study::pick::{Candidate, Pick, SAMPLES, Trial};
 use serde::Serialize;
 
@@ -64,11 +63,11 @@ fn judged(found: &Pick, run: &Trial) -> Option<f64> {
 
 pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("The cheapest method and step");
-    let (wanted, end) = (found.wanted, scene.problem.end);
-    let all: Vec<Row<'_>> = found.qualified.iter().chain(&found.others).map(row).collect();
-    sheet.data(FOUND, &all)?;
+    let all = || found.qualified.iter().chain(&found.others);
+    sheet.data(FOUND, &all().map(row).collect::<Vec<_>>())?;
     sheet.data(TRIED, &found.tried)?;
-    let asked = format!("within {:e} {}", wanted.error, wanted.place(end));
+    let place = found.wanted.place(scene.problem.end);
+    let asked = format!("within {:e} {place}", found.wanted.error);
     sheet.text(format!(
         "The error of a run is the largest error of any q_j, p_j and w_j after every step, or at \
          {SAMPLES} times if there are more steps. A step qualifies if it, every step tried within \
@@ -78,54 +77,50 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
         found.tried.len(),
         found.doubt.most()
     ));
-    let mut readings = Readings::default()
-        .and("the search", "asked", asked.as_str())
-        .and("the search", "interrupted", if found.interrupted { "yes" } else { "no" })
-        .and(
-            "the scene",
-            "too sensitive",
-            found.too_sensitive.map_or(String::new(), |why| why.to_string()),
-        );
-    for run in found.qualified.iter().map(|one| &one.run) {
-        readings.add(&format!("{} with {}", run.method, run.setting()), "seconds", run.seconds);
-    }
-    sheet.find("Pick", readings, the_cheapest);
+    sheet.find("Pick", readings(found, &asked), the_cheapest);
     if found.interrupted {
-        sheet.runs.push(RunOutcome {
-            study: "pick",
-            system: scene.problem.model.name(),
-            method: "all",
-            h: scene.step,
-            outcome: INTERRUPTED.into(),
-            failure: None,
-        });
+        let model = scene.problem.model.name();
+        sheet.runs.push(Ending::interrupted().record("pick", model, "all", scene.step));
     }
-    charts(&mut sheet, found, end);
-    let header = [
-        "method",
-        "step or tolerance",
-        "error of (q, p)",
-        "error of w",
-        "at the end",
-        "w at the end",
-        "seconds",
-        "why not",
-    ];
-    let cells = |candidate: &Candidate| {
-        let run = &candidate.run;
-        vec![
-            run.method.into(),
-            run.setting(),
-            scientific(run.error_qp),
-            scientific(run.error_w),
-            scientific(run.end_qp),
-            scientific(run.end_w),
-            scientific(run.seconds),
-            candidate.why_not.clone().unwrap_or_default(),
-        ]
-    };
-    sheet.table(&header, found.qualified.iter().chain(&found.others).map(cells).collect());
+    charts(&mut sheet, found, &place);
+    sheet.table(&HEADER, all().map(cells).collect());
     Ok(sheet)
+}
+
+fn readings(found: &Pick, asked: &str) -> Readings {
+    let why = found.too_sensitive.map_or(String::new(), |why| why.to_string());
+    let readings = Readings::default()
+        .and("the search", "asked", asked)
+        .and("the search", "interrupted", if found.interrupted { "yes" } else { "no" })
+        .and("the scene", "too sensitive", why);
+    found.qualified.iter().map(|one| &one.run).fold(readings, |r, run| {
+        r.and(&format!("{} with {}", run.method, run.setting()), "seconds", run.seconds)
+    })
+}
+
+const HEADER: [&str; 8] = [
+    "method",
+    "step or tolerance",
+    "error of (q, p)",
+    "error of w",
+    "at the end",
+    "w at the end",
+    "seconds",
+    "why not",
+];
+
+fn cells(candidate: &Candidate) -> Vec<String> {
+    let run = &candidate.run;
+    vec![
+        run.method.into(),
+        run.setting(),
+        scientific(run.error_qp),
+        scientific(run.error_w),
+        scientific(run.end_qp),
+        scientific(run.end_w),
+        scientific(run.seconds),
+        candidate.why_not.clone().unwrap_or_default(),
+    ]
 }
 
 /// States the cheapest method that qualifies, or the reason why there is none.
@@ -146,64 +141,53 @@ fn the_cheapest(r: &Readings) -> Said {
 
 /// Charts every run that was tried against its evaluations, and those that qualify against their
 /// time, with the bound as a line.
-fn charts(sheet: &mut Sheet, found: &Pick, end: f64) {
-    let bound = found.wanted.error;
-    let place = found.wanted.place(end);
-    let mut chart =
-        |name: &str, title: &str, cost: &str, data: &str, caption: &str, curves: Vec<_>| {
-            let points = |curve: &crate::chart::Curve| {
-                curve.points.iter().map(|at| at.0).collect::<Vec<_>>()
-            };
-            let xs: Vec<f64> = curves.iter().flat_map(points).collect();
-            let (low, high) =
-                xs.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), &x| (l.min(x), h.max(x)));
-            let mut curves = curves;
-            if low <= high {
-                curves
-                    .push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
-            }
-            let chart = LineChart {
-                title: title.into(),
-                x: Axis::log(cost),
-                y: Axis::log(format!("largest error {place}")),
-                curves,
-                guides: Vec::new(),
-            };
-            sheet.show(name, &chart, caption, data);
-        };
-    let at = |run: &Trial| Some((run.evaluations? as f64, judged(found, run)?));
-    let mut methods: Vec<&str> = found.tried.iter().map(|run| run.method).collect();
-    methods.dedup();
-    let mut curves: Vec<_> = methods
-        .iter()
-        .map(|method| {
-            let mut points: Vec<_> =
-                found.tried.iter().filter(|run| run.method == *method).filter_map(at).collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            marked(method, points)
-        })
-        .filter(|curve| !curve.points.is_empty())
-        .collect();
+fn charts(sheet: &mut Sheet, found: &Pick, place: &str) {
     let chosen = found.qualified.first().map(|winner| &winner.run);
-    if let Some(point) = chosen.and_then(at) {
-        curves.push(marked("chosen", vec![point]));
-    }
+    let at = |run: &Trial| Some((run.evaluations? as f64, judged(found, run)?));
+    let mut curves = tried(found, at);
+    curves.extend(chosen.and_then(at).map(|point| marked("chosen", vec![point])));
     if curves.is_empty() {
         return;
     }
-    let evaluations = "evaluations of the force";
+    let bound = found.wanted.error;
+    let chart = |title: &str, cost: &str, curves: Vec<Curve>| {
+        let y = Axis::log(format!("largest error {place}"));
+        LineChart::new(title, Axis::log(cost), y, with_bound(bound, curves))
+    };
     let caption = "Every run that was tried. A method whose curve jumps or does not fall is \
                    accurate only by chance.";
-    chart("pick-tried", "Runs that were tried", evaluations, TRIED, caption, curves);
+    let all = chart("Runs that were tried", "evaluations of the force", curves);
+    sheet.show("pick-tried", &all, caption, TRIED);
     let timed = |run: &Trial| Some((run.seconds?, judged(found, run)?));
-    let mut curves: Vec<_> = found
-        .qualified
-        .iter()
-        .filter_map(|one| Some(marked(one.run.method, vec![timed(&one.run)?])))
-        .collect();
     if let Some(point) = chosen.and_then(timed) {
-        curves.push(marked("chosen", vec![point]));
+        let curve = |run: &Trial| Some(marked(run.method, vec![timed(run)?]));
+        let qualified = found.qualified.iter().filter_map(|one| curve(&one.run));
+        let curves = qualified.chain([marked("chosen", vec![point])]).collect();
         let caption = "The methods that qualify, by the time of a run. The leftmost is chosen.";
-        chart("pick-qualified", "What qualifies", "seconds", FOUND, caption, curves);
+        let qualified = chart("What qualifies", "seconds", curves);
+        sheet.show("pick-qualified", &qualified, caption, FOUND);
     }
+}
+
+/// A curve of the runs that were tried with each method.
+fn tried(found: &Pick, at: impl Fn(&Trial) -> Option<(f64, f64)>) -> Vec<Curve> {
+    let mut methods: Vec<&str> = found.tried.iter().map(|run| run.method).collect();
+    methods.dedup();
+    let curve = |method: &str| {
+        let runs = found.tried.iter().filter(|run| run.method == method);
+        let mut points: Vec<_> = runs.filter_map(&at).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        marked(method, points)
+    };
+    methods.into_iter().map(curve).filter(|curve| !curve.points.is_empty()).collect()
+}
+
+/// The curves, and a line at the bound over the range of their points.
+fn with_bound(bound: f64, mut curves: Vec<Curve>) -> Vec<Curve> {
+    let xs = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0);
+    let (low, high) = xs.fold((f64::INFINITY, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+    if low <= high {
+        curves.push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
+    }
+    curves
 }

@@ -1,14 +1,13 @@
 //! Trajectories by each method.
 
 use super::declared::{Boxed, section_of_rows};
-use super::figures;
-use crate::claim::{Readings, Said};
+use super::figures::{self, Drawn};
+use crate::claim::{Readings, Said, note};
 use crate::journal::{JournalError, RowWriter, Shelf};
 use crate::progress::Progress;
 use crate::record::Artifact;
-use crate::report::{Block, Figure, Verdict};
-use crate::scene::{RunPlan, Scene};
-use crate::sheet::{ReportError, Sheet, scientific};
+use crate::scene::{FigurePlan, RunPlan, Scene};
+use crate::sheet::{Placed, ReportError, Sheet, scientific};
 use crate::study::Problem;
 use crate::study::cell::{Cell, Leg, Study};
 use crate::study::events::{self, EventPlan, EventRow, Steps};
@@ -171,74 +170,71 @@ fn sheet(
     found: Vec<Found>,
     shelf: Option<&Shelf>,
 ) -> Result<Sheet, ReportError> {
-    let mut sheet = Sheet::new("Trajectories");
-    let problem = &scene.problem;
+    let (mut sheet, model) = (Sheet::new("Trajectories"), &scene.problem.model);
     let (found, events): (Vec<_>, Vec<_>) =
         found.into_iter().map(|run| ((run.legs, run.kept), run.events)).unzip();
     let events = events.concat();
     let (found, stride) = tabled(scene, (found, shelf), &mut sheet)?;
     if !plan.events.is_empty() {
-        sheet.wide_data("events", &events::columns(&problem.model), &events)?;
+        sheet.wide_data("events", &events::columns(model), &events)?;
         tell(&mut sheet, plan, &events);
     }
     let record = |Run { shown, .. }: &Run| {
-        shown.ending.record("run", problem.model.name(), shown.method, scene.step)
+        shown.ending.record("run", model.name(), shown.method, scene.step)
     };
     sheet.runs.extend(found.iter().map(record));
-    let form = problem.model.system::<f64>()?.dissipation_form();
+    let form = model.system::<f64>()?.dissipation_form();
     // What is pumped by V(q, t) may raise H.
-    let only_falls = !form.zero && form.passive != Passive::No && !problem.model.has_clock();
-    say(&mut sheet, &found, only_falls);
-    for Run { shown, tally } in &found {
-        let Some(end) = &tally.last else { continue };
-        let of_method = |what: &str, value| (shown.method.to_owned(), what.to_owned(), value);
-        let lost = end.w.iter().sum();
-        sheet.numbers.push(of_method("H at the end", end.energy));
-        sheet.numbers.push(of_method("Σ w at the end", lost));
-        if !end.s.is_empty() {
-            sheet.numbers.push(of_method("Σ s at the end", end.s.iter().sum()));
-        }
-        for (name, part) in [("q", &end.q), ("p", &end.p)] {
-            let entries = (1..).zip(part).take(MOST_ENTRIES);
-            let named = entries.map(|(j, &x)| of_method(&format!("{name}{j} at the end"), x));
-            sheet.numbers.extend(named);
-        }
-    }
-    let mut narrow: Option<Figure> = None;
+    let only_falls = !form.zero && form.passive != Passive::No && !model.has_clock();
+    sheet.find("Trajectories", readings(&found, only_falls), where_they_went);
+    sheet.numbers.extend(found.iter().flat_map(numbers));
     let shown: Vec<&Trajectory> = found.iter().map(|run| &run.shown).collect();
-    for figure in figures::plans(scene, plan) {
-        let drawn = figures::draw(&figure, &shown, &scene.units);
-        let wide = drawn.wide;
-        let figure = sheet.figure(&figure.name, drawn.drawing, drawn.caption, DATA);
-        match (wide, narrow.take()) {
-            (false, None) => narrow = Some(figure),
-            (false, Some(left)) => sheet.show_pair(left, figure),
-            (true, left) => {
-                sheet.section.blocks.extend(left.map(Block::Figure));
-                sheet.section.blocks.push(Block::Figure(figure));
-            }
-        }
-    }
-    sheet.section.blocks.extend(narrow.map(Block::Figure));
-    let is_driven = !problem.model.driven().is_empty();
-    let last = |Run { shown, tally }: &Run| {
-        let mut cells = vec![shown.method.into(), shown.ending.describe()];
-        if let Some(row) = &tally.last {
-            cells.extend([row.step.to_string(), row.t.to_string(), format!("{:.6}", row.energy)]);
-            cells.push(format!("{:.6}", row.w.iter().sum::<f64>()));
-            if is_driven {
-                cells.push(format!("{:.6}", row.s.iter().sum::<f64>()));
-            }
-            cells.extend(row.pumped.iter().map(|pumped| format!("{pumped:.6}")));
-            cells.push(scientific((row.step > 0).then_some(tally.drift)));
-        }
-        cells
+    let place = |plan: FigurePlan| {
+        let Drawn { drawing, caption, wide } = figures::draw(&plan, &shown, &scene.units);
+        Placed { figure: sheet.figure(&plan.name, drawing, caption, DATA), wide }
     };
+    let figures: Vec<_> = figures::plans(scene, plan).into_iter().map(place).collect();
+    sheet.arrange(figures);
+    let is_driven = !model.driven().is_empty();
     let mut header = vec!["method", "outcome", "steps", "t", "H", "Σ w"];
     header.extend(is_driven.then_some("Σ s"));
-    header.extend(problem.model.has_clock().then_some("s_t"));
+    header.extend(model.has_clock().then_some("s_t"));
     header.push("max |K - K₀| of the states kept");
-    sheet.table(&header, found.iter().map(last).collect());
+    sheet.table(&header, found.iter().map(|run| cells(run, is_driven)).collect());
+    sheet.text(prose(plan, stride));
+    Ok(sheet)
+}
+
+/// The numbers of a run that a sweep charts: its energies, and the first entries of its last state.
+fn numbers(Run { shown, tally }: &Run) -> Vec<(String, String, f64)> {
+    let Some(end) = &tally.last else { return Vec::new() };
+    let at_end = |what: &str, value| (shown.method.to_owned(), format!("{what} at the end"), value);
+    let mut numbers = vec![at_end("H", end.energy), at_end("Σ w", end.w.iter().sum())];
+    if !end.s.is_empty() {
+        numbers.push(at_end("Σ s", end.s.iter().sum()));
+    }
+    for (name, part) in [("q", &end.q), ("p", &end.p)] {
+        let entries = (1..).zip(part).take(MOST_ENTRIES);
+        numbers.extend(entries.map(|(j, &x)| at_end(&format!("{name}{j}"), x)));
+    }
+    numbers
+}
+
+/// The end of a run.
+fn cells(Run { shown, tally }: &Run, is_driven: bool) -> Vec<String> {
+    let mut cells = vec![shown.method.into(), shown.ending.describe()];
+    let energy = |x: f64| format!("{x:.6}");
+    if let Some(row) = &tally.last {
+        cells.extend([row.step.to_string(), row.t.to_string(), energy(row.energy)]);
+        cells.push(energy(row.w.iter().sum()));
+        cells.extend(is_driven.then(|| energy(row.s.iter().sum())));
+        cells.extend(row.pumped.iter().map(|&pumped| energy(pumped)));
+        cells.push(scientific((row.step > 0).then_some(tally.drift)));
+    }
+    cells
+}
+
+fn prose(plan: &RunPlan, stride: u64) -> String {
     let kept = match plan.every {
         1 => "every state".to_owned(),
         every => format!("one of every {every} states, and the last"),
@@ -248,12 +244,12 @@ fn sheet(
         stride => format!(" Charts are made of one in {stride} of its rows."),
     };
     let methods = plan.names().join(", ");
-    sheet.text(format!("Methods: {methods}. The table contains {kept}.{thinned}"));
-    Ok(sheet)
+    format!("Methods: {methods}. The table contains {kept}.{thinned}")
 }
 
-fn say(sheet: &mut Sheet, found: &[Run], only_falls: bool) {
-    let readings = found.iter().fold(Readings::default(), |r, Run { shown, tally }| {
+/// `only_falls` is whether H can only fall.
+fn readings(found: &[Run], only_falls: bool) -> Readings {
+    found.iter().fold(Readings::default(), |r, Run { shown, tally }| {
         let Trajectory { method, ending, .. } = shown;
         let mut r = r.and(method, "run", ending.outcome);
         // Without a step there is no deviation.
@@ -264,8 +260,7 @@ fn say(sheet: &mut Sheet, found: &[Run], only_falls: bool) {
             Some(rise) => r.and(method, "rise", rise),
             None => r,
         }
-    });
-    sheet.find("Trajectories", readings, where_they_went);
+    })
 }
 
 fn where_they_went(r: &Readings) -> Said {
@@ -290,7 +285,7 @@ fn where_they_went(r: &Readings) -> Said {
             rises.join(", ")
         );
     }
-    (if done == all.len() { Verdict::Note } else { Verdict::Fails }, statement)
+    (note(done == all.len()), statement)
 }
 
 /// The most events of a method and a name that are listed one by one.

@@ -110,46 +110,8 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         spreads(&on_horizons),
         claims::hang_on_the_horizon,
     );
-    for (figure, title, variants, column, guides) in [
-        (
-            "figure-3-1",
-            "Figure 3.1: local error of q with δ₃(q)",
-            &["moddg-q3-shared", "moddg-qp3"][..],
-            0,
-            &[3.0][..],
-        ),
-        (
-            "figure-3-2",
-            "Figure 3.2: local error of p with δ₃(q)",
-            &["moddg-q3-shared", "moddg-qp3"],
-            1,
-            &[2.0, 3.0],
-        ),
-        (
-            "figure-3-3",
-            "Figure 3.3: local error of q with δ₄(p)",
-            &["moddg-p4-shared", "moddg-p4-single-printed"],
-            0,
-            &[2.0],
-        ),
-        (
-            "figure-3-4",
-            "Figure 3.4: local error of p with δ₄(p)",
-            &["moddg-p4-shared", "moddg-p4-single-printed"],
-            1,
-            &[2.0, 3.0],
-        ),
-    ] {
-        let caption = format!(
-            "{}. Maximum and median over the base grid at the paper's six steps.",
-            title.replacen("Figure", "The paper's figure", 1)
-        );
-        sheet.show(
-            figure,
-            &order_chart(title, &errors, variants, column, guides),
-            caption,
-            "local_orders",
-        );
+    for chart in CHARTS {
+        chart.show(&mut sheet, &errors);
     }
     sheet.text("The orders of every variant, from the maximum and from the median:");
     sheet.table(&ORDER_HEADER, all.iter().map(|row| cells(&found, row.name)).collect());
@@ -259,31 +221,54 @@ fn cells(found: &Found, method: &str) -> Vec<String> {
     cells
 }
 
-fn order_chart(
-    title: &str,
-    errors: &[LocalErrors],
-    variants: &[&str],
+/// The chart of a figure of the paper: the local error of a variable, with two variants of δ.
+struct Chart {
+    number: &'static str,
+    delta: &'static str,
+    variants: [&'static str; 2],
     column: usize,
-    guides: &[f64],
-) -> LineChart {
-    let mut curves = Vec::new();
-    for &name in variants {
-        for statistic in [Statistic::Max, Statistic::Median] {
-            let mut points: Vec<_> = errors
-                .iter()
-                .filter(|errors| errors.method.name == name)
-                .map(|errors| (errors.h, errors.variables[column].get(statistic)))
-                .collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            curves.push(marked(&format!("{name}, {}", statistic.name()), points));
-        }
-    }
-    LineChart {
-        title: title.into(),
-        x: Axis::log("step h"),
-        y: Axis::log(format!("local error |T| of {}", VARIABLES[column])),
-        curves,
-        guides: guides.to_vec(),
+    /// The slopes of guide lines.
+    guides: &'static [f64],
+}
+
+const CHARTS: [Chart; 4] = {
+    let q3 = ["moddg-q3-shared", "moddg-qp3"];
+    let p4 = ["moddg-p4-shared", "moddg-p4-single-printed"];
+    [
+        Chart { number: "3.1", delta: "δ₃(q)", variants: q3, column: 0, guides: &[3.0] },
+        Chart { number: "3.2", delta: "δ₃(q)", variants: q3, column: 1, guides: &[2.0, 3.0] },
+        Chart { number: "3.3", delta: "δ₄(p)", variants: p4, column: 0, guides: &[2.0] },
+        Chart { number: "3.4", delta: "δ₄(p)", variants: p4, column: 1, guides: &[2.0, 3.0] },
+    ]
+};
+
+impl Chart {
+    fn show(&self, sheet: &mut Sheet, errors: &[LocalErrors]) {
+        let Self { number, delta, variants, column, guides } = *self;
+        let variable = VARIABLES[column];
+        let what = format!("{number}: local error of {variable} with {delta}");
+        let curves = variants.iter().flat_map(|name| {
+            [Statistic::Max, Statistic::Median].map(|statistic| {
+                let of = errors.iter().filter(|errors| errors.method.name == *name);
+                let mut points: Vec<_> =
+                    of.map(|errors| (errors.h, errors.variables[column].get(statistic))).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                marked(&format!("{name}, {}", statistic.name()), points)
+            })
+        });
+        let chart = LineChart {
+            title: format!("Figure {what}"),
+            x: Axis::log("step h"),
+            y: Axis::log(format!("local error |T| of {variable}")),
+            curves: curves.collect(),
+            guides: guides.to_vec(),
+        };
+        let name = format!("figure-{}", number.replace('.', "-"));
+        let caption = format!(
+            "The paper's figure {what}. Maximum and median over the base grid at the paper's six \
+             steps."
+        );
+        sheet.show(&name, &chart, caption, "local_orders");
     }
 }
 

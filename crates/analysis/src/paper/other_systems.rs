@@ -7,51 +7,23 @@ use crate::chart::Axis;
 use crate::claim::{Readings, Said, fixed, list, sci, verdict};
 use crate::findings::{KEPT, kept};
 use crate::report::Block;
-use crate::sheet::{ReportError, Sheet, decimal, line, over_time, scientific};
-use crate::study::local_order::{LocalOrder, Statistic, rows};
+use crate::sheet::{ReportError, Sheet, decimal, line, over_time, scientific, table};
+use crate::study::energy::EnergyRun;
+use crate::study::local_order::{LocalOrder, OrderRow, Statistic, rows};
 use crate::study::{Problem, VARIABLES, energy};
 use afterbay_systems::{DUFFING, MODIFIED_VAN_DER_POL, VAN_DER_POL};
 
 /// The problems, by the names of their folders. The paper names these systems without defining
 /// them.
 pub(super) fn problems() -> [(&'static str, Problem); 4] {
+    let problem = |model, q, p| Problem { model, q: vec![q], p: vec![p], end: 20.0 };
+    let duffing = |parameters: [f64; 3]| Model::of(&DUFFING, &parameters);
+    let modified = Model::of(&MODIFIED_VAN_DER_POL, &[1.0, -1.0, 1.0]);
     [
-        (
-            "duffing",
-            Problem {
-                model: Model::of(&DUFFING, &[1.0, 0.5, 0.1]),
-                q: vec![2.3],
-                p: vec![-3.1],
-                end: 20.0,
-            },
-        ),
-        (
-            "duffing-double-well",
-            Problem {
-                model: Model::of(&DUFFING, &[-1.0, 1.0, 0.1]),
-                q: vec![1.5],
-                p: vec![0.5],
-                end: 20.0,
-            },
-        ),
-        (
-            "van-der-pol",
-            Problem {
-                model: Model::of(&VAN_DER_POL, &[1.0]),
-                q: vec![2.0],
-                p: vec![0.5],
-                end: 20.0,
-            },
-        ),
-        (
-            "modified-van-der-pol",
-            Problem {
-                model: Model::of(&MODIFIED_VAN_DER_POL, &[1.0, -1.0, 1.0]),
-                q: vec![2.0],
-                p: vec![0.5],
-                end: 20.0,
-            },
-        ),
+        ("duffing", problem(duffing([1.0, 0.5, 0.1]), 2.3, -3.1)),
+        ("duffing-double-well", problem(duffing([-1.0, 1.0, 0.1]), 1.5, 0.5)),
+        ("van-der-pol", problem(Model::of(&VAN_DER_POL, &[1.0]), 2.0, 0.5)),
+        ("modified-van-der-pol", problem(modified, 2.0, 0.5)),
     ]
 }
 
@@ -81,96 +53,107 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let base_step = extent.pick(BASE_STEP, 0.01);
     let steps = extent.pick(STEPS.to_vec(), vec![0.04, 0.03, 0.02]);
     let study = LocalOrder { base_step, steps };
-    let rows_of = paper.methods(&STUDIED)?;
+    let methods = paper.methods(&STUDIED)?;
     for (name, problem) in problems() {
         progress.begin(
             &format!("local errors and energies of {name}"),
-            rows_of.len() * (study.steps.len() + 1),
+            methods.len() * (study.steps.len() + 1),
         );
-        let errors = study.run::<f64>(&problem, &rows_of, progress)?;
+        let errors = study.run::<f64>(&problem, &methods, progress)?;
         let orders = rows(&errors, |_, _, _| None);
         sheet.data(&format!("{name}/local_orders"), &orders)?;
-        let median = |method: &str, variable: &str| {
-            let mut of =
-                orders.iter().filter(|row| row.method == method && row.variable == variable);
-            of.find(|row| row.statistic == Statistic::Median.name()).and_then(|row| row.order)
-        };
+        let runs = energy::run(&problem, &methods, FIGURE_STEP, 1, progress)?;
+        let states: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
+        sheet.wide_data(&format!("{name}/energy"), &energy::columns(&problem.model), &states)?;
+        let found = Found { orders, runs };
+        sheet.find(&format!("modDG on {name}"), found.readings(), second_order_with_k);
+        let text =
+            format!("Local orders from the median; energies at h = {FIGURE_STEP} on [0, 20].");
+        let cells = found.runs.iter().map(|run| found.cells(run));
+        sheet.fold(
+            &format!("{name}: orders and energies of every method"),
+            vec![Block::Text(text), table(&HEADER, cells.collect())],
+        );
+        found.charts(&mut sheet, name);
+    }
+    Ok(sheet)
+}
 
-        let runs = energy::run(&problem, &rows_of, FIGURE_STEP, 1, progress)?;
-        let all: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
-        sheet.wide_data(&format!("{name}/energy"), &energy::columns(&problem.model), &all)?;
+/// The orders and the energies of every method on a system.
+struct Found {
+    orders: Vec<OrderRow>,
+    runs: Vec<EnergyRun>,
+}
 
-        let drift = |run: &energy::EnergyRun| {
+const HEADER: [&str; 8] = [
+    "method",
+    "median order q",
+    "p",
+    "w",
+    "max |K - K₀|",
+    "max |w - w(t)|",
+    "steps with Δw < 0",
+    "run",
+];
+
+impl Found {
+    fn median(&self, method: &str, variable: &str) -> Option<f64> {
+        let mut rows =
+            self.orders.iter().filter(|row| row.method == method && row.variable == variable);
+        rows.find(|row| row.statistic == Statistic::Median.name()).and_then(|row| row.order)
+    }
+
+    fn run(&self, method: &str) -> Option<&EnergyRun> {
+        self.runs.iter().find(|run| run.method == method)
+    }
+
+    fn readings(&self) -> Readings {
+        let drift = |run: &EnergyRun| {
             let done = run.ending.is_completed().then_some(run.drift);
             Some(done? / run.rows.first()?.energy.abs())
         };
-        let of = |name: &str| runs.iter().find(|run| run.method == name);
+        let falls =
+            |run: &EnergyRun| run.rows.windows(2).filter(|pair| pair[1].w < pair[0].w).count();
         let mut readings = VARIABLES.iter().fold(Readings::default(), |r, variable| {
-            r.and(variable, "median", median("moddg", variable))
+            r.and(variable, "median", self.median("moddg", variable))
         });
         for method in ["moddg", "leapfrog", "rk4"] {
-            readings.add(method, "drift", of(method).and_then(drift));
+            readings.add(method, "drift", self.run(method).and_then(drift));
         }
-        let fell =
-            of("moddg").map(|run| run.rows.windows(2).filter(|pair| pair[1].w < pair[0].w).count());
-        readings.add("w", "steps", of("moddg").map(|run| run.rows.len() as f64 - 1.0));
-        readings.add("w", "falls", fell.map(|count| count as f64));
-        sheet.find(&format!("modDG on {name}"), readings, second_order_with_k);
-        let table = rows_of.iter().zip(&runs).map(|(row, run)| {
-            let mut cells = vec![row.name.to_string()];
-            cells.extend(VARIABLES.map(|variable| decimal(median(row.name, variable))));
-            let w_error = run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
-            cells.extend([scientific(Some(run.drift)), scientific(Some(w_error))]);
-            cells.push(run.violations.map_or("not counted".into(), |count| count.to_string()));
-            cells.push(run.ending.describe());
-            cells
-        });
-        let header = [
-            "method",
-            "median order q",
-            "p",
-            "w",
-            "max |K - K₀|",
-            "max |w - w(t)|",
-            "steps with Δw < 0",
-            "run",
-        ];
-        let table = crate::sheet::table(&header, table.collect());
-        sheet.fold(
-            &format!("{name}: orders and energies of every method"),
-            vec![
-                Block::Text(format!(
-                    "Local orders from the median; energies at h = {FIGURE_STEP} on [0, 20]."
-                )),
-                table,
-            ],
-        );
-        let curves = ["moddg", "rk4", "leapfrog"].map(|method| {
-            let rows =
-                runs.iter().find(|run| run.method == method).map_or(&[][..], |run| &run.rows);
+        let own = self.run("moddg");
+        readings.add("w", "steps", own.map(|run| run.rows.len() as f64 - 1.0));
+        readings.add("w", "falls", own.map(|run| falls(run) as f64));
+        readings
+    }
+
+    fn cells(&self, run: &EnergyRun) -> Vec<String> {
+        let mut cells = vec![run.method.to_string()];
+        cells.extend(VARIABLES.map(|variable| decimal(self.median(run.method, variable))));
+        let w_error = run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
+        cells.extend([scientific(Some(run.drift)), scientific(Some(w_error))]);
+        cells.push(run.violations.map_or("not counted".into(), |count| count.to_string()));
+        cells.push(run.ending.describe());
+        cells
+    }
+
+    /// Shows the deviation of K of three methods, and the energy of the first method.
+    fn charts(&self, sheet: &mut Sheet, name: &str) {
+        let data = format!("{name}/energy");
+        let drifts = ["moddg", "rk4", "leapfrog"].map(|method| {
+            let rows = self.run(method).map_or(&[][..], |run| &run.rows);
             line(method, rows.iter().map(|row| (row.t, row.drift.abs())).collect())
         });
-        let reservoir = over_time(&format!("{name}: energy"), Axis::linear("energy H"), {
-            let rows = &runs[0].rows;
-            vec![line("H", rows.iter().map(|row| (row.t, row.energy)).collect())]
-        });
-        let chart =
-            over_time(&format!("{name}: deviation of K"), Axis::log("|K - K₀|"), curves.into());
-        let left = sheet.figure(
-            &format!("{name}-drift"),
-            chart.draw(),
-            "Deviation of K from its initial value.",
-            &format!("{name}/energy"),
-        );
-        let right = sheet.figure(
-            &format!("{name}-energy"),
-            reservoir.draw(),
-            "Energy of the system along the run of modDG.",
-            &format!("{name}/energy"),
-        );
+        let title = format!("{name}: deviation of K");
+        let drift = over_time(&title, Axis::log("|K - K₀|"), drifts.into()).draw();
+        let caption = "Deviation of K from its initial value.";
+        let left = sheet.figure(&format!("{name}-drift"), drift, caption, &data);
+        let rows = self.runs[0].rows.iter().map(|row| (row.t, row.energy));
+        let (title, y) = (format!("{name}: energy"), Axis::linear("energy H"));
+        let energy = over_time(&title, y, vec![line("H", rows.collect())]).draw();
+        let caption = "Energy of the system along the run of modDG.";
+        let right = sheet.figure(&format!("{name}-energy"), energy, caption, &data);
         sheet.show_pair(left, right);
     }
-    Ok(sheet)
 }
 
 /// Holds if modDG has order 2 in q, p and w and keeps K.

@@ -2,10 +2,11 @@
 
 use super::other_systems::problems;
 use super::{Paper, Part, oscillator};
-use crate::chart::{Axis, LineChart};
 use crate::findings::work::{HEADER, cells, cheapest};
+use crate::findings::work_charts::{EVALUATIONS, Runs, TIME, as_measured};
 use crate::report::Block;
-use crate::sheet::{ReportError, Sheet, marked};
+use crate::sheet::{ReportError, Sheet, table};
+use crate::study::Problem;
 use crate::study::work_precision::{self, WorkRow};
 use afterbay_methods::registry::ADAPTIVE;
 
@@ -14,9 +15,6 @@ pub(super) const PART: Part =
 
 const COMPARED: [&str; 7] =
     ["moddg", "leapfrog", "rk4", "moddg-q3-shared", "moddg-qp4", "increment-4", "increment-8"];
-
-/// A measure of cost: its name and its value.
-type Cost = (&'static str, fn(&WorkRow) -> Option<f64>);
 
 fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let Paper { extent, progress, .. } = *paper;
@@ -32,66 +30,43 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
     let tolerances: Vec<f64> = (0..count).map(|k| 10_f64.powi(-3 - k)).collect();
     let rows = paper.methods(&COMPARED)?;
-    for (name, problem) in std::iter::once(("damped-oscillator", oscillator())).chain(problems()) {
+    let cases = std::iter::once(("damped-oscillator", oscillator())).chain(problems());
+    for (name, problem) in cases {
         let runs = rows.len() * steps.len() + ADAPTIVE.len() * tolerances.len();
         progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
         let adaptive: Vec<_> = ADAPTIVE.iter().collect();
         let found =
             work_precision::run(&problem, (&rows, &steps), (&adaptive, &tolerances), progress)?;
-        let folder =
-            if name == oscillator().model.name() { String::new() } else { format!("{name}/") };
-        let data = format!("{folder}work_precision");
-        sheet.data(&data, &found)?;
-        sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
-        cheapest(&mut sheet, name, &problem, &found)?;
-        let seconds: Cost = ("seconds", |row| row.seconds);
-        let evaluations: Cost =
-            ("evaluations of the force", |row| row.evaluations.map(|count| count as f64));
-        let chart = |title: &str, cost: Cost, error: fn(&WorkRow) -> Option<f64>| LineChart {
-            title: format!("{name}: {title}"),
-            x: Axis::log(cost.0),
-            y: Axis::log(format!("{title} at t = 20")),
-            curves: COMPARED
-                .into_iter()
-                .chain(ADAPTIVE.iter().map(|row| row.name))
-                .map(|method| {
-                    let of = found.iter().filter(|row| row.method == method);
-                    marked(
-                        method,
-                        of.filter_map(|row| Some(((cost.1)(row)?, error(row)?))).collect(),
-                    )
-                })
-                .collect(),
-            guides: Vec::new(),
-        };
-        let charts = [
-            (
-                "work-qp",
-                "Error of (q, p) against time.",
-                chart("error of (q, p)", seconds, |row| row.error_qp),
-            ),
-            ("work-w", "Error of w against time.", chart("error of w", seconds, |row| row.error_w)),
-            (
-                "evaluations-qp",
-                "Error of (q, p) against evaluations.",
-                chart("error of (q, p)", evaluations, |row| row.error_qp),
-            ),
-            (
-                "evaluations-w",
-                "Error of w against evaluations.",
-                chart("error of w", evaluations, |row| row.error_w),
-            ),
-        ];
-        let [qp, w, by_evaluations @ ..] = charts.map(|(file, caption, chart)| {
-            sheet.figure(&format!("{name}-{file}"), chart.draw(), caption, &data)
-        });
-        sheet.show_pair(qp, w);
-        let table = found.iter().map(cells).collect();
-        let [qp, w] = by_evaluations;
-        sheet.fold(
-            &format!("{name}: every run, and errors against evaluations"),
-            vec![crate::sheet::table(&HEADER, table), Block::Pair(qp, w)],
-        );
+        of_system(&mut sheet, name, &problem, &found)?;
     }
     Ok(sheet)
+}
+
+/// The table, the findings and the charts of the runs of a system.
+fn of_system(
+    sheet: &mut Sheet,
+    name: &str,
+    problem: &Problem,
+    found: &[WorkRow],
+) -> Result<(), ReportError> {
+    let is_first = name == oscillator().model.name();
+    let folder = if is_first { String::new() } else { format!("{name}/") };
+    let data = format!("{folder}work_precision");
+    sheet.data(&data, found)?;
+    sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
+    cheapest(sheet, name, problem, found)?;
+    let methods: Vec<_> = COMPARED.into_iter().chain(ADAPTIVE.iter().map(|row| row.name)).collect();
+    let (end, methods, curve) = (problem.end, &methods[..], as_measured);
+    let runs = Runs { name: Some(name), end, methods, found, curve };
+    let [[qp, w], [by_qp, by_w]] = [TIME, EVALUATIONS].map(|cost| {
+        runs.against(&cost).map(|(file, caption, chart)| {
+            sheet.figure(&format!("{name}-{file}"), chart.draw(), caption, &data)
+        })
+    });
+    sheet.show_pair(qp, w);
+    sheet.fold(
+        &format!("{name}: every run, and errors against evaluations"),
+        vec![table(&HEADER, found.iter().map(cells).collect()), Block::Pair(by_qp, by_w)],
+    );
+    Ok(())
 }

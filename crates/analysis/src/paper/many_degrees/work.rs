@@ -2,12 +2,12 @@
 
 use super::orders::{ANY, SEPARABLE};
 use super::{chain, pendulum};
-use crate::chart::{Axis, LineChart};
 use crate::findings::work::{HEADER, cells, cheapest};
+use crate::findings::work_charts::{Runs, TIME, as_measured};
 use crate::paper::{Extent, Paper};
-use crate::sheet::{ReportError, Sheet, marked, scientific, table};
+use crate::sheet::{ReportError, Sheet, scientific, table};
 use crate::study::Problem;
-use crate::study::work_precision::{self, WorkRow};
+use crate::study::work_precision;
 
 /// The chain whose runs are timed.
 pub(super) fn long_chain(extent: Extent) -> Problem {
@@ -36,33 +36,15 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         sheet.runs.extend(found.iter().map(|row| row.record(problem.model.name())));
         let title = format!("{name} with N = {}", problem.model.dof());
         cheapest(sheet, &title, &problem, &found)?;
-        let chart = |what: &str, error: fn(&WorkRow) -> Option<f64>| LineChart {
-            title: format!("{title}: {what}"),
-            x: Axis::log("seconds"),
-            y: Axis::log(format!("{what} at t = {}", problem.end)),
-            curves: names
-                .iter()
-                .map(|name| {
-                    let of = found.iter().filter(|row| row.method == *name);
-                    marked(name, of.filter_map(|row| Some((row.seconds?, error(row)?))).collect())
-                })
-                .collect(),
-            guides: Vec::new(),
-        };
-        let reference = if doubt > 0.0 {
-            format!(" The doubt of the reference is {}.", scientific(Some(doubt)))
-        } else {
-            String::new()
-        };
-        let qp = chart("error of (q, p)", |row| row.error_qp).draw();
-        let w = chart("error of w", |row| row.error_w).draw();
-        let left = sheet.figure(
-            &format!("{name}-work-qp"),
-            qp,
-            format!("Error of (q, p) against time.{reference}"),
-            &data,
-        );
-        let right = sheet.figure(&format!("{name}-work-w"), w, "Error of w against time.", &data);
+        let (end, curve) = (problem.end, as_measured);
+        let runs = Runs { name: Some(&title), end, methods: names, found: &found, curve };
+        let [mut qp, w] = runs.against(&TIME);
+        if doubt > 0.0 {
+            qp.1 += &format!(" The doubt of the reference is {}.", scientific(Some(doubt)));
+        }
+        let [left, right] = [qp, w].map(|(file, caption, chart)| {
+            sheet.figure(&format!("{name}-{file}"), chart.draw(), caption, &data)
+        });
         sheet.show_pair(left, right);
         let table = table(&HEADER, found.iter().map(cells).collect());
         sheet.fold(&format!("{title}: every run"), vec![table]);
